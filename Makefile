@@ -1,0 +1,61 @@
+# Everything runs in .venv, made from requirements.lock by `make setup`; no compiler is needed.
+SHELL := /bin/bash
+PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
+	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+# One BLAS thread: 9x9 problems gain nothing from more and can lose milliseconds.
+export OPENBLAS_NUM_THREADS := 1
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+.PHONY: help setup run view test test-all check bench lint format lock clean
+
+help: ## this list
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+
+setup: $(STAMP) ## make .venv and install the locked packages
+
+$(STAMP): requirements.lock pyproject.toml
+	@test -n "$(PYTHON)" || { echo "biped needs Python 3.11 or newer (set PYTHON=...)" >&2; exit 2; }
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --require-hashes -r requirements.lock
+	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .
+	@touch $@
+
+run: setup ## walk: the thesis's normal gait in MuJoCo, numbers and a recording
+	$(BIN)/biped run level_normal --record
+
+view: setup ## the newest recording in the rerun viewer
+	$(BIN)/biped view
+
+test: setup ## the default tests (minutes)
+	$(BIN)/python -m pytest
+
+test-all: setup ## every test, the slow ones too
+	$(BIN)/python -m pytest -m "slow or not slow"
+
+check: setup ## the fixed-seed regression scenarios, as in CI
+	$(BIN)/biped check scenarios/ci/*.toml
+
+bench: setup ## run time against error
+	$(BIN)/biped bench throughput
+	$(BIN)/biped bench mechanisms
+
+lint: setup ## ruff and the type checker
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/basedpyright
+
+format: setup ## reformat the code
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+lock: setup ## refresh requirements.lock from pyproject.toml
+	$(BIN)/python -m pip install --quiet uv
+	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
+		--extra dev --extra tune pyproject.toml -o requirements.lock
+
+clean: ## remove the environment and caches (never runs/)
+	rm -rf $(VENV) .pytest_cache .ruff_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
