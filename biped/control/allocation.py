@@ -1,0 +1,87 @@
+"""Joint torques that move the constrained robot as Q_d would: (3.15), and its general solution (4.7).
+
+With M = RᵀR, C = A R⁻¹ and N = I - C⁺C, the torques minimise ‖N R⁻ᵀ(E u - Q_d)‖, the acceleration energy between the
+wanted and the actual motion (3.13), and among those ‖u‖. The factorisation C = P [L 0] Hᵀ gives N = H₂H₂ᵀ for the
+columns H₂ of H past the rank, so neither N nor a pseudo-inverse is ever formed: H₂ᵀR⁻ᵀ[E, Q_d] is a small
+least-squares problem.
+"""
+
+from __future__ import annotations
+
+from numba import njit
+
+from biped.control.constraints import believed_mass, imposed_constraints
+from biped.control.factor import minimum_norm, reflect, solve_transposed
+
+
+@njit(cache=True)
+def reduced_problem(c, m, rank):
+    """Fills B (k, 6) and d (k,) of min ‖B u - d‖, the reduced (3.14), k = 9 - rank; returns k."""
+    X, R = c["X"], c["R"]
+    for j in range(9):
+        X[6, j] = c["Q_d"][j]
+    for i in range(6):
+        for j in range(9):
+            X[i, j] = 0.0
+        X[i, 3 + i] = 1.0
+    for i in range(7):
+        solve_transposed(R, X[i])
+        reflect(c["C"], rank, 9, c["tau"], X[i])
+    for i in range(rank, 9):
+        for j in range(6):
+            c["B"][i - rank, j] = X[j, i]
+        c["d"][i - rank] = X[6, i]
+    return 9 - rank
+
+
+@njit(cache=True)
+def minimum_norm_torques(c, k):
+    """Solves the reduced problem: u = B⁺d + (I - B⁺B) u_0, by min ‖u - u_0‖ among the minimisers of ‖B u - d‖."""
+    B, d, u = c["B"], c["d"], c["u"]
+    if c["use_u_0"]:
+        for i in range(k):
+            for j in range(6):
+                d[i] -= B[i, j] * c["u_0"][j]
+    c["reached"] = minimum_norm(
+        B, k, 6, c["tolerance"], c["tau"], c["pivot"], c["L"], c["tau2"], d, c["z"], u
+    )
+    if c["use_u_0"]:
+        for j in range(6):
+            u[j] += c["u_0"][j]
+
+
+@njit(cache=True)
+def clip_torques(c):
+    """Clips u to the torque limits; returns whether any was exceeded."""
+    u, limit = c["u"], c["limit"]
+    over = False
+    for j in range(6):
+        if u[j] > limit[j]:
+            u[j] = limit[j]
+            over = True
+        elif u[j] < -limit[j]:
+            u[j] = -limit[j]
+            over = True
+    return over
+
+
+@njit(cache=True)
+def joint_torques(c, M, J, h, q):
+    """Writes the joint torques u (6,) [N m] for the record's Q_d.
+
+    Args:
+        c: Controller record with sensed links and Q_d.
+        M: (9, 9) mass matrix, upper triangle.
+        J: (6, 9) world-frame joint Jacobian.
+        h: (9,) bias forces, gravity included.
+        q: (9,) joint coordinates.
+
+    Returns:
+        Whether a torque limit was exceeded.
+    """
+    believed_mass(c, M)
+    m, rank = imposed_constraints(c, J, h, q)
+    c["rows"] = m
+    c["rank"] = rank
+    minimum_norm_torques(c, reduced_problem(c, m, rank))
+    return clip_torques(c)

@@ -1,0 +1,118 @@
+"""The foreign engine: MuJoCo's compliant contacts, one compiled control tick per control period."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from biped.control.controller import law_of
+from biped.control.tick import GOING, LOW, TILTED, log_forces
+from biped.errors import InputError
+from biped.files import nearest
+from biped.geometry import JOINTS
+from biped.model import Foreign, compile_foreign, tree_at
+from biped.plan import Run
+from biped.scenario import Scenario
+from biped.trajectory import WIDTH, Q, Trajectory
+
+
+def simulate(run: Run) -> Trajectory:
+    """Simulates a run to its end, a fall or a number that is not finite.
+
+    Args:
+        run: A concrete run.
+
+    Returns:
+        What it left behind.
+
+    Raises:
+        InputError: A push names a body the model lacks, or a user's law misbehaves.
+    """
+    s = run.scenario
+    foreign = compile_foreign(run.model, s)
+    model, data = foreign.model, mujoco.MjData(foreign.model)
+    data.qpos[:], data.qvel[:] = run.q, run.v
+    tick = 1.0 / s.simulation.control_rate
+    count = round(s.duration * s.simulation.control_rate)
+    log = np.zeros((count, WIDTH))
+    law = law_of(run, tree_at(run.model), data.qpos, data.qvel, log)
+    generalized = s.actuation.mode == "generalized"
+    wanted, applied = (law.Q_d, data.qfrc_applied) if generalized else (law.u, data.ctrl)
+    substeps = round(tick / s.simulation.timestep)
+    place, points = data.geom_xpos, foreign.points
+    step, next_tick = mujoco.mj_step, law.tick
+    status, done = GOING, 0
+    for first, last, wrench in push_spans(s, foreign, count, tick):
+        data.xfrc_applied[:] = wrench
+        for k in range(first, last):
+            status = next_tick(k, k * tick)
+            done = k + 1
+            if status != GOING:
+                break
+            applied[:] = wanted
+            step(model, data, substeps)
+            log_forces(log, k, data.efc_force, place, points)
+        if status != GOING:
+            break
+    end, cause = _ending(status, log[:done])
+    warnings = {
+        mujoco.mjtWarning(i).name.removeprefix("mjWARN_").lower(): int(w.number)
+        for i, w in enumerate(data.warning)
+        if w.number
+    }
+    return Trajectory(
+        log=log[:done],
+        tick=tick,
+        tree=foreign.tree,
+        slope=s.ground.slope,
+        generalized=generalized,
+        pushes=tuple((p.at, p.at + p.duration, *p.force, p.body) for p in s.push),
+        end=end,
+        cause=cause,
+        warnings=warnings,
+    )
+
+
+def push_spans(s: Scenario, foreign: Foreign, count: int, tick: float) -> list[tuple[int, int, np.ndarray]]:
+    """The run cut where pushes begin and end: (first tick, last tick + 1, wrenches (nbody, 6) in the slope's frame).
+
+    Raises:
+        InputError: A push names a body that the model does not have.
+    """
+    spans = [(round(p.at / tick), round((p.at + p.duration) / tick)) for p in s.push]
+    cuts = sorted({0, count, *(min(t, count) for span in spans for t in span)})
+    bodies = [foreign.model.body(i).name for i in range(1, foreign.model.nbody)]
+    angle = np.radians(s.ground.slope)
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    wrenches = []
+    for i, p in enumerate(s.push):
+        if p.body not in bodies:
+            raise InputError(
+                f"push[{i}].body: model '{s.model}' has no body '{p.body}'; {nearest(p.body, bodies)}"
+            )
+        wrench = np.zeros((foreign.model.nbody, 6))
+        wrench[foreign.model.body(p.body).id, [0, 2]] = turn @ np.array(p.force)
+        wrenches.append(wrench)
+    out = []
+    for first, last in zip(cuts[:-1], cuts[1:], strict=True):
+        total = np.zeros((foreign.model.nbody, 6))
+        for (start, stop), wrench in zip(spans, wrenches, strict=True):
+            if start <= first < stop:
+                total += wrench
+        out.append((first, last, total))
+    return out
+
+
+def _ending(status: int, log: np.ndarray) -> tuple[str, str]:
+    if status == GOING:
+        return "completed", ""
+    time = log[-1, 0] if len(log) > 1 else 0.0
+    if status in (LOW, TILTED):
+        way = "collapsed" if status == LOW else ("fell forward" if log[-1, Q + 2] < 0.0 else "fell backward")
+        return "fell", f"{way} at {time:.3f} s"
+    before = log[-2, Q : Q + 9] if len(log) > 1 else log[0, Q : Q + 9]
+    worst = JOINTS[int(np.argmax(np.abs(before)))]
+    return (
+        "diverged",
+        f"a coordinate stopped being finite after {log[max(len(log) - 2, 0), 0]:.3f} s (largest: {worst})",
+    )

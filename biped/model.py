@@ -1,0 +1,178 @@
+"""models/*.xml → a MuJoCo model with only what the run needs, and Pinocchio's model of the same file.
+
+Coordinates of both: qpos = (x, z of the torso's centre of mass, pitch, hip, knee, ankle right, the same left); the
+plane of motion is fixed to the ground, so a slope is a direction of gravity.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from pathlib import Path
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+import pinocchio
+
+from biped.errors import InputError
+from biped.files import label, nearest
+from biped.geometry import ACTUATORS, JOINTS, LINKS, POINTS, Tree, tree_of
+from biped.scenario import Scenario
+
+GRAVITY = 9.81
+"""[m/s²]"""
+
+# Without a handler every MuJoCo warning is appended to MUJOCO_LOG.TXT in the user's folder; the engine reports them.
+mujoco.set_mju_user_warning(lambda message: None)
+
+
+class Foreign(NamedTuple):
+    """What the MuJoCo engine steps.
+
+    Attributes:
+        model: Compiled MuJoCo model.
+        points: Geom numbers of the four contact points.
+        tree: Its lengths and masses.
+    """
+
+    model: mujoco.MjModel
+    points: np.ndarray
+    tree: Tree
+
+
+def gravity(slope: float) -> tuple[float, float]:
+    """Gravity (x, z) [m/s²] in the frame of a slope [degrees]."""
+    return -GRAVITY * math.sin(math.radians(slope)), -GRAVITY * math.cos(math.radians(slope))
+
+
+@lru_cache(maxsize=8)
+def _spec(path: str, modified: float) -> mujoco.MjSpec:
+    """Parses and checks a model file once per version of it."""
+    name = label(Path(path))
+    try:
+        spec = mujoco.MjSpec.from_file(path)
+        model = spec.compile()
+    except (ValueError, mujoco.FatalError) as error:
+        raise InputError(f"{name}: not a model MuJoCo can compile: {' '.join(str(error).split())}") from None
+    _complete(model, name)
+    return spec
+
+
+def _complete(model: mujoco.MjModel, name: str) -> None:
+    """Rejects a model that lacks a named part, has others, or is not planar."""
+    kinds = (
+        ("body", LINKS, [model.body(i).name for i in range(1, model.nbody)]),
+        ("joint", JOINTS, [model.joint(i).name for i in range(model.njnt)]),
+        ("actuator", ACTUATORS, [model.actuator(i).name for i in range(model.nu)]),
+        ("site", POINTS, [model.site(i).name for i in range(model.nsite)]),
+        ("contact pair", POINTS, [model.pair(i).name for i in range(model.npair)]),
+    )
+    for kind, wanted, there in kinds:
+        for part in wanted:
+            if part not in there:
+                raise InputError(f"{name}: {kind} '{part}': missing; {nearest(part, there)}")
+        if kind in ("joint", "actuator", "contact pair") and tuple(there) != tuple(wanted):
+            raise InputError(
+                f"{name}: {kind}s: expected exactly {', '.join(wanted)} in this order, got {', '.join(there)}"
+            )
+    axes = np.tile([0.0, -1.0, 0.0], (9, 1))
+    axes[0], axes[1] = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+    for i, joint in enumerate(JOINTS):
+        if np.abs(model.jnt_axis[i] - axes[i]).max() > 1e-9 or np.abs(model.jnt_pos[i]).max() > 1e-9:
+            raise InputError(
+                f"{name}: joint '{joint}': expected axis {' '.join(f'{a:g}' for a in axes[i])} at its body's origin"
+            )
+    if (
+        np.abs(model.body_pos[model.body("torso").id]).max()
+        + np.abs(model.body_ipos[model.body("torso").id]).max()
+        > 1e-9
+    ):
+        raise InputError(f"{name}: body 'torso': expected its frame and centre of mass at the world's origin")
+
+
+def spec_of(path: Path) -> mujoco.MjSpec:
+    """A private copy of the parsed model file."""
+    return _spec(str(path), path.stat().st_mtime).copy()
+
+
+def compile_foreign(path: Path, scenario: Scenario, visuals: bool = False) -> Foreign:
+    """Compiles the scenario's ground truth: this ground, this solver, these limits, and no visuals unless wanted.
+
+    Args:
+        path: The MJCF file.
+        scenario: What the run needs.
+        visuals: Keep geoms that are only looked at.
+    """
+    spec = spec_of(path)
+    if not visuals:
+        for geom in [g for g in spec.geoms if g.name != "ground" and g.name not in POINTS]:
+            spec.delete(geom)
+        for light in list(spec.lights):
+            spec.delete(light)
+    ground, simulation = scenario.ground, scenario.simulation
+    option = spec.option
+    option.timestep = simulation.timestep
+    option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{simulation.integrator.upper()}")
+    option.cone = getattr(mujoco.mjtCone, f"mjCONE_{simulation.cone.upper()}")
+    option.impratio = simulation.impratio
+    option.tolerance = simulation.tolerance
+    option.iterations = simulation.iterations
+    g = gravity(ground.slope)
+    option.gravity = [g[0], 0.0, g[1]]
+    solref = [ground.contact_time, ground.damping_ratio]
+    for pair in spec.pairs:
+        pair.friction = [ground.friction, ground.friction, 0.005, 0.0001, 0.0001]
+        pair.solref = solref
+    for knee in ("right_knee", "left_knee"):
+        spec.joint(knee).solref_limit = solref
+    for actuator, limit in zip(spec.actuators, torque_limits(scenario), strict=True):
+        actuator.ctrlrange = [-limit, limit]
+    model = spec.compile()
+    points = np.array([model.geom(point).id for point in POINTS])
+    return Foreign(model, points, tree_of(model, label(path)))
+
+
+def torque_limits(scenario: Scenario) -> tuple[float, ...]:
+    """The six torque limits [N m] of a scenario."""
+    limit = scenario.actuation.torque_limit
+    return limit if isinstance(limit, tuple) else (limit,) * 6
+
+
+def posture_of(path: Path, name: str) -> tuple[np.ndarray, tuple[str, ...]]:
+    """A named start posture: joint coordinates (9,) and the points that touch the ground.
+
+    Raises:
+        InputError: The model has no such keyframe, or names points that do not exist.
+    """
+    spec = spec_of(path)
+    keys = {key.name: key for key in spec.keys}
+    if name not in keys:
+        raise InputError(
+            f"start.posture: model {label(path)} has no keyframe '{name}'; {nearest(name, list(keys))}"
+        )
+    contacts = tuple(next((text.data for text in spec.texts if text.name == name), "").split())
+    for contact in contacts:
+        if contact not in POINTS:
+            raise InputError(
+                f"{label(path)}: text '{name}': '{contact}' is no contact point; {nearest(contact, list(POINTS))}"
+            )
+    return np.array(keys[name].qpos), contacts
+
+
+@lru_cache(maxsize=4)
+def _pinocchio(path: str, modified: float) -> pinocchio.Model:
+    return pinocchio.buildModelFromMJCF(path)
+
+
+def believed_model(path: Path, slope: float) -> pinocchio.Model:
+    """Pinocchio's model of the file, which the controller computes with; gravity as on the scenario's slope."""
+    model = pinocchio.Model(_pinocchio(str(path), path.stat().st_mtime))
+    g = gravity(slope)
+    model.gravity.linear = np.array([g[0], 0.0, g[1]])
+    return model
+
+
+def tree_at(path: Path) -> Tree:
+    """Lengths and masses written in a model file."""
+    return tree_of(spec_of(path).compile(), label(path))

@@ -1,0 +1,246 @@
+"""What a user writes: a scenario file, typed. Reading and checking it is `biped.reading`.
+
+Every field of these records is a key of the TOML file; the defaults are the settings of the published results in
+docs/. Units are SI; angles in files are degrees where the key says so and radians otherwise.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from msgspec import Meta, Struct, field
+
+Positive = Annotated[float, Meta(gt=0)]
+NonNegative = Annotated[float, Meta(ge=0)]
+Vector = tuple[float, float]
+Nine = tuple[float, float, float, float, float, float, float, float, float]
+Six = tuple[float, float, float, float, float, float]
+
+
+class Section(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A table of a scenario file."""
+
+
+class Start(Section):
+    """How a run begins.
+
+    Attributes:
+        posture: A keyframe of the model.
+        q: Nine absolute coordinates in thesis order [m, rad] instead of a posture.
+        v: Nine absolute velocities [m/s, rad/s].
+        contacts: Points that touch the ground; default: those the model names for the posture (none for q).
+        settle: Project the posture onto the ground before the run.
+        jitter: Standard deviation [rad] of noise on the seven angles, before settling.
+    """
+
+    posture: str = "flat"
+    q: Nine | None = None
+    v: Nine = (0.0,) * 9
+    contacts: tuple[str, ...] | None = None
+    settle: bool = True
+    jitter: NonNegative = 0.0
+
+
+class Ground(Section):
+    """The ground.
+
+    Attributes:
+        slope: Degrees, uphill positive.
+        angles: What Q_d's absolute angles are measured from: the direction of gravity or the slope's normal.
+        friction: Coefficient of Coulomb friction.
+        contact_time: Time constant [s] of the contacts and knee stops (solref).
+        damping_ratio: Their damping ratio.
+    """
+
+    slope: Annotated[float, Meta(gt=-45, lt=45)] = 0.0
+    angles: Literal["gravity", "slope"] = "gravity"
+    friction: NonNegative = 3.0
+    contact_time: Positive = 0.004
+    damping_ratio: Positive = 1.0
+
+
+class Actuation(Section):
+    """How Q_d becomes torques.
+
+    Attributes:
+        mode: `joint` torques by (3.15), or Q_d itself as `generalized` forces, which no robot can do.
+        contacts: Rows of A: candidates that pass the release test, or all that are `touching`.
+        release_force: Pull [N] beyond which a touching point is not a constraint.
+        torque_limit: [N m] of every joint, or six limits: hip, knee, ankle, right then left.
+        limit: What happens beyond the limit: `clip`, or the `bounded` form of (3.13).
+        null_torque: u_0 (6,) [N m] of (4.7), the torques preferred where the solution is not unique.
+        single_tangential: One tangential row per flat foot instead of two that say the same.
+        rank_tolerance: Relative size below which a row of C is dependent.
+    """
+
+    mode: Literal["joint", "generalized"] = "joint"
+    contacts: Literal["released", "touching"] = "released"
+    release_force: NonNegative = 150.0
+    # (A fixed-length tuple of constrained numbers in a union crashes msgspec 0.22.)
+    torque_limit: Positive | Annotated[tuple[Positive, ...], Meta(min_length=6, max_length=6)] = 200.0
+    limit: Literal["clip", "bounded"] = "clip"
+    null_torque: Six | None = None
+    single_tangential: bool = False
+    rank_tolerance: Annotated[float, Meta(gt=0, lt=1)] = 1e-4
+
+
+class Sensing(Section):
+    """When the controller takes a point to touch, and how long a change must last before leg states follow it.
+
+    Attributes:
+        contact_height: [m] below which a point touches.
+        knee_angle: [rad] from its stop within which a knee's row may be in A.
+        heel_on: Hold time [s] of heel contact; likewise the next three.
+        heel_off: [s].
+        toe_on: [s].
+        toe_off: [s].
+        extended: [rad] from its stop within which a knee counts as extended (state 4).
+        ahead: [rad] by which the thigh must lead the other (state 4).
+        late_stance: Degrees; a toe-only leg whose thigh still leans further forward has just landed: state 1.
+    """
+
+    contact_height: Positive = 0.001
+    knee_angle: NonNegative = 0.02
+    heel_on: NonNegative = 0.006
+    heel_off: NonNegative = 0.004
+    toe_on: NonNegative = 0.003
+    toe_off: NonNegative = 0.003
+    extended: NonNegative = 0.05
+    ahead: float = 0.1
+    late_stance: Positive = 100.0
+
+
+class Simulation(Section):
+    """How the physics is stepped.
+
+    Attributes:
+        timestep: [s] of the physics.
+        control_rate: [Hz] of the controller; the physics takes a whole number of steps per tick.
+        integrator: MuJoCo's integrator.
+        cone: Friction cone.
+        impratio: Ratio of frictional to normal constraint impedance.
+        tolerance: Solver tolerance.
+        iterations: Most solver iterations a step.
+    """
+
+    timestep: Positive = 0.001
+    control_rate: Positive = 1000.0
+    integrator: Literal["Euler", "implicitfast", "implicit", "RK4"] = "Euler"
+    cone: Literal["elliptic", "pyramidal"] = "elliptic"
+    impratio: Positive = 10.0
+    tolerance: NonNegative = 1e-10
+    iterations: Annotated[int, Meta(ge=1)] = 100
+
+
+class Push(Section):
+    """A force on a body.
+
+    Attributes:
+        at: [s] when it begins.
+        duration: [s].
+        force: [N] forward (horizontally) and up.
+        body: A body of the model; the force acts at its centre of mass.
+    """
+
+    at: NonNegative
+    duration: Positive
+    force: Vector
+    body: str = "torso"
+
+
+class Fall(Section):
+    """What counts as a fall; the run ends there.
+
+    Attributes:
+        height: Fraction of the start's torso height below which the biped has fallen.
+        tilt: Degrees of torso lean from the vertical.
+    """
+
+    height: Annotated[float, Meta(gt=0, lt=1)] = 0.7
+    tilt: Annotated[float, Meta(gt=0, le=180)] = 60.0
+
+
+class Randomise(Section):
+    """An ensemble.
+
+    Attributes:
+        runs: Number of runs, each with its own seed.
+        controller_mass_matrix: Relative standard deviation, elementwise, of the controller's M (fixed for a run).
+        controller_constraints: The same of its A.
+    """
+
+    runs: Annotated[int, Meta(ge=1)] = 1
+    controller_mass_matrix: NonNegative = 0.0
+    controller_constraints: NonNegative = 0.0
+
+
+class Window(Section):
+    """Means are taken over [start, end] [s]; default: the second half of the run."""
+
+    start: NonNegative | None = None
+    end: Positive | None = None
+
+
+class Bound(Section):
+    """What a number is expected to be."""
+
+    min: float | None = None
+    max: float | None = None
+
+
+class Gains(Section):
+    """Gains that replace those of the controller file; same keys."""
+
+    k_d1: NonNegative | None = None
+    k_d2: tuple[NonNegative, NonNegative, NonNegative, NonNegative] | None = None
+    k_d3: tuple[NonNegative, NonNegative, NonNegative, NonNegative] | None = None
+    k_d4: tuple[NonNegative, NonNegative, NonNegative, NonNegative] | None = None
+    b_d1: NonNegative | None = None
+    b_d2: tuple[NonNegative, NonNegative, NonNegative, NonNegative] | None = None
+    b_d3: tuple[NonNegative, NonNegative, NonNegative, NonNegative] | None = None
+    b_d4: tuple[NonNegative, NonNegative, NonNegative, NonNegative] | None = None
+    theta_b: float | None = None
+    theta_l: tuple[float, float, float, float] | None = None
+    theta_a: tuple[float, float, float, float] | None = None
+
+
+class Scenario(Section):
+    """One scenario file.
+
+    Attributes:
+        description: One line for people.
+        model: Name in models/ or path of an MJCF file.
+        controller: Name in controllers/ or path of a gait file.
+        law: A control law of the user's own, `path.py:Class`; default: the thesis's.
+        engine: `mujoco`.
+        duration: [s].
+        seed: Everything random follows from it.
+    """
+
+    description: str = ""
+    model: str = "human"
+    controller: str = "normal"
+    law: str | None = None
+    engine: Literal["mujoco"] = "mujoco"
+    duration: Positive = 10.0
+    seed: Annotated[int, Meta(ge=0)] = 0
+    start: Start = Start()
+    ground: Ground = Ground()
+    actuation: Actuation = Actuation()
+    sensing: Sensing = Sensing()
+    simulation: Simulation = Simulation()
+    gains: Gains = Gains()
+    push: tuple[Push, ...] = ()
+    fall: Fall = Fall()
+    randomise: Randomise = Randomise()
+    window: Window = Window()
+    expect: dict[str, Bound] = field(default_factory=dict)
+    thesis: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The window [s]."""
+        start = self.window.start
+        end = self.window.end
+        end = self.duration if end is None else end
+        return (0.5 * self.duration if start is None else start), end
