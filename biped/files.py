@@ -108,9 +108,7 @@ def layered(path: Path, kind: str, seen: tuple[Path, ...] = ()) -> tuple[dict[st
     return below, origin
 
 
-def merge(
-    below: dict[str, Any], above: dict[str, Any], origin: dict[str, Path], path: Path, at: str = ""
-) -> None:
+def merge(below: dict[str, Any], above: dict[str, Any], origin: dict[str, Path], path: Path, at: str = "") -> None:
     """Lays `above` over `below` in place: tables key by key, everything else as a whole."""
     for key, value in above.items():
         dotted = f"{at}{key}"

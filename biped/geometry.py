@@ -77,9 +77,7 @@ def tree_of(model, name: str) -> Tree:
     upright = np.array([1.0, 0.0, 0.0, 0.0])
     for link, body in zip(LINKS, bodies, strict=True):
         if np.abs(model.body_quat[body] - upright).max() > 1e-9:
-            raise InputError(
-                f"{name}: body '{link}': expected a frame parallel to the world's (no quat, euler)"
-            )
+            raise InputError(f"{name}: body '{link}': expected a frame parallel to the world's (no quat, euler)")
     inertia = []
     for body in bodies:
         turn = np.zeros(9)

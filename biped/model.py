@@ -84,8 +84,7 @@ def _complete(model: mujoco.MjModel, name: str) -> None:
                 f"{name}: joint '{joint}': expected axis {' '.join(f'{a:g}' for a in axes[i])} at its body's origin"
             )
     if (
-        np.abs(model.body_pos[model.body("torso").id]).max()
-        + np.abs(model.body_ipos[model.body("torso").id]).max()
+        np.abs(model.body_pos[model.body("torso").id]).max() + np.abs(model.body_ipos[model.body("torso").id]).max()
         > 1e-9
     ):
         raise InputError(f"{name}: body 'torso': expected its frame and centre of mass at the world's origin")
@@ -148,9 +147,7 @@ def posture_of(path: Path, name: str) -> tuple[np.ndarray, tuple[str, ...]]:
     spec = spec_of(path)
     keys = {key.name: key for key in spec.keys}
     if name not in keys:
-        raise InputError(
-            f"start.posture: model {label(path)} has no keyframe '{name}'; {nearest(name, list(keys))}"
-        )
+        raise InputError(f"start.posture: model {label(path)} has no keyframe '{name}'; {nearest(name, list(keys))}")
     contacts = tuple(next((text.data for text in spec.texts if text.name == name), "").split())
     for contact in contacts:
         if contact not in POINTS:

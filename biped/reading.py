@@ -86,9 +86,7 @@ def _law(text: str, beside: Path | None, fail) -> str:
     for candidate in (Path(file), (beside or Path()) / file):
         if candidate.is_file():
             return f"{candidate}:{name}"
-    raise fail(
-        "law", f"no file '{file}'; expected a Python file, relative to the scenario or the working folder"
-    )
+    raise fail("law", f"no file '{file}'; expected a Python file, relative to the scenario or the working folder")
 
 
 def convert(data: Any, kind: type, fail) -> Any:
@@ -122,16 +120,10 @@ def _known_keys(data: Any, kind: type, at: str, fail) -> None:
             for i, push in enumerate(value):
                 if isinstance(push, dict):
                     _known_keys(push, Push, f"push[{i}].", fail)
-        elif (
-            isinstance(value, dict)
-            and isinstance(hints[key], type)
-            and issubclass(hints[key], msgspec.Struct)
-        ):
+        elif isinstance(value, dict) and isinstance(hints[key], type) and issubclass(hints[key], msgspec.Struct):
             _known_keys(value, hints[key], f"{dotted}.", fail)
         elif isinstance(value, str) and (choices := _choices(hints[key])) and value not in choices:
-            raise fail(
-                dotted, f"expected one of {', '.join(choices)}, got '{value}'; {nearest(value, choices)}"
-            )
+            raise fail(dotted, f"expected one of {', '.join(choices)}, got '{value}'; {nearest(value, choices)}")
 
 
 def _dictionary(value: dict, key: str, kind: type | None, fail) -> None:
@@ -160,9 +152,7 @@ def _possible(s: Scenario, fail) -> None:
     """What types cannot say."""
     for i, push in enumerate(s.push):
         if push.at >= s.duration:
-            raise fail(
-                f"push[{i}].at", f"expected a time within the run (duration {s.duration} s), got {push.at}"
-            )
+            raise fail(f"push[{i}].at", f"expected a time within the run (duration {s.duration} s), got {push.at}")
     start, end = s.interval
     for key, given in (("window.start", s.window.start), ("window.end", s.window.end)):
         if given is not None and given > s.duration:
@@ -170,9 +160,7 @@ def _possible(s: Scenario, fail) -> None:
     if end <= start:
         raise fail("window", f"expected start < end, got [{start}, {end}] s")
     if s.duration < 2 * s.simulation.timestep:
-        raise fail(
-            "duration", f"expected at least two time steps of {s.simulation.timestep} s, got {s.duration}"
-        )
+        raise fail("duration", f"expected at least two time steps of {s.simulation.timestep} s, got {s.duration}")
     steps = 1.0 / (s.simulation.control_rate * s.simulation.timestep)
     if round(steps) < 1 or abs(steps - round(steps)) > 1e-6 * steps:
         raise fail(

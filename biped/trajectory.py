@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -131,6 +131,10 @@ class Trajectory:
         if self.generalized:
             return self.Q_d
         return np.hstack([np.zeros((len(self), 3)), self.u])
+
+    def last(self, seconds: float) -> Trajectory:
+        """The end of the run as a trajectory of its own; times stay those of the run."""
+        return replace(self, log=self.log[-max(1, round(seconds / self.tick)) :])
 
     def save(self, path: Path) -> None:
         """Writes the arrays by name, and everything else as JSON, into one npz file (the same bytes for the same run)."""

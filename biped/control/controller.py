@@ -203,18 +203,14 @@ class UserLaw:
         self._model = believed_model(run.model, s.ground.slope)
         self._data = self._model.createData()
         self._q, self._v, self._log = q, v, log
-        setup = Setup(
-            s, run.gains, believed, self._model, 1.0 / s.simulation.control_rate, np.array(self.c["limit"])
-        )
+        setup = Setup(s, run.gains, believed, self._model, 1.0 / s.simulation.control_rate, np.array(self.c["limit"]))
         kind = load_law(s.law)
         try:
             self._law = kind(setup)
         except Exception as error:
             raise InputError(f"law {self.name}: {kind.__name__}(setup) raised {_said(error)}") from error
         if not callable(getattr(self._law, "torques", None)):
-            raise InputError(
-                f"law {self.name}: expected a method torques(sensed) that returns six torques [N m]"
-            )
+            raise InputError(f"law {self.name}: expected a method torques(sensed) that returns six torques [N m]")
 
     def tick(self, k: int, time: float) -> int:
         """See `Law`.
@@ -239,9 +235,7 @@ class UserLaw:
         except Exception as error:
             raise InputError(f"law {self.name}: torques() at t = {time:g} s raised {_said(error)}") from error
         if u.shape != (6,):
-            raise InputError(
-                f"law {self.name}: torques() at t = {time:g} s: expected six numbers, got shape {u.shape}"
-            )
+            raise InputError(f"law {self.name}: torques() at t = {time:g} s: expected six numbers, got shape {u.shape}")
         if not np.isfinite(u).all():
             joint = ACTUATORS[int(np.argmin(np.isfinite(u)))]
             raise InputError(

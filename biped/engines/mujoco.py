@@ -87,9 +87,7 @@ def push_spans(s: Scenario, foreign: Foreign, count: int, tick: float) -> list[t
     wrenches = []
     for i, p in enumerate(s.push):
         if p.body not in bodies:
-            raise InputError(
-                f"push[{i}].body: model '{s.model}' has no body '{p.body}'; {nearest(p.body, bodies)}"
-            )
+            raise InputError(f"push[{i}].body: model '{s.model}' has no body '{p.body}'; {nearest(p.body, bodies)}")
         wrench = np.zeros((foreign.model.nbody, 6))
         wrench[foreign.model.body(p.body).id, [0, 2]] = turn @ np.array(p.force)
         wrenches.append(wrench)

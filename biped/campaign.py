@@ -1,0 +1,100 @@
+"""Many runs on all cores: the same numbers for any number of jobs, every finished run kept."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from biped.plan import Plan
+from biped.scenario import Scenario
+from biped.trajectory import Trajectory
+
+Row = dict[str, Any]
+"""One run's numbers: index, seed, end, cause, then every metric."""
+
+_plan: Plan | None = None
+_keep: Callable[[int, Trajectory, Row], None] | None = None
+
+
+def simulate(plan: Plan, index: int) -> Trajectory:
+    """Simulates run `index` of a plan in the engine that its scenario names."""
+    from biped.engines import mujoco
+
+    return mujoco.simulate(plan.run(index))
+
+
+def measured(plan: Plan, index: int, trajectory: Trajectory) -> Row:
+    """The row of a run: who it is, how it ended and every metric."""
+    from biped.metrics import measure
+
+    numbers = measure(trajectory, plan.scenario.interval)
+    fell = bool(numbers.pop("falls"))
+    row = {"index": index, "seed": plan.run(index).seed, "fell": fell, "end": trajectory.end, "cause": trajectory.cause}
+    row |= numbers
+    row["walked"] = bool(row["walked"])
+    row["warnings"] = trajectory.warnings
+    return row
+
+
+def run_one(plan: Plan, index: int) -> tuple[Trajectory, Row]:
+    """Simulates and measures one run."""
+    trajectory = simulate(plan, index)
+    return trajectory, measured(plan, index, trajectory)
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@contextmanager
+def rows_of(
+    plan: Plan, indices: Iterable[int], jobs: int, keep: Callable[[int, Trajectory, Row], None] | None = None
+) -> Iterator[Iterator[Row]]:
+    """Rows of the given runs, as they are finished.
+
+    Args:
+        plan: The ensemble.
+        indices: Which runs.
+        jobs: Number of processes; 1 stays in this one.
+        keep: Called where the run was made with (index, trajectory, row), for what must be kept of it.
+
+    Yields:
+        An iterator over rows, in any order.
+    """
+    indices = list(indices)
+    jobs = max(1, min(jobs, len(indices)))
+    _start(plan.scenario, keep, plan)
+    if jobs == 1:
+        yield map(_work, indices)
+        return
+    # Forked workers share what is already imported and compiled; where fork does not exist they start afresh.
+    method = "fork" if "fork" in multiprocessing.get_all_start_methods() else "spawn"
+    context = multiprocessing.get_context(method)
+    pool = context.Pool(jobs, _start, (plan.scenario, keep, plan if method == "fork" else None))
+    try:
+        yield pool.imap_unordered(_work, indices)
+    finally:
+        pool.terminate()
+        pool.join()
+
+
+def _start(scenario: Scenario, keep: Callable[[int, Trajectory, Row], None] | None, plan: Plan | None = None) -> None:
+    global _plan, _keep
+    _plan = Plan(scenario) if plan is None else plan
+    _keep = keep
+    if multiprocessing.parent_process() is not None:
+        # Ctrl-C is the parent's business: it ends the pool and keeps what is finished.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _work(index: int) -> Row:
+    assert _plan is not None
+    trajectory, row = run_one(_plan, index)
+    if _keep is not None:
+        _keep(index, trajectory, row)
+    return row

@@ -1,0 +1,178 @@
+"""The command line: the only module that knows argv, exit codes and the terminal."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from biped import __version__
+from biped.errors import BipedError, InputError
+
+DONE, FAILED, BAD_INPUT, STOPPED = 0, 1, 2, 130
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="biped",
+        description="Does this walking controller really work? Runs walking scenarios, measures and checks them.",
+        epilog="Exit code 0: done, all expectations met; 1: a run or a check failed; 2: bad input.",
+    )
+    parser.add_argument("--version", action="version", version=f"biped {__version__}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+
+    def scenarios(name: str, what: str) -> argparse.ArgumentParser:
+        command = commands.add_parser(name, help=what, description=what)
+        command.add_argument("scenario", nargs="+", help="name in scenarios/, or path of a scenario file")
+        command.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
+                             help="change a key, e.g. --set ground.slope=2 (VALUE is TOML; may be repeated)")  # fmt: skip
+        command.add_argument("--engine", help="engine to run in")
+        command.add_argument("--jobs", type=int, help="processes for ensembles (default: all cores)")
+        command.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+        return command
+
+    run = scenarios("run", "run scenarios; write metrics, trajectory and, if wanted, a recording")
+    run.add_argument("--out", type=Path, help="results folder (default: a new one below runs/)")
+    run.add_argument("--record", action="store_true", help="also write a recording for the rerun viewer")
+    run.add_argument("--only", type=int, metavar="N", help="replay run N of the ensemble alone")
+    check = scenarios("check", "run scenarios and compare with their [expect]")
+    check.add_argument("--junit", type=Path, metavar="FILE", help="also write JUnit XML")
+    view = commands.add_parser("view", help="open a recording in the rerun viewer")
+    view.add_argument("run", nargs="?", type=Path, help="results folder or .rrd (default: the newest recording)")
+    plot = commands.add_parser("plot", help="draw figures of a run or campaign")
+    plot.add_argument("run", type=Path, help="results folder")
+    commands.add_parser("list", help="models, controllers and scenarios, with a line each")
+    return parser
+
+
+def _changes(args: argparse.Namespace) -> list[str]:
+    return [*args.changes, *([f"engine={args.engine}"] if args.engine else [])]
+
+
+def _jobs(args: argparse.Namespace) -> int:
+    from biped.campaign import cores
+
+    if args.jobs is None:
+        return cores()
+    if args.jobs < 1:
+        raise InputError(f"--jobs {args.jobs}: expected at least 1")
+    return args.jobs
+
+
+def _run(args: argparse.Namespace) -> int:
+    from biped import commands
+
+    if args.out is not None and len(args.scenario) > 1:
+        raise InputError("--out: expected with one scenario only; several make folders of their own below runs/")
+    results = []
+    for name in args.scenario:
+        result, where, description = commands.run(
+            name, _changes(args), _jobs(args), args.out, record=args.record, only=args.only
+        )
+        results.append(result)
+        if not args.json:
+            from biped.terminal import show_result
+
+            show_result(result, description)
+            print(f"  results in {where}/")
+    if args.json:
+        _print_json(results)
+    return DONE if all(result["passed"] for result in results) else FAILED
+
+
+def _check(args: argparse.Namespace) -> int:
+    from biped import commands
+    from biped.checks import write_junit
+    from biped.reading import read_scenario
+
+    for name in args.scenario:
+        if not read_scenario(name, _changes(args)).expect:
+            raise InputError(f"{name}: expect: missing; a scenario to check says what it expects, e.g. "
+                             "falls = { max = 0 }")  # fmt: skip
+    results = []
+    for name in args.scenario:
+        result, _, description = commands.run(name, _changes(args), _jobs(args), None, write=False)
+        results.append(result)
+        if not args.json:
+            from biped.terminal import console, show_checks
+
+            verdict = "[green]ok[/green]" if result["passed"] else "[red]FAILED[/red]"
+            console().print(f"[bold]{result['scenario']}[/bold] {verdict}: {description}")
+            show_checks(result)
+    if args.junit is not None:
+        try:
+            write_junit(args.junit, results)
+        except OSError as error:
+            raise InputError(f"--junit {args.junit}: cannot be written: {error.strerror}") from None
+    if args.json:
+        _print_json(results)
+    return DONE if all(result["passed"] for result in results) else FAILED
+
+
+def _print_json(results: list[dict]) -> None:
+    from biped.results import dumps
+
+    if len(results) == 1:
+        print(dumps(results[0]))
+    else:
+        print(dumps({"passed": all(result["passed"] for result in results), "results": results}))
+
+
+def _view(args: argparse.Namespace) -> int:
+    import subprocess
+
+    from biped.commands import newest_recording
+    from biped.recorded import recording_of
+
+    path = newest_recording() if args.run is None else recording_of(args.run)
+    print(f"opening {path}")
+    return subprocess.call([sys.executable, "-m", "rerun", str(path)])
+
+
+def _plot(args: argparse.Namespace) -> int:
+    from biped.recorded import plot_results
+
+    for path in plot_results(args.run):
+        print(path)
+    return DONE
+
+
+def _list(args: argparse.Namespace) -> int:
+    from biped.commands import listing
+
+    lines = listing()
+    width = max(len(name) for _, name, _ in lines)
+    kind = ""
+    for this, name, text in lines:
+        if this != kind:
+            print(f"{this}/")
+            kind = this
+        print(f"  {name:<{width}}  {text}")
+    return DONE
+
+
+_COMMANDS = {"run": _run, "check": _check, "view": _view, "plot": _plot, "list": _list}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs one command; returns the exit code."""
+    args = _parser().parse_args(argv)
+    try:
+        return _COMMANDS[args.command](args)
+    except InputError as error:
+        print(f"biped: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except BipedError as error:
+        print(f"biped: {error}", file=sys.stderr)
+        return FAILED
+    except KeyboardInterrupt:
+        print("biped: stopped; what was finished is kept, and the same command with --out goes on from there",
+              file=sys.stderr)  # fmt: skip
+        return STOPPED
+    except BrokenPipeError:
+        return DONE
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,160 @@
+"""What the commands do, without argv and without the terminal's exit code."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from biped import campaign
+from biped.errors import InputError
+from biped.files import canonical, folder, label, locate, names, read_toml
+from biped.plan import Plan
+from biped.reading import read_scenario
+from biped.results import Folder, dumps, new_folder, result_of
+from biped.trajectory import Trajectory
+
+RUNS = Path("runs")
+"""Where results go unless --out says otherwise, below the working folder."""
+
+LAST_SECONDS = 3.0
+"""[s] of trajectory kept of a run that fell in a campaign."""
+
+
+def title_of(name: str) -> str:
+    """A scenario's name for people and folders."""
+    path = locate("scenarios", name, "scenario")
+    known = canonical("scenarios", path)
+    return path.stem if Path(known).suffix else known
+
+
+def _keep(path: Path, index: int, trajectory: Trajectory, row: campaign.Row) -> None:
+    """Keeps the last seconds of a run that fell."""
+    if not row["fell"]:
+        return
+    path.mkdir(exist_ok=True)
+    trajectory.last(LAST_SECONDS).save(path / f"run-{index:05d}.npz")
+
+
+def run(
+    name: str,
+    changes: Sequence[str],
+    jobs: int,
+    out: Path | None,
+    record: bool = False,
+    only: int | None = None,
+    write: bool = True,
+) -> tuple[dict[str, Any], Path | None, str]:
+    """Runs one scenario and writes its results.
+
+    Args:
+        name: Name or path of the scenario.
+        changes: `--set` changes.
+        jobs: Number of processes.
+        out: Results folder; default: a new one below `RUNS`.
+        record: Also write a recording.
+        only: Replay just this run of the ensemble.
+        write: Whether to write anything.
+
+    Returns:
+        The result object, the folder (None if nothing was written), the scenario's description.
+    """
+    from biped.terminal import progress
+
+    scenario = read_scenario(name, changes)
+    plan = Plan(scenario)
+    title = title_of(name)
+    if only is not None and not 0 <= only < len(plan):
+        raise InputError(f"--only {only}: expected the number of a run, 0 … {len(plan) - 1}")
+    where = None
+    if write:
+        suffix = title.replace("/", "-") + ("" if only is None else f"-run{only}")
+        where = Folder(out if out is not None else new_folder(RUNS, suffix), plan)
+    indices = range(len(plan)) if only is None else [only]
+    if len(indices) == 1:
+        trajectory, row = campaign.run_one(plan, indices[0])
+        rows = [row]
+        if where is not None:
+            trajectory.save(where.path / "trajectory.npz")
+    else:
+        rows = _ensemble(plan, indices, jobs, where, partial(progress, title))
+    result = result_of(title, plan, rows)
+    if where is not None:
+        where.write_result(result)
+        where.write_table(rows)
+        if record:
+            from biped.recorded import record_runs
+
+            record_runs(where.path / "recording.rrd", plan, result)
+    return result, None if where is None else where.path, scenario.description
+
+
+def _ensemble(plan: Plan, indices: Sequence[int], jobs: int, where: Folder | None, progress) -> list[campaign.Row]:
+    """Rows of an ensemble in order, those an interrupted campaign left included."""
+    done = {row["index"]: row for row in (where.finished() if where else [])}
+    left = [index for index in indices if index not in done]
+    keep = partial(_keep, where.path / "failures") if where else None
+    if left:
+        with campaign.rows_of(plan, left, jobs, keep) as rows, progress(len(indices), len(done)) as advance:
+            journal = open(where.journal, "a", encoding="utf-8") if where else None
+            try:
+                for row in rows:
+                    done[row["index"]] = row
+                    if journal is not None:
+                        journal.write(dumps(row) + "\n")
+                        journal.flush()
+                    advance()
+            finally:
+                if journal is not None:
+                    journal.close()
+    return [done[index] for index in indices]
+
+
+def listing() -> list[tuple[str, str, str]]:
+    """Every model, controller and scenario that has a name: (kind, name, one line)."""
+    lines = []
+    for kind in ("models", "controllers", "scenarios"):
+        for name in names(kind):
+            lines.append((kind, name, _one_line(kind, name)))
+    return lines
+
+
+def _one_line(kind: str, name: str) -> str:
+    path = locate(kind, name, "list")
+    if kind == "models":
+        text = path.read_text(encoding="utf-8")
+        comment = text.partition("<!--")[2].partition("-->")[0].strip()
+        return comment.partition(";")[0].partition("\n")[0].strip()
+    return str(read_toml(path).get("description", ""))
+
+
+def results_at(path: Path) -> dict[str, Any]:
+    """The result object in a results folder.
+
+    Raises:
+        InputError: It is not a results folder.
+    """
+    file = path / "result.json"
+    if not file.is_file():
+        known = [label(p) for p in sorted(RUNS.glob("*"))]
+        raise InputError(f"{path}: expected a results folder (with result.json); there are: {', '.join(known) or 'none'}")
+    return json.loads(file.read_text(encoding="utf-8"))
+
+
+def newest_recording() -> Path:
+    """The recording that was written last below `RUNS`.
+
+    Raises:
+        InputError: There is none.
+    """
+    found = sorted(RUNS.glob("*/recording.rrd"), key=lambda path: path.stat().st_mtime)
+    if not found:
+        raise InputError(f"view: no recording below {RUNS}/; make one with: biped run level_normal --record")
+    return found[-1]
+
+
+def scenario_folder() -> Path:
+    """The folder that named scenarios live in."""
+    return folder("scenarios")

@@ -1,0 +1,148 @@
+"""The folder that a run or campaign leaves behind, and the result object that `--json` prints.
+
+    scenario.toml     the effective scenario: running it gives the same results
+    result.json       verdict, checks, summary and every run's numbers
+    runs.jsonl        rows as they were finished (a campaign's journal; it resumes from here)
+    runs.parquet      one row per run, in order, with every metric
+    trajectory.npz    the trajectory of a single run
+    failures/         of a campaign: the last seconds of runs that fell
+    recording.rrd     for the rerun viewer
+    figures/          PNG
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from biped.campaign import Row
+from biped.checks import Check, judge
+from biped.errors import InputError
+from biped.metrics import NAMES, aggregate
+from biped.plan import Plan
+from biped.reading import to_toml
+from biped.statistics import wilson
+
+
+class Folder:
+    """A results folder, made when the first result is written.
+
+    Args:
+        path: Where.
+        plan: What is run; its effective scenario identifies the folder.
+
+    Raises:
+        InputError: Something else is already there, or it cannot be written.
+    """
+
+    def __init__(self, path: Path, plan: Plan):
+        self.path = path
+        self._text = to_toml(plan.scenario, plan.gains)
+        if path.exists() and (not path.is_dir() or any(path.iterdir())):
+            there = path / "scenario.toml"
+            if not there.is_file() or there.read_text(encoding="utf-8") != self._text:
+                raise InputError(
+                    f"--out {path}: already holds something else; expected a new folder, or one with the results of "
+                    "exactly this scenario, which are then continued"
+                )
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+            (path / "scenario.toml").write_text(self._text, encoding="utf-8")
+        except OSError as error:
+            raise InputError(f"--out {path}: cannot be written: {error.strerror}; choose another folder") from None
+
+    @property
+    def journal(self) -> Path:
+        """The file of finished rows."""
+        return self.path / "runs.jsonl"
+
+    def finished(self) -> list[Row]:
+        """Rows of runs that an earlier, interrupted campaign finished."""
+        if not self.journal.is_file():
+            return []
+        rows = []
+        for line in self.journal.read_text(encoding="utf-8").splitlines():
+            try:
+                rows.append(_with_nan(json.loads(line)))
+            except json.JSONDecodeError:  # the line that was being written when the campaign was killed
+                continue
+        return rows
+
+    def write_result(self, result: dict[str, Any]) -> None:
+        """Writes result.json."""
+        (self.path / "result.json").write_text(dumps(result, indent=1), encoding="utf-8")
+
+    def write_table(self, rows: Sequence[Row]) -> None:
+        """Writes runs.parquet, one flat row per run."""
+        import pyarrow
+        import pyarrow.parquet
+
+        flat = [_flat(row) for row in rows]
+        names = list(dict.fromkeys(name for row in flat for name in row))
+        table = pyarrow.table({name: [row.get(name) for row in flat] for name in names})
+        pyarrow.parquet.write_table(table, self.path / "runs.parquet")
+
+
+def new_folder(root: Path, name: str) -> Path:
+    """The first of root/name, root/name-2, … that does not exist."""
+    path, number = root / name, 1
+    while path.exists():
+        number += 1
+        path = root / f"{name}-{number}"
+    return path
+
+
+def result_of(name: str, plan: Plan, rows: Sequence[Row]) -> dict[str, Any]:
+    """The result object of a scenario: verdict, checks, summary, runs.
+
+    It passes when all expectations hold; without expectations, when no run diverged and a single run stayed up.
+    """
+    summary = aggregate([row | {"falls": row["fell"]} for row in rows])
+    checks: list[Check] = judge(plan.scenario.expect, summary)
+    diverged = any(row["end"] == "diverged" for row in rows)
+    lone_fall = not checks and len(rows) == 1 and rows[0]["fell"]
+    low, high = wilson(int(summary["walked"]), len(rows))
+    return {
+        "scenario": name,
+        "engine": plan.scenario.engine,
+        "passed": all(check.passed for check in checks) and not diverged and not lone_fall,
+        "summary": {name: summary[name] for name in NAMES} | {"runs": len(rows), "walked_interval": [low, high]},
+        "thesis": plan.scenario.thesis,
+        "runs": list(rows),
+        "checks": [check._asdict() for check in checks],
+    }
+
+
+def dumps(value: Any, indent: int | None = None) -> str:
+    """JSON of a result; a number that does not exist is null."""
+    return json.dumps(_without_nan(value), indent=indent, ensure_ascii=False, allow_nan=False)
+
+
+def _without_nan(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _without_nan(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_without_nan(inner) for inner in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def _with_nan(row: Row) -> Row:
+    return {key: math.nan if inner is None else inner for key, inner in row.items()}
+
+
+def _flat(row: Row) -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for key, value in row.items():
+        if isinstance(value, dict):
+            if key == "warnings":
+                flat[key] = json.dumps(value, sort_keys=True)
+            else:
+                flat |= {f"{key}.{inner}": item for inner, item in _flat(value).items()}
+        else:
+            flat[key] = value
+    return flat

@@ -1,0 +1,31 @@
+"""Statements about ensembles."""
+
+from __future__ import annotations
+
+import math
+
+Z95 = 1.959963984540054
+"""Two-sided 95 % quantile of the normal distribution."""
+
+
+def wilson(successes: int, trials: int, z: float = Z95) -> tuple[float, float]:
+    """Wilson's score interval of a proportion (E. B. Wilson, JASA 22, 1927).
+
+    Args:
+        successes: Number of successes.
+        trials: Number of trials; none gives (0, 1).
+        z: Normal quantile.
+
+    Returns:
+        Lower and upper bound, 0 … 1.
+    """
+    if trials == 0:
+        return 0.0, 1.0
+    p = successes / trials
+    scale = 1.0 + z * z / trials
+    centre = p + z * z / (2 * trials)
+    half = z * math.sqrt(p * (1.0 - p) / trials + z * z / (4 * trials * trials))
+    # At 0 and n successes the bound is exactly 0 or 1; rounding must not say otherwise.
+    low = 0.0 if successes == 0 else (centre - half) / scale
+    high = 1.0 if successes == trials else (centre + half) / scale
+    return low, high
