@@ -139,7 +139,9 @@ def results_at(path: Path) -> dict[str, Any]:
     file = path / "result.json"
     if not file.is_file():
         known = [label(p) for p in sorted(RUNS.glob("*"))]
-        raise InputError(f"{path}: expected a results folder (with result.json); there are: {', '.join(known) or 'none'}")
+        raise InputError(
+            f"{path}: expected a results folder (with result.json); there are: {', '.join(known) or 'none'}"
+        )
     return json.loads(file.read_text(encoding="utf-8"))
 
 

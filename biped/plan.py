@@ -77,9 +77,7 @@ class Plan:
         self._contacts = contacts if start.contacts is None else start.contacts
         for name in self._contacts:
             if name not in POINTS:
-                raise InputError(
-                    f"start.contacts: '{name}' is no contact point; {nearest(name, list(POINTS))}"
-                )
+                raise InputError(f"start.contacts: '{name}' is no contact point; {nearest(name, list(POINTS))}")
         self._q = project(self.tree, self._posture, self._contacts) if start.settle else self._posture
         self.run(0)
 

@@ -1,13 +1,13 @@
 """The folder that a run or campaign leaves behind, and the result object that `--json` prints.
 
-    scenario.toml     the effective scenario: running it gives the same results
-    result.json       verdict, checks, summary and every run's numbers
-    runs.jsonl        rows as they were finished (a campaign's journal; it resumes from here)
-    runs.parquet      one row per run, in order, with every metric
-    trajectory.npz    the trajectory of a single run
-    failures/         of a campaign: the last seconds of runs that fell
-    recording.rrd     for the rerun viewer
-    figures/          PNG
+scenario.toml     the effective scenario: running it gives the same results
+result.json       verdict, checks, summary and every run's numbers
+runs.jsonl        rows as they were finished (a campaign's journal; it resumes from here)
+runs.parquet      one row per run, in order, with every metric
+trajectory.npz    the trajectory of a single run
+failures/         of a campaign: the last seconds of runs that fell
+recording.rrd     for the rerun viewer
+figures/          PNG
 """
 
 from __future__ import annotations

@@ -121,12 +121,12 @@ class ThesisLaw:
         # crba fills M (upper triangle) and J; nothing else of Pinocchio's dynamics is needed.
         pinocchio.crba(self._model, self._data, self._q, WORLD)
         h = pinocchio.nonLinearEffects(self._model, self._data, self._q, self._v)
-        status = thesis_tick(self.c, self._M, self._J, h, self._q, self._v, self._log, k, time)
+        status = thesis_tick(self.record, self._M, self._J, h, self._q, self._v, self._log, k, time)
         if self._bounded and self.c["over"] and status != NOT_FINITE:
             from biped.control.bounded import bounded_torques
 
             self.u[:] = bounded_torques(self.c)
-            log_tick(self.c, self._q, self._v, self._log, k, time)
+            log_tick(self.record, self._q, self._v, self._log, k, time)
         return status
 
 
@@ -221,7 +221,7 @@ class UserLaw:
         pinocchio.crba(self._model, self._data, self._q, WORLD)
         M = self._data.M
         c = self.c
-        status = sense(c, self._data.J, self._q, self._v, k == 0)
+        status = sense(self.record, self._data.J, self._q, self._v, k == 0)
         if status == NOT_FINITE:
             return status
         upright = np.array([0.5, 0.5, 0.5, 0.0, 0.5, 0.5, 0.0]) * np.pi
@@ -242,7 +242,7 @@ class UserLaw:
                 f"law {self.name}: torques() at t = {time:g} s: expected finite numbers, got {u.tolist()} ({joint})"
             )
         np.clip(u, -c["limit"], c["limit"], out=self.u)
-        log_tick(c, self._q, self._v, self._log, k, time)
+        log_tick(self.record, self._q, self._v, self._log, k, time)
         return status
 
 

@@ -23,8 +23,9 @@ GOING, LOW, TILTED, NOT_FINITE = 0, 1, 2, 3
 
 
 @njit(cache=True)
-def sense(c, J, q, v, first):
+def sense(record, J, q, v, first):
     """Links, believed contacts and leg states of this tick; returns GOING, LOW, TILTED or NOT_FINITE."""
+    c = record[0]
     for j in range(9):
         if not (math.isfinite(q[j]) and math.isfinite(v[j])):
             return 3
@@ -42,8 +43,9 @@ def sense(c, J, q, v, first):
 
 
 @njit(cache=True)
-def log_tick(c, q, v, log, k, time):
+def log_tick(record, q, v, log, k, time):
     """Writes row k of the log, except the ground forces, which belong to the step that follows."""
+    c = record[0]
     line = log[k]
     line[TIME] = time
     for j in range(9):
@@ -95,11 +97,12 @@ def log_forces(log, k, efc_force, place, points):
 
 
 @njit(cache=True)
-def thesis_tick(c, M, J, h, q, v, log, k, time):
+def thesis_tick(record, M, J, h, q, v, log, k, time):
     """The thesis's control law for one tick; u or Q_d is left in the record.
 
     Args:
-        c: Controller record (`biped.control.record.CONTROL`).
+        record: (1,) `biped.control.record.CONTROL`; an array, because numba takes microseconds to recognise a bare
+            record.
         M: (9, 9) mass matrix, upper triangle (Pinocchio).
         J: (6, 9) world-frame joint Jacobian (Pinocchio).
         h: (9,) bias forces (Pinocchio).
@@ -112,11 +115,12 @@ def thesis_tick(c, M, J, h, q, v, log, k, time):
     Returns:
         GOING, LOW, TILTED or NOT_FINITE.
     """
-    status = sense(c, J, q, v, k == 0)
+    status = sense(record, J, q, v, k == 0)
     if status == 3:
         return status
+    c = record[0]
     desired_forces(c, q, v)
     if c["generalized"] == 0:
         c["over"] = joint_torques(c, M, J, h, q)
-    log_tick(c, q, v, log, k, time)
+    log_tick(record, q, v, log, k, time)
     return status
