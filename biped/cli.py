@@ -122,10 +122,9 @@ def _print_json(results: list[dict]) -> None:
 def _view(args: argparse.Namespace) -> int:
     import subprocess
 
-    from biped.commands import newest_recording
     from biped.recorded import recording_of
 
-    path = newest_recording() if args.run is None else recording_of(args.run)
+    path = recording_of(args.run)
     print(f"opening {path}")
     return subprocess.call([sys.executable, "-m", "rerun", str(path)])
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from biped import campaign
 from biped.errors import InputError
-from biped.files import canonical, folder, label, locate, names, read_toml
+from biped.files import canonical, label, locate, names, read_toml
 from biped.plan import Plan
 from biped.reading import read_scenario
 from biped.results import Folder, dumps, new_folder, result_of
@@ -73,9 +73,10 @@ def run(
         suffix = title.replace("/", "-") + ("" if only is None else f"-run{only}")
         where = Folder(out if out is not None else new_folder(RUNS, suffix), plan)
     indices = range(len(plan)) if only is None else [only]
+    known: dict[int, Trajectory] = {}
     if len(indices) == 1:
         trajectory, row = campaign.run_one(plan, indices[0])
-        rows = [row]
+        rows, known = [row], {row["index"]: trajectory}
         if where is not None:
             trajectory.save(where.path / "trajectory.npz")
     else:
@@ -87,7 +88,7 @@ def run(
         if record:
             from biped.recorded import record_runs
 
-            record_runs(where.path / "recording.rrd", plan, result)
+            record_runs(where.path / "recording.rrd", plan, result, known)
     return result, None if where is None else where.path, scenario.description
 
 
@@ -155,8 +156,3 @@ def newest_recording() -> Path:
     if not found:
         raise InputError(f"view: no recording below {RUNS}/; make one with: biped run level_normal --record")
     return found[-1]
-
-
-def scenario_folder() -> Path:
-    """The folder that named scenarios live in."""
-    return folder("scenarios")

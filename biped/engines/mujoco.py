@@ -13,7 +13,10 @@ from biped.geometry import JOINTS
 from biped.model import Foreign, compile_foreign, tree_at
 from biped.plan import Run
 from biped.scenario import Scenario
-from biped.trajectory import WIDTH, Q, Trajectory
+from biped.trajectory import WIDTH, Q, Trajectory, V
+
+_STILL = 0.2
+"""[m/s, rad] below which a fall has no direction."""
 
 
 def simulate(run: Run) -> Trajectory:
@@ -106,7 +109,9 @@ def _ending(status: int, log: np.ndarray) -> tuple[str, str]:
         return "completed", ""
     time = log[-1, 0] if len(log) > 1 else 0.0
     if status in (LOW, TILTED):
-        way = "collapsed" if status == LOW else ("fell forward" if log[-1, Q + 2] < 0.0 else "fell backward")
+        # A torso held upright over toppling legs falls the way it moves; otherwise the way it leans.
+        way = log[-1, V] if status == LOW else -log[-1, Q + 2]
+        way = "collapsed" if abs(way) < _STILL else "fell forward" if way > 0.0 else "fell backward"
         return "fell", f"{way} at {time:.3f} s"
     before = log[-2, Q : Q + 9] if len(log) > 1 else log[0, Q : Q + 9]
     worst = JOINTS[int(np.argmax(np.abs(before)))]
