@@ -26,7 +26,7 @@ def _parser() -> argparse.ArgumentParser:
         command = commands.add_parser(name, help=what, description=what)
         command.add_argument("scenario", nargs="+", help="name in scenarios/, or path of a scenario file")
         command.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
-                             help="change a key, e.g. --set ground.slope=2 (VALUE is TOML; may be repeated)")  # fmt: skip
+                             help="change a key, e.g. ground.slope=2 (VALUE is TOML; repeatable)")  # fmt: skip
         command.add_argument("--engine", help="engine to run in")
         command.add_argument("--jobs", type=int, help="processes for ensembles (default: all cores)")
         command.add_argument("--json", action="store_true", help="print one JSON object and nothing else")

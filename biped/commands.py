@@ -13,7 +13,7 @@ from biped.errors import InputError
 from biped.files import canonical, label, locate, names, read_toml
 from biped.plan import Plan
 from biped.reading import read_scenario
-from biped.results import Folder, dumps, new_folder, result_of
+from biped.results import Folder, new_folder, result_of
 from biped.trajectory import Trajectory
 
 RUNS = Path("runs")
@@ -36,6 +36,8 @@ def _keep(path: Path, index: int, trajectory: Trajectory, row: campaign.Row) -> 
         return
     path.mkdir(exist_ok=True)
     trajectory.last(LAST_SECONDS).save(path / f"run-{index:05d}.npz")
+    again = f"biped run {path.parent / 'scenario.toml'} --only {index}"
+    (path / f"run-{index:05d}.txt").write_text(f"{row['cause']}\nagain: {again}\n", encoding="utf-8")
 
 
 def run(
@@ -99,17 +101,11 @@ def _ensemble(plan: Plan, indices: Sequence[int], jobs: int, where: Folder | Non
     keep = partial(_keep, where.path / "failures") if where else None
     if left:
         with campaign.rows_of(plan, left, jobs, keep) as rows, progress(len(indices), len(done)) as advance:
-            journal = open(where.journal, "a", encoding="utf-8") if where else None
-            try:
-                for row in rows:
-                    done[row["index"]] = row
-                    if journal is not None:
-                        journal.write(dumps(row) + "\n")
-                        journal.flush()
-                    advance()
-            finally:
-                if journal is not None:
-                    journal.close()
+            for row in rows:
+                done[row["index"]] = row
+                if where is not None:
+                    where.note(row)
+                advance()
     return [done[index] for index in indices]
 
 

@@ -13,7 +13,7 @@ SUFFIX = {"models": ".xml", "controllers": ".toml", "scenarios": ".toml"}
 
 
 def folder(kind: str) -> Path:
-    """The folder of `models`, `controllers` or `scenarios`: beside the package in a checkout, inside it if installed."""
+    """The folder of `models`, `controllers` or `scenarios`: beside the package, or inside it if installed."""
     package = Path(__file__).parent
     installed = package / "data" / kind
     return installed if installed.is_dir() else package.parent / kind
@@ -38,7 +38,7 @@ def locate(kind: str, name: str, asked_by: str, beside: Path | None = None) -> P
 
     Args:
         kind: `models`, `controllers` or `scenarios`.
-        name: A name in the folder of that kind, or a path (with a suffix), relative to the working folder or to `beside`.
+        name: A name in that folder, or a path (with its suffix), relative to the working folder or to `beside`.
         asked_by: Who asks, for the error: `file: key`.
         beside: Folder of the file that asks.
 
@@ -55,7 +55,8 @@ def locate(kind: str, name: str, asked_by: str, beside: Path | None = None) -> P
         if candidate.is_file():
             return candidate
     raise InputError(
-        f"{asked_by}: no {kind[:-1]} '{name}'; expected a path of a {suffix} file or a name: {nearest(name, names(kind))}"
+        f"{asked_by}: no {kind[:-1]} '{name}'; expected the path of a {suffix} file or a name: "
+        f"{nearest(name, names(kind))}"
     )
 
 

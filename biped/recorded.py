@@ -56,7 +56,7 @@ def record_runs(path: Path, plan: Plan, result: Mapping[str, Any], known: Mappin
     shown = [
         Recorded(
             name=name,
-            trajectory=known[index] if index in known else campaign.simulate(plan, index),
+            trajectory=known[index] if index in known else campaign.simulate(plan.run(index)),
             model=model,
             metrics=rows[index],
             checks=checks,
@@ -112,10 +112,10 @@ def plot_results(folder: Path) -> list[Path]:
     rows = result["runs"]
     if len(rows) > 1:
         out.mkdir(exist_ok=True)
-        trajectories = [campaign.simulate(plan, row["index"]) for row in rows[:DRAWN]]
+        trajectories = [campaign.simulate(plan.run(row["index"])) for row in rows[:DRAWN]]
         files.append(out / "velocities.png")
         figures.plot_ensemble(trajectories, files[0], title=result["scenario"])
     index = next((index for name, index in chosen(rows) if name in ("run", "median", "best")), rows[0]["index"])
-    trajectory = kept[index] if index in kept else campaign.simulate(plan, index)
+    trajectory = kept[index] if index in kept else campaign.simulate(plan.run(index))
     title = result["scenario"] if len(rows) == 1 else f"{result['scenario']}, run {index}"
     return files + figures.plot_run(trajectory, out, title=title, window=plan.scenario.interval)

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
 import mujoco
 import numpy as np
 
-from biped.control.controller import law_of
+from biped.control.controller import Law, law_of
 from biped.control.tick import GOING, LOW, TILTED, log_forces
 from biped.errors import InputError
 from biped.files import nearest
@@ -13,7 +17,13 @@ from biped.geometry import JOINTS
 from biped.model import Foreign, compile_foreign, tree_at
 from biped.plan import Run
 from biped.scenario import Scenario
-from biped.trajectory import WIDTH, Q, Trajectory, V
+from biped.scenario import Sensors as SensorKeys
+from biped.trajectory import Q_D, WIDTH, Q, Trajectory, U, V
+
+if TYPE_CHECKING:
+    from biped.sensors import Sensors
+
+NO_SENSORS = SensorKeys()
 
 _STILL = 0.2
 """[m/s, rad] below which a fall has no direction."""
@@ -38,12 +48,18 @@ def simulate(run: Run) -> Trajectory:
     tick = 1.0 / s.simulation.control_rate
     count = round(s.duration * s.simulation.control_rate)
     log = np.zeros((count, WIDTH))
-    law = law_of(run, tree_at(run.model), data.qpos, data.qvel, log)
+    q, v = data.qpos, data.qvel
+    sensors = _sensors(run, q, v, count)
+    law = law_of(run, tree_at(run.model), *((q, v) if sensors is None else (sensors.q, sensors.v)), log)
     generalized = s.actuation.mode == "generalized"
     wanted, applied = (law.Q_d, data.qfrc_applied) if generalized else (law.u, data.ctrl)
+    logged = slice(Q_D, Q_D + 9) if generalized else slice(U, U + 6)
     substeps = round(tick / s.simulation.timestep)
     place, points = data.geom_xpos, foreign.points
     step, next_tick = mujoco.mj_step, law.tick
+    if sensors is not None:
+        next_tick = partial(_measured_tick, sensors, law, q, v, log)
+    follow = 1.0 if s.actuation.lag == 0.0 else 1.0 - float(np.exp(-tick / s.actuation.lag))
     status, done = GOING, 0
     for first, last, wrench in push_spans(s, foreign, count, tick):
         data.xfrc_applied[:] = wrench
@@ -52,7 +68,11 @@ def simulate(run: Run) -> Trajectory:
             done = k + 1
             if status != GOING:
                 break
-            applied[:] = wanted
+            if follow == 1.0:
+                applied[:] = wanted
+            else:
+                applied += follow * (wanted - applied)
+                log[k, logged] = applied
             step(model, data, substeps)
             log_forces(log, k, data.efc_force, place, points)
         if status != GOING:
@@ -76,6 +96,26 @@ def simulate(run: Run) -> Trajectory:
     )
 
 
+def _sensors(run: Run, q: np.ndarray, v: np.ndarray, count: int) -> Sensors | None:
+    """The run's sensors, or None if the controller reads the state itself."""
+    if run.scenario.sensors == NO_SENSORS:
+        return None
+    from biped.sensors import Sensors
+
+    return Sensors(run, q, v, count)
+
+
+def _measured_tick(
+    sensors: Sensors, law: Law, q: np.ndarray, v: np.ndarray, log: np.ndarray, k: int, time: float
+) -> int:
+    """A tick through sensors; the log keeps the true coordinates."""
+    sensors.measure(k)
+    status = law.tick(k, time)
+    log[k, Q : Q + 9] = q
+    log[k, V : V + 9] = v
+    return status
+
+
 def push_spans(s: Scenario, foreign: Foreign, count: int, tick: float) -> list[tuple[int, int, np.ndarray]]:
     """The run cut where pushes begin and end: (first tick, last tick + 1, wrenches (nbody, 6) in the slope's frame).
 
@@ -95,7 +135,7 @@ def push_spans(s: Scenario, foreign: Foreign, count: int, tick: float) -> list[t
         wrench[foreign.model.body(p.body).id, [0, 2]] = turn @ np.array(p.force)
         wrenches.append(wrench)
     out = []
-    for first, last in zip(cuts[:-1], cuts[1:], strict=True):
+    for first, last in pairwise(cuts):
         total = np.zeros((foreign.model.nbody, 6))
         for (start, stop), wrench in zip(spans, wrenches, strict=True):
             if start <= first < stop:
