@@ -49,9 +49,11 @@ def _change(text: str) -> dict[str, Any]:
         if not re.fullmatch(r"[^\s\"'\[\]{}=,]+", value.strip()):
             raise InputError(f"--set {text}: '{value}' is neither a TOML value nor a single word") from None
         parsed = value.strip()
-    for part in reversed(key.split(".")):
-        parsed = {part: parsed}
-    return parsed
+    parts = key.split(".")
+    table: dict[str, Any] = {parts[-1]: parsed}
+    for part in reversed(parts[:-1]):
+        table = {part: table}
+    return table
 
 
 def source(key: str, origin: dict[str, Path], path: Path) -> str:
