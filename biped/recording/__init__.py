@@ -33,7 +33,7 @@ def record(path: Path, runs: Sequence[Recorded], *, title: str) -> None:
         title: What the viewer calls the recording.
     """
     placed = place(runs)
-    # The viewer keeps one layout per application, and a layout names entities: other names, another application.
+    # The viewer keeps one layout per application, and a layout names entities: other names, another one.
     names = "\n".join(run.root for run in placed)
     application = "biped-" + hashlib.sha256(names.encode()).hexdigest()[:8]
     with rr.RecordingStream(

@@ -9,8 +9,8 @@ import rerun.blueprint as rrb
 from biped.recording.recorded import Placed
 from biped.recording.series import curves
 
-# The eye and what it looks at [m], from the ground below the walker: seen from its right, it walks to the right.
-_EYE, _TARGET = (0.35, -3.0, 1.25), (0.2, 0.0, 0.82)
+# The eye and what it looks at [m from the ground below]: it is seen from its right and walks rightwards.
+_EYE, _TARGET = (0.3, -2.75, 1.2), (0.15, 0.0, 0.86)
 # Plots in which every run has a curve; the others are of the first run.
 _SHARED = ("velocity", "torso", "cost")
 

@@ -1,7 +1,7 @@
 """Around the biped: tilted ground, contact forces, pushes, the centre of mass and its trail.
 
-A trajectory is in the slope's frame, in which gravity leans. What is below `scene` is turned by the slope, so that
-in the viewer gravity is vertical and the ground rises.
+A trajectory is in the slope's frame, in which gravity leans. What is below `scene` is turned by the slope, so
+that in the viewer gravity is vertical and the ground rises.
 """
 
 from __future__ import annotations
@@ -26,7 +26,9 @@ _TILE = 0.5
 _MARGIN = 1.0
 _SLAB = 0.04
 _LIGHT, _DARK, _MARK = (222, 224, 220), (196, 200, 197), (255, 255, 255)
-_FORCE, _PUSHED, _CENTRE = (0, 158, 115), (225, 70, 140), (60, 60, 66)
+_FORCE, _PUSHED, _CENTRE = (0, 158, 115), (245, 110, 170), (60, 60, 66)
+# The centre of mass is drawn [m] beside the plane of motion, where the trunk does not hide it.
+_BESIDE = -0.14
 # Forces below this [N] have an arrow too short to see.
 _FAINT = 5.0
 
@@ -87,7 +89,7 @@ def _log_ground(recording: rr.RecordingStream, placed: Placed) -> None:
 
 
 def _log_eye(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -> None:
-    """What the view moves with: upright and level with the ground below, so that it neither tilts nor bobs."""
+    """What the view moves with: upright, level with the ground below: it neither tilts nor bobs."""
     trajectory = placed.run.trajectory
     slope = math.radians(trajectory.slope)
     along = centre_of_mass(trajectory)[rows, 0]
@@ -102,28 +104,30 @@ def _log_eye(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) ->
 
 
 def _log_centre(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -> None:
-    """The centre of mass and its trail up to now."""
+    """The centre of mass above the ground, and its trail up to now."""
     trajectory = placed.run.trajectory
-    place = _lift(centre_of_mass(trajectory)[rows])
+    place = _lift(centre_of_mass(trajectory)[rows]) + np.array([0.0, _BESIDE, 0.0])
+    # Straight down is where gravity points, not where the slope's normal does.
+    below = place - place[:, 2:] * [math.tan(math.radians(trajectory.slope)), 0.0, 1.0]
+    path = placed.entity("scene", "centre_of_mass")
     times = rr.TimeColumn("time", duration=trajectory.time[rows])
-    style = rr.Points3D.from_fields(radii=0.03, colors=_CENTRE)
-    recording.log(placed.entity("scene", "centre_of_mass"), style, static=True)
+    recording.log(path, rr.Points3D.from_fields(radii=0.028, colors=_CENTRE), static=True)
     recording.send_columns(
-        placed.entity("scene", "centre_of_mass"),
-        indexes=[times],
-        columns=rr.Points3D.columns(positions=place.astype(np.float32)),
+        path, indexes=[times], columns=rr.Points3D.columns(positions=place.astype(np.float32))
     )
+    _log_strips(recording, f"{path}/plumb", times, below, place)
     # One piece a picture: the view shows all pieces up to its time.
     before = np.concatenate([place[:1], place[:-1]])
-    pieces = np.stack([before, place], axis=1).astype(np.float32)
-    recording.log(
-        placed.entity("scene", "trail"), rr.LineStrips3D.from_fields(radii=0.006, colors=_CENTRE), static=True
-    )
-    recording.send_columns(
-        placed.entity("scene", "trail"),
-        indexes=[times],
-        columns=rr.LineStrips3D.columns(strips=list(pieces)),
-    )
+    _log_strips(recording, placed.entity("scene", "trail"), times, before, place)
+
+
+def _log_strips(
+    recording: rr.RecordingStream, path: str, times: rr.TimeColumn, start: np.ndarray, end: np.ndarray
+) -> None:
+    """A thin line from `start` to `end` (m, 3) [m] at each time."""
+    recording.log(path, rr.LineStrips3D.from_fields(radii=0.006, colors=_CENTRE), static=True)
+    strips = list(np.stack([start, end], axis=1).astype(np.float32))
+    recording.send_columns(path, indexes=[times], columns=rr.LineStrips3D.columns(strips=strips))
 
 
 def _log_forces(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -> None:

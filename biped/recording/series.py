@@ -65,8 +65,8 @@ def curves(placed: Placed) -> list[Curves]:
         single("torso", "Torso angle [°], 90 is upright", "torso", np.degrees(torso_angle(trajectory))),
         single("cost", "Cost of transport so far [-]", "net cost", cost_of_transport(trajectory)),
         joints("angle", "Joint angles [°]", np.degrees(trajectory.q[:, 3:])),
-        joints("torque", "Joint torques [N m]", trajectory.applied[:, 3:]),
-        joints("power", "Joint powers [W]", joint_power(trajectory)),
+        joints("torque", "Joint torques [N m], colours as above", trajectory.applied[:, 3:]),
+        joints("power", "Joint powers [W], colours as above", joint_power(trajectory)),
         Curves(
             "force", "Vertical force under each foot [N]", ("right", "left"), (RIGHT, LEFT),
             foot_force(trajectory),
@@ -116,7 +116,7 @@ def log_states(recording: rr.RecordingStream, placed: Placed) -> None:
 def _lane(
     recording: rr.RecordingStream, path: str, time: np.ndarray, end: float, state: np.ndarray, known: dict
 ) -> None:
-    """One lane: a change wherever the state (n,) changes, a gap where it is not `known` and after `end` [s]."""
+    """One lane: a change wherever state (n,) changes, a gap where it is not `known` and after `end` [s]."""
     recording.log(
         path,
         rr.StateConfiguration(
