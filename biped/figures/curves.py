@@ -8,14 +8,26 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from biped.figures.style import JOINTS, LEFT, PUSH, QUIET, RIGHT, STATES, figure, timed
+from biped.figures.style import (
+    JOINTS,
+    LEFT,
+    PUSH,
+    QUIET,
+    RIGHT,
+    STATE_NAMES,
+    STATES,
+    figure,
+    legend_above,
+    timed,
+)
 from biped.model import GRAVITY
 from biped.signals import every, foot_force, torso_angle
 from biped.trajectory import Trajectory
 
 Window = tuple[float, float]
-# Contact forces hit and miss many times in a step: [s] over which they are averaged for the eye.
+# Contacts hit and miss many times in a step, and torques with them: [s] of the means that the eye can follow.
 _SMOOTH = 0.02
+_MEANS = f"means over {1e3 * _SMOOTH:.0f} ms"
 _BEFORE, _AFTER = 2.0, 5.0
 
 
@@ -23,6 +35,14 @@ def inside(trajectory: Trajectory, window: Window) -> np.ndarray:
     """(n,) whether a row is in the window [s]; all are if the run ended before it."""
     rows = (trajectory.time >= window[0]) & (trajectory.time <= window[1])
     return rows if rows.sum() > 1 else np.ones_like(rows)
+
+
+def smooth(values: np.ndarray, tick: float) -> np.ndarray:
+    """(n,) moving means of values (n,) that are `tick` [s] apart; at the ends, of what there is."""
+    window = np.ones(max(1, round(_SMOOTH / tick)))
+    count = np.convolve(np.ones(len(values)), window)
+    first = (len(window) - 1) // 2
+    return (np.convolve(values, window) / count)[first : first + len(values)]
 
 
 def velocity(trajectory: Trajectory, title: str, window: Window) -> Figure:
@@ -58,13 +78,13 @@ def phase(trajectory: Trajectory, title: str, window: Window) -> Figure:
     angle, rate = np.degrees(trajectory.q[:, 3:6]), np.degrees(trajectory.v[:, 3:6])
     symbols = {"hip": "θ1 − θ", "knee": "θ2 − θ1", "ankle": "θ3 − θ2 + π/2"}
     for i, (axes, (joint, symbol)) in enumerate(zip(drawn.subplots(1, 3), symbols.items(), strict=True)):
-        axes.plot(angle[:, i], rate[:, i], color=QUIET, linewidth=0.6, label="whole run")
-        axes.plot(angle[rows, i], rate[rows, i], color=RIGHT, linewidth=1.1, label="window")
-        axes.set_title(f"right {joint}")
-        axes.set_xlabel(f"{symbol} [°]")
+        axes.plot(angle[:, i], rate[:, i], color=QUIET, linewidth=0.4, alpha=0.6, label="whole run")
+        mean = smooth(rate[:, i], trajectory.tick)
+        axes.plot(angle[rows, i], mean[rows], color=RIGHT, linewidth=1.2, label=f"window, {_MEANS}")
+        axes.set_xlabel(f"right {joint} {symbol} [°]")
     drawn.axes[0].set_ylabel("rate [°/s]")
-    drawn.axes[0].legend(loc="lower left", fontsize=8)
-    drawn.suptitle(title, fontsize=11)
+    legend_above(drawn.axes[2], 2)
+    drawn.suptitle(f"{title}: phase portraits", fontsize=11, x=0.01, ha="left")
     return drawn
 
 
@@ -87,13 +107,15 @@ def loads(trajectory: Trajectory, title: str, window: Window) -> Figure:
         4, 1, sharex=True, height_ratios=[1.0, 1.0, 1.1, 0.55]
     )
     rows = inside(trajectory, window)
-    time, applied = trajectory.time[rows], trajectory.applied[rows]
+    time, applied = trajectory.time[rows], trajectory.applied
     for axes, first, side in ((torque_right, 3, "right"), (torque_left, 6, "left")):
         for i, (joint, colour) in enumerate(JOINTS.items()):
-            axes.plot(time, applied[:, first + i], color=colour, linewidth=0.9, label=joint)
+            torque = applied[:, first + i]
+            axes.plot(time, torque[rows], color=colour, linewidth=0.4, alpha=0.3)
+            axes.plot(time, smooth(torque, trajectory.tick)[rows], color=colour, label=joint)
         axes.set_ylabel(f"{side} torque [N m]")
-    torque_right.set_title(f"{title}: joint torques, ground forces and leg states")
-    torque_right.legend(loc="upper right", ncols=3, fontsize=8)
+    torque_right.set_title(f"{title}: torques and ground forces, {_MEANS}")
+    legend_above(torque_right, 3)
     torque_left.sharey(torque_right)
     _forces(force, trajectory, rows)
     _lanes(lanes, trajectory, rows)
@@ -113,8 +135,8 @@ def ensemble(trajectories: Sequence[Trajectory], title: str) -> Figure:
     for t in trajectories:
         rows = every(t, 100.0)
         stood = t.end == "completed"
-        style = {"color": RIGHT, "alpha": shade} if stood else {"color": LEFT, "alpha": 0.8, "zorder": 3}
-        axes.plot(t.time[rows], t.v[rows, 0], linewidth=0.7, **style)
+        style = {"color": RIGHT, "alpha": shade} if stood else {"color": LEFT, "zorder": 3}
+        axes.plot(t.time[rows], t.v[rows, 0], linewidth=0.7 if stood else 1.0, **style)
         if not stood:
             axes.plot(t.time[rows[-1]], t.v[rows[-1], 0], "x", color=LEFT, zorder=4)
     # Speeds of walking, not of falling.
@@ -131,18 +153,17 @@ def _mark_pushes(axes: Axes, trajectory: Trajectory) -> None:
 
 
 def _forces(axes: Axes, trajectory: Trajectory, rows: np.ndarray) -> None:
-    width = max(1, round(_SMOOTH / trajectory.tick))
     weight = float(trajectory.tree.mass.sum()) * GRAVITY
     force = foot_force(trajectory)
     for foot, (side, colour) in enumerate((("right", RIGHT), ("left", LEFT))):
-        smooth = np.convolve(force[:, foot], np.full(width, 1.0 / width), mode="same")
-        axes.plot(trajectory.time[rows], smooth[rows], color=colour, label=side)
-    axes.axhline(weight, color=QUIET, linestyle="--", linewidth=1.0, label=f"body weight {weight:.0f} N")
+        mean = smooth(force[:, foot], trajectory.tick)
+        axes.plot(trajectory.time[rows], mean[rows], color=colour, label=side)
+    axes.axhline(weight, color="black", linestyle="--", linewidth=0.8, label=f"body weight {weight:.0f} N")
+    # The peaks of 1 ms would leave the rest of the curve on the floor: they are told, not drawn.
+    peak = force[rows].max()
+    axes.plot([], [], " ", label=f"(peak of one tick {peak:.0f} N)")
     axes.set_ylabel("normal force [N]")
-    peak = force[rows].max() / weight
-    note = f"means over {1e3 * width * trajectory.tick:.0f} ms; highest peak {peak:.1f} body weights"
-    axes.legend(loc="upper right", ncols=3, fontsize=8, title=note, title_fontsize=8)
-    axes.set_ylim(0.0, 1.35 * axes.get_ylim()[1])
+    legend_above(axes, 4)
 
 
 def _lanes(axes: Axes, trajectory: Trajectory, rows: np.ndarray) -> None:
@@ -152,11 +173,10 @@ def _lanes(axes: Axes, trajectory: Trajectory, rows: np.ndarray) -> None:
         for state, colour in STATES.items():
             axes.fill_between(
                 time, 0.6 - leg, 1.4 - leg, where=states[:, leg] == state, step="post", color=colour,
-                linewidth=0.0, label=f"{state}" if leg == 0 else None,
+                linewidth=0.0, label=f"{state} {STATE_NAMES[state]}" if leg == 0 else None,
             )  # fmt: skip
     axes.set_yticks([1.0, 0.0], ["right", "left"])
-    axes.set_ylim(-0.5, 2.3)
+    axes.set_ylim(-0.5, 1.5)
     axes.set_ylabel("leg state")
     axes.grid(False)
-    names = ("1 stance", "2 heel off", "3 swing", "4 knee straight")
-    axes.legend(labels=names, handles=axes.collections[:4], loc="upper right", ncols=4, fontsize=8)
+    legend_above(axes, 4)

@@ -36,7 +36,7 @@ def strobe(trajectory: Trajectory, title: str) -> Figure:
     high = np.maximum(joint[..., 0].max(), point[..., 0].max()) + _MARGIN
     leg = trajectory.tree.leg
     floor = math.tan(slope) * np.array([low, high])
-    bottom, top = floor.min() - 0.12, max(torso[:, 1].max() + 0.85 * leg, floor.max() + 0.3)
+    bottom, top = floor.min() - 0.12, max(torso[:, 1].max() + 0.6 * leg, floor.max() + 0.3)
     width = 11.0
     drawn = figure(width, max(2.4, width * 0.94 * (top - bottom) / (high - low) + 0.8))
     axes = drawn.add_subplot()
@@ -72,7 +72,8 @@ def _sticks(axes: Axes, joint: np.ndarray, point: np.ndarray, torso: np.ndarray,
              point[rows, 2 * leg + 1], joint[rows, ankle]], axis=1,
         )  # fmt: skip
         axes.add_collection(LineCollection(list(lines), colors=_COLOURS[leg], linewidths=0.7, alpha=0.45))
-    trunk = np.stack([joint[rows, 1], torso[rows]], axis=1)
+    hip = joint[rows, 1]
+    trunk = np.stack([hip, hip + (torso[rows] - hip) / _COM], axis=1)
     axes.add_collection(LineCollection(list(trunk), colors=TRUNK, linewidths=0.7, alpha=0.45))
 
 

@@ -14,6 +14,7 @@ RIGHT, LEFT, TRUNK = "#0072B2", "#D55E00", "#6B7280"
 """The legs and the trunk."""
 JOINTS = {"hip": "#0072B2", "knee": "#E69F00", "ankle": "#009E73"}
 STATES = {1: "#0072B2", 2: "#009E73", 3: "#E69F00", 4: "#CC79A7"}
+STATE_NAMES = {1: "stance", 2: "heel off", 3: "swing", 4: "knee straight"}
 """Leg states 1 … 4."""
 PUSH = "#CC79A7"
 QUIET = "#9AA3AD"
@@ -45,6 +46,11 @@ def timed(axes: Axes, title: str, label: str) -> Axes:
     axes.set_ylabel(label)
     axes.set_xlabel("time [s]")
     return axes
+
+
+def legend_above(axes: Axes, columns: int) -> None:
+    """A legend right above the axes, where it hides nothing."""
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=columns, fontsize=8, borderaxespad=0.0)
 
 
 def save(drawn: Figure, path: Path) -> Path:

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import rerun as rr
 
-from biped.recording.recorded import Placed
+from biped.recording.recorded import Placed, times
 
 PICTURES = 60.0
 """[Hz]"""
@@ -31,11 +31,11 @@ def log_body(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) ->
         path = placed.entity("scene", "body", model.body(model.geom_bodyid[geom]).name, f"shape_{geom}")
         recording.log(path, _shape(model, geom, placed.run.ghost), static=True)
     position, quaternion = _poses(model, trajectory.q[rows])
-    times = rr.TimeColumn("time", duration=trajectory.time[rows])
+    at = times(trajectory.time[rows])
     for body in bodies:
         recording.send_columns(
             placed.entity("scene", "body", model.body(body).name),
-            indexes=[times],
+            indexes=[at],
             columns=rr.Transform3D.columns(
                 translation=position[:, body].astype(np.float32),
                 quaternion=np.roll(quaternion[:, body], -1, axis=-1).astype(np.float32),  # w last

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import mujoco
+import numpy as np
 import rerun as rr
 
 from biped.signals import finite
@@ -57,6 +58,11 @@ class Placed(NamedTuple):
     def entity(self, *parts: str) -> str:
         """The entity path of something that belongs to the run."""
         return "/".join([self.root, *(rr.escape_entity_path_part(part) for part in parts)])
+
+
+def times(seconds: np.ndarray) -> rr.TimeColumn:
+    """The time line of a recording at (m,) [s], in whole nanoseconds: 1.053 s is not 1.052999999 s."""
+    return rr.TimeColumn("time", duration=np.round(1e9 * seconds).astype("timedelta64[ns]"))
 
 
 def place(runs: Sequence[Recorded]) -> list[Placed]:

@@ -15,7 +15,7 @@ import rerun as rr
 from biped.geometry import LINKS, POINT_LINK, POINTS, motion
 from biped.model import GRAVITY
 from biped.recording.body import drawn_geoms, mass_centres
-from biped.recording.recorded import LANE, Placed
+from biped.recording.recorded import LANE, Placed, times
 from biped.signals import centre_of_mass, frame_force
 
 BODY_WEIGHT = 0.6
@@ -27,8 +27,8 @@ _MARGIN = 1.0
 _SLAB = 0.04
 _LIGHT, _DARK, _MARK = (222, 224, 220), (196, 200, 197), (255, 255, 255)
 _FORCE, _PUSHED, _CENTRE = (0, 158, 115), (245, 110, 170), (60, 60, 66)
-# The centre of mass is drawn [m] beside the plane of motion, where the trunk does not hide it.
-_BESIDE = -0.14
+# Forces and the centre of mass are drawn [m] on the viewer's side, where limbs and trunk do not hide them.
+_BESIDE, _ASIDE = -0.07, -0.14
 # Forces below this [N] have an arrow too short to see.
 _FAINT = 5.0
 
@@ -98,7 +98,7 @@ def _log_eye(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) ->
     )
     recording.send_columns(
         placed.entity("eye"),
-        indexes=[rr.TimeColumn("time", duration=trajectory.time[rows])],
+        indexes=[times(trajectory.time[rows])],
         columns=rr.Transform3D.columns(translation=place.astype(np.float32)),
     )
 
@@ -106,28 +106,28 @@ def _log_eye(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) ->
 def _log_centre(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -> None:
     """The centre of mass above the ground, and its trail up to now."""
     trajectory = placed.run.trajectory
-    place = _lift(centre_of_mass(trajectory)[rows]) + np.array([0.0, _BESIDE, 0.0])
+    place = _lift(centre_of_mass(trajectory)[rows]) + np.array([0.0, _ASIDE, 0.0])
     # Straight down is where gravity points, not where the slope's normal does.
     below = place - place[:, 2:] * [math.tan(math.radians(trajectory.slope)), 0.0, 1.0]
     path = placed.entity("scene", "centre_of_mass")
-    times = rr.TimeColumn("time", duration=trajectory.time[rows])
+    at = times(trajectory.time[rows])
     recording.log(path, rr.Points3D.from_fields(radii=0.028, colors=_CENTRE), static=True)
     recording.send_columns(
-        path, indexes=[times], columns=rr.Points3D.columns(positions=place.astype(np.float32))
+        path, indexes=[at], columns=rr.Points3D.columns(positions=place.astype(np.float32))
     )
-    _log_strips(recording, f"{path}/plumb", times, below, place)
+    _log_strips(recording, f"{path}/plumb", at, below, place)
     # One piece a picture: the view shows all pieces up to its time.
     before = np.concatenate([place[:1], place[:-1]])
-    _log_strips(recording, placed.entity("scene", "trail"), times, before, place)
+    _log_strips(recording, placed.entity("scene", "trail"), at, before, place)
 
 
 def _log_strips(
-    recording: rr.RecordingStream, path: str, times: rr.TimeColumn, start: np.ndarray, end: np.ndarray
+    recording: rr.RecordingStream, path: str, at: rr.TimeColumn, start: np.ndarray, end: np.ndarray
 ) -> None:
     """A thin line from `start` to `end` (m, 3) [m] at each time."""
     recording.log(path, rr.LineStrips3D.from_fields(radii=0.006, colors=_CENTRE), static=True)
     strips = list(np.stack([start, end], axis=1).astype(np.float32))
-    recording.send_columns(path, indexes=[times], columns=rr.LineStrips3D.columns(strips=strips))
+    recording.send_columns(path, indexes=[at], columns=rr.LineStrips3D.columns(strips=strips))
 
 
 def _log_forces(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -> None:
@@ -141,7 +141,7 @@ def _log_forces(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray)
     recording.log(path, rr.Arrows3D.from_fields(radii=0.022, colors=_FORCE), static=True)
     recording.send_columns(
         path,
-        indexes=[rr.TimeColumn("time", duration=trajectory.time[rows])],
+        indexes=[times(trajectory.time[rows])],
         columns=rr.Arrows3D.columns(
             vectors=(scale * _lift(force))[loaded].astype(np.float32),
             origins=origin[loaded].astype(np.float32),
@@ -150,13 +150,15 @@ def _log_forces(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray)
 
 
 def contact_points(placed: Placed, rows: np.ndarray) -> np.ndarray:
-    """(m, 4, 3) [m] toes and heels where the model draws them, off the plane of motion, on the slope."""
+    """(m, 4, 3) [m] toes and heels on the slope, beside the legs as the model draws them."""
     run = placed.run
     trajectory = run.trajectory
     planar = motion(trajectory.tree, trajectory.q[rows], trajectory.v[rows]).point
     out = _lift(planar)
     for i, (point, link) in enumerate(zip(POINTS, POINT_LINK, strict=True)):
-        out[:, i, 1] = _sideways(run.model, run.model.body(LINKS[link]).id, run.model.site(point).id)
+        out[:, i, 1] = (
+            _sideways(run.model, run.model.body(LINKS[link]).id, run.model.site(point).id) + _BESIDE
+        )
     return out
 
 
@@ -183,21 +185,15 @@ def _log_pushes(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray)
         style = rr.Arrows3D.from_fields(radii=0.035, colors=_PUSHED, labels=label, show_labels=True)
         recording.log(path, style, static=True)
         origin = mass_centres(placed.run.model, trajectory.q[shown], body) - vector
+        ended = time[last : last + 1]  # none if the run ends before the push does
+        vectors = np.tile(vector, (len(shown), 1))
         recording.send_columns(
             path,
-            indexes=[rr.TimeColumn("time", duration=time[shown])],
+            indexes=[times(np.append(time[shown], ended))],
             columns=rr.Arrows3D.columns(
-                vectors=np.tile(vector, (len(shown), 1)).astype(np.float32), origins=origin.astype(np.float32)
-            ),
+                vectors=vectors.astype(np.float32), origins=origin.astype(np.float32)
+            ).partition([1] * len(shown) + [0] * len(ended)),
         )
-        if last < len(time):
-            recording.send_columns(
-                path,
-                indexes=[rr.TimeColumn("time", duration=time[last : last + 1])],
-                columns=rr.Arrows3D.columns(
-                    vectors=np.empty((0, 3), np.float32), origins=np.empty((0, 3), np.float32)
-                ).partition([0]),
-            )
 
 
 def _lift(planar: np.ndarray) -> np.ndarray:

@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import pyarrow as pa
 import rerun as rr
 
 from biped.geometry import POINTS
-from biped.recording.recorded import Placed
+from biped.recording.recorded import Placed, times
 from biped.signals import cost_of_transport, every, foot_force, joint_power, torso_angle
 
 RATE = 500.0
@@ -25,6 +24,7 @@ LEG_STATES = {
     "1": ("1 stance", (0, 114, 178)), "2": ("2 heel off", (0, 158, 115)), "3": ("3 swing", (230, 159, 0)),
     "4": ("4 straight", (204, 121, 167)),
 }  # fmt: skip
+_GAP = "-"
 _ON = {"1": ("on", (90, 100, 110))}
 _IN_A = {"1": ("in A", (90, 100, 110))}
 _PUSHING = {"1": ("push", (204, 60, 120))}
@@ -87,7 +87,7 @@ def log_series(recording: rr.RecordingStream, placed: Placed) -> None:
         shown = rows[np.isfinite(plot.values[rows]).all(axis=1)]
         recording.send_columns(
             path,
-            indexes=[rr.TimeColumn("time", duration=trajectory.time[shown])],
+            indexes=[times(trajectory.time[shown])],
             columns=rr.Scalars.columns(scalars=plot.values[shown]),
         )
 
@@ -116,21 +116,24 @@ def log_states(recording: rr.RecordingStream, placed: Placed) -> None:
 def _lane(
     recording: rr.RecordingStream, path: str, time: np.ndarray, end: float, state: np.ndarray, known: dict
 ) -> None:
-    """One lane: a change wherever state (n,) changes, a gap where it is not `known` and after `end` [s]."""
+    """One lane: a change wherever state (n,) changes, a gap where it is not `known` and after `end` [s].
+
+    (Rerun's own gap, a null, makes a file that its `rrd verify` rejects: a state that is not shown serves.)
+    """
     recording.log(
         path,
         rr.StateConfiguration(
-            values=list(known),
-            labels=[label for label, _ in known.values()],
-            colors=[colour for _, colour in known.values()],
+            values=[*known, _GAP],
+            labels=[*(label for label, _ in known.values()), ""],
+            colors=[*(colour for _, colour in known.values()), (0, 0, 0)],
+            visible=[True] * len(known) + [False],
         ),
         static=True,
     )
     changed = np.flatnonzero(np.diff(state, prepend=state[0] - 1))
-    words = [str(s) if str(s) in known else None for s in state[changed]]
+    words = [str(s) if str(s) in known else _GAP for s in state[changed]]
     recording.send_columns(
         path,
-        indexes=[rr.TimeColumn("time", duration=np.append(time[changed], end))],
-        # (A plain list would turn None into the word.)
-        columns=rr.StateChange.columns(state=pa.array([*words, None], pa.string())),
+        indexes=[times(np.append(time[changed], end))],
+        columns=rr.StateChange.columns(state=[*words, _GAP]),
     )
