@@ -56,13 +56,14 @@ def cost_of_transport(trajectory: Trajectory) -> np.ndarray:
     return work / (float(trajectory.tree.mass.sum()) * GRAVITY * far)
 
 
-def frame_force(trajectory: Trajectory, rows: np.ndarray) -> np.ndarray:
-    """(m, 4, 2) [N] ground forces, each the mean from its row to the next.
+def means(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """(m, …) means of values (n, …) from each of rows (m,) to the next.
 
-    Contacts come and go many times between two pictures: the mean keeps the impulse, a sample is a lottery.
+    Contacts, and torques with them, come and go from tick to tick: a mean keeps the impulse, but a sample of
+    every second tick may show twice the force or none.
     """
-    count = np.diff(np.append(rows, len(trajectory)))
-    return np.add.reduceat(trajectory.force, rows, axis=0) / count[:, None, None]
+    count = np.diff(np.append(rows, len(values)))
+    return np.add.reduceat(values, rows, axis=0) / count.reshape(-1, *(1,) * (values.ndim - 1))
 
 
 def foot_force(trajectory: Trajectory) -> np.ndarray:

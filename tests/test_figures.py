@@ -13,6 +13,7 @@ from matplotlib.patches import Circle, Polygon
 
 import biped
 from biped.engines.mujoco import simulate
+from biped.errors import InputError
 from biped.figures import curves, plot_ensemble, plot_run
 from biped.figures.strobe import body_rows, capsule, strobe
 from biped.figures.style import LEFT, RIGHT
@@ -191,6 +192,14 @@ def test_short_and_diverged_runs_are_drawn_too(walk, tmp_path):
     log[-1, 1:19] = np.nan
     short = dataclasses.replace(walk, log=log, end="diverged")
     assert len(plot_run(short, tmp_path, title="short", window=WINDOW)) == 5
+
+
+def test_files_that_cannot_be_written_are_an_error_in_words(walk, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="file: cannot be made: File exists"):
+        plot_run(walk, tmp_path / "file", title="nowhere", window=WINDOW)
+    with pytest.raises(InputError, match=r"many.png: cannot be written: No such file"):
+        plot_ensemble([walk], tmp_path / "nowhere" / "many.png", "nowhere")
 
 
 def test_nothing_else_imports_matplotlib():

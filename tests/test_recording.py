@@ -14,6 +14,7 @@ from rerun.chunk import RrdReader
 
 import biped
 from biped.engines.mujoco import simulate
+from biped.errors import InputError
 from biped.geometry import POINT_LINK, motion
 from biped.model import GRAVITY, compile_foreign, spec_of
 from biped.plan import Plan
@@ -91,7 +92,7 @@ def test_the_file_is_sound_and_a_broken_one_is_told(path, tmp_path):
 
 
 def test_it_is_small(path, run):
-    assert path.stat().st_size < 300e3 * run.trajectory.time[-1] + 400e3  # 3.4 MB for 10 s
+    assert path.stat().st_size < 320e3 * run.trajectory.time[-1] + 400e3  # 3.6 MB for 10 s
 
 
 def test_bodies_are_where_forward_kinematics_puts_them(path, run):
@@ -150,6 +151,32 @@ def test_gravity_is_vertical_in_the_view(path):
     assert abs(gravity * np.exp(1j * angle) + 1j) < 1e-6
 
 
+def test_the_centre_of_mass_hangs_vertically_above_the_ground_and_drags_its_trail(path, run):
+    t, rows = run.trajectory, frames(run.trajectory)
+    com = motion(t.tree, t.q[rows], t.v[rows]).com
+    expected = (com * t.tree.mass[:, None]).sum(axis=1) / 75.0
+    place = np.array(read(path, f"{ROOT}/scene/centre_of_mass")[0]["Points3D:positions"][1])[:, 0]
+    np.testing.assert_allclose(place[:, [0, 2]], expected, atol=1e-6)
+    plumb = np.array(read(path, f"{ROOT}/scene/centre_of_mass/plumb")[0]["LineStrips3D:strips"][1])[:, 0]
+    np.testing.assert_allclose(plumb[:, 1], place)
+    np.testing.assert_allclose(plumb[:, 0, 2], 0.0, atol=1e-6)
+    s = math.radians(SLOPE)
+    hanging = (plumb[:, 1] - plumb[:, 0])[:, [0, 2]] @ [1, 1j] * np.exp(1j * s)
+    np.testing.assert_allclose(hanging.real, 0.0, atol=1e-6)
+    trail = np.array(read(path, f"{ROOT}/scene/trail")[0]["LineStrips3D:strips"][1])[:, 0]
+    np.testing.assert_array_equal(trail[:, 1], place.astype(np.float32))
+    np.testing.assert_array_equal(trail[1:, 0], trail[:-1, 1])
+
+
+def test_the_view_goes_along_on_the_ground(path, run):
+    rows = frames(run.trajectory)
+    eye = np.array(read(path, f"{ROOT}/eye")[0]["Transform3D:translation"][1])[:, 0]
+    place = np.array(read(path, f"{ROOT}/scene/centre_of_mass")[0]["Points3D:positions"][1])[:, 0]
+    along = eye[:, [0, 2]] @ [1, 1j] * np.exp(-1j * math.radians(SLOPE))
+    np.testing.assert_allclose(along, place[:, 0], atol=1e-6)
+    assert len(eye) == len(rows)
+
+
 def test_contact_forces_are_means_of_the_trajectorys(path, run):
     t, rows = run.trajectory, frames(run.trajectory)
     temporal, _ = read(path, f"{ROOT}/scene/contact_force")
@@ -198,7 +225,7 @@ def test_a_push_is_an_arrow_into_the_torso_while_it_lasts(path, run):
 
 def test_curves_are_the_trajectorys(path, run):
     t = run.trajectory
-    rows = np.arange(0, len(t), 2)
+    rows = np.arange(len(t))
     expected = {
         "velocity": t.v[:, :1], "angle": np.degrees(t.q[:, 3:]), "torque": t.u, "power": t.u * t.v[:, 3:],
         "torso": np.degrees(t.q[:, 2:3]) + 90.0 + SLOPE,
@@ -210,6 +237,18 @@ def test_curves_are_the_trajectorys(path, run):
         assert np.array_equal(time, nanoseconds(t, rows)), entity
         np.testing.assert_allclose(np.array(scalars), values[rows], rtol=1e-12, atol=1e-12, err_msg=entity)
         assert len(static["SeriesLines:names"]) == values.shape[1]
+        assert static["SeriesLines:aggregation_policy"] == [2]  # the viewer averages what is too dense
+
+
+def test_curves_of_a_faster_controller_are_means_not_samples(run, tmp_path):
+    """A foot that is loaded every other tick weighs half, whichever tick is looked at first."""
+    log = run.trajectory.log[:400].copy()
+    t = dataclasses.replace(run.trajectory, log=log, tick=0.0005)
+    t.force[:] = 0.0
+    t.force[::2, 1, 1] = 1500.0
+    record(tmp_path / "fast.rrd", [run._replace(trajectory=t)], title="fast")
+    _, force = read(tmp_path / "fast.rrd", f"{ROOT}/series/force")[0]["Scalars:scalars"]
+    assert force == [[750.0, 0.0]] * 200
 
 
 def test_cost_of_transport_ends_at_the_net_cost_and_begins_after_half_a_metre(tmp_path):
@@ -379,6 +418,13 @@ def test_the_view_shows_what_is_logged(path, run):
     assert len(named) >= len(curves(placed[0])) + 4
     for name in named:
         assert any(entity == name or entity.startswith(name + "/") for entity in logged), name
+
+
+def test_a_file_that_cannot_be_written_is_an_error_in_words(run, tmp_path):
+    (tmp_path / "file").write_text("")
+    for path in (tmp_path / "nowhere" / "run.rrd", tmp_path / "file" / "run.rrd", tmp_path):
+        with pytest.raises(InputError, match=re.escape(f"{path}: cannot be written")):
+            record(path, [run], title="nowhere")
 
 
 def test_nothing_else_imports_rerun():

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import matplotlib
 
+from biped.errors import InputError
 from biped.figures import curves
 from biped.figures.strobe import strobe
 from biped.figures.style import SETTINGS, save
@@ -27,8 +28,14 @@ def plot_run(trajectory: Trajectory, folder: Path, *, title: str, window: tuple[
 
     Returns:
         The files: walk, velocity, torso, phase, loads, and push if there was one.
+
+    Raises:
+        InputError: A file cannot be written.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made: {error.strerror}") from None
     trajectory = finite(trajectory)
     with matplotlib.rc_context(SETTINGS):
         drawn = {
@@ -50,6 +57,9 @@ def plot_ensemble(trajectories: Sequence[Trajectory], path: Path, title: str) ->
         trajectories: The runs.
         path: The PNG file.
         title: Of the ensemble.
+
+    Raises:
+        InputError: The file cannot be written.
     """
     with matplotlib.rc_context(SETTINGS):
         save(curves.ensemble([finite(t) for t in trajectories], title), path)

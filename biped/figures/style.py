@@ -10,6 +10,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
+from biped.errors import InputError
+
 RIGHT, LEFT, TRUNK = "#0072B2", "#D55E00", "#6B7280"
 """The legs and the trunk."""
 JOINTS = {"hip": "#0072B2", "knee": "#E69F00", "ankle": "#009E73"}
@@ -58,5 +60,8 @@ def save(drawn: Figure, path: Path) -> Path:
     canvas = FigureCanvasAgg(drawn)
     canvas.draw()
     picture = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
-    picture.quantize(128).save(path, optimize=True)
+    try:
+        picture.quantize(128).save(path, optimize=True)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}") from None
     return path

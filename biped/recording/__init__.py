@@ -11,6 +11,7 @@ from pathlib import Path
 
 import rerun as rr
 
+from biped.errors import InputError
 from biped.recording.body import PICTURES, log_body
 from biped.recording.layout import layout
 from biped.recording.recorded import Placed, Recorded, place
@@ -31,7 +32,14 @@ def record(path: Path, runs: Sequence[Recorded], *, title: str) -> None:
         path: The .rrd file.
         runs: What to record; names differ.
         title: What the viewer calls the recording.
+
+    Raises:
+        InputError: The file cannot be written.
     """
+    try:
+        path.open("wb").close()  # rerun would say so only after taking data for it
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}") from None
     placed = place(runs)
     # The viewer keeps one layout per application, and a layout names entities: other names, another one.
     names = "\n".join(run.root for run in placed)

@@ -16,7 +16,7 @@ from biped.geometry import LINKS, POINT_LINK, POINTS, motion
 from biped.model import GRAVITY
 from biped.recording.body import drawn_geoms, mass_centres
 from biped.recording.recorded import LANE, Placed, times
-from biped.signals import centre_of_mass, frame_force
+from biped.signals import centre_of_mass, means
 
 BODY_WEIGHT = 0.6
 """[m] length of a contact force arrow of one body weight."""
@@ -133,7 +133,7 @@ def _log_strips(
 def _log_forces(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -> None:
     """Contact forces as arrows from toes and heels, means over each picture."""
     trajectory = placed.run.trajectory
-    force = frame_force(trajectory, rows)
+    force = means(trajectory.force, rows)
     scale = BODY_WEIGHT / (float(trajectory.tree.mass.sum()) * GRAVITY)
     loaded = np.linalg.norm(force, axis=2) > _FAINT  # (m, 4)
     origin = contact_points(placed, rows)

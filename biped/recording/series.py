@@ -9,10 +9,10 @@ import rerun as rr
 
 from biped.geometry import POINTS
 from biped.recording.recorded import Placed, times
-from biped.signals import cost_of_transport, every, foot_force, joint_power, torso_angle
+from biped.signals import cost_of_transport, every, foot_force, joint_power, means, torso_angle
 
-RATE = 500.0
-"""[Hz] of the curves."""
+RATE = 1000.0
+"""[Hz] of the curves: chatter is part of the result; the viewer averages what is too dense to draw."""
 
 # Okabe and Ito's colours, which the colour-blind can tell apart; a leg's joints are shades of its colour.
 RIGHT, LEFT = (0, 114, 178), (213, 94, 0)
@@ -68,7 +68,7 @@ def curves(placed: Placed) -> list[Curves]:
         joints("torque", "Joint torques [N m], colours as above", trajectory.applied[:, 3:]),
         joints("power", "Joint powers [W], colours as above", joint_power(trajectory)),
         Curves(
-            "force", "Vertical force under each foot [N]", ("right", "left"), (RIGHT, LEFT),
+            "force", "Normal force under each foot [N]", ("right", "left"), (RIGHT, LEFT),
             foot_force(trajectory),
         ),
     ]  # fmt: skip
@@ -81,14 +81,19 @@ def log_series(recording: rr.RecordingStream, placed: Placed) -> None:
     for plot in curves(placed):
         path = placed.entity("series", plot.entity)
         style = rr.SeriesLines(
-            colors=list(plot.colours), names=list(plot.names), widths=[1.5] * len(plot.names)
+            colors=list(plot.colours),
+            names=list(plot.names),
+            widths=[1.5] * len(plot.names),
+            # Not the viewer's own choice, which shows the peaks of chatter as if they were the force.
+            aggregation_policy=rr.components.AggregationPolicy.Average,
         )
         recording.log(path, style, static=True)
-        shown = rows[np.isfinite(plot.values[rows]).all(axis=1)]
+        values = means(plot.values, rows)
+        shown = np.isfinite(values).all(axis=1)
         recording.send_columns(
             path,
-            indexes=[times(trajectory.time[shown])],
-            columns=rr.Scalars.columns(scalars=plot.values[shown]),
+            indexes=[times(trajectory.time[rows[shown]])],
+            columns=rr.Scalars.columns(scalars=values[shown]),
         )
 
 
