@@ -42,6 +42,13 @@ def _parser() -> argparse.ArgumentParser:
     view.add_argument("run", nargs="?", type=Path, help="results folder or .rrd (default: the newest recording)")
     plot = commands.add_parser("plot", help="draw figures of a run or campaign")
     plot.add_argument("run", type=Path, help="results folder")
+    report = commands.add_parser("report", help="write a Markdown report of campaigns, with figures")
+    report.add_argument("run", type=Path, nargs="+", help="results folders")
+    report.add_argument("--out", type=Path, default=Path("report.md"), help="the file (default: report.md)")
+    report.add_argument("--title", default="Campaigns", help="its heading")
+    bench = commands.add_parser("bench", help="run time against error, and what things cost")
+    bench.add_argument("what", choices=["throughput"], help="what to measure")
+    bench.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     commands.add_parser("list", help="models, controllers and scenarios, with a line each")
     return parser
 
@@ -137,6 +144,21 @@ def _plot(args: argparse.Namespace) -> int:
     return DONE
 
 
+def _report(args: argparse.Namespace) -> int:
+    from biped.report import write_report
+
+    write_report(args.run, args.out, args.title)
+    print(args.out)
+    return DONE
+
+
+def _bench(args: argparse.Namespace) -> int:
+    from biped.bench import throughput
+
+    throughput.run(json=args.json)
+    return DONE
+
+
 def _list(args: argparse.Namespace) -> int:
     from biped.commands import listing
 
@@ -151,7 +173,15 @@ def _list(args: argparse.Namespace) -> int:
     return DONE
 
 
-_COMMANDS = {"run": _run, "check": _check, "view": _view, "plot": _plot, "list": _list}
+_COMMANDS = {
+    "run": _run,
+    "check": _check,
+    "view": _view,
+    "plot": _plot,
+    "report": _report,
+    "bench": _bench,
+    "list": _list,
+}
 
 
 def main(argv: Sequence[str] | None = None) -> int:

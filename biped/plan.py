@@ -6,6 +6,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import msgspec
 import numpy as np
 
 from biped.control.record import ROWS
@@ -56,16 +57,24 @@ class Plan:
     Args:
         scenario: A checked scenario.
 
+    Attributes:
+        scenario: The same, effective: its gains written out.
+        points: The points of its sweep.
+
     Raises:
         InputError: Model, gait, start posture, sweep or draws cannot be used.
     """
 
     def __init__(self, scenario: Scenario):
-        self.scenario = scenario
-        self.points = points_of(scenario)
         self._models: dict[str, tuple[Path, Tree]] = {}
         self._gaits: dict[tuple[str, Gains], Gains] = {}
         self._starts: dict[tuple[str, Start, bytes], np.ndarray] = {}
+        # Gains are written out, so that they can be swept and a saved scenario does not depend on a gait file; unless
+        # the gait file itself varies.
+        if "controller" not in scenario.sweep.keys() | scenario.randomise.draw.keys():
+            scenario = msgspec.structs.replace(scenario, gains=self._gait(scenario))
+        self.scenario = scenario
+        self.points = points_of(scenario)
         for point in range(len(self.points)):
             self.run(point * scenario.randomise.runs)
 
@@ -76,11 +85,6 @@ class Plan:
     def model(self) -> Path:
         """The model file of the scenario itself."""
         return self._model(self.scenario.model)[0]
-
-    @property
-    def gains(self) -> Gains:
-        """The gait of the scenario itself."""
-        return self._gait(self.scenario)
 
     def run(self, index: int) -> Run:
         """Run `index` of the campaign: run index % runs of the ensemble at point index // runs."""

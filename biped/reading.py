@@ -225,12 +225,11 @@ def read_gains(path: Path, override: Gains) -> Gains:
     return Gains(**merged)
 
 
-def to_toml(scenario: Scenario, gains: Gains) -> str:
-    """The effective scenario, every default and gain written out, as a scenario file."""
+def to_toml(scenario: Scenario) -> str:
+    """A scenario, every default written out, as a scenario file."""
     import tomli_w
 
-    data = msgspec.to_builtins(msgspec.structs.replace(scenario, gains=gains))
-    return tomli_w.dumps(_without_none(data))
+    return tomli_w.dumps(_without_none(msgspec.to_builtins(scenario)))
 
 
 def _without_none(value: Any) -> Any:

@@ -41,7 +41,7 @@ class Folder:
 
     def __init__(self, path: Path, plan: Plan):
         self.path = path
-        self._text = to_toml(plan.scenario, plan.gains)
+        self._text = to_toml(plan.scenario)
         if path.exists() and (not path.is_dir() or any(path.iterdir())):
             there = path / "scenario.toml"
             if not there.is_file() or there.read_text(encoding="utf-8") != self._text:
