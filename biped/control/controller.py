@@ -6,6 +6,8 @@ A law is bound to the measured coordinates of one run and ticks through it; what
 from __future__ import annotations
 
 import importlib.util
+import sys
+import traceback
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -16,6 +18,7 @@ import pinocchio
 from biped.control import record
 from biped.control.tick import NOT_FINITE, log_tick, sense, thesis_tick
 from biped.errors import InputError
+from biped.files import label, nearest
 from biped.geometry import ACTUATORS, Tree
 from biped.model import believed_model, torque_limits
 from biped.plan import Run
@@ -153,7 +156,7 @@ class Setup:
 
 @dataclass
 class Sensed:
-    """What a user's law senses at a tick; arrays are live and must not be changed.
+    """What a user's law senses at a tick; arrays are live and cannot be changed.
 
     Attributes:
         time: [s].
@@ -196,21 +199,26 @@ class UserLaw:
 
     def __init__(self, run: Run, believed: Tree, q: np.ndarray, v: np.ndarray, log: np.ndarray):
         s = run.scenario
-        self.name = s.law
+        self.file, _, kind_name = s.law.rpartition(":")
+        self.name = f"law: {label(Path(self.file))}:{kind_name}"
         self.record = controller_record(run, believed)
         self.c = self.record[0]
         self.u, self.Q_d = self.c["u"], self.c["Q_d"]
         self._model = believed_model(run.model, s.ground.slope)
         self._data = self._model.createData()
-        self._q, self._v, self._log = q, v, log
+        self._q, self._v, self._log = _read_only(q), _read_only(v), log
+        self._live = {key: _read_only(self.c[key]) for key in ("rate", "height", "believed")}
         setup = Setup(s, run.gains, believed, self._model, 1.0 / s.simulation.control_rate, np.array(self.c["limit"]))
         kind = load_law(s.law)
         try:
             self._law = kind(setup)
-        except Exception as error:
-            raise InputError(f"law {self.name}: {kind.__name__}(setup) raised {_said(error)}") from error
+        except (Exception, SystemExit) as error:
+            raise self._fault(f"{kind.__name__}(setup) raised {_said(error, self.file)}") from error
         if not callable(getattr(self._law, "torques", None)):
-            raise InputError(f"law {self.name}: expected a method torques(sensed) that returns six torques [N m]")
+            raise self._fault("expected a method torques(sensed) that returns six torques [N m]")
+
+    def _fault(self, what: str) -> InputError:
+        return InputError(f"{self.name}: {what}", "law")
 
     def tick(self, k: int, time: float) -> int:
         """See `Law`.
@@ -220,34 +228,47 @@ class UserLaw:
         """
         pinocchio.crba(self._model, self._data, self._q, WORLD)
         M = self._data.M
-        c = self.c
+        c, live = self.c, self._live
         status = sense(self.record, self._data.J, self._q, self._v, k == 0)
         if status == NOT_FINITE:
             return status
         upright = np.array([0.5, 0.5, 0.5, 0.0, 0.5, 0.5, 0.0]) * np.pi
         sensed = Sensed(
-            time, self._q, self._v, c["angle"] + upright + c["tilt"], c["rate"], c["height"], c["believed"],
+            time, self._q, self._v, c["angle"] + upright + c["tilt"], live["rate"], live["height"], live["believed"],
             c["phase"] + 1, np.triu(M) + np.triu(M, 1).T,
             pinocchio.nonLinearEffects(self._model, self._data, self._q, self._v),
         )  # fmt: skip
         try:
-            u = np.asarray(self._law.torques(sensed), dtype=float)
-        except Exception as error:
-            raise InputError(f"law {self.name}: torques() at t = {time:g} s raised {_said(error)}") from error
+            said = self._law.torques(sensed)
+        except (Exception, SystemExit) as error:
+            raise self._fault(f"torques() at t = {time:g} s raised {_said(error, self.file)}") from error
+        try:
+            u = np.asarray(said, dtype=float)
+        except (TypeError, ValueError):
+            raise self._fault(f"torques() at t = {time:g} s: expected six numbers [N m], got {said!r:.100}") from None
         if u.shape != (6,):
-            raise InputError(f"law {self.name}: torques() at t = {time:g} s: expected six numbers, got shape {u.shape}")
+            got = "nothing" if said is None else f"shape {u.shape}"
+            raise self._fault(f"torques() at t = {time:g} s: expected six numbers [N m], got {got}")
         if not np.isfinite(u).all():
             joint = ACTUATORS[int(np.argmin(np.isfinite(u)))]
-            raise InputError(
-                f"law {self.name}: torques() at t = {time:g} s: expected finite numbers, got {u.tolist()} ({joint})"
-            )
+            raise self._fault(f"torques() at t = {time:g} s: expected finite numbers, got {u.tolist()} ({joint} first)")
         np.clip(u, -c["limit"], c["limit"], out=self.u)
         log_tick(self.record, self._q, self._v, self._log, k, time)
         return status
 
 
-def _said(error: Exception) -> str:
-    return f"{type(error).__name__}: {error}"
+def _read_only(array: np.ndarray) -> np.ndarray:
+    """A live view that a law cannot write through: changing what it senses would change the physics."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
+def _said(error: BaseException, file: str) -> str:
+    """An exception in words, with the line of the user's file that it came from."""
+    lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
+    where = f" ({Path(file).name}, line {lines[-1]})" if lines else ""
+    return f"{type(error).__name__}: {' '.join(str(error).split())}{where}"
 
 
 def load_law(law: str) -> type:
@@ -257,20 +278,24 @@ def load_law(law: str) -> type:
         InputError: The file cannot be imported or has no such class.
     """
     file, _, name = law.rpartition(":")
-    spec = importlib.util.spec_from_file_location(Path(file).stem, file)
+    shown = label(Path(file))
+    spec = importlib.util.spec_from_file_location(f"biped_law_{Path(file).stem}", file)
     if spec is None or spec.loader is None:
-        raise InputError(f"law {law}: {file} cannot be loaded as a Python file")
+        raise InputError(f"law: {shown} cannot be loaded as a Python file", "law")
     module = importlib.util.module_from_spec(spec)
+    # Dataclasses and pickle look a class's module up by name; helpers may lie beside the file.
+    sys.modules[spec.name] = module
+    sys.path.append(str(Path(file).parent))
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
-        raise InputError(f"law {law}: importing {file} raised {_said(error)}") from error
+    except (Exception, SystemExit) as error:
+        raise InputError(f"law: importing {shown} raised {_said(error, file)}", "law") from error
+    finally:
+        sys.path.pop()
     kind = getattr(module, name, None)
     if not isinstance(kind, type):
-        from biped.files import nearest
-
         there = [n for n, value in vars(module).items() if isinstance(value, type)]
-        raise InputError(f"law {law}: {file} has no class '{name}'; {nearest(name, there)}")
+        raise InputError(f"law: {shown} has no class '{name}'; {nearest(name, there)}", "law")
     return kind
 
 
