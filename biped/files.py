@@ -54,9 +54,11 @@ def locate(kind: str, name: str, asked_by: str, beside: Path | None = None) -> P
     for candidate in candidates:
         if candidate.is_file():
             return candidate
+    near = [f"{name}{suffix}" for base in (Path(), beside) if base is not None and (base / f"{name}{suffix}").is_file()]
+    hint = f"did you mean the file '{near[0]}'?" if near else nearest(Path(name).stem, names(kind))
     raise InputError(
         f"{f'{asked_by}: ' if asked_by else ''}no {kind[:-1]} '{name}'; expected the path of a file *{suffix} or a "
-        f"name: {nearest(Path(name).stem, names(kind))}"
+        f"name: {hint}"
     )
 
 

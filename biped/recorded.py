@@ -103,9 +103,9 @@ def plot_results(folder: Path) -> list[Path]:
     A single run gets stroboscopic view, velocity, torso angle, phase portraits and, if pushed, the response; a
     campaign its velocities and the figures of its median walker.
     """
+    plan, result = plan_at(folder)
     from biped import figures
 
-    plan, result = plan_at(folder)
     kept = _kept(folder, result)
     out = folder / "figures"
     files: list[Path] = []

@@ -97,7 +97,7 @@ def _variations(value: dict, at: str, fail: Fail) -> None:
     for key, inner in value.items():
         dotted = f'{at}."{key}"'
         if isinstance(inner, dict) and (at == "sweep" or any(isinstance(one, dict) for one in inner.values())):
-            raise fail(f"{at}.{key}", f"expected the dotted key of what varies in quotes, such as {at}.\"ground.slope\"")
+            raise fail(f"{at}.{key}", f'expected the dotted key of what varies in quotes, such as {at}."ground.slope"')
         if at == "sweep":
             _finite(inner, dotted, fail)
             if not isinstance(inner, list) or any(isinstance(one, list | dict) for one in inner):
@@ -126,7 +126,7 @@ def _finite(value: Any, key: str, fail: Fail) -> None:
 
 
 def possible(s: Scenario, fail: Fail) -> None:
-    """Rejects what types cannot: times outside the run, bounds that contradict each other, more than a machine holds."""
+    """Rejects what types cannot: times outside the run, contradictory bounds, more than a machine holds."""
     most = min(MOST_TICKS / s.simulation.control_rate, MOST_STEPS * s.simulation.timestep)
     if s.duration > most:
         raise fail("duration", f"expected at most {most:g} s at this time step and control rate, got {s.duration:g}")

@@ -77,7 +77,9 @@ def lookup(data: Any, key: str, asked_by: str) -> Any:
                 raise _fault(f"{asked_by}.\"{key}\": expected an index {there} instead of '{part}'", asked_by)
             at = at[int(part)]
         else:
-            raise _fault(f"{asked_by}.\"{key}\": '{part}' is below a single value; expected {key[: -len(part) - 1]}", asked_by)
+            raise _fault(
+                f"{asked_by}.\"{key}\": '{part}' is below a single value; expected {key[: -len(part) - 1]}", asked_by
+            )
     return at
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import subprocess
 import sys
@@ -11,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from biped.cli import main
-from tests.bad_input import KINDS, LAWS, Bad
+from tests.bad import HUMAN, KINDS, LAWS, Bad
 
 
 def prepared(bad: Bad, folder: Path) -> set[Path]:
@@ -41,13 +40,7 @@ def assert_good_answer(bad: Bad, code: int, out: str, err: str) -> None:
     assert len(err) < 700
 
 
-def param(bad: Bad):
-    looks = bad.argv[:1] in (("view",), ("plot",))
-    missing = importlib.util.find_spec("biped.recorded") is None
-    return pytest.param(bad, id=bad.name, marks=pytest.mark.skipif(looks and missing, reason="nothing to look with"))
-
-
-@pytest.mark.parametrize("bad", [param(bad) for bad in KINDS])
+@pytest.mark.parametrize("bad", KINDS, ids=[bad.name for bad in KINDS])
 def test_bad_input(bad, tmp_path, monkeypatch, capsys):
     there = prepared(bad, tmp_path)
     monkeypatch.chdir(tmp_path)
@@ -89,8 +82,6 @@ def test_law_that_fails_in_a_worker(tmp_path, monkeypatch, capsys):
 
 def test_good_input_is_not_refused(tmp_path, monkeypatch, capsys):
     """The model edits above are faults, not the act of having a model of one's own."""
-    from tests.bad_input import HUMAN
-
     monkeypatch.chdir(tmp_path)
     Path("m.xml").write_text(HUMAN, encoding="utf-8")
     Path("s.toml").write_text('model = "m.xml"\nduration = 0.05', encoding="utf-8")
