@@ -13,7 +13,7 @@ from biped.control.record import ROWS
 from biped.errors import InputError
 from biped.files import locate, nearest
 from biped.geometry import ABSOLUTE_FROM_JOINT, POINTS, Tree, absolute, from_absolute
-from biped.model import posture_of, tree_at, true_tree
+from biped.model import bodies_of, posture_of, tree_at, true_tree
 from biped.posture import project
 from biped.reading import read_gains
 from biped.scenario import Gains, Scenario, Start, Truth
@@ -95,6 +95,7 @@ class Plan:
         s = with_values(at_point, draws, f"randomise.draw, run {index}")
         random = s.randomise
         path, tree = self._model(s.model)
+        self._pushable(s)
         return Run(
             scenario=s,
             model=path,
@@ -113,6 +114,15 @@ class Plan:
             path = locate("models", name, "model")
             self._models[name] = path, tree_at(path)
         return self._models[name]
+
+    def _pushable(self, s: Scenario) -> None:
+        for i, push in enumerate(s.push):
+            bodies = bodies_of(self._model(s.model)[0]) if push.body != "torso" else ["torso"]
+            if push.body not in bodies:
+                raise InputError(
+                    f"push[{i}].body: model '{s.model}' has no body '{push.body}'; {nearest(push.body, bodies)}",
+                    f"push[{i}].body",
+                )
 
     def _gait(self, s: Scenario) -> Gains:
         key = s.controller, s.gains
@@ -141,7 +151,9 @@ class Plan:
             contacts = contacts if start.contacts is None else start.contacts
             for name in contacts:
                 if name not in POINTS:
-                    raise InputError(f"start.contacts: '{name}' is no contact point; {nearest(name, list(POINTS))}")
+                    raise InputError(
+                        f"start.contacts: '{name}' is no contact point; {nearest(name, list(POINTS))}", "start.contacts"
+                    )
             self._starts[key] = project(tree, q, contacts) if start.settle else q
         return self._starts[key]
 

@@ -107,9 +107,9 @@ def plot_results(folder: Path, out: Path | None = None) -> list[Path]:
         folder: The results folder.
         out: Where the figures go; default: its `figures/`.
     """
+    plan, result = plan_at(folder)
     from biped import figures
 
-    plan, result = plan_at(folder)
     kept = _kept(folder, result)
     out = folder / "figures" if out is None else out
     rows = result["runs"]
