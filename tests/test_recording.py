@@ -35,7 +35,7 @@ def recorded(name, changes, **more):
     scenario = read_scenario("level_normal", changes)
     plan = Plan(scenario)
     model = compile_foreign(plan.model, scenario, visuals=True).model
-    text = to_toml(scenario, plan.gains)
+    text = to_toml(plan.scenario)
     return Recorded(name, simulate(plan.run(0)), model, more.get("metrics", {}), more.get("checks", []), text)
 
 
