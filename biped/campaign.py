@@ -22,9 +22,12 @@ _keep: Callable[[int, Trajectory, Row], None] | None = None
 
 def simulate(plan: Plan, index: int) -> Trajectory:
     """Simulates run `index` of a plan in the engine that its scenario names."""
-    from biped.engines import mujoco
+    if plan.scenario.engine == "home":
+        from biped.engines import home as engine
+    else:
+        from biped.engines import mujoco as engine
 
-    return mujoco.simulate(plan.run(index))
+    return engine.simulate(plan.run(index))
 
 
 def measured(plan: Plan, index: int, trajectory: Trajectory) -> Row:

@@ -212,7 +212,7 @@ class Scenario(Section):
         model: Name in models/ or path of an MJCF file.
         controller: Name in controllers/ or path of a gait file.
         law: A control law of the user's own, `path.py:Class`; default: the thesis's.
-        engine: `mujoco`.
+        engine: `mujoco`, or `home`: the thesis's own rigid contacts.
         duration: [s].
         seed: Everything random follows from it.
     """
@@ -221,7 +221,7 @@ class Scenario(Section):
     model: str = "human"
     controller: str = "normal"
     law: str | None = None
-    engine: Literal["mujoco"] = "mujoco"
+    engine: Literal["mujoco", "home"] = "mujoco"
     duration: Positive = 10.0
     seed: Annotated[int, Meta(ge=0)] = 0
     start: Start = Start()

@@ -6,14 +6,11 @@ import mujoco
 import numpy as np
 
 from biped.control.controller import law_of
-from biped.control.tick import GOING, LOW, TILTED, log_forces
-from biped.errors import InputError
-from biped.files import nearest
-from biped.geometry import JOINTS
-from biped.model import Foreign, compile_foreign, tree_at
+from biped.control.tick import GOING, log_forces
+from biped.engines.common import ending, push_spans
+from biped.model import compile_foreign, tree_at
 from biped.plan import Run
-from biped.scenario import Scenario
-from biped.trajectory import WIDTH, Q, Trajectory
+from biped.trajectory import WIDTH, Trajectory
 
 
 def simulate(run: Run) -> Trajectory:
@@ -42,8 +39,9 @@ def simulate(run: Run) -> Trajectory:
     place, points = data.geom_xpos, foreign.points
     step, next_tick = mujoco.mj_step, law.tick
     status, done = GOING, 0
-    for first, last, wrench in push_spans(s, foreign, count, tick):
-        data.xfrc_applied[:] = wrench
+    bodies = [model.body(i).name for i in range(1, model.nbody)]
+    for first, last, forces in push_spans(s, bodies, count, tick):
+        data.xfrc_applied[1:, [0, 2]] = forces
         for k in range(first, last):
             status = next_tick(k, k * tick)
             done = k + 1
@@ -54,7 +52,7 @@ def simulate(run: Run) -> Trajectory:
             log_forces(log, k, data.efc_force, place, points)
         if status != GOING:
             break
-    end, cause = _ending(status, log[:done])
+    end, cause = ending(status, log[:done])
     warnings = {
         mujoco.mjtWarning(i).name.removeprefix("mjWARN_").lower(): int(w.number)
         for i, w in enumerate(data.warning)
@@ -72,45 +70,3 @@ def simulate(run: Run) -> Trajectory:
         warnings=warnings,
     )
 
-
-def push_spans(s: Scenario, foreign: Foreign, count: int, tick: float) -> list[tuple[int, int, np.ndarray]]:
-    """The run cut where pushes begin and end: (first tick, last tick + 1, wrenches (nbody, 6) in the slope's frame).
-
-    Raises:
-        InputError: A push names a body that the model does not have.
-    """
-    spans = [(round(p.at / tick), round((p.at + p.duration) / tick)) for p in s.push]
-    cuts = sorted({0, count, *(min(t, count) for span in spans for t in span)})
-    bodies = [foreign.model.body(i).name for i in range(1, foreign.model.nbody)]
-    angle = np.radians(s.ground.slope)
-    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-    wrenches = []
-    for i, p in enumerate(s.push):
-        if p.body not in bodies:
-            raise InputError(f"push[{i}].body: model '{s.model}' has no body '{p.body}'; {nearest(p.body, bodies)}")
-        wrench = np.zeros((foreign.model.nbody, 6))
-        wrench[foreign.model.body(p.body).id, [0, 2]] = turn @ np.array(p.force)
-        wrenches.append(wrench)
-    out = []
-    for first, last in zip(cuts[:-1], cuts[1:], strict=True):
-        total = np.zeros((foreign.model.nbody, 6))
-        for (start, stop), wrench in zip(spans, wrenches, strict=True):
-            if start <= first < stop:
-                total += wrench
-        out.append((first, last, total))
-    return out
-
-
-def _ending(status: int, log: np.ndarray) -> tuple[str, str]:
-    if status == GOING:
-        return "completed", ""
-    time = log[-1, 0] if len(log) > 1 else 0.0
-    if status in (LOW, TILTED):
-        way = "collapsed" if status == LOW else ("fell forward" if log[-1, Q + 2] < 0.0 else "fell backward")
-        return "fell", f"{way} at {time:.3f} s"
-    before = log[-2, Q : Q + 9] if len(log) > 1 else log[0, Q : Q + 9]
-    worst = JOINTS[int(np.argmax(np.abs(before)))]
-    return (
-        "diverged",
-        f"a coordinate stopped being finite after {log[max(len(log) - 2, 0), 0]:.3f} s (largest: {worst})",
-    )
