@@ -48,7 +48,7 @@ def advance(record, q, v, step, steps):
         while left > 0.0:
             taken = left
             attempt(w, left)
-            event = cuts < CUTS and beyond_event(w)
+            event = cuts < CUTS + 6 and beyond_event(w)
             if event:
                 taken = locate(w, left)
             _accept(w, taken)
@@ -56,11 +56,14 @@ def advance(record, q, v, step, steps):
             if not event:
                 continue
             cuts += 1
-            if _arrive(w, q0, cuts == CUTS):
+            if _arrive(w, q0, cuts >= CUTS):
                 impact(w, q0, v0)
+            if cuts < CUTS:
+                for i in range(6):
+                    w["held"][i] = 0
             release(w, q0, v0)
             keep_stage(w, 0)
-        if cuts == CUTS:
+        if cuts >= CUTS:
             w["capped"] += 1
     for j in range(9):
         q[j], v[j] = q0[j], v0[j]
@@ -80,18 +83,22 @@ def _accept(w, h):
 
 @njit(cache=True)
 def _arrive(w, q, last):
-    """Activates what just closed its gap; returns whether anything did.
+    """Activates what has just closed its gap; returns whether anything has.
 
-    After the last event of a step everything that touches, or is about to, is held instead.
+    What has only hopped comes to rest, by an impact that throws nothing else up: it is bilateral for all. So is
+    everything, and until the step ends, once there have been too many events.
     """
-    found = False
+    found, resting = False, False
     for i in range(6):
-        if last and w["active"][i]:
+        if not w["active"][i]:
+            closing = w["gap_rate"][i] < 0.0 and w["gap"][i] < (NEAR if last else TOUCH)
+            if closing or (w["resting"][i] and w["gap"][i] < TOUCH):
+                land(w, i, q)
+                found = True
+                resting = resting or w["resting"][i] == 1
+    for i in range(6):
+        if (last or resting) and w["active"][i]:
             w["held"][i] = 1
-        if not w["active"][i] and w["gap_rate"][i] < 0.0 and w["gap"][i] < (NEAR if last else TOUCH):
-            land(w, i, q)
-            w["held"][i] = 1 if last else 0
-            found = True
     return found
 
 

@@ -98,18 +98,18 @@ def _choose(w, m):
 
 @njit(cache=True)
 def unilateral(w, m):
-    """Minimises ‖Cᵀλ - y₀‖ with λ >= 0 in rows of normals and knees, for the y₀ in `y`; leaves λ in `multiplier`.
+    """Minimises ‖Cᵀλ - y₀‖ with λ >= 0 in the signed rows, for the y₀ in `y`; leaves λ in `multiplier`.
 
     Args:
-        w: Record with C (m, 9), the rows' numbers in `row` and y₀ in `y`.
+        w: Record with C (m, 9), which rows are `signed`, and y₀ in `y`.
         m: Number of rows.
     """
-    lam, solved, passive, row, C, y, r = (
-        w["multiplier"], w["solved"], w["passive"], w["row"], w["C"], w["y"], w["r"],
+    lam, solved, passive, signed, C, y, r = (
+        w["multiplier"], w["solved"], w["passive"], w["signed"], w["C"], w["y"], w["r"],
     )  # fmt: skip
     for i in range(m):
         lam[i] = 0.0
-        passive[i] = 1 if row[i] < 8 and row[i] % 2 == 1 else 0
+        passive[i] = 1 - signed[i]
     newest = -1
     for _ in range(MOST):
         # The best λ in the passive rows; a step towards it ends where the first sign would turn.
@@ -119,7 +119,7 @@ def unilateral(w, m):
             step, leaving = 1.0, -1
             for c in range(count):
                 i = w["chosen"][c]
-                if is_unilateral(row[i]) and solved[c] <= 0.0:
+                if signed[i] and solved[c] <= 0.0:
                     ratio = lam[i] / (lam[i] - solved[c]) if lam[i] > solved[c] else 0.0
                     if ratio < step or leaving < 0:
                         step, leaving = ratio, i
@@ -159,12 +159,6 @@ def unilateral(w, m):
             if w["chosen"][c] == joining and solved[c] <= 0.0:
                 passive[joining] = 0
                 newest = joining
-
-
-@njit(cache=True)
-def is_unilateral(row):
-    """Whether a row is a normal or a knee stop."""
-    return row >= 8 or row % 2 == 0
 
 
 @njit(cache=True)

@@ -15,6 +15,9 @@ TOUCH = 1e-9
 """[m, rad] within which a gap is closed."""
 PULL = 1e-3
 """[N, N m] of pull within which a release is met."""
+HOP = 1e-3
+"""Fraction of a step: what leaves the ground for a shorter time has not left it. The hops of a rocking foot become
+ever shorter; this is where they end."""
 SEARCH = 16
 """Most shortened steps tried for one event; two or three are usual."""
 
@@ -64,6 +67,8 @@ def locate(w, h):
         The length [s] of the step.
     """
     low, high = 0.0, h
+    for i in range(6):
+        w["resting"][i] = 0
     _bracket(w, 0, 0)
     _bracket(w, 1, 4)
     for search in range(SEARCH):
@@ -72,11 +77,14 @@ def locate(w, h):
         # Every fourth try halves the bracket, so that no shape of a gap can keep the prediction at one end.
         part = 0.5 if search % 4 == 3 else _first_crossing(w, high - low)
         middle = low + part * (high - low)
+        if part == 0.0:
+            attempt(w, low)
+            return low
         attempt(w, middle)
         if beyond_event(w):
             high = middle
             _bracket(w, 1, 4)
-        elif _closed(w) or part == 0.0:
+        elif _closed(w):
             return middle
         else:
             low = middle
@@ -112,7 +120,9 @@ def _first_crossing(w, length):
             continue
         if _open(w, i):
             g = w["b_gap"]
-            first = min(first, _cubic_crossing(g[0, i], w["b_rate"][0, i], g[1, i], w["b_rate"][1, i], length))
+            crossing = _cubic_crossing(g[0, i], w["b_rate"][0, i], g[1, i], w["b_rate"][1, i], length)
+            w["resting"][i] = crossing == 0.0
+            first = min(first, crossing)
         else:
             early, late = w["b_lam"][0, i] + 0.5 * PULL, w["b_lam"][1, i] + 0.5 * PULL
             if early > late:
@@ -131,10 +141,10 @@ def _cubic_crossing(gap, rate, late_gap, late_rate, length):
     if gap <= 0.0:
         # A point that has just left the ground starts at zero: look for where it is above.
         low = 0.5
-        while low > 1e-3 and gap + low * (a + low * (c2 + low * c3)) <= 0.0:
+        while low > HOP and gap + low * (a + low * (c2 + low * c3)) <= 0.0:
             high = low
             low *= 0.5
-        if low <= 1e-3:
+        if low <= HOP:
             return 0.0
     for _ in range(50):
         middle = 0.5 * (low + high)

@@ -10,7 +10,7 @@ from numba import njit
 
 from biped.control.constraints import back_through_R
 from biped.control.factor import cholesky, solve_transposed
-from biped.rigid.gauss import change, factor_all, is_unilateral, multipliers, shortest, unilateral, weigh_rows
+from biped.rigid.gauss import change, factor_all, multipliers, shortest, unilateral, weigh_rows
 from biped.rigid.tree import applied_forces, mass_and_bias, place, point_row
 
 PARTING = 1e-9
@@ -19,8 +19,11 @@ PARTING = 1e-9
 
 @njit(cache=True)
 def active_rows(w):
-    """Fills A (m, 9), b_v = -J̇v (m,) and the rows' numbers for the active constraints; returns m."""
-    A, b_v, row, active, bias = w["A"], w["b_v"], w["row"], w["active"], w["point_bias"]
+    """Fills A (m, 9), b_v = -J̇v (m,), the rows' numbers and whether they are signed; returns m.
+
+    Normals and knees are signed, unless they are held.
+    """
+    A, b_v, row, active, bias, signed = w["A"], w["b_v"], w["row"], w["active"], w["point_bias"], w["signed"]
     m = 0
     for i in range(4):
         if active[i]:
@@ -28,6 +31,7 @@ def active_rows(w):
                 point_row(w, i, direction, A[m])
                 b_v[m] = -bias[i, 1 - direction]
                 row[m] = 2 * i + direction
+                signed[m] = 1 if direction == 0 and not w["held"][i] else 0
                 m += 1
     for leg in range(2):
         if active[4 + leg]:
@@ -36,6 +40,7 @@ def active_rows(w):
             A[m, 4 + 3 * leg] = -1.0
             b_v[m] = 0.0
             row[m] = 8 + leg
+            signed[m] = 1 - w["held"][4 + leg]
             m += 1
     return m
 
@@ -153,17 +158,7 @@ def impact(w, q, v):
         f[i] = s
         y[i] = -s
         before += s * s
-    if all_held(w):
-        for i in range(m):
-            s = 0.0
-            for j in range(9):
-                s -= w["A"][i, j] * v[j]
-            w["d"][i] = s
-        rank = factor_all(w, m)
-        shortest(w, m, rank)
-        multipliers(w, m, rank)
-    else:
-        unilateral(w, m)
+    unilateral(w, m)
     change(w, m, w["x"])
     after = 0.0
     for i in range(9):
@@ -186,15 +181,6 @@ def impact(w, q, v):
     for i in range(6):
         if w["active"][i] and not w["held"][i] and w["gap_rate"][i] > PARTING * scale:
             w["active"][i] = 0
-
-
-@njit(cache=True)
-def all_held(w):
-    """Whether every active constraint is held."""
-    for i in range(6):
-        if w["active"][i] and not w["held"][i]:
-            return False
-    return True
 
 
 @njit(cache=True)
@@ -229,14 +215,13 @@ def release(w, q, v):
             size = max(size, abs(w["y"][j]))
         found = False
         for i in range(m):
-            number = w["row"][i]
-            if not is_unilateral(number):
+            if not w["signed"][i]:
                 continue
             apart = 0.0
             for j in range(9):
                 apart += w["C"][i, j] * w["r"][j]
-            which = number // 2 if number < 8 else number - 4
-            if apart > PARTING * size and not w["held"][which]:
+            which = w["row"][i] // 2 if w["row"][i] < 8 else w["row"][i] - 4
+            if apart > PARTING * size:
                 w["active"][which] = 0
                 w["releases"] += 1
                 found = True
