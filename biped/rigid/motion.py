@@ -21,13 +21,16 @@ PARTING = 1e-9
 def active_rows(w):
     """Fills A (m, 9), b_v = -J̇v (m,), the rows' numbers and whether they are signed; returns m.
 
-    Normals and knees are signed, unless they are held.
+    Normals and knees are signed, unless they are held. A flat foot has one tangential row, the heel's: the toe's says
+    the same, except that its rounding, in an impact that lifts the toe, would be enforced with forces beyond measure.
     """
     A, b_v, row, active, bias, signed = w["A"], w["b_v"], w["row"], w["active"], w["point_bias"], w["signed"]
     m = 0
     for i in range(4):
         if active[i]:
             for direction in range(2):
+                if direction == 1 and i % 2 == 0 and active[i + 1]:
+                    continue
                 point_row(w, i, direction, A[m])
                 b_v[m] = -bias[i, 1 - direction]
                 row[m] = 2 * i + direction
