@@ -9,44 +9,46 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from biped.plan import Plan
+from biped.plan import Plan, Run
 from biped.scenario import Scenario
 from biped.trajectory import Trajectory
 
 Row = dict[str, Any]
-"""One run's numbers: index, seed, end, cause, then every metric."""
+"""One run's numbers: index, seed, what it drew, how it ended, then every metric."""
 
 _plan: Plan | None = None
 _keep: Callable[[int, Trajectory, Row], None] | None = None
 
 
-def simulate(plan: Plan, index: int) -> Trajectory:
-    """Simulates run `index` of a plan in the engine that its scenario names."""
-    if plan.scenario.engine == "home":
+def simulate(run: Run) -> Trajectory:
+    """Simulates a run in the engine that its scenario names."""
+    if run.scenario.engine == "home":
         from biped.engines import home as engine
     else:
         from biped.engines import mujoco as engine
 
-    return engine.simulate(plan.run(index))
-
-
-def measured(plan: Plan, index: int, trajectory: Trajectory) -> Row:
-    """The row of a run: who it is, how it ended and every metric."""
-    from biped.metrics import measure
-
-    numbers = measure(trajectory, plan.scenario.interval)
-    fell = bool(numbers.pop("falls"))
-    row = {"index": index, "seed": plan.run(index).seed, "fell": fell, "end": trajectory.end, "cause": trajectory.cause}
-    row |= numbers
-    row["walked"] = bool(row["walked"])
-    row["warnings"] = trajectory.warnings
-    return row
+    return engine.simulate(run)
 
 
 def run_one(plan: Plan, index: int) -> tuple[Trajectory, Row]:
-    """Simulates and measures one run."""
-    trajectory = simulate(plan, index)
-    return trajectory, measured(plan, index, trajectory)
+    """Simulates and measures run `index` of a plan."""
+    from biped.metrics import measure
+
+    run = plan.run(index)
+    trajectory = simulate(run)
+    numbers = measure(trajectory, run.scenario.interval)
+    row = {
+        "index": index,
+        "seed": run.seed,
+        "values": run.values,
+        "fell": bool(numbers.pop("falls")),
+        "end": trajectory.end,
+        "cause": trajectory.cause,
+        **numbers,
+        "walked": bool(numbers["walked"]),
+        "warnings": trajectory.warnings,
+    }
+    return trajectory, row
 
 
 def cores() -> int:

@@ -26,7 +26,7 @@ def _parser() -> argparse.ArgumentParser:
         command = commands.add_parser(name, help=what, description=what)
         command.add_argument("scenario", nargs="+", help="name in scenarios/, or path of a scenario file")
         command.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
-                             help="change a key, e.g. --set ground.slope=2 (VALUE is TOML; may be repeated)")  # fmt: skip
+                             help="change a key, e.g. ground.slope=2 (VALUE is TOML; repeatable)")  # fmt: skip
         command.add_argument("--engine", help="engine to run in")
         command.add_argument("--jobs", type=int, help="processes for ensembles (default: all cores)")
         command.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
@@ -122,10 +122,9 @@ def _print_json(results: list[dict]) -> None:
 def _view(args: argparse.Namespace) -> int:
     import subprocess
 
-    from biped.commands import newest_recording
     from biped.recorded import recording_of
 
-    path = newest_recording() if args.run is None else recording_of(args.run)
+    path = recording_of(args.run)
     print(f"opening {path}")
     return subprocess.call([sys.executable, "-m", "rerun", str(path)])
 

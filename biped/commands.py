@@ -10,10 +10,10 @@ from typing import Any
 
 from biped import campaign
 from biped.errors import InputError
-from biped.files import canonical, folder, label, locate, names, read_toml
+from biped.files import canonical, label, locate, names, read_toml
 from biped.plan import Plan
 from biped.reading import read_scenario
-from biped.results import Folder, dumps, new_folder, result_of
+from biped.results import Folder, new_folder, result_of
 from biped.trajectory import Trajectory
 
 RUNS = Path("runs")
@@ -36,6 +36,8 @@ def _keep(path: Path, index: int, trajectory: Trajectory, row: campaign.Row) -> 
         return
     path.mkdir(exist_ok=True)
     trajectory.last(LAST_SECONDS).save(path / f"run-{index:05d}.npz")
+    again = f"biped run {path.parent / 'scenario.toml'} --only {index}"
+    (path / f"run-{index:05d}.txt").write_text(f"{row['cause']}\nagain: {again}\n", encoding="utf-8")
 
 
 def run(
@@ -73,9 +75,10 @@ def run(
         suffix = title.replace("/", "-") + ("" if only is None else f"-run{only}")
         where = Folder(out if out is not None else new_folder(RUNS, suffix), plan)
     indices = range(len(plan)) if only is None else [only]
+    known: dict[int, Trajectory] = {}
     if len(indices) == 1:
         trajectory, row = campaign.run_one(plan, indices[0])
-        rows = [row]
+        rows, known = [row], {row["index"]: trajectory}
         if where is not None:
             trajectory.save(where.path / "trajectory.npz")
     else:
@@ -87,7 +90,7 @@ def run(
         if record:
             from biped.recorded import record_runs
 
-            record_runs(where.path / "recording.rrd", plan, result)
+            record_runs(where.path / "recording.rrd", plan, result, known)
     return result, None if where is None else where.path, scenario.description
 
 
@@ -98,17 +101,11 @@ def _ensemble(plan: Plan, indices: Sequence[int], jobs: int, where: Folder | Non
     keep = partial(_keep, where.path / "failures") if where else None
     if left:
         with campaign.rows_of(plan, left, jobs, keep) as rows, progress(len(indices), len(done)) as advance:
-            journal = open(where.journal, "a", encoding="utf-8") if where else None
-            try:
-                for row in rows:
-                    done[row["index"]] = row
-                    if journal is not None:
-                        journal.write(dumps(row) + "\n")
-                        journal.flush()
-                    advance()
-            finally:
-                if journal is not None:
-                    journal.close()
+            for row in rows:
+                done[row["index"]] = row
+                if where is not None:
+                    where.note(row)
+                advance()
     return [done[index] for index in indices]
 
 
@@ -155,8 +152,3 @@ def newest_recording() -> Path:
     if not found:
         raise InputError(f"view: no recording below {RUNS}/; make one with: biped run level_normal --record")
     return found[-1]
-
-
-def scenario_folder() -> Path:
-    """The folder that named scenarios live in."""
-    return folder("scenarios")

@@ -13,7 +13,7 @@ SUFFIX = {"models": ".xml", "controllers": ".toml", "scenarios": ".toml"}
 
 
 def folder(kind: str) -> Path:
-    """The folder of `models`, `controllers` or `scenarios`: beside the package in a checkout, inside it if installed."""
+    """The folder of `models`, `controllers` or `scenarios`: beside the package, or inside it if installed."""
     package = Path(__file__).parent
     installed = package / "data" / kind
     return installed if installed.is_dir() else package.parent / kind
@@ -38,7 +38,7 @@ def locate(kind: str, name: str, asked_by: str, beside: Path | None = None) -> P
 
     Args:
         kind: `models`, `controllers` or `scenarios`.
-        name: A name in the folder of that kind, or a path, relative to the working folder or to `beside`.
+        name: A name in that folder, or a path (with its suffix), relative to the working folder or to `beside`.
         asked_by: Who asks, for the error: `file: key`.
         beside: Folder of the file that asks.
 
@@ -46,14 +46,17 @@ def locate(kind: str, name: str, asked_by: str, beside: Path | None = None) -> P
         InputError: There is no such file.
     """
     suffix = SUFFIX[kind]
-    for base in (Path(), beside, folder(kind)):
-        if base is None:
-            continue
-        for candidate in (base / name, base / f"{name}{suffix}"):
-            if candidate.suffix == suffix and candidate.is_file():
-                return candidate
+    if not name.endswith(suffix):
+        # A bare name means the folder of its kind: a scenario `uphill` may use the controller `uphill`.
+        candidates = [folder(kind) / f"{name}{suffix}"]
+    else:
+        candidates = [base / name for base in (Path(), beside, folder(kind)) if base is not None]
+    for candidate in candidates:
+        if candidate.is_file():
+            return candidate
     raise InputError(
-        f"{asked_by}: no {kind[:-1]} '{name}'; expected a path of a {suffix} file or a name: {nearest(name, names(kind))}"
+        f"{asked_by}: no {kind[:-1]} '{name}'; expected the path of a {suffix} file or a name: "
+        f"{nearest(name, names(kind))}"
     )
 
 

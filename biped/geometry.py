@@ -6,9 +6,11 @@ toe, right heel, left toe, left heel; coordinates as in `biped.model`. Vectors a
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
 from biped.errors import InputError
 
@@ -111,16 +113,6 @@ def from_absolute(q: np.ndarray) -> np.ndarray:
     return np.linalg.solve(ABSOLUTE_FROM_JOINT, (q - ABSOLUTE_OFFSET)[..., None])[..., 0]
 
 
-def _turn(angle: np.ndarray, offset: np.ndarray) -> np.ndarray:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.stack([c * offset[0] - s * offset[1], s * offset[0] + c * offset[1]], axis=-1)
-
-
-def _swing(angle: np.ndarray, rate: np.ndarray, offset: np.ndarray) -> np.ndarray:
-    turned = _turn(angle, offset)
-    return np.stack([-turned[..., 1], turned[..., 0]], axis=-1) * rate[..., None]
-
-
 class Motion(NamedTuple):
     """Where the links are and how they move; the first axes are those of the coordinates.
 
@@ -151,26 +143,48 @@ def motion(tree: Tree, q: np.ndarray, v: np.ndarray) -> Motion:
         q: (…, 9) joint coordinates [m, rad].
         v: (…, 9) joint velocities [m/s, rad/s].
     """
-    angle = q[..., 2:] @ _ABSOLUTE.T
-    rate = v[..., 2:] @ _ABSOLUTE.T
-    joint = np.empty((*q.shape[:-1], 7, 2))
-    joint_velocity = np.empty_like(joint)
-    joint[..., 0, :], joint_velocity[..., 0, :] = q[..., :2], v[..., :2]
-    for link in range(1, 7):
-        up = PARENT[link]
-        joint[..., link, :] = joint[..., up, :] + _turn(angle[..., up], tree.joint[link])
-        joint_velocity[..., link, :] = joint_velocity[..., up, :] + _swing(
-            angle[..., up], rate[..., up], tree.joint[link]
-        )
+    shape = np.broadcast_shapes(q.shape, v.shape)[:-1]
+    rows = int(np.prod(shape))
+    flat_q = np.ascontiguousarray(np.broadcast_to(q, (*shape, 9)).reshape(rows, 9), dtype=float)
+    flat_v = np.ascontiguousarray(np.broadcast_to(v, (*shape, 9)).reshape(rows, 9), dtype=float)
+    parts = [np.empty((rows, *size)) for size in ((7, 2), (7, 2), (7, 2), (4, 2), (4, 2), (7,), (7,))]
+    _forward(tree.joint, tree.com, tree.point, flat_q, flat_v, *parts)
+    return Motion(*(part.reshape(*shape, *part.shape[1:]) for part in parts))
 
-    def carried(links, offsets):
-        place = [joint[..., k, :] + _turn(angle[..., k], o) for k, o in zip(links, offsets, strict=True)]
-        speed = [
-            joint_velocity[..., k, :] + _swing(angle[..., k], rate[..., k], o)
-            for k, o in zip(links, offsets, strict=True)
-        ]
-        return np.stack(place, axis=-2), np.stack(speed, axis=-2)
 
-    com, com_velocity = carried(range(7), tree.com)
-    point, point_velocity = carried(POINT_LINK, tree.point)
-    return Motion(joint, com, com_velocity, point, point_velocity, angle, rate)
+@njit(cache=True)
+def _forward(joint, com, point, q, v, at, com_at, com_v, point_at, point_v, angle, rate):
+    """Fills the arrays of `Motion`, row by row: links hang on their parents, centres of mass and points on links."""
+    velocity = np.empty((7, 2))
+    cosine, sine = np.empty(7), np.empty(7)
+    for row in range(q.shape[0]):
+        for link in range(7):
+            up = link - 1 if link != 4 else 0
+            if link == 0:
+                angle[row, 0], rate[row, 0] = q[row, 2], v[row, 2]
+                at[row, 0, 0], at[row, 0, 1] = q[row, 0], q[row, 1]
+                velocity[0, 0], velocity[0, 1] = v[row, 0], v[row, 1]
+            else:
+                angle[row, link] = angle[row, up] + q[row, link + 2]
+                rate[row, link] = rate[row, up] + v[row, link + 2]
+                x = cosine[up] * joint[link, 0] - sine[up] * joint[link, 1]
+                z = sine[up] * joint[link, 0] + cosine[up] * joint[link, 1]
+                at[row, link, 0] = at[row, up, 0] + x
+                at[row, link, 1] = at[row, up, 1] + z
+                velocity[link, 0] = velocity[up, 0] - z * rate[row, up]
+                velocity[link, 1] = velocity[up, 1] + x * rate[row, up]
+            cosine[link], sine[link] = math.cos(angle[row, link]), math.sin(angle[row, link])
+            x = cosine[link] * com[link, 0] - sine[link] * com[link, 1]
+            z = sine[link] * com[link, 0] + cosine[link] * com[link, 1]
+            com_at[row, link, 0] = at[row, link, 0] + x
+            com_at[row, link, 1] = at[row, link, 1] + z
+            com_v[row, link, 0] = velocity[link, 0] - z * rate[row, link]
+            com_v[row, link, 1] = velocity[link, 1] + x * rate[row, link]
+        for i in range(4):
+            foot = 3 if i < 2 else 6
+            x = cosine[foot] * point[i, 0] - sine[foot] * point[i, 1]
+            z = sine[foot] * point[i, 0] + cosine[foot] * point[i, 1]
+            point_at[row, i, 0] = at[row, foot, 0] + x
+            point_at[row, i, 1] = at[row, foot, 1] + z
+            point_v[row, i, 0] = velocity[foot, 0] - z * rate[row, foot]
+            point_v[row, i, 1] = velocity[foot, 1] + x * rate[row, foot]

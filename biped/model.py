@@ -17,8 +17,8 @@ import pinocchio
 
 from biped.errors import InputError
 from biped.files import label, nearest
-from biped.geometry import ACTUATORS, JOINTS, LINKS, POINTS, Tree, tree_of
-from biped.scenario import Scenario
+from biped.geometry import ACTUATORS, JOINTS, LINKS, PARENT, POINT_LINK, POINTS, Tree, tree_of
+from biped.scenario import Scenario, Truth
 
 GRAVITY = 9.81
 """[m/s²]"""
@@ -95,6 +95,35 @@ def spec_of(path: Path) -> mujoco.MjSpec:
     return _spec(str(path), path.stat().st_mtime).copy()
 
 
+def true_tree(tree: Tree, truth: Truth) -> Tree:
+    """Lengths and masses of the biped that walks, given those of the model file."""
+    mass, length = np.array(truth.mass), np.array(truth.length)
+    parent = length[list(PARENT)]
+    return tree._replace(
+        joint=tree.joint * parent[:, None],
+        com=tree.com * length[:, None],
+        mass=tree.mass * mass,
+        inertia=tree.inertia * mass * length**2 * np.array(truth.inertia),
+        point=tree.point * length[list(POINT_LINK)][:, None],
+    )
+
+
+def _apply_truth(spec: mujoco.MjSpec, truth: Truth) -> None:
+    """Scales masses, inertias and lengths in a parsed model."""
+    for i, link in enumerate(LINKS):
+        body = spec.body(link)
+        length = truth.length[i]
+        body.mass *= truth.mass[i]
+        body.inertia = body.inertia * (truth.mass[i] * length**2 * truth.inertia[i])
+        body.ipos = body.ipos * length
+        for part in [*body.sites, *body.geoms, *body.bodies]:
+            part.pos = part.pos * length
+        for geom in body.geoms:
+            geom.fromto = geom.fromto * length
+    for joint in JOINTS[3:]:
+        spec.joint(joint).damping = spec.joint(joint).damping + truth.joint_damping
+
+
 def compile_foreign(path: Path, scenario: Scenario, visuals: bool = False) -> Foreign:
     """Compiles the scenario's ground truth: this ground, this solver, these limits, and no visuals unless wanted.
 
@@ -109,6 +138,8 @@ def compile_foreign(path: Path, scenario: Scenario, visuals: bool = False) -> Fo
             spec.delete(geom)
         for light in list(spec.lights):
             spec.delete(light)
+    if scenario.truth != Truth():
+        _apply_truth(spec, scenario.truth)
     ground, simulation = scenario.ground, scenario.simulation
     option = spec.option
     option.timestep = simulation.timestep

@@ -2,31 +2,33 @@
 
 from __future__ import annotations
 
-import zlib
+from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from biped.control.record import ROWS
 from biped.errors import InputError
 from biped.files import locate, nearest
-from biped.geometry import ABSOLUTE_FROM_JOINT, POINTS, absolute, from_absolute
-from biped.model import posture_of, tree_at
+from biped.geometry import ABSOLUTE_FROM_JOINT, POINTS, Tree, absolute, from_absolute
+from biped.model import posture_of, tree_at, true_tree
 from biped.posture import project
 from biped.reading import read_gains
-from biped.scenario import Gains, Scenario
+from biped.scenario import Gains, Scenario, Start, Truth
+from biped.vary import drawn, points_of, run_seed, stream, with_values
 
 
 class Run(NamedTuple):
     """One run, concrete.
 
     Attributes:
-        scenario: What it belongs to.
+        scenario: Its scenario with the values of its point and its draws.
         model: The model file.
         gains: The gait, complete.
-        index: Number in the ensemble.
+        index: Number in the campaign.
         seed: Its own seed.
+        values: What its point of the sweep and its draws changed, by key.
         q: (9,) joint coordinates it starts from [m, rad].
         v: (9,) joint velocities it starts with.
         mass_factor: (9, 9) elementwise factors of the controller's M, or None.
@@ -38,75 +40,106 @@ class Run(NamedTuple):
     gains: Gains
     index: int
     seed: int
+    values: dict[str, Any]
     q: np.ndarray
     v: np.ndarray
     mass_factor: np.ndarray | None
     row_factor: np.ndarray | None
 
 
-def run_seed(seed: int, index: int) -> int:
-    """The seed of run `index` of a scenario with `seed`."""
-    return int(np.random.SeedSequence([seed, index]).generate_state(1)[0])
-
-
-def stream(seed: int, name: str) -> np.random.Generator:
-    """An independent stream of random numbers for one purpose, so that a new purpose never changes an old one."""
-    return np.random.default_rng([seed, zlib.crc32(name.encode())])
-
-
 class Plan:
-    """The runs of a scenario; files are read once, draws are made when a run is asked for.
+    """The runs of a scenario: every point of its sweep times every run of its ensemble.
+
+    Runs of equal number at different points share their seed, so that points differ by what was swept alone. Files are
+    read once; draws are made when a run is asked for.
 
     Args:
         scenario: A checked scenario.
 
     Raises:
-        InputError: Model, gait or start posture cannot be used.
+        InputError: Model, gait, start posture, sweep or draws cannot be used.
     """
 
     def __init__(self, scenario: Scenario):
         self.scenario = scenario
-        self.model = locate("models", scenario.model, "model")
-        self.gains = read_gains(locate("controllers", scenario.controller, "controller"), scenario.gains)
-        self.tree = tree_at(self.model)
-        start = scenario.start
-        if start.q is not None:
-            self._posture, contacts = from_absolute(np.array(start.q)), ()
-        else:
-            self._posture, contacts = posture_of(self.model, start.posture)
-        self._contacts = contacts if start.contacts is None else start.contacts
-        for name in self._contacts:
-            if name not in POINTS:
-                raise InputError(f"start.contacts: '{name}' is no contact point; {nearest(name, list(POINTS))}")
-        self._q = project(self.tree, self._posture, self._contacts) if start.settle else self._posture
-        self.run(0)
+        self.points = points_of(scenario)
+        self._models: dict[str, tuple[Path, Tree]] = {}
+        self._gaits: dict[tuple[str, Gains], Gains] = {}
+        self._starts: dict[tuple[str, Start, bytes], np.ndarray] = {}
+        for point in range(len(self.points)):
+            self.run(point * scenario.randomise.runs)
 
     def __len__(self) -> int:
-        return self.scenario.randomise.runs
+        return len(self.points) * self.scenario.randomise.runs
+
+    @cached_property
+    def model(self) -> Path:
+        """The model file of the scenario itself."""
+        return self._model(self.scenario.model)[0]
+
+    @property
+    def gains(self) -> Gains:
+        """The gait of the scenario itself."""
+        return self._gait(self.scenario)
 
     def run(self, index: int) -> Run:
-        """Run `index` of the ensemble."""
-        s = self.scenario
-        seed = run_seed(s.seed, index)
-        q = self._q
-        if s.start.jitter > 0.0:
-            q = absolute(q)
-            q[2:] += s.start.jitter * stream(seed, "start.jitter").standard_normal(7)
-            q = from_absolute(q)
-            if s.start.settle:
-                q = project(self.tree, q, ())
+        """Run `index` of the campaign: run index % runs of the ensemble at point index // runs."""
+        point, number = divmod(index, self.scenario.randomise.runs)
+        seed = run_seed(self.scenario.seed, number)
+        at_point = with_values(self.scenario, self.points[point], "sweep")
+        draws = drawn(at_point, number, seed)
+        s = with_values(at_point, draws, f"randomise.draw, run {index}")
         random = s.randomise
+        path, tree = self._model(s.model)
         return Run(
             scenario=s,
-            model=self.model,
-            gains=self.gains,
+            model=path,
+            gains=self._gait(s),
             index=index,
             seed=seed,
-            q=q,
+            values=self.points[point] | draws,
+            q=self._start(s, path, tree if s.truth == Truth() else true_tree(tree, s.truth), seed),
             v=np.linalg.solve(ABSOLUTE_FROM_JOINT, np.array(s.start.v)),
             mass_factor=_factors(random.controller_mass_matrix, seed, "controller_mass_matrix", (9, 9)),
             row_factor=_factors(random.controller_constraints, seed, "controller_constraints", (ROWS, 9)),
         )
+
+    def _model(self, name: str) -> tuple[Path, Tree]:
+        if name not in self._models:
+            path = locate("models", name, "model")
+            self._models[name] = path, tree_at(path)
+        return self._models[name]
+
+    def _gait(self, s: Scenario) -> Gains:
+        key = s.controller, s.gains
+        if key not in self._gaits:
+            self._gaits[key] = read_gains(locate("controllers", s.controller, "controller"), s.gains)
+        return self._gaits[key]
+
+    def _start(self, s: Scenario, path: Path, tree: Tree, seed: int) -> np.ndarray:
+        start = s.start
+        q = self._settled(s.model, start, path, tree)
+        if start.jitter > 0.0:
+            q = absolute(q)
+            q[2:] += start.jitter * stream(seed, "start.jitter").standard_normal(7)
+            q = from_absolute(q)
+            if start.settle:
+                q = project(tree, q, ())
+        return q
+
+    def _settled(self, model: str, start: Start, path: Path, tree: Tree) -> np.ndarray:
+        key = model, start, tree.joint.tobytes() + tree.point.tobytes()
+        if key not in self._starts:
+            if start.q is not None:
+                q, contacts = from_absolute(np.array(start.q)), ()
+            else:
+                q, contacts = posture_of(path, start.posture)
+            contacts = contacts if start.contacts is None else start.contacts
+            for name in contacts:
+                if name not in POINTS:
+                    raise InputError(f"start.contacts: '{name}' is no contact point; {nearest(name, list(POINTS))}")
+            self._starts[key] = project(tree, q, contacts) if start.settle else q
+        return self._starts[key]
 
 
 def _factors(deviation: float, seed: int, name: str, shape: tuple[int, int]) -> np.ndarray | None:

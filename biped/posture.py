@@ -34,7 +34,7 @@ def project(tree: Tree, q: np.ndarray, contacts: tuple[str, ...]) -> np.ndarray:
         contacts: Names of points that touch; none: the lowest point touches.
 
     Returns:
-        (9,) joint coordinates: named points at height 0 to 1e-12 m, the others at or above it, knees flexed or straight.
+        (9,) joint coordinates: named points at height 0 to 1e-12 m, the others not below it, no knee overstretched.
 
     Raises:
         InputError: The contacts cannot all be reached.

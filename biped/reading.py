@@ -13,10 +13,12 @@ import msgspec
 
 from biped.errors import InputError
 from biped.files import canonical, label, layered, locate, merge, nearest
-from biped.scenario import Bound, Gains, Push, Scenario
+from biped.scenario import Bound, Distribution, Gains, Push, Scenario
 
 COMMAND_LINE = Path("--set")
 _DICTIONARIES = {"expect": Bound, "thesis": None}
+_FREE = ("draw", "sweep")
+"""Tables whose keys are dotted keys of the scenario; `biped.vary` checks those."""
 
 
 def read_scenario(name: str, changes: Sequence[str] = ()) -> Scenario:
@@ -47,9 +49,11 @@ def _change(text: str) -> dict[str, Any]:
         if not re.fullmatch(r"[^\s\"'\[\]{}=,]+", value.strip()):
             raise InputError(f"--set {text}: '{value}' is neither a TOML value nor a single word") from None
         parsed = value.strip()
-    for part in reversed(key.split(".")):
-        parsed = {part: parsed}
-    return parsed
+    parts = key.split(".")
+    table: dict[str, Any] = {parts[-1]: parsed}
+    for part in reversed(parts[:-1]):
+        table = {part: table}
+    return table
 
 
 def source(key: str, origin: dict[str, Path], path: Path) -> str:
@@ -114,7 +118,11 @@ def _known_keys(data: Any, kind: type, at: str, fail) -> None:
         if key not in hints:
             raise fail(dotted, f"unknown key; {nearest(key, sorted(hints))}")
         _finite(value, dotted, fail)
-        if key in _DICTIONARIES and isinstance(value, dict):
+        if key in _FREE and isinstance(value, dict):
+            for inner in value.values():
+                if key == "draw" and isinstance(inner, dict):
+                    _known_keys(inner, Distribution, f"{dotted}.*.", fail)
+        elif key in _DICTIONARIES and isinstance(value, dict):
             _dictionary(value, key, _DICTIONARIES[key], fail)
         elif key == "push" and isinstance(value, list):
             for i, push in enumerate(value):
@@ -175,6 +183,19 @@ def _possible(s: Scenario, fail) -> None:
             raise fail(f"expect.{name}", "expected min, max or both")
         if bound.min is not None and bound.max is not None and bound.min > bound.max:
             raise fail(f"expect.{name}", f"expected min <= max, got {bound.min} > {bound.max}")
+    for key, distribution in s.randomise.draw.items():
+        given = [name for name in distribution.__struct_fields__ if getattr(distribution, name) is not None]
+        if len(given) != 1:
+            raise fail(f'randomise.draw."{key}"', f"expected exactly one of normal, uniform, choice, grid, got {given}")
+        if distribution.choice == () or distribution.grid == ():
+            raise fail(f'randomise.draw."{key}"', "expected at least one value")
+    if len(s.sweep) > 2:
+        raise fail("sweep", f"expected one or two keys, got {len(s.sweep)}")
+    for key, values in s.sweep.items():
+        if not values:
+            raise fail(f'sweep."{key}"', "expected at least one value")
+        if key in s.randomise.draw:
+            raise fail(f'sweep."{key}"', "expected a key that is not drawn at random as well")
     if s.simulation.integrator == "RK4" and s.ground.contact_time < 2 * s.simulation.timestep:
         raise fail("ground.contact_time", "expected at least two time steps")
 

@@ -25,6 +25,7 @@ from biped.metrics import NAMES, aggregate
 from biped.plan import Plan
 from biped.reading import to_toml
 from biped.statistics import wilson
+from biped.sweeps import by_point, thresholds
 
 
 class Folder:
@@ -58,6 +59,11 @@ class Folder:
     def journal(self) -> Path:
         """The file of finished rows."""
         return self.path / "runs.jsonl"
+
+    def note(self, row: Row) -> None:
+        """Adds a finished row to the journal, safely on disk when this returns to the system."""
+        with open(self.journal, "a", encoding="utf-8") as file:
+            file.write(dumps(row) + "\n")
 
     def finished(self) -> list[Row]:
         """Rows of runs that an earlier, interrupted campaign finished."""
@@ -105,6 +111,8 @@ def result_of(name: str, plan: Plan, rows: Sequence[Row]) -> dict[str, Any]:
     diverged = any(row["end"] == "diverged" for row in rows)
     lone_fall = not checks and len(rows) == 1 and rows[0]["fell"]
     low, high = wilson(int(summary["walked"]), len(rows))
+    points = by_point(plan.scenario, rows) if plan.scenario.sweep else []
+    swept = {"points": points, "thresholds": thresholds(plan.scenario, points)} if points else {}
     return {
         "scenario": name,
         "engine": plan.scenario.engine,
@@ -113,6 +121,7 @@ def result_of(name: str, plan: Plan, rows: Sequence[Row]) -> dict[str, Any]:
         "thesis": plan.scenario.thesis,
         "runs": list(rows),
         "checks": [check._asdict() for check in checks],
+        **swept,
     }
 
 

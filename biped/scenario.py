@@ -15,13 +15,14 @@ NonNegative = Annotated[float, Meta(ge=0)]
 Vector = tuple[float, float]
 Nine = tuple[float, float, float, float, float, float, float, float, float]
 Six = tuple[float, float, float, float, float, float]
+Seven = Annotated[tuple[Positive, ...], Meta(min_length=7, max_length=7)]
 
 
 class Section(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """A table of a scenario file."""
 
 
-class Start(Section):
+class Start(Section, frozen=True):
     """How a run begins.
 
     Attributes:
@@ -35,13 +36,13 @@ class Start(Section):
 
     posture: str = "flat"
     q: Nine | None = None
-    v: Nine = (0.0,) * 9
+    v: Nine = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     contacts: tuple[str, ...] | None = None
     settle: bool = True
     jitter: NonNegative = 0.0
 
 
-class Ground(Section):
+class Ground(Section, frozen=True):
     """The ground.
 
     Attributes:
@@ -59,7 +60,7 @@ class Ground(Section):
     damping_ratio: Positive = 1.0
 
 
-class Actuation(Section):
+class Actuation(Section, frozen=True):
     """How Q_d becomes torques.
 
     Attributes:
@@ -71,6 +72,7 @@ class Actuation(Section):
         null_torque: u_0 (6,) [N m] of (4.7), the torques preferred where the solution is not unique.
         single_tangential: One tangential row per flat foot instead of two that say the same.
         rank_tolerance: Relative size below which a row of C is dependent.
+        lag: Time constant [s] of the actuators' first-order response; 0: torques follow at once.
     """
 
     mode: Literal["joint", "generalized"] = "joint"
@@ -82,9 +84,10 @@ class Actuation(Section):
     null_torque: Six | None = None
     single_tangential: bool = False
     rank_tolerance: Annotated[float, Meta(gt=0, lt=1)] = 1e-4
+    lag: NonNegative = 0.0
 
 
-class Sensing(Section):
+class Sensing(Section, frozen=True):
     """When the controller takes a point to touch, and how long a change must last before leg states follow it.
 
     Attributes:
@@ -110,7 +113,7 @@ class Sensing(Section):
     late_stance: Positive = 100.0
 
 
-class Simulation(Section):
+class Simulation(Section, frozen=True):
     """How the physics is stepped.
 
     Attributes:
@@ -132,7 +135,7 @@ class Simulation(Section):
     iterations: Annotated[int, Meta(ge=1)] = 100
 
 
-class Push(Section):
+class Push(Section, frozen=True):
     """A force on a body.
 
     Attributes:
@@ -148,7 +151,7 @@ class Push(Section):
     body: str = "torso"
 
 
-class Fall(Section):
+class Fall(Section, frozen=True):
     """What counts as a fall; the run ends there.
 
     Attributes:
@@ -160,35 +163,98 @@ class Fall(Section):
     tilt: Annotated[float, Meta(gt=0, le=180)] = 60.0
 
 
-class Randomise(Section):
+class Sensors(Section, frozen=True):
+    """What stands between the biped and the controller's measurements; all zero: nothing does.
+
+    Attributes:
+        angle_noise: Standard deviation [rad] of white noise on the seven joint coordinates that are angles.
+        rate_noise: The same on their rates [rad/s].
+        height_noise: [m], on the torso's x and z.
+        delay: [s], rounded to control ticks.
+        quantisation: [rad], resolution of the angles.
+    """
+
+    angle_noise: NonNegative = 0.0
+    rate_noise: NonNegative = 0.0
+    height_noise: NonNegative = 0.0
+    delay: NonNegative = 0.0
+    quantisation: NonNegative = 0.0
+
+
+class Truth(Section, frozen=True):
+    """How the biped that walks differs from the model file that the controller knows: factors of each link.
+
+    Links are torso, right thigh, shank, foot, left thigh, shank, foot. A length scales everything placed along the
+    link; inertias follow masses and lengths (m l²) and are scaled by their own factor on top.
+
+    Attributes:
+        mass: Factors of the masses.
+        inertia: Factors of the moments of inertia beyond what mass and length imply.
+        length: Factors of the lengths.
+        joint_damping: [N m s/rad] added to hips, knees and ankles.
+    """
+
+    mass: Seven = (1.0,) * 7
+    inertia: Seven = (1.0,) * 7
+    length: Seven = (1.0,) * 7
+    joint_damping: NonNegative = 0.0
+
+
+class Distribution(Section, frozen=True):
+    """Where a number is drawn from: exactly one of these.
+
+    A key that holds several numbers gets each drawn by itself.
+
+    Attributes:
+        normal: Mean and standard deviation.
+        uniform: Lower and upper bound.
+        choice: Values, each as likely.
+        grid: Values that runs take in turn.
+    """
+
+    normal: tuple[float, NonNegative] | None = None
+    uniform: tuple[float, float] | None = None
+    choice: tuple[bool | float | str, ...] | None = None
+    grid: tuple[bool | float | str, ...] | None = None
+
+
+class Randomise(Section, frozen=True):
     """An ensemble.
 
     Attributes:
-        runs: Number of runs, each with its own seed.
+        runs: Number of runs (at each point of a sweep), each with its own seed.
         controller_mass_matrix: Relative standard deviation, elementwise, of the controller's M (fixed for a run).
         controller_constraints: The same of its A.
+        draw: Dotted scenario key, e.g. "ground.friction" or "push.0.at", to its distribution.
     """
 
     runs: Annotated[int, Meta(ge=1)] = 1
     controller_mass_matrix: NonNegative = 0.0
     controller_constraints: NonNegative = 0.0
+    draw: dict[str, Distribution] = field(default_factory=dict)
 
 
-class Window(Section):
+class Threshold(Section, frozen=True):
+    """When a sweep's threshold holds: at every value up to it, at least this fraction of runs walked."""
+
+    rate: Annotated[float, Meta(gt=0, le=1)] = 0.95
+
+
+class Window(Section, frozen=True):
     """Means are taken over [start, end] [s]; default: the second half of the run."""
 
     start: NonNegative | None = None
     end: Positive | None = None
 
 
-class Bound(Section):
+class Bound(Section, frozen=True):
     """What a number is expected to be."""
 
     min: float | None = None
     max: float | None = None
 
 
-class Gains(Section):
+class Gains(Section, frozen=True):
     """Gains that replace those of the controller file; same keys."""
 
     k_d1: NonNegative | None = None
@@ -204,7 +270,7 @@ class Gains(Section):
     theta_a: tuple[float, float, float, float] | None = None
 
 
-class Scenario(Section):
+class Scenario(Section, frozen=True):
     """One scenario file.
 
     Attributes:
@@ -215,6 +281,7 @@ class Scenario(Section):
         engine: `mujoco`, or `home`: the thesis's own rigid contacts.
         duration: [s].
         seed: Everything random follows from it.
+        sweep: Up to two dotted scenario keys, each with the values it takes; every combination is an ensemble.
     """
 
     description: str = ""
@@ -232,7 +299,11 @@ class Scenario(Section):
     gains: Gains = Gains()
     push: tuple[Push, ...] = ()
     fall: Fall = Fall()
+    sensors: Sensors = Sensors()
+    truth: Truth = Truth()
     randomise: Randomise = Randomise()
+    sweep: dict[str, tuple[bool | float | str, ...]] = field(default_factory=dict)
+    threshold: Threshold = Threshold()
     window: Window = Window()
     expect: dict[str, Bound] = field(default_factory=dict)
     thesis: dict[str, float] = field(default_factory=dict)

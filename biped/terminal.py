@@ -64,7 +64,28 @@ def show_result(result: Mapping[str, Any], description: str) -> None:
         theirs = [number(thesis[name]) if name in thesis else ""] if thesis else []
         table.add_row(name, number(summary[name]), *theirs, NAMES[name])
     out.print(table)
+    if "points" in result:
+        show_points(result)
     show_checks(result)
+
+
+def show_points(result: Mapping[str, Any]) -> None:
+    """Prints the points of a sweep and its thresholds."""
+    out = console()
+    keys = list(result["points"][0]["values"])
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    for column in (*keys, "walked", "95 % interval", "speed", "cost_of_transport", "double_support"):
+        table.add_column(column, justify="right")
+    for point in result["points"]:
+        low, high = point["interval"]
+        table.add_row(
+            *(number(point["values"][key]) for key in keys), f"{point['walked']}/{point['runs']}",
+            f"{low:.0%} – {high:.0%}", *(number(point[m]) for m in ("speed", "cost_of_transport", "double_support")),
+        )  # fmt: skip
+    out.print(table)
+    for t in result["thresholds"]:
+        holds = "no value holds" if t["holds_to"] is None else f"holds up to {number(t['holds_to'])}"
+        out.print(f"  {t['key']}: {holds} at a rate of {t['rate']:.0%}, everything below it included")
 
 
 def _causes(runs: Sequence[Mapping[str, Any]]) -> list[tuple[str, int]]:

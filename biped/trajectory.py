@@ -137,7 +137,7 @@ class Trajectory:
         return replace(self, log=self.log[-max(1, round(seconds / self.tick)) :])
 
     def save(self, path: Path) -> None:
-        """Writes the arrays by name, and everything else as JSON, into one npz file (the same bytes for the same run)."""
+        """Writes the arrays by name, and all else as JSON, into one npz file; the same bytes for the same run."""
         rest = {
             "tick": self.tick, "slope": self.slope, "generalized": self.generalized, "pushes": self.pushes,
             "end": self.end, "cause": self.cause, "warnings": self.warnings,

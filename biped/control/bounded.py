@@ -1,4 +1,4 @@
-"""Joint torques within their limits as the bounded form of (3.13): asked for only in ticks where a limit is exceeded."""
+"""Joint torques within limits, the bounded form of (3.13): asked for only in ticks where a limit is exceeded."""
 
 from __future__ import annotations
 

@@ -1,0 +1,1 @@
+"""Simulators behind one call: a run goes in, a trajectory comes out."""

@@ -73,7 +73,7 @@ def evaluate(w, q, v):
     """
     place(w, q, v)
     mass_and_bias(w)
-    applied_forces(w)
+    applied_forces(w, v)
     gaps(w, q, v)
     cholesky(w["M"], w["R"])
     R, f, d, lam = w["R"], w["f"], w["d"], w["lam"]

@@ -5,9 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pinocchio
 
-from biped.geometry import ACTUATORS, POINT_LINK, POINTS
-from biped.model import believed_model, gravity
+from biped.geometry import ACTUATORS, POINTS, Tree
+from biped.model import believed_model, gravity, true_tree
+from biped.scenario import Truth
 
 ROWS = 10
 """Rows of A: normal and tangential of right toe, right heel, left toe, left heel, then the knees' stops."""
@@ -16,7 +18,7 @@ RIGID = np.dtype(
     [
         # -- the walker: offsets in the frame of the parent link (joint) or of the link itself
         ("offset", "f8", (7, 2)), ("centre", "f8", (7, 2)), ("mass", "f8", 7), ("inertia", "f8", 7),
-        ("armature", "f8", 6), ("foot", "f8", (4, 2)), ("gravity", "f8", 2),
+        ("armature", "f8", 6), ("damping", "f8", 6), ("foot", "f8", (4, 2)), ("gravity", "f8", 2),
         # -- what acts during a tick: generalized forces (9,), forces at the links' centres of mass
         ("Q", "f8", 9), ("pushed", "u1"), ("push", "f8", (7, 2)),
         # -- which constraints act (points, knees), where points landed, which may not let go before the step's end
@@ -49,25 +51,38 @@ RIGID = np.dtype(
 )  # fmt: skip
 
 
-def rigid_record(path: Path, slope: float) -> np.ndarray:
-    """The record (1,) of a model file on a slope [degrees]; lengths and inertias are Pinocchio's of that file."""
+def rigid_record(path: Path, slope: float, truth: Truth | None = None) -> np.ndarray:
+    """The record (1,) of the biped that walks on a slope [degrees].
+
+    Args:
+        path: The model file; lengths, inertias and damping are Pinocchio's of that file.
+        slope: Degrees, uphill positive.
+        truth: How the biped that walks differs from the file.
+    """
+    truth = Truth() if truth is None else truth
     model = believed_model(path, slope)
     out = np.zeros(1, RIGID)
     w = out[0]
-    w["least_loss"] = np.inf
-    joints = [1, *(model.getJointId(name) for name in ACTUATORS)]
-    planar = [0, 2]
-    for link, joint in enumerate(joints):
-        inertia = model.inertias[joint]
-        w["mass"][link] = inertia.mass
-        w["centre"][link] = inertia.lever[planar]
-        w["inertia"][link] = inertia.inertia[1, 1]
-        if link:
-            w["offset"][link] = model.jointPlacements[joint].translation[planar]
-    w["armature"] = model.armature[3:]
-    for i, point in enumerate(POINTS):
-        frame = model.frames[model.getFrameId(point)]
-        assert frame.parentJoint == joints[POINT_LINK[i]]
-        w["foot"][i] = frame.placement.translation[planar]
+    tree = true_tree(pinocchio_tree(model), truth)
+    w["offset"], w["centre"], w["mass"], w["inertia"] = tree.joint, tree.com, tree.mass, tree.inertia
+    w["armature"], w["foot"] = tree.armature, tree.point
+    w["damping"] = model.damping[3:] + truth.joint_damping
     w["gravity"] = gravity(slope)
+    w["least_loss"] = np.inf
     return out
+
+
+def pinocchio_tree(model: pinocchio.Model) -> Tree:
+    """Lengths and masses of Pinocchio's model; bodies welded to a link are part of it."""
+    joints = [1, *(model.getJointId(name) for name in ACTUATORS)]
+    frames = [model.frames[model.getFrameId(point)] for point in POINTS]
+    inertias = [model.inertias[joint] for joint in joints]
+    planar = [0, 2]
+    return Tree(
+        joint=np.array([[0.0, 0.0], *(model.jointPlacements[joint].translation[planar] for joint in joints[1:])]),
+        com=np.array([inertia.lever[planar] for inertia in inertias]),
+        mass=np.array([inertia.mass for inertia in inertias]),
+        inertia=np.array([inertia.inertia[1, 1] for inertia in inertias]),
+        armature=np.array(model.armature[3:]),
+        point=np.array([frame.placement.translation[planar] for frame in frames]),
+    )

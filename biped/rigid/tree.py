@@ -105,11 +105,13 @@ def mass_and_bias(w):
 
 
 @njit(cache=True)
-def applied_forces(w):
-    """Fills the generalized forces (9,) of actuators and pushes; a push acts at its link's centre of mass."""
+def applied_forces(w, v):
+    """Fills the generalized forces (9,) of actuators, dampers and pushes; a push acts at its link's centre of mass."""
     force, joint, com = w["force"], w["joint"], w["com"]
     for j in range(9):
         force[j] = w["Q"][j]
+    for i in range(6):
+        force[3 + i] -= w["damping"][i] * v[3 + i]
     if w["pushed"] == 0:
         return
     for k in range(7):

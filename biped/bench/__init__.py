@@ -1,0 +1,1 @@
+"""Run time against error, measured as ratios within one run: machines are shared and noisy."""

@@ -1,0 +1,121 @@
+"""From a results folder to what is looked at: recordings and figures of its runs, simulated again where needed.
+
+A run is replayed from its scenario and its number, which is exact and cheaper than keeping every trajectory.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from biped import campaign
+from biped.commands import newest_recording, results_at
+from biped.errors import InputError
+from biped.model import compile_foreign
+from biped.plan import Plan
+from biped.reading import read_scenario, to_toml
+from biped.trajectory import Trajectory
+
+FALLEN = 3
+"""Most runs that fell shown in one recording."""
+
+DRAWN = 100
+"""Most runs drawn in one figure."""
+
+
+def chosen(rows: Sequence[Mapping[str, Any]]) -> list[tuple[str, int]]:
+    """Runs worth looking at: the fastest walker, the median one, and up to three that fell: (what, index)."""
+    if len(rows) == 1:
+        return [("run", rows[0]["index"])]
+    walkers = sorted((row for row in rows if row["walked"]), key=lambda row: row["speed"])
+    picked = []
+    if walkers:
+        picked.append(("best", walkers[-1]["index"]))
+    if len(walkers) > 2:
+        picked.append(("median", walkers[len(walkers) // 2]["index"]))
+    fallen = [row["index"] for row in rows if row["fell"]][:FALLEN]
+    return picked + [(f"fell_{index}", index) for index in fallen]
+
+
+def record_runs(path: Path, plan: Plan, result: Mapping[str, Any], known: Mapping[int, Trajectory]) -> None:
+    """Writes one recording of the runs worth looking at.
+
+    Args:
+        path: The .rrd file.
+        plan: The ensemble.
+        result: Its result object.
+        known: Trajectories that need not be simulated again, by run number.
+    """
+    from biped.recording import Recorded, record
+
+    model = compile_foreign(plan.model, plan.scenario, visuals=True).model
+    text = to_toml(plan.scenario, plan.gains)
+    rows = {row["index"]: row for row in result["runs"]}
+    checks = [tuple(check.values()) for check in result["checks"]]
+    shown = [
+        Recorded(
+            name=name,
+            trajectory=known[index] if index in known else campaign.simulate(plan.run(index)),
+            model=model,
+            metrics=rows[index],
+            checks=checks,
+            scenario_text=text,
+        )
+        for name, index in chosen(result["runs"])
+    ]
+    record(path, shown, title=result["scenario"])
+
+
+def plan_at(folder: Path) -> tuple[Plan, dict[str, Any]]:
+    """The plan and the result object of a results folder."""
+    result = results_at(folder)
+    return Plan(read_scenario(str(folder / "scenario.toml"))), result
+
+
+def recording_of(path: Path | None) -> Path:
+    """The recording of a results folder, made now if there is none; or the .rrd file itself; or the newest.
+
+    Raises:
+        InputError: It is neither.
+    """
+    if path is None:
+        return newest_recording()
+    if path.suffix == ".rrd":
+        if not path.is_file():
+            raise InputError(f"view: no recording {path}; expected an .rrd file or a results folder")
+        return path
+    recording = path / "recording.rrd"
+    if not recording.is_file():
+        plan, result = plan_at(path)
+        record_runs(recording, plan, result, _kept(path, result))
+    return recording
+
+
+def _kept(folder: Path, result: Mapping[str, Any]) -> dict[int, Trajectory]:
+    file = folder / "trajectory.npz"
+    return {result["runs"][0]["index"]: Trajectory.load(file)} if file.is_file() else {}
+
+
+def plot_results(folder: Path) -> list[Path]:
+    """Draws the figures of a results folder into its `figures/`; returns the files.
+
+    A single run gets stroboscopic view, velocity, torso angle, phase portraits and, if pushed, the response; a
+    campaign its velocities and the figures of its median walker.
+    """
+    from biped import figures
+
+    plan, result = plan_at(folder)
+    kept = _kept(folder, result)
+    out = folder / "figures"
+    files: list[Path] = []
+    rows = result["runs"]
+    if len(rows) > 1:
+        out.mkdir(exist_ok=True)
+        trajectories = [campaign.simulate(plan.run(row["index"])) for row in rows[:DRAWN]]
+        files.append(out / "velocities.png")
+        figures.plot_ensemble(trajectories, files[0], title=result["scenario"])
+    index = next((index for name, index in chosen(rows) if name in ("run", "median", "best")), rows[0]["index"])
+    trajectory = kept[index] if index in kept else campaign.simulate(plan.run(index))
+    title = result["scenario"] if len(rows) == 1 else f"{result['scenario']}, run {index}"
+    return files + figures.plot_run(trajectory, out, title=title, window=plan.scenario.interval)
