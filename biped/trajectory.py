@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass, replace
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -155,11 +156,11 @@ class Trajectory:
             InputError: The file is missing or is not a trajectory.
         """
         try:
-            with np.load(path, allow_pickle=False) as file:
+            with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
                 rest = json.loads(str(file["about"]))
                 n = len(file["time"])
                 log = np.hstack([file[name].reshape(n, -1) for name in COLUMNS])
-        except (OSError, KeyError, ValueError) as error:
+        except (OSError, EOFError, KeyError, TypeError, ValueError, BadZipFile) as error:
             raise InputError(f"{path}: not a trajectory: {error}") from None
         rest["tree"] = Tree(**{name: np.array(value) for name, value in rest["tree"].items()})
         rest["pushes"] = tuple(tuple(push) for push in rest["pushes"])
