@@ -46,8 +46,9 @@ def mirrored(t: Trajectory) -> Trajectory:
         "u": [3, 4, 5, 0, 1, 2], "phase": [1, 0], "believed": [2, 3, 0, 1], "active": [2, 3, 0, 1, 5, 4],
         "height": [2, 3, 0, 1], "force": [2, 3, 0, 1], "stop": [1, 0],
     }  # fmt: skip
-    log = t.log.copy()
-    other = replace(t, log=log)
+    sides = {"right": "left", "left": "right"}
+    pushes = tuple((*push, "_".join(sides.get(word, word) for word in body.split("_"))) for *push, body in t.pushes)
+    other = replace(t, log=t.log.copy(), pushes=pushes)
     for name, order in swap.items():
         other.column(name)[:] = t.column(name)[:, order]
     return other

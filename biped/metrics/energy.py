@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from biped.geometry import Motion, Tree, motion
@@ -69,7 +71,8 @@ def transport(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
     u, rate = t.u[span], t.v[span, 3:]
     power = u * rate
     distance = float(t.q[span, 0][-1] - t.q[span, 0][0])
-    weight = float(t.tree.mass.sum()) * GRAVITY * abs(distance) / t.tick
+    # A walker that got nowhere has no cost of transport.
+    weight = float(t.tree.mass.sum()) * GRAVITY * abs(distance) / t.tick or math.nan
     if t.generalized:
         # Q_d's virtual actuators: torso and thighs to the inertial frame, knees and ankles between links.
         Q, v = t.Q_d[span], t.v[span]
