@@ -186,7 +186,7 @@ def test_strikes_of_known_phases():
 def test_steps_and_support_of_known_contacts():
     believed, phase = np.ones((2000, 4)), np.ones((2000, 2))
     believed[1100:1300, :2], phase[1100:1300, 0] = 0, 3
-    believed[1500:1800, 2:], phase[1500:1800, 1] = 0, 3
+    believed[1500:1800, :2], phase[1500:1800, 0] = 0, 3  # the same leg: with both, errors of either would cancel
     t = steady(believed=believed, phase=phase)
     t.q[:, 3], t.q[:, 6] = 0.3, -0.3  # right thigh ahead
     t.q[:, 5], t.q[:, 8] = -0.3, 0.3  # feet flat
