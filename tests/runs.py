@@ -57,7 +57,7 @@ def mirrored(t: Trajectory) -> Trajectory:
 def synthetic(seconds: float, **columns) -> Trajectory:
     """A run of made-up columns (arrays or constants); everything else is zero."""
     n = round(seconds * 1000)
-    t = Trajectory(np.zeros((n, WIDTH)), 0.001, tree(), 0.0, False, (), "completed", "", {})
+    t = Trajectory(np.zeros((n, WIDTH)), 0.001, tree(), 0.0, False, (200.0,) * 6, (), "completed", "", {})
     t.time[:] = np.arange(n) * 0.001
     for name, value in columns.items():
         assert name in COLUMNS

@@ -91,7 +91,7 @@ def transport(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
         "mean_torque": float(np.abs(u).mean()),
         "peak_power": float(np.abs(power).max()),
         "torque_rate": float(jumps.mean() * 1e-3 / t.tick),
-        "saturation": float((np.abs(u) >= np.abs(u).max() - 1e-9).any(axis=1).mean()) if u.any() else 0.0,
+        "saturation": float((np.abs(u) >= np.array(t.torque_limit)).any(axis=1).mean()),
         "contact_loss": float(-ground.mean()),
     }
 
