@@ -138,7 +138,7 @@ def write(comparison: Comparison, folder: Path) -> None:
             model=compile_foreign(plan.model, plan.scenario, visuals=True).model,
             metrics=result["runs"][0],
             checks=[tuple(check.values()) for check in result["checks"]],
-            scenario_text=to_toml(plan.scenario, plan.gains),
+            scenario_text=to_toml(plan.scenario),
         )
         recorded.append(make(ghost=engine == "home"))
     record(folder / "recording.rrd", recorded, title=f"{comparison.scenario}: MuJoCo, and home as a ghost")

@@ -159,9 +159,7 @@ def test_loads_show_torques_forces_against_weight_and_leg_states(walk):
     )
     assert force.lines[2].get_ydata()[0] == pytest.approx(75.0 * 9.81)
     # Each state's bars cover as much time as the leg spent in it.
-    for bar, (leg, state) in zip(
-        lanes.collections, [(i, s) for i in (0, 1) for s in (1, 2, 3, 4)], strict=True
-    ):
+    for bar, (leg, state) in zip(lanes.collections, [(i, s) for i in (0, 1) for s in (1, 2, 3, 4)], strict=True):
         x = [path.get_extents().width for path in bar.get_paths()]
         ticks = (walk.phase[1000:2001, leg] == state).sum()
         assert sum(x) == pytest.approx(1e-3 * ticks, abs=1e-3 * (len(x) + 1))
@@ -170,9 +168,7 @@ def test_loads_show_torques_forces_against_weight_and_leg_states(walk):
 def test_moving_means_keep_a_constant_and_a_straight_line():
     line = np.linspace(0.0, 1.0, 200)
     np.testing.assert_allclose(curves.smooth(np.full(200, 3.0), 1e-3), 3.0)
-    np.testing.assert_allclose(
-        curves.smooth(line, 1e-3)[20:-20], line[20:-20], atol=1.01 * (line[1] - line[0])
-    )
+    np.testing.assert_allclose(curves.smooth(line, 1e-3)[20:-20], line[20:-20], atol=1.01 * (line[1] - line[0]))
 
 
 def test_an_ensemble_tells_the_fallen_from_the_others(walk, pushed, tmp_path):

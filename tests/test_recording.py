@@ -35,7 +35,7 @@ def recorded(name, changes, **more):
     scenario = read_scenario("level_normal", changes)
     plan = Plan(scenario)
     model = compile_foreign(plan.model, scenario, visuals=True).model
-    text = to_toml(scenario, plan.gains)
+    text = to_toml(plan.scenario)
     return Recorded(name, simulate(plan.run(0)), model, more.get("metrics", {}), more.get("checks", []), text)
 
 
@@ -107,9 +107,7 @@ def test_bodies_are_where_forward_kinematics_puts_them(path, run):
         x, y, z, w = np.array(temporal["Transform3D:quaternion"][1])[:, 0].T
         np.testing.assert_allclose(x**2 + z**2, 0.0, atol=1e-12)
         # Counter-clockwise as seen from -y is a turn about -y.
-        np.testing.assert_allclose(
-            np.exp(2j * np.arctan2(-y, w)), np.exp(1j * pose.angle[:, link]), atol=1e-5
-        )
+        np.testing.assert_allclose(np.exp(2j * np.arctan2(-y, w)), np.exp(1j * pose.angle[:, link]), atol=1e-5)
 
 
 def test_every_visual_geom_is_drawn_in_its_colour(path, run):
@@ -135,9 +133,7 @@ def test_a_capsule_is_between_its_two_ends(path, run):
     x, y, z, w = static["Capsules3D:quaternions"][0]
     axis = np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
     start = np.array(static["Capsules3D:translations"][0])
-    ends = sorted(
-        [start.tolist(), (start + static["Capsules3D:lengths"][0] * axis).tolist()], key=lambda e: -e[2]
-    )
+    ends = sorted([start.tolist(), (start + static["Capsules3D:lengths"][0] * axis).tolist()], key=lambda e: -e[2])
     np.testing.assert_allclose(ends, [[0, -0.05, 0], [0, -0.05, -0.441]], atol=1e-6)
 
 
@@ -191,9 +187,7 @@ def test_contact_forces_are_means_of_the_trajectorys(path, run):
         loaded = np.linalg.norm(mean, axis=1) > 5.0
         arrows = np.array(vectors[i]).reshape(-1, 3) / newton
         np.testing.assert_allclose(arrows[:, [0, 2]], mean[loaded], rtol=1e-5, atol=1e-3)
-        np.testing.assert_allclose(
-            np.array(origins[i]).reshape(-1, 3)[:, [0, 2]], points[i, loaded], atol=1e-6
-        )
+        np.testing.assert_allclose(np.array(origins[i]).reshape(-1, 3)[:, [0, 2]], points[i, loaded], atol=1e-6)
         seen += loaded.sum()
     assert seen > 50
 
@@ -273,9 +267,7 @@ def test_leg_states_can_be_rebuilt_from_their_changes(path, run, lane, column):
     rows = np.round(time[:-1] / 1e6).astype(int)
     rebuilt = np.repeat([int(s[0]) for s in states[:-1]], np.diff(np.append(rows, len(t))))
     assert np.array_equal(rebuilt, t.phase[:, column])
-    visible = dict(
-        zip(static["StateConfiguration:values"], static["StateConfiguration:visible"], strict=True)
-    )
+    visible = dict(zip(static["StateConfiguration:values"], static["StateConfiguration:visible"], strict=True))
     assert visible == {"1": True, "2": True, "3": True, "4": True, "-": False}
 
 
@@ -333,9 +325,7 @@ def test_runs_side_by_side_and_a_ghost_over_the_one_before(run, tmp_path):
 def test_a_run_that_diverges_is_recorded_as_far_as_it_is_finite(run, tmp_path):
     log = run.trajectory.log[:300].copy()
     log[-1, 1:19] = np.nan
-    broken = dataclasses.replace(
-        run.trajectory, log=log, end="diverged", cause="a coordinate stopped being finite"
-    )
+    broken = dataclasses.replace(run.trajectory, log=log, end="diverged", cause="a coordinate stopped being finite")
     path = tmp_path / "nan.rrd"
     record(path, [run._replace(trajectory=broken)], title="nan")
     time, velocity = read(path, f"{ROOT}/series/velocity")[0]["Scalars:scalars"]

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 
 from biped.errors import InputError
-from biped.figures import curves
+from biped.figures import campaign, curves
 from biped.figures.strobe import strobe
 from biped.figures.style import SETTINGS, save
 from biped.signals import finite
 from biped.trajectory import Trajectory
 
-__all__ = ["plot_ensemble", "plot_run"]
+__all__ = ["plot_campaign", "plot_ensemble", "plot_run"]
+
+MAP_FROM = 16
+"""Points of a two-dimensional sweep above which it is drawn as a map."""
 
 
 def plot_run(trajectory: Trajectory, folder: Path, *, title: str, window: tuple[float, float]) -> list[Path]:
@@ -32,10 +36,7 @@ def plot_run(trajectory: Trajectory, folder: Path, *, title: str, window: tuple[
     Raises:
         InputError: A file cannot be written.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be made: {error.strerror}") from None
+    _make(folder)
     trajectory = finite(trajectory)
     with matplotlib.rc_context(SETTINGS):
         drawn = {
@@ -63,3 +64,38 @@ def plot_ensemble(trajectories: Sequence[Trajectory], path: Path, title: str) ->
     """
     with matplotlib.rc_context(SETTINGS):
         save(curves.ensemble([finite(t) for t in trajectories], title), path)
+
+
+def plot_campaign(
+    rows: Sequence[Mapping[str, Any]], points: Sequence[Mapping[str, Any]], folder: Path, *, title: str
+) -> list[Path]:
+    """Draws what a campaign says.
+
+    Args:
+        rows: Its runs' numbers.
+        points: The points of its sweep, as from `biped.sweeps.by_point`; none without a sweep.
+        folder: Where the files go; it is made if need be.
+        title: Of the campaign.
+
+    Returns:
+        The files: rates (a map where a sweep is large), costs, failures.
+
+    Raises:
+        InputError: A file cannot be written.
+    """
+    _make(folder)
+    with matplotlib.rc_context(SETTINGS):
+        drawn = {}
+        if points:
+            large = len(points[0]["values"]) == 2 and len(points) > MAP_FROM
+            drawn["rates"] = campaign.rate_map(points, title) if large else campaign.rates(points, title)
+        drawn["costs"] = campaign.costs(rows, title)
+        drawn["failures"] = campaign.failures(rows, title)
+        return [save(figure, folder / f"{name}.png") for name, figure in drawn.items()]
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made: {error.strerror}") from None

@@ -53,9 +53,7 @@ def velocity(trajectory: Trajectory, title: str, window: Window) -> Figure:
     mean = float(trajectory.v[rows, 0].mean())
     axes.plot(trajectory.time, trajectory.v[:, 0], color=RIGHT)
     span = trajectory.time[rows][[0, -1]]
-    axes.plot(
-        span, [mean, mean], "--", color=LEFT, label=f"mean {mean:.2f} m/s in {span[0]:.3g} to {span[1]:.3g} s"
-    )
+    axes.plot(span, [mean, mean], "--", color=LEFT, label=f"mean {mean:.2f} m/s in {span[0]:.3g} to {span[1]:.3g} s")
     _mark_pushes(axes, trajectory)
     axes.legend(loc="lower right")
     return drawn
@@ -103,9 +101,7 @@ def push(trajectory: Trajectory, title: str) -> Figure:
 def loads(trajectory: Trajectory, title: str, window: Window) -> Figure:
     """Joint torques, ground forces against body weight, and leg states, in the window."""
     drawn = figure(9.5, 8.0)
-    torque_right, torque_left, force, lanes = drawn.subplots(
-        4, 1, sharex=True, height_ratios=[1.0, 1.0, 1.1, 0.55]
-    )
+    torque_right, torque_left, force, lanes = drawn.subplots(4, 1, sharex=True, height_ratios=[1.0, 1.0, 1.1, 0.55])
     rows = inside(trajectory, window)
     time, applied = trajectory.time[rows], trajectory.applied
     for axes, first, side in ((torque_right, 3, "right"), (torque_left, 6, "left")):
@@ -128,9 +124,7 @@ def ensemble(trajectories: Sequence[Trajectory], title: str) -> Figure:
     """Forward velocity of many runs (Fig 3.14); those that fell stand out and end in a cross."""
     drawn = figure(8.0, 3.6)
     up = sum(t.end == "completed" for t in trajectories)
-    axes = timed(
-        drawn.add_subplot(), f"{title}: {up} of {len(trajectories)} stayed up", "velocity of the torso [m/s]"
-    )
+    axes = timed(drawn.add_subplot(), f"{title}: {up} of {len(trajectories)} stayed up", "velocity of the torso [m/s]")
     shade = max(0.15, min(0.8, 6.0 / len(trajectories)))
     for t in trajectories:
         rows = every(t, 100.0)

@@ -46,9 +46,7 @@ def strobe(trajectory: Trajectory, title: str) -> Figure:
     axes.set_ylim(bottom, top)
     axes.fill_between([low, high], floor, bottom, color="#E5E7EB", linewidth=0.0)
     axes.plot([low, high], floor, color="#4B5563", linewidth=1.2)
-    _sticks(
-        axes, joint, point, torso, np.arange(0, len(trajectory), max(1, round(_STICKS / trajectory.tick)))
-    )
+    _sticks(axes, joint, point, torso, np.arange(0, len(trajectory), max(1, round(_STICKS / trajectory.tick))))
     for row in body_rows(trajectory):
         _body(axes, joint[row], point[row], torso[row], leg)
     axes.set_title(f"{title}: a stick figure every {_STICKS:g} s; right leg blue, left leg orange")

@@ -44,9 +44,7 @@ def record(path: Path, runs: Sequence[Recorded], *, title: str) -> None:
     # The viewer keeps one layout per application, and a layout names entities: other names, another one.
     names = "\n".join(run.root for run in placed)
     application = "biped-" + hashlib.sha256(names.encode()).hexdigest()[:8]
-    with rr.RecordingStream(
-        application, recording_id=_identity(placed, title), send_properties=False
-    ) as recording:
+    with rr.RecordingStream(application, recording_id=_identity(placed, title), send_properties=False) as recording:
         recording.save(path, default_blueprint=layout(placed))
         recording.send_recording_name(title)
         recording.log("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)

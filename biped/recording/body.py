@@ -92,9 +92,7 @@ def _shape(model: mujoco.MjModel, geom: int, ghost: bool) -> rr.AsComponents:
                 fill_mode=solid,
             )  # fmt: skip
         case mujoco.mjtGeom.mjGEOM_BOX:
-            return rr.Boxes3D(
-                half_sizes=size, centers=centre, quaternions=turned, colors=colour, fill_mode=solid
-            )
+            return rr.Boxes3D(half_sizes=size, centers=centre, quaternions=turned, colors=colour, fill_mode=solid)
         case mujoco.mjtGeom.mjGEOM_MESH:
             mesh = model.mesh(model.geom_dataid[geom])
             first, count = int(mesh.vertadr[0]), int(mesh.vertnum[0])
@@ -105,9 +103,7 @@ def _shape(model: mujoco.MjModel, geom: int, ghost: bool) -> rr.AsComponents:
                 albedo_factor=colour,
             )
     half = np.full(3, size[0]) if kind == mujoco.mjtGeom.mjGEOM_SPHERE else size
-    return rr.Ellipsoids3D(
-        half_sizes=half, centers=centre, quaternions=turned, colors=colour, fill_mode=solid
-    )
+    return rr.Ellipsoids3D(half_sizes=half, centers=centre, quaternions=turned, colors=colour, fill_mode=solid)
 
 
 def _colour(model: mujoco.MjModel, geom: int) -> np.ndarray:

@@ -93,9 +93,7 @@ def _log_eye(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) ->
     trajectory = placed.run.trajectory
     slope = math.radians(trajectory.slope)
     along = centre_of_mass(trajectory)[rows, 0]
-    place = np.stack(
-        [along * math.cos(slope), np.full(len(rows), placed.lane), along * math.sin(slope)], axis=1
-    )
+    place = np.stack([along * math.cos(slope), np.full(len(rows), placed.lane), along * math.sin(slope)], axis=1)
     recording.send_columns(
         placed.entity("eye"),
         indexes=[times(trajectory.time[rows])],
@@ -112,9 +110,7 @@ def _log_centre(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray)
     path = placed.entity("scene", "centre_of_mass")
     at = times(trajectory.time[rows])
     recording.log(path, rr.Points3D.from_fields(radii=0.028, colors=_CENTRE), static=True)
-    recording.send_columns(
-        path, indexes=[at], columns=rr.Points3D.columns(positions=place.astype(np.float32))
-    )
+    recording.send_columns(path, indexes=[at], columns=rr.Points3D.columns(positions=place.astype(np.float32)))
     _log_strips(recording, f"{path}/plumb", at, below, place)
     # One piece a picture: the view shows all pieces up to its time.
     before = np.concatenate([place[:1], place[:-1]])
@@ -156,9 +152,7 @@ def contact_points(placed: Placed, rows: np.ndarray) -> np.ndarray:
     planar = motion(trajectory.tree, trajectory.q[rows], trajectory.v[rows]).point
     out = _lift(planar)
     for i, (point, link) in enumerate(zip(POINTS, POINT_LINK, strict=True)):
-        out[:, i, 1] = (
-            _sideways(run.model, run.model.body(LINKS[link]).id, run.model.site(point).id) + _BESIDE
-        )
+        out[:, i, 1] = _sideways(run.model, run.model.body(LINKS[link]).id, run.model.site(point).id) + _BESIDE
     return out
 
 
