@@ -67,8 +67,8 @@ class Comparison(NamedTuple):
 
 
 def gap(home: float, foreign: float) -> float:
-    """Relative difference (foreign - home) / |home|; nan where there is nothing to divide by."""
-    return (foreign - home) / abs(home) if home != 0.0 else math.nan
+    """Relative difference (foreign - home) / |home|; nan where home has only rounding to divide by."""
+    return (foreign - home) / abs(home) if abs(home) > 1e-9 else math.nan
 
 
 def parted_at(home: Trajectory, foreign: Trajectory) -> float:
