@@ -217,11 +217,13 @@ def march(mass, force, phi, A, b_q, b_v, potential, p, grid, settings, tableau, 
     adaptive = settings.rtol > 0.0
     t, ts, k, first = grid.t, grid.t, 0, 0
     h = grid.dt * 1e-3 if adaptive else grid.dt
-    step = passed = h
+    step = whole = passed = h
+    end = grid.t + grid.dt
+    reaching = not adaptive
     energy = np.nan
     ratio = 1.0
     tries = cuts = 0
-    whole = best_step = best_ratio = 0.0
+    best_step = best_ratio = 0.0
     while True:
         nearest = np.inf
         failure = OK
@@ -287,7 +289,7 @@ def march(mass, force, phi, A, b_q, b_v, potential, p, grid, settings, tableau, 
         # Leave a singularity between two stages, not under one: there rounding errors grow like 1/ratio².
         if failure == OK and nearest < settings.split and nearest < 0.1 * ratio and cuts < 2:
             if tries == 0:
-                whole, best_ratio = step, -1.0
+                best_ratio = -1.0
             if nearest > best_ratio:
                 best_step, best_ratio = step, nearest
             if tries < len(CUTS):
@@ -319,13 +321,16 @@ def march(mass, force, phi, A, b_q, b_v, potential, p, grid, settings, tableau, 
         copy(room.q, q)
         copy(room.v, v)
         out.count[TAKEN] += 1
-        end = grid.t + (k + 1) * grid.dt
-        if t + step < end - 1e-12 * grid.dt:
-            t += step
-            cuts = 0 if adaptive else cuts + (tries > 0)
-            out.count[SPLIT] += tries > 0 and not adaptive
-        else:
+        if reaching and step == whole:
             t, cuts = end, 0
             k += 1
+        else:
+            t += step
+            cuts = 0 if adaptive else cuts + 1
+            out.count[SPLIT] += not adaptive
         tries = first = 0
-        step = min(h, grid.t + (k + 1) * grid.dt - t)
+        end = grid.t + (k + 1) * grid.dt
+        # A step along the grid is dt, not a rounded difference of times: that would lose time, step by step.
+        rest = grid.dt if t == grid.t + k * grid.dt else end - t
+        reaching = not adaptive or h >= rest
+        step = whole = rest if reaching else h

@@ -103,9 +103,8 @@ def jacobi(u: np.ndarray, k: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     # Whole periods (π in the amplitude's own scale) are dropped first: u is large, its sine must not be.
     turns = np.remainder(u, 2.0 * np.pi / a[-1])
     phase = 2.0 ** (len(a) - 1) * a[-1] * turns
-    before = phase
     for i in range(len(a) - 1, 0, -1):
-        before, phase = phase, 0.5 * (phase + np.arcsin(c[i] / a[i] * np.sin(phase)))
+        phase = 0.5 * (phase + np.arcsin(c[i] / a[i] * np.sin(phase)))
     sn, cn = np.sin(phase), np.cos(phase)
     dn = np.sqrt(1.0 - (k * sn) ** 2)
     return sn, cn, dn
