@@ -8,7 +8,7 @@ import numpy as np
 from numba import float64, int64, typeof, types
 from numpy.typing import ArrayLike
 
-from biped.dynamics import march
+from biped.dynamics import march, stages
 from biped.dynamics.jit import kernel
 from biped.dynamics.schemes import RK4, Scheme
 from biped.dynamics.system import SIGNATURES, ConstrainedSystem
@@ -97,12 +97,11 @@ def integrate(
     )
     loop = compiled_march() if system.compiled else march.march
     grid = march.Grid(float(t), float(dt), steps, every)
-    room = march.room(system.n, system.m, scheme.tableau.b.size)
+    room = stages.room(system.n, system.m, scheme.tableau.b.size)
     code, when = loop(*system.functions, system.p, grid, scheme.settings(), scheme.tableau, q, v, room, out)
     if code != march.OK:
         raise RunError(_explain(system, scheme, code, when, q, v, dt))
-    kept, taken, evaluations, splits, refused = (int(c) for c in out.count)
-    return Trajectory(*out[:7], taken, evaluations, splits, refused)
+    return Trajectory(*out[:7], *(int(c) for c in out.count[1:]))
 
 
 @cache
@@ -115,7 +114,7 @@ def compiled_march() -> Any:
         (vector, matrix, matrix, vector, vector, vector, int64[::1], int64[::1]), march.Samples
     )
     scheme = (typeof(RK4.settings()), typeof(RK4.tableau))
-    signature = (*functions, vector, grid, *scheme, vector, vector, typeof(march.room(1, 1, 1)), out)
+    signature = (*functions, vector, grid, *scheme, vector, vector, typeof(stages.room(1, 1, 1)), out)
     return kernel(march.march, signature)
 
 
@@ -162,6 +161,11 @@ def _explain(
     where = f"{system.name}, {scheme.name}, dt = {dt:g} s: at t = {t:.6g} s"
     if code == march.TOO_MANY_RETRIES:
         return f"{where} no step passes the error test; loosen the tolerance, or use fixed steps"
+    if code == march.UNSETTLED:
+        return (
+            f"{where} the constraint error does not settle, its correction is as large as the motion itself: "
+            f"the step is too long, q = {q}, v = {v}"
+        )
     if code == march.NOT_PROJECTED:
         return f"{where} the projection onto the constraints does not converge: the step is too long"
     if not (np.isfinite(q).all() and np.isfinite(v).all()):

@@ -5,20 +5,32 @@ from typing import NamedTuple
 import numpy as np
 
 from biped.dynamics.jit import kernel
-from biped.dynamics.linalg import Workspace, apply_w, copy, dot, factor, solve_mass, workspace
-from biped.dynamics.schemes import Correction
+from biped.dynamics.linalg import apply_w, copy, factor
+from biped.dynamics.stages import (
+    EMBEDDED,
+    PROJECTED,
+    enter_stage,
+    error_norm,
+    find_lag,
+    find_rates,
+    largest,
+    leave_step,
+    scale_to_energy,
+    zero,
+)
 
-NONE, EMBEDDED, BAUMGARTE, PROJECTED = (int(c) for c in Correction)
-
-OK, INDEFINITE, NOT_FINITE, NOT_PROJECTED, TOO_MANY_RETRIES = range(5)
+OK, INDEFINITE, NOT_FINITE, NOT_PROJECTED, TOO_MANY_RETRIES, UNSETTLED = range(6)
 """How a march can end."""
 
-PROJECTIONS = 30
-PROJECTED_TO = 1e-14
-RETRIES = 30
-MOST_STEPS = 10_000_000
-CUTS = (0.382, 0.618, 0.236, 0.764)
-GUARD = 1e-2
+PROJECTIONS = 30  # Newton iterations of a projection
+PROJECTED_TO = 1e-14  # and the relative motion of q that ends them
+RETRIES = 30  # refusals of one adaptive step
+MOST_STEPS = 10_000_000  # of an adaptive run
+CUTS = (0.382, 0.618, 0.236, 0.764)  # where a step is parted to keep its stages off a singularity
+LEAVE = 0.1  # part of a step that leaves a singular start: less, and rounding errors grow
+GUARD = 1e-2  # pivot ratio below which an adaptive step may fail its error test
+LARGE = 0.1  # correction, as a part of the step's motion, that must shrink
+PATIENCE = 6  # steps that it may fail to
 
 
 KEPT, TAKEN, EVALUATED, SPLIT, REFUSED = range(5)
@@ -45,147 +57,6 @@ class Samples(NamedTuple):
     ratio: np.ndarray  # (K,) smallest pivot ratio since the sample before
     rank: np.ndarray  # (K,) smallest rank of the constraints since the sample before
     count: np.ndarray  # (5,) samples kept, steps taken, evaluations, steps split, steps refused
-
-
-class Room(NamedTuple):
-    """Everything the march writes on its way, so that it allocates nothing."""
-
-    M: np.ndarray  # (n, n)
-    A: np.ndarray  # (m, n)
-    Q: np.ndarray  # (n,)
-    phi: np.ndarray  # (m,)
-    b_q: np.ndarray  # (m,)
-    b_v: np.ndarray  # (m,) of a stage, then what C⁺ is applied to
-    lag: np.ndarray  # (m,) b_q − A v = −Φ̇
-    a: np.ndarray  # (n,) M⁻¹Q
-    x: np.ndarray  # (n,) W times something
-    q: np.ndarray  # (n,) of a stage
-    v: np.ndarray  # (n,) of a stage
-    rate_q: np.ndarray  # (s, n) q̇ of the stages
-    rate_v: np.ndarray  # (s, n) v̇ of the stages
-    fix_q: np.ndarray  # (n,) −WΦ of the step's start
-    fix_v: np.ndarray  # (n,) −WΦ̇ of the step's start
-    factors: Workspace
-
-
-def room(n: int, m: int, stages: int) -> Room:
-    """Room for a system of n coordinates and m constraints under a scheme of so many stages."""
-    shapes = ((n, n), (m, n), n, m, m, m, m, n, n, n, n, (stages, n), (stages, n), n, n)
-    return Room(*(np.zeros(shape) for shape in shapes), workspace(n, m))
-
-
-@kernel
-def zero(x):
-    """Write zeros into every row of x."""
-    for i in range(x.shape[0]):
-        for j in range(x.shape[1]):
-            x[i, j] = 0.0
-
-
-@kernel
-def largest(x):
-    """Largest magnitude in x; nan if there is a nan."""
-    s = 0.0
-    for i in range(x.shape[0]):
-        if np.isnan(x[i]):
-            return np.nan
-        s = max(s, abs(x[i]))
-    return s
-
-
-@kernel
-def find_lag(room):
-    """room.lag = b_q − A v, of the stage."""
-    for i in range(room.lag.shape[0]):
-        room.lag[i] = room.b_q[i] - dot(room.A[i], room.v)
-
-
-@kernel
-def scale_to_energy(energy, potential, room):
-    """Scale v so that ½vᵀMv + V = energy, where that is a small change; return the energy held."""
-    kinetic = 0.0
-    for i in range(room.v.shape[0]):
-        kinetic += 0.5 * room.v[i] * dot(room.M[i], room.v)
-    if np.isnan(energy):
-        return kinetic + potential
-    if kinetic > 0.0:
-        square = (energy - potential) / kinetic
-        # At a turning point the kinetic energy is smaller than its error: nothing to be learnt there.
-        if 0.81 < square < 1.21:
-            for i in range(room.v.shape[0]):
-                room.v[i] *= np.sqrt(square)
-            find_lag(room)
-    return energy
-
-
-@kernel
-def enter_stage(s, step, tableau, q, v, room):
-    """room.q, room.v = the state in which stage s is evaluated."""
-    copy(q, room.q)
-    copy(v, room.v)
-    for j in range(s):
-        weight = step * tableau.A[s, j]
-        if weight != 0.0:
-            for i in range(q.shape[0]):
-                room.q[i] += weight * room.rate_q[j, i]
-                room.v[i] += weight * room.rate_v[j, i]
-
-
-@kernel
-def find_rates(s, settings, room):
-    """Rates of stage s from its evaluation, and the step's corrections if it is the first; False if not finite."""
-    n, m = room.q.shape[0], room.lag.shape[0]
-    w = room.factors
-    solve_mass(room.Q, w, room.a)
-    for i in range(m):
-        room.b_v[i] -= dot(room.A[i], room.a)
-        if settings.correction == BAUMGARTE:
-            room.b_v[i] += 2.0 * settings.alpha * room.lag[i] - settings.beta**2 * room.phi[i]
-    apply_w(room.b_v, w, room.x)
-    for i in range(n):
-        room.rate_q[s, i] = room.v[i]
-        room.rate_v[s, i] = room.a[i] + room.x[i]
-    if settings.correction == EMBEDDED and m > 0:
-        apply_w(room.lag, w, room.x)
-        for i in range(n):
-            room.rate_q[s, i] += room.x[i]
-        if s == 0:
-            copy(room.x, room.fix_v)
-            apply_w(room.phi, w, room.fix_q)
-            for i in range(n):
-                room.fix_q[i] *= -1.0
-    return np.isfinite(largest(room.rate_q[s]) + largest(room.rate_v[s]))
-
-
-@kernel
-def leave_step(step, tableau, q, v, room):
-    """room.q, room.v = the state at the end of the step; False if it is not finite."""
-    for i in range(q.shape[0]):
-        dq = dv = 0.0
-        for s in range(tableau.b.shape[0]):
-            dq += tableau.b[s] * room.rate_q[s, i]
-            dv += tableau.b[s] * room.rate_v[s, i]
-        room.q[i] = q[i] + (step * dq + room.fix_q[i])
-        room.v[i] = v[i] + (step * dv + room.fix_v[i])
-    return np.isfinite(largest(room.q) + largest(room.v))
-
-
-@kernel
-def error_norm(step, tableau, settings, q, v, room):
-    """Size of the step's error in units of the tolerance, from two embedded estimates (as in DOP853)."""
-    fifth = third = 0.0
-    for i in range(q.shape[0]):
-        for rate, old, new in ((room.rate_q, q, room.q), (room.rate_v, v, room.v)):
-            scale = settings.atol + settings.rtol * max(abs(old[i]), abs(new[i]))
-            e5 = e3 = 0.0
-            for s in range(rate.shape[0]):
-                e5 += tableau.E[0, s] * rate[s, i]
-                e3 += tableau.E[1, s] * rate[s, i]
-            fifth += (e5 / scale) ** 2
-            third += (e3 / scale) ** 2
-    if fifth == 0.0:
-        return 0.0
-    return abs(step) * fifth / np.sqrt((fifth + 0.01 * third) * 2 * q.shape[0])
 
 
 @kernel
@@ -221,8 +92,9 @@ def march(mass, force, phi, A, b_q, b_v, potential, p, grid, settings, tableau, 
     end = grid.t + grid.dt
     reaching = not adaptive
     energy = np.nan
-    ratio = 1.0
-    tries = cuts = 0
+    ratio, rank, other_rank = 1.0, 0, 0
+    size, last_size, first_size, motion = 0.0, np.inf, np.inf, np.inf
+    tries = cuts = unsettled = 0
     best_step = best_ratio = 0.0
     while True:
         nearest = np.inf
@@ -230,7 +102,7 @@ def march(mass, force, phi, A, b_q, b_v, potential, p, grid, settings, tableau, 
         for s in range(first, stages):
             ts = t + tableau.c[s] * step
             enter_stage(s, step, tableau, q, v, room)
-            before = np.inf
+            before, size = np.inf, 0.0
             for iteration in range(PROJECTIONS + 1):
                 zero(room.M)
                 zero(room.A)
@@ -252,6 +124,7 @@ def march(mass, force, phi, A, b_q, b_v, potential, p, grid, settings, tableau, 
                     break
                 apply_w(room.phi, w, room.x)
                 moved = largest(room.x)
+                size = max(size, moved)
                 # Close to a singularity rounding alone moves q by more than the tolerance: stop there, too.
                 if moved <= PROJECTED_TO * (1.0 + largest(room.q)) or 0.5 * before <= moved < 1e-6:
                     apply_w(room.lag, w, room.x)
@@ -270,13 +143,27 @@ def march(mass, force, phi, A, b_q, b_v, potential, p, grid, settings, tableau, 
                     energy = scale_to_energy(energy, potential(ts, room.q, room.v, p), room)
                 copy(room.q, q)
                 copy(room.v, v)
-                ratio = w.ratio[0]
+                ratio, rank, other_rank = w.ratio[0], w.rank[0], w.rank[0]
+                if settings.correction == EMBEDDED:
+                    apply_w(room.phi, w, room.fix_q)
+                    for i in range(q.shape[0]):
+                        room.fix_q[i] *= -1.0
+                    size = largest(room.fix_q)
+                # A start off the constraints is pulled in, less at every step; a step too long for the motion
+                # leaves as large an error as it mends, again and again.
+                lasting = size > LARGE * motion and size > 0.9 * last_size
+                unsettled = unsettled + 1 if lasting else max(unsettled - 1, 0)
+                if unsettled == PATIENCE or (k == grid.steps and lasting and size > first_size):
+                    return UNSETTLED, t
+                first_size = size if out.count[TAKEN] == 0 else first_size
+                last_size = size
                 on_grid = t == grid.t + k * grid.dt
                 keep(on_grid and (k % grid.every == 0 or k == grid.steps), t, q, v, room, out)
                 if k == grid.steps:
                     return OK, t
             elif failure == OK:
                 nearest = min(nearest, w.ratio[0])
+                other_rank = max(other_rank, w.rank[0])
             if failure == OK and not find_rates(s, settings, room):
                 failure = NOT_FINITE
             if failure != OK:
@@ -286,6 +173,10 @@ def march(mass, force, phi, A, b_q, b_v, potential, p, grid, settings, tableau, 
             copy(room.v, v)
             return failure, ts
         first = 1
+        # Standing on a singularity, forces that exist a hair beside it are not seen: leave by a short step.
+        if failure == OK and rank < other_rank and step == whole and cuts < 2:
+            step, cuts = LEAVE * whole, 2
+            continue
         # Leave a singularity between two stages, not under one: there rounding errors grow like 1/ratio².
         if failure == OK and nearest < settings.split and nearest < 0.1 * ratio and cuts < 2:
             if tries == 0:
@@ -318,6 +209,9 @@ def march(mass, force, phi, A, b_q, b_v, potential, p, grid, settings, tableau, 
                 continue
         elif not finite:
             return NOT_FINITE, t
+        motion = 0.0
+        for i in range(q.shape[0]):
+            motion = max(motion, abs(room.q[i] - q[i]))
         copy(room.q, q)
         copy(room.v, v)
         out.count[TAKEN] += 1

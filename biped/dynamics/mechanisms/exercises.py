@@ -1,10 +1,11 @@
 """The three exercises of the seven-link biped: Figs 2.7–2.10, q = (x, y, θ, θ₁ … θ₆).
 
-(x, y) is the torso's centre of mass; angles are absolute, counter-clockwise from +x, 1–3 thigh, shank and foot
-of the forward leg, 4–6 of the backward one. Every point of the biped is (x, y) + Σ (α_j u(θ_j) + β_j n(θ_j))
-with u = (cos, sin) and n = (−sin, cos), so bodies and constraints are rows of numbers, not code; the
-constraints prescribe the whole motion. Proportions: Table 2.1 (Winter) for 1.8 m and 75 kg; the foot's centre
-of mass lies 0.25·l₄ ahead of the ankle, at half the ankle's height (the table does not give it).
+(x, y) is the torso's centre of mass; angles are absolute, counter-clockwise from +x, 1–3 thigh, shank and
+foot of the forward leg, 4–6 of the backward one. Every point of the biped is
+(x, y) + Σ (α_j u(θ_j) + β_j n(θ_j)) with u = (cos, sin) and n = (−sin, cos), so bodies and constraints are
+rows of numbers, not code; the constraints prescribe the whole motion. Proportions: Table 2.1 (Winter) for
+1.8 m and 75 kg; the foot's centre of mass lies 0.25·l₄ ahead of the ankle, at half the ankle's height (the
+table does not give it).
 """
 
 import numpy as np

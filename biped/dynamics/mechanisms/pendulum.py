@@ -86,7 +86,7 @@ def exact(t: np.ndarray, length: float = LENGTH, gravity: float = GRAVITY) -> np
     With φ the angle from the lowest point and k = sin(π/4), sin(φ/2) = k·sn(K + ωt) = k·cd(ωt).
     """
     k = np.sqrt(0.5)
-    sn, cn, dn = jacobi(np.sqrt(gravity / length) * t, k)
+    _, cn, dn = jacobi(np.sqrt(gravity / length) * t, k)
     half = k * cn / dn  # sin(φ/2); cos(φ/2) = √(1 − k²)/dn
     other = np.sqrt(1.0 - k * k) / dn
     return length * np.stack((2.0 * half * other, half * half - other * other), axis=1)
