@@ -18,7 +18,7 @@ MOST_VALUES = 500_000_000
 """Numbers a trajectory may hold (4 GB)."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trajectory:
     """What an integration leaves behind, K samples.
 

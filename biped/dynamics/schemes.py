@@ -9,6 +9,9 @@ import numpy as np
 from biped.dynamics import dop853
 from biped.errors import InputError
 
+LEAST_RTOL = 1e-14
+"""Relative tolerance below which every step would fail: rounding alone is larger."""
+
 
 class Correction(IntEnum):
     """What a scheme does about the error Φ, Φ̇ that a step leaves behind."""
@@ -52,7 +55,7 @@ def _tableau(rows: list[list[float]], b: list[float], c: list[float]) -> Tableau
     return Tableau(A, np.array(b), np.array(c), np.zeros((2, s)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Scheme:
     """One way to step: start from `EULER`, `RK4` or `RK8` and derive others with the methods below.
 
@@ -114,13 +117,15 @@ class Scheme:
             atol: Absolute tolerance; the relative one if not given.
 
         Raises:
-            InputError: The tableau has no embedded pair, or a tolerance is not positive.
+            InputError: The tableau has no embedded pair, or a tolerance is below what rounding allows.
         """
         atol = rtol if atol is None else atol
         if not self.tableau.E.any():
             raise InputError(f"{self.name} has no embedded pair: adaptive steps need RK8")
-        if not (rtol > 0.0 and atol > 0.0 and np.isfinite(rtol + atol)):
-            raise InputError(f"tolerances must be positive and finite, not rtol={rtol}, atol={atol}")
+        if not (rtol >= LEAST_RTOL and atol > 0.0 and np.isfinite(rtol + atol)):
+            raise InputError(
+                f"tolerances must be finite and at least rtol={LEAST_RTOL}, atol>0, not rtol={rtol}, atol={atol}"
+            )
         return replace(self, name=f"{self.name}, adaptive {rtol:g}", rtol=rtol, atol=atol)
 
     def without_splitting(self) -> "Scheme":

@@ -51,7 +51,7 @@ class Evaluation(NamedTuple):
         return self.A @ v - self.b_q
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ConstrainedSystem:
     """M(t, q) v̇ = Q(t, q, v) under Φ(t, q) = 0: equations (2.1)–(2.7).
 
