@@ -90,9 +90,7 @@ class Scheme:
     def baumgarte(self, alpha: float, beta: float) -> "Scheme":
         """The same method with Baumgarte's stabilisation, Φ̈ + 2αΦ̇ + β²Φ = 0 [1/s]."""
         if not (alpha >= 0.0 and beta >= 0.0 and np.isfinite(alpha + beta)):
-            raise InputError(
-                f"Baumgarte's alpha and beta must be finite and not negative, not {alpha}, {beta}"
-            )
+            raise InputError(f"Baumgarte's alpha and beta must be finite and not negative, not {alpha}, {beta}")
         return replace(
             self,
             name=f"{self.name}, Baumgarte {alpha:g}",
