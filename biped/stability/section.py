@@ -31,6 +31,8 @@ ABOVE = 0.001
 """[m] of the section above the height at which contacts are sensed."""
 
 _RIGHT, _RIGHT_HEEL = 0, 1
+# [s] between a crossing and the foot strike that it belongs to, at most.
+_NEAR = 0.2
 
 
 class Crossings(NamedTuple):
@@ -55,14 +57,16 @@ def crossings(t: Trajectory, height: float) -> Crossings:
         height: [m] of the section.
     """
     heel = t.height[:, _RIGHT_HEEL]
-    rows, share = [], []
+    down = np.flatnonzero((heel[:-1] >= height) & (heel[1:] < height))
+    rows = []
     for strike, leg in strikes(t.phase):
-        above = np.flatnonzero(heel[:strike] >= height)
-        if leg == _RIGHT and above.size and heel[above[-1] + 1] < height:
-            k = above[-1]
-            rows.append(k)
-            share.append((height - heel[k]) / (heel[k + 1] - heel[k]))
-    k, s = np.array(rows, dtype=int), np.array(share)
+        if leg == _RIGHT and down.size:
+            # The heel may land a little before or after the leg states say so, or after the toe.
+            nearest = down[np.argmin(np.abs(down - strike))]
+            if abs(nearest - strike) * t.tick < _NEAR and nearest not in rows:
+                rows.append(nearest)
+    k = np.array(rows, dtype=int)
+    s = (height - heel[k]) / (heel[k + 1] - heel[k])
     q = t.q[k] + s[:, None] * (t.q[k + 1] - t.q[k])
     v = t.v[k] + s[:, None] * (t.v[k + 1] - t.v[k])
     return Crossings(t.time[k] + s * t.tick, q, v)

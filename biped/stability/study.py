@@ -20,7 +20,7 @@ from biped.vary import stream
 SETTLING = 4
 """Strides that a walk is given to forget its start."""
 
-STEADY = ("start.jitter=0.002", "randomise.runs=6", "duration=16.0", "window.start=8.0", "window.end=16.0")
+STEADY = ("start.jitter=0.002", "randomise.runs=6", "duration=24.0", "window.start=8.0", "window.end=24.0")
 """The walks that steady states are taken from."""
 
 KICKS = (0.005, 0.01)
