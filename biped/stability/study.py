@@ -42,19 +42,21 @@ def _steady(plan: Plan) -> tuple[Section, np.ndarray, np.ndarray]:
         RunError: The scenario does not walk long enough.
     """
     states, periods = [], []
-    section = None
+    section, fell = None, 0
     for index in range(len(plan)):
         run = plan.run(index)
         t = simulate(run)
         section = section or Section(run, t.tree)
         found = crossings(t, section.height)
-        if t.end == "completed":
+        if t.end != "completed":
+            fell += 1
+        else:
             states.append(section.states(found)[SETTLING:])
             periods.append(np.diff(found.time)[SETTLING:])
     if section is None or sum(map(len, periods)) < 5:
         raise RunError(
-            "no steady gait: fewer than five strides came after the first "
-            f"{SETTLING} in {len(plan)} walks of {plan.scenario.duration:g} s"
+            f"no steady gait: {fell} of {len(plan)} walks of {plan.scenario.duration:g} s fell, and fewer than five "
+            f"strides came after the first {SETTLING} of the others"
         )
     return section, np.vstack(states), np.concatenate(periods)
 
@@ -124,30 +126,39 @@ def study(name: str, changes: Sequence[str]) -> tuple[dict[str, Any], list[tuple
         f"simulation.timestep={0.5 * simulation.timestep}", f"simulation.control_rate={2.0 * simulation.control_rate}"
     ]  # fmt: skip
     rows, drawn, gait = [], [], []
+    height = 0.0
     for label, more in (("scenario's", []), ("halved", finer)):
         plan = plan_of(name, [*changes, *STEADY, *more])
-        section, steady, period = _steady(plan)
-        rng = stream(plan.scenario.seed, "stability")
-        gait.append({
-            "steps": label,
-            "strides": len(period),
-            "period": float(period.mean()),
-            "period_std": float(period.std()),
-            "spread": float(np.sqrt(steady.var(axis=0).sum())),
-            "twins": _twins(section, steady, 1.3 * float(period.mean()), rng),
-        })  # fmt: skip
-        for size in KICKS:
-            returns, fell = _kicked(section, steady, size, 4.3 * float(period.mean()), rng)
-            fit = fit_map(returns, rng)
-            drawn.append((returns, fit))
-            rows.append(_row(label, size, fit, fell))
+        try:
+            section, steady, period = _steady(plan)
+            height = section.height
+            rng = stream(plan.scenario.seed, "stability")
+            seconds = float(period.mean())
+            gait.append({
+                "steps": label,
+                "strides": len(period),
+                "period": seconds,
+                "period_std": float(period.std()),
+                "spread": float(np.sqrt(steady.var(axis=0).sum())),
+                "twins": _twins(section, steady, 1.3 * seconds, rng),
+            })  # fmt: skip
+            for size in KICKS:
+                returns, fell = _kicked(section, steady, size, 4.3 * seconds, rng)
+                fit = fit_map(returns, rng)
+                drawn.append((returns, fit))
+                rows.append(_row(label, size, fit, fell))
+        except RunError as error:
+            # A gait may walk at one step and fall at another: that is a result, unless there is nothing else to tell.
+            if not rows:
+                raise
+            gait.append({"steps": label, "failed": str(error)})
     result = {
         "scenario": title_of(name),
-        "section": f"right heel {1e3 * section.height:g} mm above the ground, coming down",
+        "section": f"right heel {1e3 * height:g} mm above the ground, coming down",
         "gait": gait,
         "twin_sizes": list(TWINS),
         "fits": rows,
-        "stable": all(row["stable"] for row in rows),
+        "stable": all(row["stable"] for row in rows) and not any("failed" in g for g in gait),
     }
     return result, drawn
 
@@ -175,6 +186,9 @@ def _show(result: dict[str, Any]) -> None:
     out = console()
     out.print(f"[bold]{result['scenario']}[/bold]: section: {result['section']}")
     for gait in result["gait"]:
+        if "failed" in gait:
+            out.print(f"  {gait['steps']} steps: {gait['failed']}")
+            continue
         twins = ", ".join(f"{size:g}: {ratio:.2g}" for size, ratio in zip(TWINS, gait["twins"], strict=True))
         out.print(f"  {gait['steps']} steps: {gait['strides']} strides of {gait['period']:.4f} ± "
                   f"{gait['period_std']:.4f} s, states spread by {gait['spread']:.2g}; "
