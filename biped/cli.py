@@ -63,6 +63,8 @@ def _parser() -> _Parser:
     run.add_argument("--only", type=_whole, metavar="N", help="replay run N of the ensemble alone")
     check = scenarios("check", "run scenarios and compare with their [expect]")
     check.add_argument("--junit", type=Path, metavar="FILE", help="also write JUnit XML")
+    compare = scenarios("compare", "run scenarios in both engines: every metric side by side, with its gap")
+    compare.add_argument("--out", type=Path, help="folder for figures and recordings (default: new ones below runs/)")
     view = commands.add_parser("view", help="open a recording in the rerun viewer")
     view.add_argument("run", nargs="?", type=Path, help="results folder or .rrd (default: the newest recording)")
     plot = commands.add_parser("plot", help="draw figures of a run or campaign")
@@ -172,6 +174,33 @@ def _check(args: argparse.Namespace) -> int:
     return DONE if all(result["passed"] for result in results) else FAILED
 
 
+def _compare(args: argparse.Namespace) -> int:
+    from biped import comparison
+    from biped.commands import RUNS, title_of
+    from biped.results import new_folder
+
+    if args.engine is not None:
+        raise InputError("--engine: compare runs both engines; expected no --engine")
+    if args.out is not None and len(args.scenario) > 1:
+        raise InputError("--out: expected with one scenario only; several make folders of their own below runs/")
+    made = []
+    for name in args.scenario:
+        title = title_of(name)
+        made.append(comparison.compare(name, title, args.changes, _jobs(args)))
+        where = args.out or new_folder(RUNS, f"compare-{title.replace('/', '-')}")
+        comparison.write(made[-1], where)
+        if not args.json:
+            print(f"figure, recording and numbers in {where}/")
+    results = [one.as_dict() for one in made]
+    if args.json:
+        _print_json(results)
+    else:
+        from biped.side_by_side import show
+
+        show(made)
+    return DONE if all(result["passed"] for result in results) else FAILED
+
+
 def _print_json(results: list[dict]) -> None:
     from biped.results import dumps
 
@@ -249,6 +278,7 @@ def _list(args: argparse.Namespace) -> int:
 _COMMANDS = {
     "run": _run,
     "check": _check,
+    "compare": _compare,
     "view": _view,
     "plot": _plot,
     "report": _report,
