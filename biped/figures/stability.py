@@ -32,7 +32,7 @@ def plot_stability(result: Mapping[str, Any], drawn: Sequence[tuple[Returns, Fit
         circle, returns = page.subplots(1, 2)
         turn = np.linspace(0.0, 2.0 * np.pi, 200)
         circle.plot(np.cos(turn), np.sin(turn), color=QUIET)
-        for colour, row in zip(_COLOURS, result["fits"], strict=True):
+        for colour, row in zip(_COLOURS, result["fits"], strict=False):
             real, imaginary = np.array(row["multipliers"]).T
             label = f"{row['steps']} steps, kicks of {row['kick']:g}"
             circle.plot(real, imaginary, "o", color=colour, markersize=4.0, label=label)
