@@ -74,8 +74,9 @@ def _parser() -> _Parser:
     report.add_argument("--out", type=Path, default=Path("report.md"), help="the file (default: report.md)")
     report.add_argument("--title", default="Campaigns", help="its heading")
     bench = commands.add_parser("bench", help="run time against error, and what things cost")
-    bench.add_argument("what", choices=["throughput", "walking"], help="what to measure")
-    bench.add_argument("--out", type=Path, help="walking: folder for a figure")
+    bench.add_argument("what", choices=["throughput", "walking", "mechanisms"], help="what to measure")
+    bench.add_argument("--out", type=Path, help="walking, mechanisms: folder for figures")
+    bench.add_argument("--quick", action="store_true", help="mechanisms: fewer repeats and settings")
     bench.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     stability = commands.add_parser("stability", help="a gait as a limit cycle: return map and Floquet multipliers")
     stability.add_argument("scenario", nargs="?", help="name in scenarios/, or path of a scenario file")
@@ -241,6 +242,11 @@ def _bench(args: argparse.Namespace) -> int:
         from biped.bench import walking
 
         walking.run(json=args.json, out=args.out)
+        return DONE
+    if args.what == "mechanisms":
+        from biped.bench import mechanisms
+
+        mechanisms.run(json=args.json, figures=args.out, quick=args.quick)
         return DONE
     from biped.bench import throughput
 

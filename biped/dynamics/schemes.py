@@ -122,7 +122,7 @@ class Scheme:
             raise InputError(f"{self.name} has no embedded pair: adaptive steps need RK8")
         if not (rtol >= LEAST_RTOL and atol > 0.0 and np.isfinite(rtol + atol)):
             raise InputError(
-                f"tolerances must be finite and at least rtol={LEAST_RTOL}, atol>0, not rtol={rtol}, atol={atol}"
+                f"tolerances must be finite and at least rtol={LEAST_RTOL} and atol > 0, not rtol={rtol}, atol={atol}"
             )
         return replace(self, name=f"{self.name}, adaptive {rtol:g}", rtol=rtol, atol=atol)
 
