@@ -38,6 +38,14 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("--only", type=int, metavar="N", help="replay run N of the ensemble alone")
     check = scenarios("check", "run scenarios and compare with their [expect]")
     check.add_argument("--junit", type=Path, metavar="FILE", help="also write JUnit XML")
+    tune = commands.add_parser("tune", help="find gains that serve a scenario's conditions",
+                               description="Finds gains that serve the conditions of a scenario's [tune] table.")  # fmt: skip
+    tune.add_argument("scenario", help="name in scenarios/, or path of a scenario file with a [tune] table")
+    tune.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
+                      help="change a key (repeatable)")  # fmt: skip
+    tune.add_argument("--jobs", type=int, help="processes (default: all cores)")
+    tune.add_argument("--out", type=Path, help="results folder; an interrupted search in it is continued")
+    tune.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     view = commands.add_parser("view", help="open a recording in the rerun viewer")
     view.add_argument("run", nargs="?", type=Path, help="results folder or .rrd (default: the newest recording)")
     plot = commands.add_parser("plot", help="draw figures of a run or campaign")
@@ -110,6 +118,18 @@ def _check(args: argparse.Namespace) -> int:
     return DONE if all(result["passed"] for result in results) else FAILED
 
 
+def _tune(args: argparse.Namespace) -> int:
+    from biped.tune.command import tune
+
+    result = tune(args.scenario, args.changes, _jobs(args), args.out)
+    if args.json:
+        _print_json([result])
+    else:
+        print(Path(result["gait"]).read_text(encoding="utf-8"))
+        print(f"{result['runs']} runs, {result['runs_per_second']:.1f} a second; gait in {result['gait']}")
+    return DONE
+
+
 def _print_json(results: list[dict]) -> None:
     from biped.results import dumps
 
@@ -151,7 +171,7 @@ def _list(args: argparse.Namespace) -> int:
     return DONE
 
 
-_COMMANDS = {"run": _run, "check": _check, "view": _view, "plot": _plot, "list": _list}
+_COMMANDS = {"run": _run, "check": _check, "tune": _tune, "view": _view, "plot": _plot, "list": _list}
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -239,3 +239,15 @@ def _without_none(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_without_none(v) for v in value]
     return value
+
+
+def changed(scenario: Scenario, part: dict[str, Any], where: Path) -> Scenario:
+    """The scenario with part of another laid over it, checked like a file called `where`.
+
+    Raises:
+        InputError: Anything in the part is unknown, of the wrong type or impossible.
+    """
+    data = _without_none(msgspec.to_builtins(scenario))
+    origin: dict[str, Path] = {}
+    merge(data, _without_none(part), origin, where)
+    return _checked(data, origin, where)

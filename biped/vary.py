@@ -14,7 +14,9 @@ from biped.errors import InputError
 from biped.files import nearest
 from biped.scenario import Distribution, Scenario
 
-FIXED = ("randomise", "sweep", "seed", "expect", "thesis", "window", "engine", "law", "description", "threshold")
+FIXED = (
+    "randomise", "sweep", "seed", "expect", "thesis", "window", "engine", "law", "description", "threshold", "tune",
+)  # fmt: skip
 """Sections that say what a campaign is and cannot vary within it."""
 
 
