@@ -39,7 +39,7 @@ def _parser() -> argparse.ArgumentParser:
     check = scenarios("check", "run scenarios and compare with their [expect]")
     check.add_argument("--junit", type=Path, metavar="FILE", help="also write JUnit XML")
     tune = commands.add_parser("tune", help="find gains that serve a scenario's conditions",
-                               description="Finds gains that serve the conditions of a scenario's [tune] table.")  # fmt: skip
+                               description="Finds gains that serve the conditions in a scenario's [tune].")  # fmt: skip
     tune.add_argument("scenario", help="name in scenarios/, or path of a scenario file with a [tune] table")
     tune.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
                       help="change a key (repeatable)")  # fmt: skip

@@ -13,7 +13,7 @@ import msgspec
 
 from biped.errors import InputError
 from biped.files import canonical, label, layered, locate, merge, nearest
-from biped.scenario import Bound, Distribution, Gains, Push, Scenario
+from biped.scenario import GAINS, Bound, Distribution, Gains, Push, Scenario
 
 COMMAND_LINE = Path("--set")
 _DICTIONARIES = {"expect": Bound, "thesis": None}
@@ -213,12 +213,15 @@ def read_gains(path: Path, override: Gains) -> Gains:
     def fail(key: str, what: str) -> InputError:
         return InputError(f"{source(key, origin, path)}: {key}: {what}")
 
+    speeds = data.pop("speeds", ())
     _known_keys(data, Gains, "", fail)
     gains = convert(data, Gains, fail)
-    merged = {
-        name: mine if (mine := getattr(override, name)) is not None else getattr(gains, name)
-        for name in Gains.__struct_fields__
-    }
+    if override.speed is not None:
+        from biped.family import Knot, gains_at
+
+        knots = convert(speeds, tuple[Knot, ...], lambda key, what: fail(f"speeds{key}", what))
+        gains = msgspec.structs.replace(gains, **gains_at(knots, override.speed, fail))
+    merged = {name: mine if (mine := getattr(override, name)) is not None else getattr(gains, name) for name in GAINS}
     missing = [name for name, value in merged.items() if value is None]
     if missing:
         raise InputError(f"{label(path)}: {missing[0]}: missing; a gait has {', '.join(merged)}")

@@ -70,7 +70,11 @@ class Folder:
         if not self.journal.is_file():
             return []
         rows = []
-        for line in self.journal.read_text(encoding="utf-8").splitlines():
+        text = self.journal.read_text(encoding="utf-8")
+        if text and not text.endswith("\n"):  # what comes next must not be appended to half a line
+            with open(self.journal, "a", encoding="utf-8") as file:
+                file.write("\n")
+        for line in text.splitlines():
             try:
                 rows.append(_with_nan(json.loads(line)))
             except json.JSONDecodeError:  # the line that was being written when the campaign was killed

@@ -255,7 +255,11 @@ class Bound(Section, frozen=True):
 
 
 class Gains(Section, frozen=True):
-    """Gains that replace those of the controller file; same keys."""
+    """Gains that replace those of the controller file; same keys.
+
+    Attributes:
+        speed: [m/s] of a gait file that is a family; its gains at that speed come first, the other keys replace them.
+    """
 
     k_d1: NonNegative | None = None
     k_d2: tuple[NonNegative, NonNegative, NonNegative, NonNegative] | None = None
@@ -268,6 +272,11 @@ class Gains(Section, frozen=True):
     theta_b: float | None = None
     theta_l: tuple[float, float, float, float] | None = None
     theta_a: tuple[float, float, float, float] | None = None
+    speed: Positive | None = None
+
+
+GAINS = tuple(name for name in Gains.__struct_fields__ if name != "speed")
+"""What a complete gait consists of."""
 
 
 class Range(Section, frozen=True):

@@ -18,7 +18,6 @@ from biped.scenario import Gains, Scenario, Tune, Window
 from biped.tune.space import Candidate
 from biped.vary import stream, with_values
 
-
 PLANS = 64
 """Most plans kept at a time."""
 
@@ -97,9 +96,9 @@ class Study:
                 base = msgspec.structs.replace(base, duration=self.tune.duration, window=Window())
             where = Path(f"tune.conditions.{name}.set")
             changes = self.tune.conditions[name].set
-            for key in ("tune", "sweep", "seed"):
+            for key in ("controller", "gains", "seed", "sweep", "tune"):
                 if key in changes:
-                    raise InputError(f"{where}: {key}: a condition cannot change it")
+                    raise InputError(f"{where}: {key}: expected the same in all conditions")
             self._scenarios[name, full] = changed(base, changes, where)
         return self._scenarios[name, full]
 
@@ -151,7 +150,9 @@ class Study:
         """
         conditions = self.tune.conditions
         total = sum(conditions[name].weight for name in outcomes)
-        mean = sum(conditions[name].weight * sum(o.cost for o in found) / len(found) for name, found in outcomes.items())
+        mean = sum(
+            conditions[name].weight * sum(o.cost for o in found) / len(found) for name, found in outcomes.items()
+        )
         return mean / total + self.tune.weights.closeness * distance
 
 

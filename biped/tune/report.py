@@ -7,7 +7,7 @@ from pathlib import Path
 
 import msgspec
 
-from biped.scenario import Gains
+from biped.scenario import GAINS, Gains
 from biped.statistics import wilson
 from biped.tune.search import Found, Record, Search, Tally
 
@@ -35,7 +35,7 @@ def gait_text(title: str, search: Search, found: Found) -> str:
     data = {
         "description": f"Found by biped tune {title}",
         "source": f"biped tune {title}, seed {study.scenario.seed}",
-        **{name: _plain(value) for name, value in msgspec.structs.asdict(candidate.gains).items()},
+        **{name: _plain(value) for name in GAINS if (value := getattr(candidate.gains, name)) is not None},
     }
     return head + "\n" + tomli_w.dumps(data)
 
@@ -57,7 +57,7 @@ def gait_of(text: str) -> Gains:
     import tomllib
 
     data = tomllib.loads(text)
-    return msgspec.convert({key: data[key] for key in Gains.__struct_fields__}, Gains)
+    return msgspec.convert({key: data[key] for key in GAINS}, Gains)
 
 
 def draw(journal: Sequence[Record], path: Path) -> None:

@@ -1,7 +1,7 @@
 """The search: CMA-ES on common random numbers, given up early where hopeless, re-checked where promising.
 
-Hansen, "The CMA evolution strategy: a tutorial" (arXiv:1604.00772). Every generation has seeds of its own, which all its
-gaits share, so that gaits are compared and not their luck; no gait is ever judged finally on seeds that chose it.
+Hansen, "The CMA evolution strategy: a tutorial" (arXiv:1604.00772). Every generation has seeds of its own, which all
+its gaits share, so that gaits are compared and not their luck; no gait is ever judged on the seeds that chose it.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ import numpy as np
 
 from biped.errors import InputError
 from biped.files import nearest
-from biped.scenario import Gains, Range, Scenario, Tune
+from biped.scenario import GAINS, Gains, Range, Scenario, Tune
 from biped.vary import lookup
 
 DEGREES = 20.0
@@ -92,8 +92,7 @@ class Space:
     def candidate(self, x: Sequence[float] | np.ndarray) -> Candidate:
         """The gait and keys at coordinates x, which are brought within bounds."""
         values: dict[str, Any] = {
-            name: list(value) if isinstance(value := getattr(self.gains, name), tuple) else value
-            for name in Gains.__struct_fields__
+            name: list(value) if isinstance(value := getattr(self.gains, name), tuple) else value for name in GAINS
         }
         keys = []
         for axis, coordinate in zip(self.axes, x, strict=True):
@@ -110,7 +109,7 @@ class Space:
 
 
 def _gain_axes(tune: Tune, gains: Gains) -> list[Axis]:
-    known = list(Gains.__struct_fields__)
+    known = list(GAINS)
     wanted = known if tune.gains is None else tune.gains
     axes = []
     for name in wanted:
