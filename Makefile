@@ -36,7 +36,7 @@ test-all: setup ## every test, the slow ones too
 	$(BIN)/python -m pytest -m "slow or not slow"
 
 check: setup ## the fixed-seed regression scenarios, as in CI
-	$(BIN)/biped check scenarios/ci/*.toml
+	$(BIN)/biped check scenarios/ci/*.toml --junit checks.xml
 
 bench: setup ## run time against error
 	$(BIN)/biped bench throughput

@@ -22,9 +22,12 @@ _keep: Callable[[int, Trajectory, Row], None] | None = None
 
 def simulate(run: Run) -> Trajectory:
     """Simulates a run in the engine that its scenario names."""
-    from biped.engines import mujoco
+    if run.scenario.engine == "home":
+        from biped.engines import home as engine
+    else:
+        from biped.engines import mujoco as engine
 
-    return mujoco.simulate(run)
+    return engine.simulate(run)
 
 
 def run_one(plan: Plan, index: int) -> tuple[Trajectory, Row]:

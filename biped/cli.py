@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NoReturn
 
 from biped import __version__
 from biped.errors import BipedError, InputError
@@ -13,8 +15,31 @@ from biped.errors import BipedError, InputError
 DONE, FAILED, BAD_INPUT, STOPPED = 0, 1, 2, 130
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+class _Parser(argparse.ArgumentParser):
+    """Complains like everything else here: by an `InputError`."""
+
+    def error(self, message: str) -> NoReturn:
+        """See `argparse.ArgumentParser.error`."""
+        from biped.files import nearest
+
+        unknown = re.match(r"argument COMMAND: invalid choice: '(.*?)'", message)
+        if unknown:
+            known = list(_COMMANDS)
+            raise InputError(
+                f"command '{unknown[1]}': expected one of {', '.join(known)}; {nearest(unknown[1], known)}"
+            )
+        raise InputError(f"{message.removeprefix('argument ')}; see: {self.prog} --help")
+
+
+def _whole(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected a whole number, got '{text}'") from None
+
+
+def _parser() -> _Parser:
+    parser = _Parser(
         prog="biped",
         description="Does this walking controller really work? Runs walking scenarios, measures and checks them.",
         epilog="Exit code 0: done, all expectations met; 1: a run or a check failed; 2: bad input.",
@@ -28,30 +53,54 @@ def _parser() -> argparse.ArgumentParser:
         command.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
                              help="change a key, e.g. ground.slope=2 (VALUE is TOML; repeatable)")  # fmt: skip
         command.add_argument("--engine", help="engine to run in")
-        command.add_argument("--jobs", type=int, help="processes for ensembles (default: all cores)")
+        command.add_argument("--jobs", type=_whole, help="processes for ensembles (default: all cores)")
         command.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
         return command
 
     run = scenarios("run", "run scenarios; write metrics, trajectory and, if wanted, a recording")
     run.add_argument("--out", type=Path, help="results folder (default: a new one below runs/)")
     run.add_argument("--record", action="store_true", help="also write a recording for the rerun viewer")
-    run.add_argument("--only", type=int, metavar="N", help="replay run N of the ensemble alone")
+    run.add_argument("--only", type=_whole, metavar="N", help="replay run N of the ensemble alone")
     check = scenarios("check", "run scenarios and compare with their [expect]")
     check.add_argument("--junit", type=Path, metavar="FILE", help="also write JUnit XML")
+    compare = scenarios("compare", "run scenarios in both engines: every metric side by side, with its gap")
+    compare.add_argument("--out", type=Path, help="folder for figures and recordings (default: new ones below runs/)")
     tune = commands.add_parser("tune", help="find gains that serve a scenario's conditions",
                                description="Finds gains that serve the conditions in a scenario's [tune].")  # fmt: skip
     tune.add_argument("scenario", help="name in scenarios/, or path of a scenario file with a [tune] table")
     tune.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
                       help="change a key (repeatable)")  # fmt: skip
-    tune.add_argument("--jobs", type=int, help="processes (default: all cores)")
+    tune.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
     tune.add_argument("--out", type=Path, help="results folder; an interrupted search in it is continued")
     tune.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     view = commands.add_parser("view", help="open a recording in the rerun viewer")
     view.add_argument("run", nargs="?", type=Path, help="results folder or .rrd (default: the newest recording)")
     plot = commands.add_parser("plot", help="draw figures of a run or campaign")
     plot.add_argument("run", type=Path, help="results folder")
+    report = commands.add_parser("report", help="write a Markdown report of campaigns, with figures")
+    report.add_argument("run", type=Path, nargs="+", help="results folders")
+    report.add_argument("--out", type=Path, default=Path("report.md"), help="the file (default: report.md)")
+    report.add_argument("--title", default="Campaigns", help="its heading")
+    bench = commands.add_parser("bench", help="run time against error, and what things cost")
+    bench.add_argument("what", choices=["throughput"], help="what to measure")
+    bench.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     commands.add_parser("list", help="models, controllers and scenarios, with a line each")
     return parser
+
+
+def _parsed(argv: Sequence[str] | None) -> argparse.Namespace:
+    parser = _parser()
+    args, unknown = parser.parse_known_args(argv)
+    if unknown:
+        from biped.files import nearest
+
+        # The parser of the command that was given is in argparse's own list of sub-parsers.
+        (commands,) = (action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
+        options = [option for action in commands.choices[args.command]._actions for option in action.option_strings]
+        word = unknown[0]
+        hint = nearest(word, [option for option in options if option.startswith("--")])
+        raise InputError(f"{word}: not something that biped {args.command} takes; {hint}")
+    return args
 
 
 def _changes(args: argparse.Namespace) -> list[str]:
@@ -73,10 +122,14 @@ def _run(args: argparse.Namespace) -> int:
 
     if args.out is not None and len(args.scenario) > 1:
         raise InputError("--out: expected with one scenario only; several make folders of their own below runs/")
+    jobs = _jobs(args)
+    if len(args.scenario) > 1:
+        for name in args.scenario:  # before the first of them takes its time
+            commands.plan_of(name, _changes(args))
     results = []
     for name in args.scenario:
         result, where, description = commands.run(
-            name, _changes(args), _jobs(args), args.out, record=args.record, only=args.only
+            name, _changes(args), jobs, args.out, record=args.record, only=args.only
         )
         results.append(result)
         if not args.json:
@@ -92,15 +145,17 @@ def _run(args: argparse.Namespace) -> int:
 def _check(args: argparse.Namespace) -> int:
     from biped import commands
     from biped.checks import write_junit
-    from biped.reading import read_scenario
 
+    jobs = _jobs(args)
+    if args.junit is not None and not args.junit.absolute().parent.is_dir():
+        raise InputError(f"--junit {args.junit}: cannot be written: expected a file in a folder that exists")
     for name in args.scenario:
-        if not read_scenario(name, _changes(args)).expect:
+        if not commands.plan_of(name, _changes(args)).scenario.expect:
             raise InputError(f"{name}: expect: missing; a scenario to check says what it expects, e.g. "
                              "falls = { max = 0 }")  # fmt: skip
     results = []
     for name in args.scenario:
-        result, _, description = commands.run(name, _changes(args), _jobs(args), None, write=False)
+        result, _, description = commands.run(name, _changes(args), jobs, None, write=False)
         results.append(result)
         if not args.json:
             from biped.terminal import console, show_checks
@@ -130,6 +185,33 @@ def _tune(args: argparse.Namespace) -> int:
     return DONE
 
 
+def _compare(args: argparse.Namespace) -> int:
+    from biped import comparison
+    from biped.commands import RUNS, title_of
+    from biped.results import new_folder
+
+    if args.engine is not None:
+        raise InputError("--engine: compare runs both engines; expected no --engine")
+    if args.out is not None and len(args.scenario) > 1:
+        raise InputError("--out: expected with one scenario only; several make folders of their own below runs/")
+    made = []
+    for name in args.scenario:
+        title = title_of(name)
+        made.append(comparison.compare(name, title, args.changes, _jobs(args)))
+        where = args.out or new_folder(RUNS, f"compare-{title.replace('/', '-')}")
+        comparison.write(made[-1], where)
+        if not args.json:
+            print(f"figure, recording and numbers in {where}/")
+    results = [one.as_dict() for one in made]
+    if args.json:
+        _print_json(results)
+    else:
+        from biped.side_by_side import show
+
+        show(made)
+    return DONE if all(result["passed"] for result in results) else FAILED
+
+
 def _print_json(results: list[dict]) -> None:
     from biped.results import dumps
 
@@ -157,6 +239,21 @@ def _plot(args: argparse.Namespace) -> int:
     return DONE
 
 
+def _report(args: argparse.Namespace) -> int:
+    from biped.report import write_report
+
+    write_report(args.run, args.out, args.title)
+    print(args.out)
+    return DONE
+
+
+def _bench(args: argparse.Namespace) -> int:
+    from biped.bench import throughput
+
+    throughput.run(json=args.json)
+    return DONE
+
+
 def _list(args: argparse.Namespace) -> int:
     from biped.commands import listing
 
@@ -171,20 +268,27 @@ def _list(args: argparse.Namespace) -> int:
     return DONE
 
 
-_COMMANDS = {"run": _run, "check": _check, "tune": _tune, "view": _view, "plot": _plot, "list": _list}
+_COMMANDS = {
+    "run": _run,
+    "check": _check,
+    "compare": _compare,
+    "tune": _tune,
+    "view": _view,
+    "plot": _plot,
+    "report": _report,
+    "bench": _bench,
+    "list": _list,
+}
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs one command; returns the exit code."""
-    args = _parser().parse_args(argv)
     try:
+        args = _parsed(argv)
         return _COMMANDS[args.command](args)
-    except InputError as error:
-        print(f"biped: {error}", file=sys.stderr)
-        return BAD_INPUT
     except BipedError as error:
-        print(f"biped: {error}", file=sys.stderr)
-        return FAILED
+        print(f"biped: {' '.join(str(error).split())}", file=sys.stderr)
+        return BAD_INPUT if isinstance(error, InputError) else FAILED
     except KeyboardInterrupt:
         print("biped: stopped; what was finished is kept, and the same command with --out goes on from there",
               file=sys.stderr)  # fmt: skip

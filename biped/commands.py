@@ -12,7 +12,7 @@ from biped import campaign
 from biped.errors import InputError
 from biped.files import canonical, label, locate, names, read_toml
 from biped.plan import Plan
-from biped.reading import read_scenario
+from biped.reading import blaming, read_scenario
 from biped.results import Folder, new_folder, result_of
 from biped.trajectory import Trajectory
 
@@ -62,11 +62,11 @@ def run(
 
     Returns:
         The result object, the folder (None if nothing was written), the scenario's description.
-    """
-    from biped.terminal import progress
 
-    scenario = read_scenario(name, changes)
-    plan = Plan(scenario)
+    Raises:
+        InputError: Something the user wrote cannot be used; nothing is left behind.
+    """
+    plan = plan_of(name, changes)
     title = title_of(name)
     if only is not None and not 0 <= only < len(plan):
         raise InputError(f"--only {only}: expected the number of a run, 0 … {len(plan) - 1}")
@@ -75,6 +75,34 @@ def run(
         suffix = title.replace("/", "-") + ("" if only is None else f"-run{only}")
         where = Folder(out if out is not None else new_folder(RUNS, suffix), plan)
     indices = range(len(plan)) if only is None else [only]
+    try:
+        with blaming(name, changes):
+            result = _results(title, plan, indices, jobs, where, record)
+    except BaseException as error:
+        # What an interrupted campaign finished is kept; half a run, or runs of what cannot be run, are not.
+        if where is not None and (isinstance(error, InputError) or not where.journal.is_file()):
+            where.discard()
+        raise
+    return result, None if where is None else where.path, plan.scenario.description
+
+
+def plan_of(name: str, changes: Sequence[str]) -> Plan:
+    """Reads and plans a scenario.
+
+    Raises:
+        InputError: Something in it, or in a file that it names, cannot be used.
+    """
+    scenario = read_scenario(name, changes)
+    with blaming(name, changes):
+        return Plan(scenario)
+
+
+def _results(
+    title: str, plan: Plan, indices: Sequence[int], jobs: int, where: Folder | None, record: bool
+) -> dict[str, Any]:
+    """Makes the runs and writes what they leave."""
+    from biped.terminal import progress
+
     known: dict[int, Trajectory] = {}
     if len(indices) == 1:
         trajectory, row = campaign.run_one(plan, indices[0])
@@ -91,7 +119,7 @@ def run(
             from biped.recorded import record_runs
 
             record_runs(where.path / "recording.rrd", plan, result, known)
-    return result, None if where is None else where.path, scenario.description
+    return result
 
 
 def _ensemble(plan: Plan, indices: Sequence[int], jobs: int, where: Folder | None, progress) -> list[campaign.Row]:
@@ -139,7 +167,10 @@ def results_at(path: Path) -> dict[str, Any]:
         raise InputError(
             f"{path}: expected a results folder (with result.json); there are: {', '.join(known) or 'none'}"
         )
-    return json.loads(file.read_text(encoding="utf-8"))
+    try:
+        return json.loads(file.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise InputError(f"{label(file)}: expected a result in JSON: {error}") from None
 
 
 def newest_recording() -> Path:

@@ -6,7 +6,16 @@ class BipedError(Exception):
 
 
 class InputError(BipedError):
-    """Something the user wrote cannot be used (exit code 2)."""
+    """Something the user wrote cannot be used (exit code 2).
+
+    Args:
+        message: One paragraph: file, key, what was expected, the nearest valid name.
+        key: Key of the scenario that the message begins with, where the file it comes from is yet to be named.
+    """
+
+    def __init__(self, message: str, key: str | None = None):
+        super().__init__(message)
+        self.key = key
 
 
 class RunError(BipedError):

@@ -39,7 +39,7 @@ def locate(kind: str, name: str, asked_by: str, beside: Path | None = None) -> P
     Args:
         kind: `models`, `controllers` or `scenarios`.
         name: A name in that folder, or a path (with its suffix), relative to the working folder or to `beside`.
-        asked_by: Who asks, for the error: `file: key`.
+        asked_by: Who asks, for the error: `file: key`, or nothing.
         beside: Folder of the file that asks.
 
     Raises:
@@ -54,26 +54,29 @@ def locate(kind: str, name: str, asked_by: str, beside: Path | None = None) -> P
     for candidate in candidates:
         if candidate.is_file():
             return candidate
+    near = [f"{name}{suffix}" for base in (Path(), beside) if base is not None and (base / f"{name}{suffix}").is_file()]
+    hint = f"did you mean the file '{near[0]}'?" if near else nearest(Path(name).stem, names(kind))
     raise InputError(
-        f"{asked_by}: no {kind[:-1]} '{name}'; expected the path of a {suffix} file or a name: "
-        f"{nearest(name, names(kind))}"
+        f"{f'{asked_by}: ' if asked_by else ''}no {kind[:-1]} '{name}'; expected the path of a file *{suffix} or a "
+        f"name: {hint}"
     )
 
 
 def canonical(kind: str, path: Path) -> str:
-    """The name of a file in the folder of its kind, or the path of one elsewhere."""
+    """The name of a file in the folder of its kind, or the absolute path of one elsewhere."""
     try:
         return str(path.resolve().relative_to(folder(kind).resolve()).with_suffix(""))
     except ValueError:
-        return str(path)
+        return str(path.resolve())
 
 
 def label(path: Path) -> str:
-    """A short name of a file for people: relative to the working folder where it is below it."""
-    try:
-        return str(path.resolve().relative_to(Path.cwd()))
-    except ValueError:
-        return str(path)
+    """A short name of a file for people: relative to the working folder or to the three folders if it is below them."""
+    whole = path.resolve()
+    for base, prefix in ((Path.cwd(), Path()), *((folder(kind), Path(kind)) for kind in SUFFIX)):
+        if whole.is_relative_to(base.resolve()):
+            return str(prefix / whole.relative_to(base.resolve()))
+    return str(path)
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -85,9 +88,13 @@ def read_toml(path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{label(path)}: cannot be read: {error}") from error
+        raise InputError(f"{label(path)}: cannot be read: {_why(error)}; expected a TOML file in UTF-8") from error
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{label(path)}: not a TOML file: {error}") from error
+
+
+def _why(error: OSError | UnicodeDecodeError) -> str:
+    return str(error.strerror).lower() if isinstance(error, OSError) else str(error)
 
 
 def layered(path: Path, kind: str, seen: tuple[Path, ...] = ()) -> tuple[dict[str, Any], dict[str, Path]]:
@@ -97,7 +104,8 @@ def layered(path: Path, kind: str, seen: tuple[Path, ...] = ()) -> tuple[dict[st
         InputError: A file is missing, unreadable, or extends itself.
     """
     if path.resolve() in seen:
-        raise InputError(f"{label(path)}: extends: the file extends itself")
+        chain = " -> ".join(label(file) for file in (*seen[seen.index(path.resolve()) :], path))
+        raise InputError(f"{label(path)}: extends: files extend each other in a circle: {chain}")
     data = read_toml(path)
     below: dict[str, Any] = {}
     origin: dict[str, Path] = {}

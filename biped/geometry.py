@@ -23,6 +23,8 @@ JOINTS = (
 ACTUATORS = JOINTS[3:]
 POINTS = ("right_toe", "right_heel", "left_toe", "left_heel")
 POINT_LINK = (3, 3, 6, 6)
+POINT_RADIUS = 1e-6
+"""[m] of the spheres that stand for toe and heel in a model file."""
 CHAINS = ((0, 1, 2, 3), (0, 4, 5, 6))
 """Links from the torso to the foot, right and left."""
 

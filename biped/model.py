@@ -7,6 +7,7 @@ plane of motion is fixed to the ground, so a slope is a direction of gravity.
 from __future__ import annotations
 
 import math
+import warnings
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
@@ -17,7 +18,8 @@ import pinocchio
 
 from biped.errors import InputError
 from biped.files import label, nearest
-from biped.geometry import ACTUATORS, JOINTS, LINKS, PARENT, POINT_LINK, POINTS, Tree, tree_of
+from biped.geometry import JOINTS, LINKS, PARENT, POINT_LINK, POINTS, Tree, tree_of
+from biped.model_check import check_model, check_parts
 from biped.scenario import Scenario, Truth
 
 GRAVITY = 9.81
@@ -52,42 +54,14 @@ def _spec(path: str, modified: float) -> mujoco.MjSpec:
     name = label(Path(path))
     try:
         spec = mujoco.MjSpec.from_file(path)
-        model = spec.compile()
-    except (ValueError, mujoco.FatalError) as error:
+        check_parts(spec, name)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # what MuJoCo only warns of (a singular inertia) no run survives
+            model = spec.compile()
+    except (ValueError, UserWarning, mujoco.FatalError) as error:
         raise InputError(f"{name}: not a model MuJoCo can compile: {' '.join(str(error).split())}") from None
-    _complete(model, name)
+    check_model(model, name)
     return spec
-
-
-def _complete(model: mujoco.MjModel, name: str) -> None:
-    """Rejects a model that lacks a named part, has others, or is not planar."""
-    kinds = (
-        ("body", LINKS, [model.body(i).name for i in range(1, model.nbody)]),
-        ("joint", JOINTS, [model.joint(i).name for i in range(model.njnt)]),
-        ("actuator", ACTUATORS, [model.actuator(i).name for i in range(model.nu)]),
-        ("site", POINTS, [model.site(i).name for i in range(model.nsite)]),
-        ("contact pair", POINTS, [model.pair(i).name for i in range(model.npair)]),
-    )
-    for kind, wanted, there in kinds:
-        for part in wanted:
-            if part not in there:
-                raise InputError(f"{name}: {kind} '{part}': missing; {nearest(part, there)}")
-        if kind in ("joint", "actuator", "contact pair") and tuple(there) != tuple(wanted):
-            raise InputError(
-                f"{name}: {kind}s: expected exactly {', '.join(wanted)} in this order, got {', '.join(there)}"
-            )
-    axes = np.tile([0.0, -1.0, 0.0], (9, 1))
-    axes[0], axes[1] = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
-    for i, joint in enumerate(JOINTS):
-        if np.abs(model.jnt_axis[i] - axes[i]).max() > 1e-9 or np.abs(model.jnt_pos[i]).max() > 1e-9:
-            raise InputError(
-                f"{name}: joint '{joint}': expected axis {' '.join(f'{a:g}' for a in axes[i])} at its body's origin"
-            )
-    if (
-        np.abs(model.body_pos[model.body("torso").id]).max() + np.abs(model.body_ipos[model.body("torso").id]).max()
-        > 1e-9
-    ):
-        raise InputError(f"{name}: body 'torso': expected its frame and centre of mass at the world's origin")
 
 
 def spec_of(path: Path) -> mujoco.MjSpec:
@@ -178,7 +152,9 @@ def posture_of(path: Path, name: str) -> tuple[np.ndarray, tuple[str, ...]]:
     spec = spec_of(path)
     keys = {key.name: key for key in spec.keys}
     if name not in keys:
-        raise InputError(f"start.posture: model {label(path)} has no keyframe '{name}'; {nearest(name, list(keys))}")
+        raise InputError(
+            f"start.posture: model {label(path)} has no keyframe '{name}'; {nearest(name, list(keys))}", "start.posture"
+        )
     contacts = tuple(next((text.data for text in spec.texts if text.name == name), "").split())
     for contact in contacts:
         if contact not in POINTS:
@@ -188,9 +164,19 @@ def posture_of(path: Path, name: str) -> tuple[np.ndarray, tuple[str, ...]]:
     return np.array(keys[name].qpos), contacts
 
 
+def bodies_of(path: Path) -> list[str]:
+    """Names of a model file's bodies."""
+    return [body.name for body in spec_of(path).bodies if body.name != "world"]
+
+
 @lru_cache(maxsize=4)
 def _pinocchio(path: str, modified: float) -> pinocchio.Model:
-    return pinocchio.buildModelFromMJCF(path)
+    try:
+        return pinocchio.buildModelFromMJCF(path)
+    except (ValueError, RuntimeError) as error:
+        raise InputError(
+            f"{label(Path(path))}: not a model Pinocchio can read: {' '.join(str(error).split())}"
+        ) from error
 
 
 def believed_model(path: Path, slope: float) -> pinocchio.Model:

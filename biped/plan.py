@@ -6,13 +6,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import msgspec
 import numpy as np
 
 from biped.control.record import ROWS
 from biped.errors import InputError
 from biped.files import locate, nearest
 from biped.geometry import ABSOLUTE_FROM_JOINT, POINTS, Tree, absolute, from_absolute
-from biped.model import posture_of, tree_at, true_tree
+from biped.model import bodies_of, posture_of, tree_at, true_tree
 from biped.posture import project
 from biped.reading import read_gains
 from biped.scenario import Gains, Scenario, Start, Truth
@@ -56,16 +57,24 @@ class Plan:
     Args:
         scenario: A checked scenario.
 
+    Attributes:
+        scenario: The same, effective: its gains written out.
+        points: The points of its sweep.
+
     Raises:
         InputError: Model, gait, start posture, sweep or draws cannot be used.
     """
 
     def __init__(self, scenario: Scenario):
-        self.scenario = scenario
-        self.points = points_of(scenario)
         self._models: dict[str, tuple[Path, Tree]] = {}
         self._gaits: dict[tuple[str, Gains], Gains] = {}
         self._starts: dict[tuple[str, Start, bytes], np.ndarray] = {}
+        # Gains are written out, so that they can be swept and a saved scenario does not depend on a gait file; unless
+        # the gait file itself varies, or the speed of a family.
+        if not {"controller", "gains.speed"} & (scenario.sweep.keys() | scenario.randomise.draw.keys()):
+            scenario = msgspec.structs.replace(scenario, gains=self._gait(scenario))
+        self.scenario = scenario
+        self.points = points_of(scenario)
         for point in range(len(self.points)):
             self.run(point * scenario.randomise.runs)
 
@@ -77,11 +86,6 @@ class Plan:
         """The model file of the scenario itself."""
         return self._model(self.scenario.model)[0]
 
-    @property
-    def gains(self) -> Gains:
-        """The gait of the scenario itself."""
-        return self._gait(self.scenario)
-
     def run(self, index: int) -> Run:
         """Run `index` of the campaign: run index % runs of the ensemble at point index // runs."""
         point, number = divmod(index, self.scenario.randomise.runs)
@@ -91,6 +95,7 @@ class Plan:
         s = with_values(at_point, draws, f"randomise.draw, run {index}")
         random = s.randomise
         path, tree = self._model(s.model)
+        self._pushable(s)
         return Run(
             scenario=s,
             model=path,
@@ -109,6 +114,15 @@ class Plan:
             path = locate("models", name, "model")
             self._models[name] = path, tree_at(path)
         return self._models[name]
+
+    def _pushable(self, s: Scenario) -> None:
+        for i, push in enumerate(s.push):
+            bodies = bodies_of(self._model(s.model)[0]) if push.body != "torso" else ["torso"]
+            if push.body not in bodies:
+                raise InputError(
+                    f"push[{i}].body: model '{s.model}' has no body '{push.body}'; {nearest(push.body, bodies)}",
+                    f"push[{i}].body",
+                )
 
     def _gait(self, s: Scenario) -> Gains:
         key = s.controller, s.gains
@@ -137,7 +151,9 @@ class Plan:
             contacts = contacts if start.contacts is None else start.contacts
             for name in contacts:
                 if name not in POINTS:
-                    raise InputError(f"start.contacts: '{name}' is no contact point; {nearest(name, list(POINTS))}")
+                    raise InputError(
+                        f"start.contacts: '{name}' is no contact point; {nearest(name, list(POINTS))}", "start.contacts"
+                    )
             self._starts[key] = project(tree, q, contacts) if start.settle else q
         return self._starts[key]
 

@@ -15,6 +15,8 @@ from biped.geometry import ABSOLUTE_FROM_JOINT, POINTS, Tree, motion
 _KNEES = (4, 7)
 _STEPS = 50
 _TOLERANCE = 1e-12
+# [rad] A link that must turn by more makes another posture, not a settled one.
+_FURTHEST = 0.5
 # Metres of torso travel that weigh as much as a radian: moving the torso is how a posture is put down, so it is cheap.
 _TRAVEL = 100.0
 
@@ -37,12 +39,13 @@ def project(tree: Tree, q: np.ndarray, contacts: tuple[str, ...]) -> np.ndarray:
         (9,) joint coordinates: named points at height 0 to 1e-12 m, the others not below it, no knee overstretched.
 
     Raises:
-        InputError: The contacts cannot all be reached.
+        InputError: The contacts cannot all be reached without turning a link by more than half a radian.
     """
     q = np.array(q, dtype=float)
     if not contacts:
         q[1] -= _heights(tree, q)[0].min()
         return q
+    printed = q.copy()
     touching = [POINTS.index(name) for name in contacts]
     weight = np.ones(9)
     weight[:2] = _TRAVEL
@@ -57,10 +60,13 @@ def project(tree: Tree, q: np.ndarray, contacts: tuple[str, ...]) -> np.ndarray:
         stops = sorted(straight)
         residual = np.concatenate([height[points], q[stops]])
         if np.abs(residual).max() < _TOLERANCE:
+            if np.abs(ABSOLUTE_FROM_JOINT @ (q - printed))[2:].max() > _FURTHEST:
+                break
             return q
         rows = np.vstack([jacobian[points], np.eye(9)[stops]])
         q -= step @ (np.linalg.pinv(rows @ step, rcond=1e-9) @ residual)
     raise InputError(
-        f"start: the posture cannot be put on the ground with {', '.join(contacts)} touching; "
-        "name contacts that the legs can reach, or set start.settle = false"
+        f"start.contacts: the posture cannot be put on the ground with {', '.join(contacts)} touching; "
+        "expected contacts that the legs can reach, or start.settle = false",
+        "start.contacts",
     )

@@ -50,7 +50,7 @@ def record_runs(path: Path, plan: Plan, result: Mapping[str, Any], known: Mappin
     from biped.recording import Recorded, record
 
     model = compile_foreign(plan.model, plan.scenario, visuals=True).model
-    text = to_toml(plan.scenario, plan.gains)
+    text = to_toml(plan.scenario)
     rows = {row["index"]: row for row in result["runs"]}
     checks = [tuple(check.values()) for check in result["checks"]]
     shown = [
@@ -97,25 +97,28 @@ def _kept(folder: Path, result: Mapping[str, Any]) -> dict[int, Trajectory]:
     return {result["runs"][0]["index"]: Trajectory.load(file)} if file.is_file() else {}
 
 
-def plot_results(folder: Path) -> list[Path]:
-    """Draws the figures of a results folder into its `figures/`; returns the files.
+def plot_results(folder: Path, out: Path | None = None) -> list[Path]:
+    """Draws the figures of a results folder; returns the files.
 
     A single run gets stroboscopic view, velocity, torso angle, phase portraits and, if pushed, the response; a
-    campaign its velocities and the figures of its median walker.
+    campaign its rates, velocities, costs and failures, and the stroboscopic view of its median walker.
+
+    Args:
+        folder: The results folder.
+        out: Where the figures go; default: its `figures/`.
     """
+    plan, result = plan_at(folder)
     from biped import figures
 
-    plan, result = plan_at(folder)
     kept = _kept(folder, result)
-    out = folder / "figures"
-    files: list[Path] = []
+    out = folder / "figures" if out is None else out
     rows = result["runs"]
-    if len(rows) > 1:
-        out.mkdir(exist_ok=True)
-        trajectories = [campaign.simulate(plan.run(row["index"])) for row in rows[:DRAWN]]
-        files.append(out / "velocities.png")
-        figures.plot_ensemble(trajectories, files[0], title=result["scenario"])
-    index = next((index for name, index in chosen(rows) if name in ("run", "median", "best")), rows[0]["index"])
-    trajectory = kept[index] if index in kept else campaign.simulate(plan.run(index))
-    title = result["scenario"] if len(rows) == 1 else f"{result['scenario']}, run {index}"
-    return files + figures.plot_run(trajectory, out, title=title, window=plan.scenario.interval)
+    if len(rows) == 1:
+        trajectory = kept[rows[0]["index"]] if kept else campaign.simulate(plan.run(rows[0]["index"]))
+        return figures.plot_run(trajectory, out, title=result["scenario"], window=plan.scenario.interval)
+    files = figures.plot_campaign(rows, result.get("points", []), out, title=result["scenario"])
+    drawn = rows[:: max(1, len(rows) // DRAWN)][:DRAWN]
+    trajectories = [campaign.simulate(plan.run(row["index"])) for row in drawn]
+    files.append(out / "velocities.png")
+    figures.plot_ensemble(trajectories, files[-1], title=result["scenario"])
+    return files

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import json
 import math
+import shutil
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -29,7 +30,7 @@ from biped.sweeps import by_point, thresholds
 
 
 class Folder:
-    """A results folder, made when the first result is written.
+    """A results folder; `discard` it if nothing came of the run.
 
     Args:
         path: Where.
@@ -41,7 +42,7 @@ class Folder:
 
     def __init__(self, path: Path, plan: Plan):
         self.path = path
-        self._text = to_toml(plan.scenario, plan.gains)
+        self._text = to_toml(plan.scenario)
         if path.exists() and (not path.is_dir() or any(path.iterdir())):
             there = path / "scenario.toml"
             if not there.is_file() or there.read_text(encoding="utf-8") != self._text:
@@ -49,11 +50,28 @@ class Folder:
                     f"--out {path}: already holds something else; expected a new folder, or one with the results of "
                     "exactly this scenario, which are then continued"
                 )
+        self._new = not path.exists() or not any(path.iterdir())
+        self._made = [folder for folder in (path, *path.parents) if not folder.exists()]
         try:
             path.mkdir(parents=True, exist_ok=True)
             (path / "scenario.toml").write_text(self._text, encoding="utf-8")
         except OSError as error:
-            raise InputError(f"--out {path}: cannot be written: {error.strerror}; choose another folder") from None
+            self.discard()
+            why = str(error.strerror).lower()
+            raise InputError(f"--out {path}: cannot be written: {why}; choose another folder") from None
+
+    def discard(self) -> None:
+        """Leaves things as they were before this command: removes what it wrote and the folders it made."""
+        if not self._new:
+            return
+        for inside in self.path.iterdir() if self.path.is_dir() else ():
+            if inside.is_dir():
+                shutil.rmtree(inside, ignore_errors=True)
+            else:
+                inside.unlink(missing_ok=True)
+        for folder in self._made:
+            if folder.is_dir() and not any(folder.iterdir()):
+                folder.rmdir()
 
     @property
     def journal(self) -> Path:

@@ -375,7 +375,7 @@ class Scenario(Section, frozen=True):
         model: Name in models/ or path of an MJCF file.
         controller: Name in controllers/ or path of a gait file.
         law: A control law of the user's own, `path.py:Class`; default: the thesis's.
-        engine: `mujoco`.
+        engine: `mujoco`, or `home`: the thesis's own rigid contacts.
         duration: [s].
         seed: Everything random follows from it.
         sweep: Up to two dotted scenario keys, each with the values it takes; every combination is an ensemble.
@@ -386,7 +386,7 @@ class Scenario(Section, frozen=True):
     model: str = "human"
     controller: str = "normal"
     law: str | None = None
-    engine: Literal["mujoco"] = "mujoco"
+    engine: Literal["mujoco", "home"] = "mujoco"
     duration: Positive = 10.0
     seed: Annotated[int, Meta(ge=0)] = 0
     start: Start = Start()

@@ -51,7 +51,7 @@ def show_result(result: Mapping[str, Any], description: str) -> None:
         low, high = summary["walked_interval"]
         out.print(f"  walked {summary['walked']} of {len(runs)} (95 % interval {low:.0%} – {high:.0%}), "
                   f"fell {summary['falls']}")  # fmt: skip
-        for cause, count in _causes(runs):
+        for cause, count in causes_of(runs):
             out.print(f"    {count} × {cause}")
     for run in runs:
         if run["warnings"]:
@@ -88,7 +88,8 @@ def show_points(result: Mapping[str, Any]) -> None:
         out.print(f"  {t['key']}: {holds} at a rate of {t['rate']:.0%}, everything below it included")
 
 
-def _causes(runs: Sequence[Mapping[str, Any]]) -> list[tuple[str, int]]:
+def causes_of(runs: Sequence[Mapping[str, Any]]) -> list[tuple[str, int]]:
+    """How runs failed and how often, the commonest first."""
     counts: dict[str, int] = {}
     for run in runs:
         if run["fell"]:

@@ -13,6 +13,7 @@ import numpy as np
 from biped.errors import InputError
 from biped.files import nearest
 from biped.scenario import Distribution, Scenario
+from biped.valid import humane, possible
 
 FIXED = (
     "randomise", "sweep", "seed", "expect", "thesis", "window", "engine", "law", "description", "threshold", "tune",
@@ -70,15 +71,22 @@ def lookup(data: Any, key: str, asked_by: str) -> Any:
         if isinstance(at, dict):
             known = [name for name in at if i > 0 or name not in FIXED]
             if part not in known:
-                raise InputError(f"{asked_by}.\"{key}\": no key '{part}' that can vary; {nearest(part, known)}")
+                raise _fault(f"{asked_by}.\"{key}\": no key '{part}' that can vary; {nearest(part, known)}", asked_by)
             at = at[part]
         elif isinstance(at, list | tuple):
             if not part.isdigit() or int(part) >= len(at):
-                raise InputError(f"{asked_by}.\"{key}\": expected an index 0 … {len(at) - 1} instead of '{part}'")
+                there = f"0 … {len(at) - 1}" if at else "of an entry, of which there are none,"
+                raise _fault(f"{asked_by}.\"{key}\": expected an index {there} instead of '{part}'", asked_by)
             at = at[int(part)]
         else:
-            raise InputError(f"{asked_by}.\"{key}\": '{part}' is below a single value")
+            raise _fault(
+                f"{asked_by}.\"{key}\": '{part}' is below a single value; expected {key[: -len(part) - 1]}", asked_by
+            )
     return at
+
+
+def _fault(what: str, asked_by: str) -> InputError:
+    return InputError(what, asked_by.partition(",")[0])
 
 
 def with_values(scenario: Scenario, values: Mapping[str, Any], asked_by: str) -> Scenario:
@@ -89,6 +97,7 @@ def with_values(scenario: Scenario, values: Mapping[str, Any], asked_by: str) ->
     """
     if not values:
         return scenario
+    shown = ", ".join(f"{key} = {value}" for key, value in values.items())
     data = msgspec.to_builtins(scenario)
     for key, value in values.items():
         lookup(data, key, asked_by)
@@ -106,7 +115,9 @@ def with_values(scenario: Scenario, values: Mapping[str, Any], asked_by: str) ->
                 at = step
         at[int(last) if isinstance(at, list) else last] = value
     try:
-        return msgspec.convert(data, Scenario)
+        varied = msgspec.convert(data, Scenario)
     except msgspec.ValidationError as error:
-        shown = ", ".join(f"{key} = {value}" for key, value in values.items())
-        raise InputError(f"{asked_by}: {shown}: {str(error)[0].lower()}{str(error)[1:]}") from None
+        text = humane(str(error).partition(" - at ")[0])
+        raise _fault(f"{asked_by}: {shown}: {text}", asked_by) from None
+    possible(varied, lambda key, what: _fault(f"{asked_by}: {shown}: {key}: {what}", asked_by))
+    return varied

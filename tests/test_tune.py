@@ -165,9 +165,9 @@ def test_gait_file_is_the_gait_that_was_scored(scenario_file, tmp_path, capsys):
     assert "'fast'" in gait
     read = read_gains(tmp_path / "out" / "gait.toml", Gains())
     assert read == gait_of(gait)
-    assert read != Plan(read_scenario("level_fast")).gains
+    assert read != Plan(read_scenario("level_fast")).run(0).gains
     # It can be walked with at once.
-    assert Plan(read_scenario("level_fast", [f"controller={tmp_path / 'out' / 'gait.toml'}"])).gains == read
+    assert Plan(read_scenario("level_fast", [f"controller={tmp_path / 'out' / 'gait.toml'}"])).run(0).gains == read
 
 
 def test_no_two_purposes_share_a_seed(scenario_file):

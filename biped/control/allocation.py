@@ -42,7 +42,7 @@ def minimum_norm_torques(c, k):
         for i in range(k):
             for j in range(6):
                 d[i] -= B[i, j] * c["u_0"][j]
-    c["reached"] = minimum_norm(B, k, 6, c["tolerance"], c["tau"], c["pivot"], c["L"], c["tau2"], d, c["z"], u)
+    c["reached"] = minimum_norm(B, k, 6, c["tolerance"], c["tau_B"], c["pivot_B"], c["L"], c["tau2"], d, c["z"], u)
     if c["use_u_0"]:
         for j in range(6):
             u[j] += c["u_0"][j]

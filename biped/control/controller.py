@@ -1,22 +1,18 @@
-"""The control laws: the thesis's, compiled, and the protocol that a user's own law implements.
+"""The thesis's control law, compiled, and what an engine needs of any law (a user's own: `biped.control.user`).
 
 A law is bound to the measured coordinates of one run and ticks through it; what it wants is left in `u` and `Q_d`.
 """
 
 from __future__ import annotations
 
-import importlib.util
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 import pinocchio
 
 from biped.control import record
-from biped.control.tick import NOT_FINITE, log_tick, sense, thesis_tick
-from biped.errors import InputError
-from biped.geometry import ACTUATORS, Tree
+from biped.control.tick import NOT_FINITE, log_tick, thesis_tick
+from biped.geometry import Tree
 from biped.model import believed_model, torque_limits
 from biped.plan import Run
 from biped.scenario import Gains, Scenario
@@ -130,151 +126,10 @@ class ThesisLaw:
         return status
 
 
-@dataclass(frozen=True)
-class Setup:
-    """What a user's law is told before the run.
-
-    Attributes:
-        scenario: The scenario.
-        gains: The gait file's gains; a law may use or ignore them.
-        tree: Lengths and masses of the model file.
-        model: Pinocchio's model of it.
-        tick: [s] between calls.
-        torque_limit: (6,) [N m].
-    """
-
-    scenario: Scenario
-    gains: Gains
-    tree: Tree
-    model: pinocchio.Model
-    tick: float
-    torque_limit: np.ndarray
-
-
-@dataclass
-class Sensed:
-    """What a user's law senses at a tick; arrays are live and must not be changed.
-
-    Attributes:
-        time: [s].
-        q: (9,) joint coordinates [m, rad]: torso x, z, pitch, then hip, knee, ankle, right and left.
-        v: (9,) joint velocities.
-        angle: (7,) absolute link angles in the thesis's sense [rad]: torso, thigh, shank, foot, thigh, shank, foot.
-        rate: (7,) their rates [rad/s].
-        height: (4,) [m] of right toe, right heel, left toe, left heel.
-        contact: (4,) believed contacts (0 or 1).
-        state: (2,) leg states 1 … 4, right and left.
-        M: (9, 9) mass matrix.
-        h: (9,) bias forces, gravity included.
-    """
-
-    time: float
-    q: np.ndarray
-    v: np.ndarray
-    angle: np.ndarray
-    rate: np.ndarray
-    height: np.ndarray
-    contact: np.ndarray
-    state: np.ndarray
-    M: np.ndarray
-    h: np.ndarray
-
-
-class UserLaw:
-    """A law from a Python file, with the same sensing, leg states, limits and log as the thesis's.
-
-    Args:
-        run: Scenario, gains and draws; `run.scenario.law` is `path.py:Class`.
-        believed: Lengths the controller believes in.
-        q: (9,) measured joint coordinates, live.
-        v: (9,) measured joint velocities, live.
-        log: (n, WIDTH) log that ticks write.
-
-    Raises:
-        InputError: The file cannot be loaded, has no such class, or the class cannot be made.
-    """
-
-    def __init__(self, run: Run, believed: Tree, q: np.ndarray, v: np.ndarray, log: np.ndarray):
-        s = run.scenario
-        self.name = s.law
-        self.record = controller_record(run, believed)
-        self.c = self.record[0]
-        self.u, self.Q_d = self.c["u"], self.c["Q_d"]
-        self._model = believed_model(run.model, s.ground.slope)
-        self._data = self._model.createData()
-        self._q, self._v, self._log = q, v, log
-        setup = Setup(s, run.gains, believed, self._model, 1.0 / s.simulation.control_rate, np.array(self.c["limit"]))
-        kind = load_law(s.law)
-        try:
-            self._law = kind(setup)
-        except Exception as error:
-            raise InputError(f"law {self.name}: {kind.__name__}(setup) raised {_said(error)}") from error
-        if not callable(getattr(self._law, "torques", None)):
-            raise InputError(f"law {self.name}: expected a method torques(sensed) that returns six torques [N m]")
-
-    def tick(self, k: int, time: float) -> int:
-        """See `Law`.
-
-        Raises:
-            InputError: The user's law raised, or returned something other than six finite numbers.
-        """
-        pinocchio.crba(self._model, self._data, self._q, WORLD)
-        M = self._data.M
-        c = self.c
-        status = sense(self.record, self._data.J, self._q, self._v, k == 0)
-        if status == NOT_FINITE:
-            return status
-        upright = np.array([0.5, 0.5, 0.5, 0.0, 0.5, 0.5, 0.0]) * np.pi
-        sensed = Sensed(
-            time, self._q, self._v, c["angle"] + upright + c["tilt"], c["rate"], c["height"], c["believed"],
-            c["phase"] + 1, np.triu(M) + np.triu(M, 1).T,
-            pinocchio.nonLinearEffects(self._model, self._data, self._q, self._v),
-        )  # fmt: skip
-        try:
-            u = np.asarray(self._law.torques(sensed), dtype=float)
-        except Exception as error:
-            raise InputError(f"law {self.name}: torques() at t = {time:g} s raised {_said(error)}") from error
-        if u.shape != (6,):
-            raise InputError(f"law {self.name}: torques() at t = {time:g} s: expected six numbers, got shape {u.shape}")
-        if not np.isfinite(u).all():
-            joint = ACTUATORS[int(np.argmin(np.isfinite(u)))]
-            raise InputError(
-                f"law {self.name}: torques() at t = {time:g} s: expected finite numbers, got {u.tolist()} ({joint})"
-            )
-        np.clip(u, -c["limit"], c["limit"], out=self.u)
-        log_tick(self.record, self._q, self._v, self._log, k, time)
-        return status
-
-
-def _said(error: Exception) -> str:
-    return f"{type(error).__name__}: {error}"
-
-
-def load_law(law: str) -> type:
-    """The class that `path.py:Class` names.
-
-    Raises:
-        InputError: The file cannot be imported or has no such class.
-    """
-    file, _, name = law.rpartition(":")
-    spec = importlib.util.spec_from_file_location(Path(file).stem, file)
-    if spec is None or spec.loader is None:
-        raise InputError(f"law {law}: {file} cannot be loaded as a Python file")
-    module = importlib.util.module_from_spec(spec)
-    try:
-        spec.loader.exec_module(module)
-    except Exception as error:
-        raise InputError(f"law {law}: importing {file} raised {_said(error)}") from error
-    kind = getattr(module, name, None)
-    if not isinstance(kind, type):
-        from biped.files import nearest
-
-        there = [n for n, value in vars(module).items() if isinstance(value, type)]
-        raise InputError(f"law {law}: {file} has no class '{name}'; {nearest(name, there)}")
-    return kind
-
-
 def law_of(run: Run, believed: Tree, q: np.ndarray, v: np.ndarray, log: np.ndarray) -> Law:
     """The control law of a run, bound to its measurements and its log."""
-    kind = ThesisLaw if run.scenario.law is None else UserLaw
-    return kind(run, believed, q, v, log)
+    if run.scenario.law is None:
+        return ThesisLaw(run, believed, q, v, log)
+    from biped.control.user import UserLaw
+
+    return UserLaw(run, believed, q, v, log)

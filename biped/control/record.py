@@ -42,6 +42,8 @@ CONTROL = np.dtype(
         ("R", "f8", (9, 9)), ("A", "f8", (ROWS, 9)), ("b_v", "f8", ROWS), ("row", "i8", ROWS),
         ("C", "f8", (ROWS, 9)), ("tau", "f8", ROWS), ("pivot", "i8", ROWS), ("L", "f8", (ROWS, ROWS)),
         ("tau2", "f8", ROWS), ("d", "f8", ROWS), ("z", "f8", ROWS), ("force", "f8", ROWS),
+        # The reduced problem has factors of its own: the bounded form asks for C's once more.
+        ("tau_B", "f8", ROWS), ("pivot_B", "i8", ROWS),
         ("X", "f8", (7, 9)), ("B", "f8", (9, 6)), ("rows", "i8"), ("rank", "i8"), ("reached", "i8"),
     ],
     align=True,

@@ -13,10 +13,8 @@ from biped.control.allocation import joint_torques
 from biped.control.phase import leg_states
 from biped.control.sensing import believe_contacts, first_belief, sense_links
 from biped.control.springs import desired_forces
+from biped.geometry import POINT_RADIUS
 from biped.trajectory import ACTIVE, BELIEVED, FORCE, HEIGHT, PHASE, Q_D, STOP, TIME, Q, U, V
-
-POINT_RADIUS = 1e-6
-"""[m] of the spheres that stand for toe and heel."""
 
 GOING, LOW, TILTED, NOT_FINITE = 0, 1, 2, 3
 """What a tick reports: the run goes on, the torso is too low, it leans too far, a number is not finite."""

@@ -1,32 +1,17 @@
-"""The foreign engine: MuJoCo's compliant contacts, one compiled control tick per control period."""
+"""The foreign engine: MuJoCo's compliant contacts."""
 
 from __future__ import annotations
 
-from functools import partial
-from itertools import pairwise
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
 import mujoco
 import numpy as np
 
-from biped.control.controller import Law, law_of
-from biped.control.tick import GOING, LOW, TILTED, log_forces
-from biped.errors import InputError
-from biped.files import nearest
-from biped.geometry import JOINTS
-from biped.model import Foreign, compile_foreign, tree_at
+from biped.control.tick import log_forces
+from biped.engines.loop import drive
+from biped.model import compile_foreign
 from biped.plan import Run
-from biped.scenario import Scenario
-from biped.scenario import Sensors as SensorKeys
-from biped.trajectory import Q_D, WIDTH, Q, Trajectory, U, V
-
-if TYPE_CHECKING:
-    from biped.sensors import Sensors
-
-NO_SENSORS = SensorKeys()
-
-_STILL = 0.2
-"""[m/s, rad] below which a fall has no direction."""
+from biped.trajectory import Trajectory
 
 
 def simulate(run: Run) -> Trajectory:
@@ -45,117 +30,22 @@ def simulate(run: Run) -> Trajectory:
     foreign = compile_foreign(run.model, s)
     model, data = foreign.model, mujoco.MjData(foreign.model)
     data.qpos[:], data.qvel[:] = run.q, run.v
-    tick = 1.0 / s.simulation.control_rate
-    count = round(s.duration * s.simulation.control_rate)
-    log = np.zeros((count, WIDTH))
-    q, v = data.qpos, data.qvel
-    sensors = _sensors(run, q, v, count)
-    law = law_of(run, tree_at(run.model), *((q, v) if sensors is None else (sensors.q, sensors.v)), log)
-    generalized = s.actuation.mode == "generalized"
-    wanted, applied = (law.Q_d, data.qfrc_applied) if generalized else (law.u, data.ctrl)
-    logged = slice(Q_D, Q_D + 9) if generalized else slice(U, U + 6)
-    substeps = round(tick / s.simulation.timestep)
-    place, points = data.geom_xpos, foreign.points
-    step, next_tick = mujoco.mj_step, law.tick
-    if sensors is not None:
-        next_tick = partial(_measured_tick, sensors, law, q, v, log)
-    follow = 1.0 if s.actuation.lag == 0.0 else 1.0 - float(np.exp(-tick / s.actuation.lag))
-    status, done = GOING, 0
-    for first, last, wrench in push_spans(s, foreign, count, tick):
-        data.xfrc_applied[:] = wrench
-        for k in range(first, last):
-            status = next_tick(k, k * tick)
-            done = k + 1
-            if status != GOING:
-                break
-            if follow == 1.0:
-                applied[:] = wanted
-            else:
-                applied += follow * (wanted - applied)
-                log[k, logged] = applied
-            step(model, data, substeps)
-            log_forces(log, k, data.efc_force, place, points)
-        if status != GOING:
-            break
-    end, cause = _ending(status, log[:done])
+    substeps = round(1.0 / s.simulation.control_rate / s.simulation.timestep)
+    place, points, mj_step = data.geom_xpos, foreign.points, mujoco.mj_step
+
+    def push(forces: np.ndarray) -> None:
+        data.xfrc_applied[1:, [0, 2]] = forces
+
+    def step(k: int, log: np.ndarray) -> None:
+        mj_step(model, data, substeps)
+        log_forces(log, k, data.efc_force, place, points)
+
+    applied = data.qfrc_applied if s.actuation.mode == "generalized" else data.ctrl
+    bodies = [model.body(i).name for i in range(1, model.nbody)]
+    trajectory = drive(run, foreign.tree, data.qpos, data.qvel, applied, bodies, push, step)
     warnings = {
         mujoco.mjtWarning(i).name.removeprefix("mjWARN_").lower(): int(w.number)
         for i, w in enumerate(data.warning)
         if w.number
     }
-    return Trajectory(
-        log=log[:done],
-        tick=tick,
-        tree=foreign.tree,
-        slope=s.ground.slope,
-        generalized=generalized,
-        pushes=tuple((p.at, p.at + p.duration, *p.force, p.body) for p in s.push),
-        end=end,
-        cause=cause,
-        warnings=warnings,
-    )
-
-
-def _sensors(run: Run, q: np.ndarray, v: np.ndarray, count: int) -> Sensors | None:
-    """The run's sensors, or None if the controller reads the state itself."""
-    if run.scenario.sensors == NO_SENSORS:
-        return None
-    from biped.sensors import Sensors
-
-    return Sensors(run, q, v, count)
-
-
-def _measured_tick(
-    sensors: Sensors, law: Law, q: np.ndarray, v: np.ndarray, log: np.ndarray, k: int, time: float
-) -> int:
-    """A tick through sensors; the log keeps the true coordinates."""
-    sensors.measure(k)
-    status = law.tick(k, time)
-    log[k, Q : Q + 9] = q
-    log[k, V : V + 9] = v
-    return status
-
-
-def push_spans(s: Scenario, foreign: Foreign, count: int, tick: float) -> list[tuple[int, int, np.ndarray]]:
-    """The run cut where pushes begin and end: (first tick, last tick + 1, wrenches (nbody, 6) in the slope's frame).
-
-    Raises:
-        InputError: A push names a body that the model does not have.
-    """
-    spans = [(round(p.at / tick), round((p.at + p.duration) / tick)) for p in s.push]
-    cuts = sorted({0, count, *(min(t, count) for span in spans for t in span)})
-    bodies = [foreign.model.body(i).name for i in range(1, foreign.model.nbody)]
-    angle = np.radians(s.ground.slope)
-    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-    wrenches = []
-    for i, p in enumerate(s.push):
-        if p.body not in bodies:
-            raise InputError(f"push[{i}].body: model '{s.model}' has no body '{p.body}'; {nearest(p.body, bodies)}")
-        wrench = np.zeros((foreign.model.nbody, 6))
-        wrench[foreign.model.body(p.body).id, [0, 2]] = turn @ np.array(p.force)
-        wrenches.append(wrench)
-    out = []
-    for first, last in pairwise(cuts):
-        total = np.zeros((foreign.model.nbody, 6))
-        for (start, stop), wrench in zip(spans, wrenches, strict=True):
-            if start <= first < stop:
-                total += wrench
-        out.append((first, last, total))
-    return out
-
-
-def _ending(status: int, log: np.ndarray) -> tuple[str, str]:
-    if status == GOING:
-        return "completed", ""
-    time = log[-1, 0] if len(log) > 1 else 0.0
-    if status in (LOW, TILTED):
-        # A torso held upright over toppling legs falls the way it moves; otherwise the way it leans.
-        way = log[-1, V] if status == LOW else -log[-1, Q + 2]
-        way = "collapsed" if abs(way) < _STILL else "fell forward" if way > 0.0 else "fell backward"
-        return "fell", f"{way} at {time:.3f} s"
-    before = log[-2, Q : Q + 9] if len(log) > 1 else log[0, Q : Q + 9]
-    worst = JOINTS[int(np.argmax(np.abs(before)))]
-    return (
-        "diverged",
-        f"a coordinate stopped being finite after {log[max(len(log) - 2, 0), 0]:.3f} s (largest: {worst})",
-    )
+    return replace(trajectory, warnings=warnings)

@@ -13,7 +13,8 @@ from biped.reading import read_scenario
 from biped.results import Folder, new_folder
 from biped.tune.evaluate import Study, workers
 from biped.tune.report import draw, gait_text
-from biped.tune.search import Search
+from biped.tune.search import Search, strategy
+from biped.tune.space import Space
 
 
 def tune(name: str, changes: Sequence[str], jobs: int, out: Path | None) -> dict[str, Any]:
@@ -34,6 +35,7 @@ def tune(name: str, changes: Sequence[str], jobs: int, out: Path | None) -> dict
     scenario = read_scenario(name, changes)
     study = Study(scenario)
     title = title_of(name)
+    strategy(Space(scenario, study.gains), study.tune, scenario.seed)  # complaints come before anything is written
     folder = Folder(out if out is not None else new_folder(RUNS, title.replace("/", "-")), Plan(scenario))
     generations = study.tune.generations
     began = time.perf_counter()

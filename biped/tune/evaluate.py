@@ -86,7 +86,7 @@ class Study:
     @property
     def gains(self) -> Gains:
         """The gait that the search starts at, complete."""
-        return Plan(self.base).gains
+        return Plan(self.base).run(0).gains
 
     def condition(self, name: str, full: bool) -> Scenario:
         """A condition's scenario; short runs (not `full`) have the search's duration and measure its second half."""

@@ -76,7 +76,6 @@ def draw(journal: Sequence[Record], path: Path) -> None:
     top.plot([r["index"] for r in checked], [r["recheck"] for r in checked], "o-", color="#D55E00",
              label="mean gait, fresh seeds")  # fmt: skip
     top.set_ylabel("objective")
-    top.set_yscale("log")
     top.legend(fontsize=8, frameon=False)
     bottom.plot(numbers, [r["walked"] / r["runs"] for r in journal], color="#9AA3AD", label="all runs of a generation")
     rates = [sum(t[0] for t in r["tallies"].values()) / sum(t[1] for t in r["tallies"].values()) for r in checked]

@@ -1,0 +1,187 @@
+"""A control law of the user's own, from a Python file: what it is told, what it senses, what it must return."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+import traceback
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pinocchio
+
+from biped.control.controller import WORLD, controller_record
+from biped.control.tick import NOT_FINITE, log_tick, sense
+from biped.errors import InputError
+from biped.files import label, nearest
+from biped.geometry import ACTUATORS, Tree
+from biped.model import believed_model
+from biped.plan import Run
+from biped.scenario import Gains, Scenario
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What a user's law is told before the run.
+
+    Attributes:
+        scenario: The scenario.
+        gains: The gait file's gains; a law may use or ignore them.
+        tree: Lengths and masses of the model file.
+        model: Pinocchio's model of it.
+        tick: [s] between calls.
+        torque_limit: (6,) [N m].
+    """
+
+    scenario: Scenario
+    gains: Gains
+    tree: Tree
+    model: pinocchio.Model
+    tick: float
+    torque_limit: np.ndarray
+
+
+@dataclass
+class Sensed:
+    """What a user's law senses at a tick; arrays are live and cannot be changed.
+
+    Attributes:
+        time: [s].
+        q: (9,) joint coordinates [m, rad]: torso x, z, pitch, then hip, knee, ankle, right and left.
+        v: (9,) joint velocities.
+        angle: (7,) absolute link angles in the thesis's sense [rad]: torso, thigh, shank, foot, thigh, shank, foot.
+        rate: (7,) their rates [rad/s].
+        height: (4,) [m] of right toe, right heel, left toe, left heel.
+        contact: (4,) believed contacts (0 or 1).
+        state: (2,) leg states 1 … 4, right and left.
+        M: (9, 9) mass matrix.
+        h: (9,) bias forces, gravity included.
+    """
+
+    time: float
+    q: np.ndarray
+    v: np.ndarray
+    angle: np.ndarray
+    rate: np.ndarray
+    height: np.ndarray
+    contact: np.ndarray
+    state: np.ndarray
+    M: np.ndarray
+    h: np.ndarray
+
+
+class UserLaw:
+    """A law from a Python file, with the same sensing, leg states, limits and log as the thesis's.
+
+    Args:
+        run: Scenario, gains and draws; `run.scenario.law` is `path.py:Class`.
+        believed: Lengths the controller believes in.
+        q: (9,) measured joint coordinates, live.
+        v: (9,) measured joint velocities, live.
+        log: (n, WIDTH) log that ticks write.
+
+    Raises:
+        InputError: The file cannot be loaded, has no such class, or the class cannot be made.
+    """
+
+    def __init__(self, run: Run, believed: Tree, q: np.ndarray, v: np.ndarray, log: np.ndarray):
+        s = run.scenario
+        self.file, _, kind_name = (s.law or "").rpartition(":")
+        self.name = f"law: {label(Path(self.file))}:{kind_name}"
+        self.record = controller_record(run, believed)
+        self.c = self.record[0]
+        self.u, self.Q_d = self.c["u"], self.c["Q_d"]
+        self._model = believed_model(run.model, s.ground.slope)
+        self._data = self._model.createData()
+        self._q, self._v, self._log = _read_only(q), _read_only(v), log
+        self._live = {key: _read_only(self.c[key]) for key in ("rate", "height", "believed")}
+        setup = Setup(s, run.gains, believed, self._model, 1.0 / s.simulation.control_rate, np.array(self.c["limit"]))
+        kind = load_law(s.law or "")
+        try:
+            self._law = kind(setup)
+        except (Exception, SystemExit) as error:
+            raise self._fault(f"{kind.__name__}(setup) raised {_said(error, self.file)}") from error
+        if not callable(getattr(self._law, "torques", None)):
+            raise self._fault("expected a method torques(sensed) that returns six torques [N m]")
+
+    def _fault(self, what: str) -> InputError:
+        return InputError(f"{self.name}: {what}", "law")
+
+    def tick(self, k: int, time: float) -> int:
+        """See `Law`.
+
+        Raises:
+            InputError: The user's law raised, or returned something other than six finite numbers.
+        """
+        pinocchio.crba(self._model, self._data, self._q, WORLD)
+        M = self._data.M
+        c, live = self.c, self._live
+        status = sense(self.record, self._data.J, self._q, self._v, k == 0)
+        if status == NOT_FINITE:
+            return status
+        upright = np.array([0.5, 0.5, 0.5, 0.0, 0.5, 0.5, 0.0]) * np.pi
+        sensed = Sensed(
+            time, self._q, self._v, c["angle"] + upright + c["tilt"], live["rate"], live["height"], live["believed"],
+            c["phase"] + 1, np.triu(M) + np.triu(M, 1).T,
+            pinocchio.nonLinearEffects(self._model, self._data, self._q, self._v),
+        )  # fmt: skip
+        try:
+            said = self._law.torques(sensed)
+        except (Exception, SystemExit) as error:
+            raise self._fault(f"torques() at t = {time:g} s raised {_said(error, self.file)}") from error
+        try:
+            u = np.asarray(said, dtype=float)
+        except (TypeError, ValueError):
+            raise self._fault(f"torques() at t = {time:g} s: expected six numbers [N m], got {said!r:.100}") from None
+        if u.shape != (6,):
+            got = "nothing" if said is None else f"shape {u.shape}"
+            raise self._fault(f"torques() at t = {time:g} s: expected six numbers [N m], got {got}")
+        if not np.isfinite(u).all():
+            joint = ACTUATORS[int(np.argmin(np.isfinite(u)))]
+            raise self._fault(f"torques() at t = {time:g} s: expected finite numbers, got {u.tolist()} ({joint} first)")
+        np.clip(u, -c["limit"], c["limit"], out=self.u)
+        log_tick(self.record, self._q, self._v, self._log, k, time)
+        return status
+
+
+def _read_only(array: np.ndarray) -> np.ndarray:
+    """A live view that a law cannot write through: changing what it senses would change the physics."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
+def _said(error: BaseException, file: str) -> str:
+    """An exception in words, with the line of the user's file that it came from."""
+    lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
+    where = f" ({Path(file).name}, line {lines[-1]})" if lines else ""
+    return f"{type(error).__name__}: {' '.join(str(error).split())}{where}"
+
+
+def load_law(law: str) -> type:
+    """The class that `path.py:Class` names.
+
+    Raises:
+        InputError: The file cannot be imported or has no such class.
+    """
+    file, _, name = law.rpartition(":")
+    shown = label(Path(file))
+    spec = importlib.util.spec_from_file_location(f"biped_law_{Path(file).stem}", file)
+    if spec is None or spec.loader is None:
+        raise InputError(f"law: {shown} cannot be loaded as a Python file", "law")
+    module = importlib.util.module_from_spec(spec)
+    # Dataclasses and pickle look a class's module up by name; helpers may lie beside the file.
+    sys.modules[spec.name] = module
+    sys.path.append(str(Path(file).parent))
+    try:
+        spec.loader.exec_module(module)
+    except (Exception, SystemExit) as error:
+        raise InputError(f"law: importing {shown} raised {_said(error, file)}", "law") from error
+    finally:
+        sys.path.pop()
+    kind = getattr(module, name, None)
+    if not isinstance(kind, type):
+        there = [n for n, value in vars(module).items() if isinstance(value, type)]
+        raise InputError(f"law: {shown} has no class '{name}'; {nearest(name, there)}", "law")
+    return kind

@@ -1,0 +1,63 @@
+"""The home engine: the thesis's own equations. Rigid unilateral contacts, plastic impacts, no slip.
+
+Of a scenario's physics it uses the slope, the pushes, the truth about the biped and `simulation.timestep`; friction,
+contact time and solver settings belong to MuJoCo's compliant contacts and have no meaning here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from biped.engines.loop import drive
+from biped.geometry import LINKS
+from biped.model import tree_at, true_tree
+from biped.plan import Run
+from biped.rigid.events import advance, touch_down
+from biped.rigid.record import rigid_record
+from biped.trajectory import FORCE, STOP, Trajectory
+
+
+def simulate(run: Run) -> Trajectory:
+    """Simulates a run to its end, a fall or a number that is not finite.
+
+    Args:
+        run: A concrete run.
+
+    Returns:
+        What it left behind; forces are means over each tick, impacts included.
+
+    Raises:
+        InputError: A push names a body the model lacks, or a user's law misbehaves.
+    """
+    return simulate_with_ledger(run)[0]
+
+
+def simulate_with_ledger(run: Run) -> tuple[Trajectory, np.ndarray]:
+    """As `simulate`, and the record (1,) that the engine kept: its ledger of work, impact losses and events."""
+    s = run.scenario
+    tick = 1.0 / s.simulation.control_rate
+    steps = round(tick / s.simulation.timestep)
+    q, v = np.array(run.q), np.array(run.v)
+    rigid = rigid_record(run.model, s.ground.slope, s.truth)
+    w = rigid[0]
+    impulse = w["impulse"]
+    touch_down(rigid, q, v)
+
+    def push(forces: np.ndarray) -> None:
+        w["push"], w["pushed"] = forces, forces.any()
+
+    def step(k: int, log: np.ndarray) -> None:
+        advance(rigid, q, v, tick / steps, steps)
+        # Rows come normal first; the log wants (forward, normal). A stop's torque bends the knee: negative.
+        line = log[k]
+        line[FORCE : FORCE + 8 : 2] = impulse[1:8:2] / tick
+        line[FORCE + 1 : FORCE + 8 : 2] = impulse[0:8:2] / tick
+        line[STOP : STOP + 2] = impulse[8:] / -tick
+
+    applied = w["Q"] if s.actuation.mode == "generalized" else w["Q"][3:]
+    tree = true_tree(tree_at(run.model), s.truth)
+    trajectory = drive(run, tree, q, v, applied, LINKS, push, step)
+    capped = int(w["capped"])
+    return replace(trajectory, warnings={"chattering_steps": capped} if capped else {}), rigid

@@ -1,0 +1,175 @@
+"""What both engines do the same way: tick the law and the physics in turn, push, and say how the run ended."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from biped.control.controller import Law, law_of
+from biped.control.tick import GOING, LOW, TILTED
+from biped.errors import InputError
+from biped.files import nearest
+from biped.geometry import JOINTS, Tree
+from biped.model import tree_at
+from biped.plan import Run
+from biped.scenario import Scenario
+from biped.scenario import Sensors as SensorKeys
+from biped.trajectory import Q_D, WIDTH, Q, Trajectory, U, V
+
+if TYPE_CHECKING:
+    from biped.sensors import Sensors
+
+NO_SENSORS = SensorKeys()
+
+_STILL = 0.2
+"""[m/s, rad] below which a fall has no direction."""
+
+
+def drive(
+    run: Run,
+    tree: Tree,
+    q: np.ndarray,
+    v: np.ndarray,
+    applied: np.ndarray,
+    bodies: Sequence[str],
+    push: Callable[[np.ndarray], None],
+    step: Callable[[int, np.ndarray], None],
+) -> Trajectory:
+    """Simulates a run to its end, a fall or a number that is not finite.
+
+    Args:
+        run: A concrete run.
+        tree: Lengths and masses of the biped that walks.
+        q: (9,) joint coordinates [m, rad], live: what the engine moves and the law measures.
+        v: (9,) joint velocities, live.
+        applied: Joint torques (6,), or with `generalized` actuation generalized forces (9,), that the engine applies.
+        bodies: Names of the bodies that can be pushed.
+        push: Called where pushes change with forces (len(bodies), 2) [N] along and normal to the ground.
+        step: Called with (k, log) to move the physics through tick k and to log its ground forces.
+
+    Returns:
+        What the run left behind.
+
+    Raises:
+        InputError: A push names a body the model lacks, or a user's law misbehaves.
+    """
+    s = run.scenario
+    tick = 1.0 / s.simulation.control_rate
+    count = round(s.duration * s.simulation.control_rate)
+    log = np.zeros((count, WIDTH))
+    sensors = _sensors(run, q, v, count)
+    law = law_of(run, tree_at(run.model), *((q, v) if sensors is None else (sensors.q, sensors.v)), log)
+    generalized = s.actuation.mode == "generalized"
+    wanted = law.Q_d if generalized else law.u
+    logged = slice(Q_D, Q_D + 9) if generalized else slice(U, U + 6)
+    next_tick = law.tick
+    if sensors is not None:
+        next_tick = partial(_measured_tick, sensors, law, q, v, log)
+    follow = 1.0 if s.actuation.lag == 0.0 else 1.0 - float(np.exp(-tick / s.actuation.lag))
+    status, done = GOING, 0
+    for first, last, forces in push_spans(s, bodies, count, tick):
+        push(forces)
+        for k in range(first, last):
+            status = next_tick(k, k * tick)
+            done = k + 1
+            if status != GOING:
+                break
+            if follow == 1.0:
+                applied[:] = wanted
+            else:
+                applied += follow * (wanted - applied)
+                log[k, logged] = applied
+            step(k, log)
+        if status != GOING:
+            break
+    end, cause = _ending(status, log[:done])
+    return Trajectory(
+        log=log[:done],
+        tick=tick,
+        tree=tree,
+        slope=s.ground.slope,
+        generalized=generalized,
+        pushes=tuple((p.at, p.at + p.duration, *p.force, p.body) for p in s.push),
+        end=end,
+        cause=cause,
+        warnings={},
+    )
+
+
+def _sensors(run: Run, q: np.ndarray, v: np.ndarray, count: int) -> Sensors | None:
+    """The run's sensors, or None if the controller reads the state itself."""
+    if run.scenario.sensors == NO_SENSORS:
+        return None
+    from biped.sensors import Sensors
+
+    return Sensors(run, q, v, count)
+
+
+def _measured_tick(
+    sensors: Sensors, law: Law, q: np.ndarray, v: np.ndarray, log: np.ndarray, k: int, time: float
+) -> int:
+    """A tick through sensors; the log keeps the true coordinates."""
+    sensors.measure(k)
+    status = law.tick(k, time)
+    log[k, Q : Q + 9] = q
+    log[k, V : V + 9] = v
+    return status
+
+
+def push_spans(s: Scenario, bodies: Sequence[str], count: int, tick: float) -> list[tuple[int, int, np.ndarray]]:
+    """The run cut where pushes begin and end.
+
+    Args:
+        s: The scenario.
+        bodies: Names of the bodies that can be pushed.
+        count: Number of ticks.
+        tick: [s].
+
+    Returns:
+        (first tick, last tick + 1, forces (len(bodies), 2) [N] along and normal to the slope) of each span.
+
+    Raises:
+        InputError: A push names a body that is not there.
+    """
+    spans = [(round(p.at / tick), round((p.at + p.duration) / tick)) for p in s.push]
+    cuts = sorted({0, count, *(min(t, count) for span in spans for t in span)})
+    angle = np.radians(s.ground.slope)
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    forces = []
+    for i, p in enumerate(s.push):
+        if p.body not in bodies:
+            raise InputError(
+                f"push[{i}].body: model '{s.model}' has no body '{p.body}'; {nearest(p.body, list(bodies))}"
+            )
+        force = np.zeros((len(bodies), 2))
+        force[bodies.index(p.body)] = turn @ np.array(p.force)
+        forces.append(force)
+    out = []
+    for first, last in pairwise(cuts):
+        total = np.zeros((len(bodies), 2))
+        for (start, stop), force in zip(spans, forces, strict=True):
+            if start <= first < stop:
+                total += force
+        out.append((first, last, total))
+    return out
+
+
+def _ending(status: int, log: np.ndarray) -> tuple[str, str]:
+    if status == GOING:
+        return "completed", ""
+    time = log[-1, 0] if len(log) > 1 else 0.0
+    if status in (LOW, TILTED):
+        # A torso held upright over toppling legs falls the way it moves; otherwise the way it leans.
+        way = log[-1, V] if status == LOW else -log[-1, Q + 2]
+        way = "collapsed" if abs(way) < _STILL else "fell forward" if way > 0.0 else "fell backward"
+        return "fell", f"{way} at {time:.3f} s"
+    before = log[-2, Q : Q + 9] if len(log) > 1 else log[0, Q : Q + 9]
+    worst = JOINTS[int(np.argmax(np.abs(before)))]
+    return (
+        "diverged",
+        f"a coordinate stopped being finite after {log[max(len(log) - 2, 0), 0]:.3f} s (largest: {worst})",
+    )

@@ -1,0 +1,11 @@
+"""Every kind of bad input."""
+
+from tests.bad.commands import COMMAND_LINES
+from tests.bad.kind import Bad
+from tests.bad.laws import LAWS
+from tests.bad.models import GAITS, HUMAN, MODELS
+from tests.bad.scenarios import FILES, STARTS_AND_TIMES, VARIATIONS
+
+__all__ = ["HUMAN", "KINDS", "LAWS", "Bad"]
+
+KINDS = (*FILES, *STARTS_AND_TIMES, *VARIATIONS, *GAITS, *MODELS, *LAWS, *COMMAND_LINES)
