@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -92,9 +93,17 @@ def _start(scenario: Scenario, keep: Callable[[int, Trajectory, Row], None] | No
     global _plan, _keep
     _plan = Plan(scenario) if plan is None else plan
     _keep = keep
-    if multiprocessing.parent_process() is not None:
-        # Ctrl-C is the parent's business: it ends the pool and keeps what is finished.
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        # Ctrl-C is the parent's business: it ends the pool and keeps what is finished. A parent that was killed cannot:
+        # then its workers end themselves.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
+        threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def _end_with(parent: multiprocessing.process.BaseProcess) -> None:
+    parent.join()
+    os._exit(1)
 
 
 def _work(index: int) -> Row:

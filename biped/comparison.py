@@ -67,8 +67,8 @@ class Comparison(NamedTuple):
 
 
 def gap(home: float, foreign: float) -> float:
-    """Relative difference (foreign - home) / |home|; nan where there is nothing to divide by."""
-    return (foreign - home) / abs(home) if home != 0.0 else math.nan
+    """Relative difference (foreign - home) / |home|; nan where home has only rounding to divide by."""
+    return (foreign - home) / abs(home) if abs(home) > 1e-9 else math.nan
 
 
 def parted_at(home: Trajectory, foreign: Trajectory) -> float:
@@ -115,8 +115,7 @@ def write(comparison: Comparison, folder: Path) -> None:
         InputError: It cannot be written.
     """
     from biped.errors import InputError
-    from biped.figures.overlay import overlay
-    from biped.figures.style import save
+    from biped.figures import plot_overlay
     from biped.model import compile_foreign
     from biped.reading import to_toml
     from biped.recording import Recorded, record
@@ -127,7 +126,7 @@ def write(comparison: Comparison, folder: Path) -> None:
         (folder / "comparison.json").write_text(dumps(comparison.as_dict(), indent=1), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{folder}: cannot be written: {error.strerror}; choose another folder") from None
-    save(overlay(comparison.first, comparison.scenario), folder / "overlay.png")
+    plot_overlay(comparison.first, folder / "overlay.png", comparison.scenario)
     recorded = []
     for engine in ("mujoco", "home"):
         plan, result = comparison.plans[engine], comparison.results[engine]

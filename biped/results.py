@@ -87,16 +87,15 @@ class Folder:
         """Rows of runs that an earlier, interrupted campaign finished."""
         if not self.journal.is_file():
             return []
-        rows = []
+        rows, whole = [], ""
         text = self.journal.read_text(encoding="utf-8")
-        if text and not text.endswith("\n"):  # what comes next must not be appended to half a line
-            with open(self.journal, "a", encoding="utf-8") as file:
-                file.write("\n")
-        for line in text.splitlines():
-            try:
+        for line in text.splitlines(keepends=True):
+            # The line that was being written when the campaign was killed goes; the next would be glued to it.
+            if line.endswith("\n"):
                 rows.append(_with_nan(json.loads(line)))
-            except json.JSONDecodeError:  # the line that was being written when the campaign was killed
-                continue
+                whole += line
+        if whole != text:
+            self.journal.write_text(whole, encoding="utf-8")
         return rows
 
     def write_result(self, result: dict[str, Any]) -> None:

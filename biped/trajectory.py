@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass, replace
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -44,6 +45,7 @@ class Trajectory:
         tree: Lengths and masses of the true model.
         slope: [degrees].
         generalized: Whether Q_d itself moved the biped.
+        torque_limit: Limits of the six joint torques [N m].
         pushes: Pushes as (start [s], end [s], forward [N], up [N], body).
         end: `completed`, `fell` or `diverged`.
         cause: How it ended, in words; empty if completed.
@@ -55,6 +57,7 @@ class Trajectory:
     tree: Tree
     slope: float
     generalized: bool
+    torque_limit: tuple[float, ...]
     pushes: tuple[tuple[float, float, float, float, str], ...]
     end: str
     cause: str
@@ -139,7 +142,8 @@ class Trajectory:
     def save(self, path: Path) -> None:
         """Writes the arrays by name, and all else as JSON, into one npz file; the same bytes for the same run."""
         rest = {
-            "tick": self.tick, "slope": self.slope, "generalized": self.generalized, "pushes": self.pushes,
+            "tick": self.tick, "slope": self.slope, "generalized": self.generalized,
+            "torque_limit": self.torque_limit, "pushes": self.pushes,
             "end": self.end, "cause": self.cause, "warnings": self.warnings,
             "tree": {name: value.tolist() for name, value in self.tree._asdict().items()},
         }  # fmt: skip
@@ -155,12 +159,13 @@ class Trajectory:
             InputError: The file is missing or is not a trajectory.
         """
         try:
-            with np.load(path, allow_pickle=False) as file:
+            with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
                 rest = json.loads(str(file["about"]))
                 n = len(file["time"])
                 log = np.hstack([file[name].reshape(n, -1) for name in COLUMNS])
-        except (OSError, KeyError, ValueError) as error:
+        except (OSError, EOFError, KeyError, TypeError, ValueError, BadZipFile) as error:
             raise InputError(f"{path}: not a trajectory: {error}") from None
         rest["tree"] = Tree(**{name: np.array(value) for name, value in rest["tree"].items()})
+        rest["torque_limit"] = tuple(rest["torque_limit"])
         rest["pushes"] = tuple(tuple(push) for push in rest["pushes"])
         return cls(log=log, **rest)

@@ -61,11 +61,12 @@ def log_tick(record, q, v, log, k, time):
 
 
 @njit(cache=True)
-def log_forces(log, k, efc_force, place, points):
+def log_forces(log, k, efc_force, place, points, pyramid):
     """Writes the forces of ground and knee stops in the physics step that began at row k.
 
-    MuJoCo lists joint limits first, then the contacts that exist in pair order, three rows each: normal, lateral and
-    backward. A limit or contact exists where the joint or point is beyond it (no margin).
+    MuJoCo lists joint limits first, then the contacts that exist in pair order. An elliptic cone has three rows each:
+    normal, lateral and backward; a pyramid four edges, normal ± friction · lateral, then ± backward. A limit or contact
+    exists where the joint or point is beyond it (no margin).
 
     Args:
         log: The log.
@@ -73,12 +74,14 @@ def log_forces(log, k, efc_force, place, points):
         efc_force: (nefc,) MuJoCo's constraint forces [N, N m].
         place: (ngeom, 3) [m] geom positions in that configuration.
         points: (4,) numbers of the contact points' geoms.
+        pyramid: Coefficient of friction of a pyramidal cone; 0 for an elliptic one.
     """
+    rows = 4 if pyramid > 0.0 else 3
     touching = 0
     for i in range(4):
         if place[points[i], 2] < POINT_RADIUS:
             touching += 1
-    at = efc_force.size - 3 * touching
+    at = efc_force.size - rows * touching
     limit = 0
     for leg in range(2):
         log[k, STOP + leg] = 0.0
@@ -89,9 +92,13 @@ def log_forces(log, k, efc_force, place, points):
         log[k, FORCE + 2 * i] = 0.0
         log[k, FORCE + 2 * i + 1] = 0.0
         if at >= 0 and place[points[i], 2] < POINT_RADIUS:
-            log[k, FORCE + 2 * i] = -efc_force[at + 2]
-            log[k, FORCE + 2 * i + 1] = efc_force[at]
-            at += 3
+            if pyramid > 0.0:
+                log[k, FORCE + 2 * i] = -pyramid * (efc_force[at + 2] - efc_force[at + 3])
+                log[k, FORCE + 2 * i + 1] = efc_force[at] + efc_force[at + 1] + efc_force[at + 2] + efc_force[at + 3]
+            else:
+                log[k, FORCE + 2 * i] = -efc_force[at + 2]
+                log[k, FORCE + 2 * i + 1] = efc_force[at]
+            at += rows
 
 
 @njit(cache=True)

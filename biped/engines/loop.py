@@ -14,7 +14,7 @@ from biped.control.tick import GOING, LOW, TILTED
 from biped.errors import InputError
 from biped.files import nearest
 from biped.geometry import JOINTS, Tree
-from biped.model import tree_at
+from biped.model import torque_limits, tree_at
 from biped.plan import Run
 from biped.scenario import Scenario
 from biped.scenario import Sensors as SensorKeys
@@ -93,6 +93,7 @@ def drive(
         tree=tree,
         slope=s.ground.slope,
         generalized=generalized,
+        torque_limit=torque_limits(s),
         pushes=tuple((p.at, p.at + p.duration, *p.force, p.body) for p in s.push),
         end=end,
         cause=cause,

@@ -13,6 +13,9 @@ from biped.model import compile_foreign
 from biped.plan import Run
 from biped.trajectory import Trajectory
 
+_LEAST_FRICTION = 1e-5
+"""MuJoCo's smallest coefficient of friction."""
+
 
 def simulate(run: Run) -> Trajectory:
     """Simulates a run to its end, a fall or a number that is not finite.
@@ -32,13 +35,14 @@ def simulate(run: Run) -> Trajectory:
     data.qpos[:], data.qvel[:] = run.q, run.v
     substeps = round(1.0 / s.simulation.control_rate / s.simulation.timestep)
     place, points, mj_step = data.geom_xpos, foreign.points, mujoco.mj_step
+    pyramid = max(s.ground.friction, _LEAST_FRICTION) if s.simulation.cone == "pyramidal" else 0.0
 
     def push(forces: np.ndarray) -> None:
         data.xfrc_applied[1:, [0, 2]] = forces
 
     def step(k: int, log: np.ndarray) -> None:
         mj_step(model, data, substeps)
-        log_forces(log, k, data.efc_force, place, points)
+        log_forces(log, k, data.efc_force, place, points, pyramid)
 
     applied = data.qfrc_applied if s.actuation.mode == "generalized" else data.ctrl
     bodies = [model.body(i).name for i in range(1, model.nbody)]

@@ -10,12 +10,13 @@ import matplotlib
 
 from biped.errors import InputError
 from biped.figures import campaign, curves
+from biped.figures.overlay import overlay
 from biped.figures.strobe import strobe
 from biped.figures.style import SETTINGS, save
 from biped.signals import finite
 from biped.trajectory import Trajectory
 
-__all__ = ["plot_campaign", "plot_ensemble", "plot_run"]
+__all__ = ["plot_campaign", "plot_ensemble", "plot_overlay", "plot_run"]
 
 MAP_FROM = 16
 """Points of a two-dimensional sweep above which it is drawn as a map."""
@@ -49,6 +50,21 @@ def plot_run(trajectory: Trajectory, folder: Path, *, title: str, window: tuple[
         if trajectory.pushes:
             drawn["push"] = curves.push(trajectory, title)
         return [save(figure, folder / f"{name}.png") for name, figure in drawn.items()]
+
+
+def plot_overlay(walkers: Mapping[str, Trajectory], path: Path, title: str) -> None:
+    """Draws two walkers of one scenario over each other.
+
+    Args:
+        walkers: Two trajectories by the name of their engine.
+        path: The PNG file.
+        title: Of the scenario.
+
+    Raises:
+        InputError: The file cannot be written.
+    """
+    with matplotlib.rc_context(SETTINGS):
+        save(overlay({name: finite(walker) for name, walker in walkers.items()}, title), path)
 
 
 def plot_ensemble(trajectories: Sequence[Trajectory], path: Path, title: str) -> None:

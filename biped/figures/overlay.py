@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from biped.figures.curves import smooth
-from biped.figures.style import LEFT, RIGHT, figure, legend_above, timed
+from biped.figures.style import LEFT, RIGHT, figure, timed
 from biped.trajectory import Trajectory
 
 _COLOURS = (LEFT, RIGHT)
@@ -25,7 +25,7 @@ def overlay(walkers: Mapping[str, Trajectory], title: str) -> Figure:
     """
     drawn = figure(8.0, 8.0)
     velocity, *joints = drawn.subplots(4, 1)
-    timed(velocity, f"{title}: forward velocity of the torso (means over 20 ms)", "velocity [m/s]")
+    timed(velocity, f"{title}: forward velocity of the torso", "velocity [m/s]")
     end = min(float(t.time[-1]) for t in walkers.values())
     for (engine, t), colour in zip(walkers.items(), _COLOURS, strict=True):
         velocity.plot(t.time, smooth(t.v[:, 0], t.tick), color=colour, label=engine, alpha=0.8)
@@ -33,7 +33,7 @@ def overlay(walkers: Mapping[str, Trajectory], title: str) -> Figure:
         for i, (name, axes) in enumerate(zip(("hip", "knee", "ankle"), joints, strict=True)):
             timed(axes, f"right {name}", "angle [°]")
             axes.plot(t.time[shown], np.degrees(t.q[shown, 3 + i]), color=colour, alpha=0.8)
-    legend_above(velocity, len(walkers))
+    velocity.legend(loc="lower right")
     for axes in (velocity, *joints[:-1]):
         axes.set_xlabel("")
     return drawn

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from biped.geometry import Motion, Tree, motion
@@ -69,7 +71,8 @@ def transport(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
     u, rate = t.u[span], t.v[span, 3:]
     power = u * rate
     distance = float(t.q[span, 0][-1] - t.q[span, 0][0])
-    weight = float(t.tree.mass.sum()) * GRAVITY * abs(distance) / t.tick
+    # A walker that got nowhere has no cost of transport.
+    weight = float(t.tree.mass.sum()) * GRAVITY * abs(distance) / t.tick or math.nan
     if t.generalized:
         # Q_d's virtual actuators: torso and thighs to the inertial frame, knees and ankles between links.
         Q, v = t.Q_d[span], t.v[span]
@@ -88,7 +91,7 @@ def transport(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
         "mean_torque": float(np.abs(u).mean()),
         "peak_power": float(np.abs(power).max()),
         "torque_rate": float(jumps.mean() * 1e-3 / t.tick),
-        "saturation": float((np.abs(u) >= np.abs(u).max() - 1e-9).any(axis=1).mean()) if u.any() else 0.0,
+        "saturation": float((np.abs(u) >= np.array(t.torque_limit)).any(axis=1).mean()),
         "contact_loss": float(-ground.mean()),
     }
 

@@ -1,7 +1,7 @@
 """One control tick of rigid motion: Runge-Kutta steps between impacts and releases, which are located in time.
 
-The scheme is the classical fourth-order one with chapter II's corrections: in every stage by `motion.evaluate`, and once
-per step, with the values at its start, q -= WΦ and v -= WΦ̇. A step that would carry a point through the ground, a
+The scheme is the classical fourth-order one with chapter II's corrections: in every stage by `motion.evaluate`, and
+once per step, with the values at its start, q -= WΦ and v -= WΦ̇. A step that would carry a point through the ground, a
 knee through its stop, or hold a constraint that pulls, is cut where that begins.
 """
 
@@ -10,7 +10,8 @@ from __future__ import annotations
 from numba import njit
 
 from biped.rigid.locate import TOUCH, beyond_event, locate
-from biped.rigid.motion import gaps, impact, land, release
+from biped.rigid.motion import gaps, impact, land
+from biped.rigid.release import release
 from biped.rigid.step import attempt, keep_stage
 from biped.rigid.tree import place
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from numba import njit
 
-from biped.rigid.motion import multiplier_row, pulled
+from biped.rigid.release import multiplier_row, pulled
 from biped.rigid.step import attempt
 
 TOUCH = 1e-9

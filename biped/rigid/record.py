@@ -1,4 +1,4 @@
-"""Everything that the compiled rigid-body step reads and remembers, as one numpy record (see `biped.control.record`)."""
+"""All that the compiled rigid-body step reads and remembers, as one numpy record (see `biped.control.record`)."""
 
 from __future__ import annotations
 
@@ -26,16 +26,19 @@ RIGID = np.dtype(
         # -- the state at the start of a step and at its tentative end
         ("q0", "f8", 9), ("v0", "f8", 9), ("q1", "f8", 9), ("v1", "f8", 9),
         # -- the configuration last evaluated; places relative to the torso's centre of mass
-        ("angle", "f8", 7), ("rate", "f8", 7), ("joint", "f8", (7, 2)), ("com", "f8", (7, 2)), ("point", "f8", (4, 2)),
+        ("angle", "f8", 7), ("rate", "f8", 7), ("joint", "f8", (7, 2)), ("com", "f8", (7, 2)),
+        ("point", "f8", (4, 2)),
         ("joint_bias", "f8", (7, 2)), ("com_bias", "f8", (7, 2)), ("point_bias", "f8", (4, 2)),
         ("M", "f8", (9, 9)), ("R", "f8", (9, 9)), ("h", "f8", 9), ("force", "f8", 9),
-        ("A", "f8", (ROWS, 9)), ("b_v", "f8", ROWS), ("row", "i8", ROWS), ("signed", "u1", ROWS), ("C", "f8", (ROWS, 9)),
+        ("A", "f8", (ROWS, 9)), ("b_v", "f8", ROWS), ("row", "i8", ROWS), ("signed", "u1", ROWS),
+        ("C", "f8", (ROWS, 9)),
         ("gap", "f8", 6), ("gap_rate", "f8", 6),
         # -- results of an evaluation, and those of the stages of a step (the last is its end, the next one's start)
         ("q_dot", "f8", 9), ("v_dot", "f8", 9), ("lam", "f8", ROWS), ("shift", "f8", 9), ("power", "f8"),
         ("k_q", "f8", (5, 9)), ("k_v", "f8", (5, 9)), ("k_lam", "f8", (5, ROWS)), ("k_power", "f8", 5),
         ("k_shift", "f8", 9), ("k_gap", "f8", 6), ("k_gap_rate", "f8", 6),
-        # -- the search for an event: gaps, their rates and multipliers at both ends of the bracket, and who is beyond it
+
+               # -- the search for an event: both ends of the bracket, who is beyond it, who has only hopped
         ("b_gap", "f8", (2, 6)), ("b_rate", "f8", (2, 6)), ("b_lam", "f8", (2, 6)), ("beyond", "u1", 6),
         ("resting", "u1", 6),
         # -- the tick's impulses of the constraints [N s, N m s], and the run's ledger [J]

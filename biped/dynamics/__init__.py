@@ -1,0 +1,17 @@
+"""Chapter II as a library: constrained mechanical systems, integrated without drift and without iteration."""
+
+from biped.dynamics.integrate import Trajectory, integrate
+from biped.dynamics.schemes import EULER, RK4, RK8, Correction, Scheme
+from biped.dynamics.system import ConstrainedSystem, Evaluation
+
+__all__ = [
+    "EULER",
+    "RK4",
+    "RK8",
+    "ConstrainedSystem",
+    "Correction",
+    "Evaluation",
+    "Scheme",
+    "Trajectory",
+    "integrate",
+]

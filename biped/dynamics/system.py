@@ -1,0 +1,168 @@
+"""A constrained mechanical system, as a few plain functions."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import float64, njit, types
+from numba.core.errors import NumbaError
+
+from biped.errors import InputError
+
+_V, _M = float64[::1], float64[:, ::1]
+VECTOR = types.void(float64, _V, _V, _V, _V)
+MATRIX = types.void(float64, _V, _V, _V, _M)
+SCALAR = float64(float64, _V, _V, _V)
+SIGNATURES = {
+    "mass": MATRIX,
+    "force": VECTOR,
+    "phi": VECTOR,
+    "A": MATRIX,
+    "b_q": VECTOR,
+    "b_v": VECTOR,
+    "potential": SCALAR,
+}
+"""What the compiled loop calls, in its order: every function gets (t, q, v, p) and an array to fill."""
+
+
+def _nothing(t, q, v, p, out):
+    """Leave the zeros that are there."""
+
+
+def _no_potential(t, q, v, p):
+    """Say that a potential was not given."""
+    return np.nan
+
+
+class Evaluation(NamedTuple):
+    """Everything that describes a system in one state."""
+
+    M: np.ndarray  # (n, n) mass matrix
+    Q: np.ndarray  # (n,) generalized force
+    phi: np.ndarray  # (m,) Φ
+    A: np.ndarray  # (m, n) ∂Φ/∂q
+    b_q: np.ndarray  # (m,) −∂Φ/∂t
+    b_v: np.ndarray  # (m,) −Ȧv + ḃ_q
+
+    def phi_dot(self, v: np.ndarray) -> np.ndarray:
+        """Φ̇ = A v − b_q, (m,)."""
+        return self.A @ v - self.b_q
+
+
+@dataclass(frozen=True, eq=False)
+class ConstrainedSystem:
+    """M(t, q) v̇ = Q(t, q, v) under Φ(t, q) = 0: equations (2.1)–(2.7).
+
+    Every function has the arguments `(t, q, v, p, out)`: time [s], coordinates (n,), velocities (n,), the
+    parameters of the system, and an array **full of zeros** in which it writes what is not zero. They are
+    compiled with numba when first needed, so each must be a plain function of numbers and numpy arrays.
+
+    The constraints may be redundant, time-dependent (`b_q`) and singular in places. A row that exists on
+    the velocity level alone (nonholonomic, A v = b_q) leaves its Φ at zero.
+
+    Attributes:
+        n: Number of coordinates.
+        m: Number of constraints.
+        mass: Fills M (n, n), symmetric and positive definite; called as (t, q, v, p, M).
+        force: Fills the generalized force Q (n,), velocity-dependent inertia terms included.
+        phi: Fills Φ (m,).
+        A: Fills A = ∂Φ/∂q (m, n).
+        b_q: Fills b_q = −∂Φ/∂t (m,); not given: zero, the constraints do not depend on time.
+        b_v: Fills b_v (m,), such that A v̇ = b_v is dΦ̇/dt = 0.
+        potential: Returns the potential energy [J], called as (t, q, v, p); for energies and `energy_scaled`.
+        params: Parameters, handed to every function as the array p.
+        name: Name in messages.
+        compiled: False runs the functions as ordinary Python (slow: for functions numba cannot compile).
+    """
+
+    n: int
+    m: int
+    mass: Callable[..., Any] = field(repr=False)
+    force: Callable[..., Any] = field(repr=False)
+    phi: Callable[..., Any] = field(default=_nothing, repr=False)
+    A: Callable[..., Any] = field(default=_nothing, repr=False)
+    b_q: Callable[..., Any] = field(default=_nothing, repr=False)
+    b_v: Callable[..., Any] = field(default=_nothing, repr=False)
+    potential: Callable[..., Any] = field(default=_no_potential, repr=False)
+    params: Sequence[float] | np.ndarray = ()
+    name: str = "system"
+    compiled: bool = True
+
+    def __post_init__(self) -> None:
+        """Refuse sizes that make no sense and constraints without their functions."""
+        if self.n < 1 or self.m < 0:
+            raise InputError(
+                f"{self.name}: n must be at least 1 and m at least 0, not n={self.n}, m={self.m}"
+            )
+        missing = [name for name in ("phi", "A", "b_v") if getattr(self, name) is _nothing]
+        if self.m > 0 and "A" in missing:
+            raise InputError(f"{self.name}: {self.m} constraints need the functions phi, A and b_v")
+
+    @cached_property
+    def p(self) -> np.ndarray:
+        """The parameters as the functions get them, (k,)."""
+        p = np.ascontiguousarray(self.params, dtype=float).ravel()
+        if not np.isfinite(p).all():
+            raise InputError(f"{self.name}: params must be finite, not {p}")
+        return p
+
+    @property
+    def has_potential(self) -> bool:
+        """Whether a potential was given."""
+        return self.potential is not _no_potential
+
+    @cached_property
+    def functions(self) -> tuple[Callable[..., Any], ...]:
+        """The functions in the order of `SIGNATURES`, compiled unless `compiled` is False."""
+        chosen = {name: getattr(self, name) for name in SIGNATURES}
+        if not self.compiled:
+            return tuple(chosen.values())
+        return tuple(_compile(self.name, name, chosen[name]) for name in SIGNATURES)
+
+    def with_params(self, params: Sequence[float] | np.ndarray) -> "ConstrainedSystem":
+        """The same system with other parameters; nothing is compiled again."""
+        return replace(self, params=params)
+
+    def evaluate(self, t: float, q: np.ndarray, v: np.ndarray) -> Evaluation:
+        """Every function in one state."""
+        mass, force, phi, A, b_q, b_v, _ = self.functions
+        n, m = self.n, self.m
+        e = Evaluation(*(np.zeros(shape) for shape in ((n, n), n, m, (m, n), m, m)))
+        for function, out in ((mass, e.M), (force, e.Q), (phi, e.phi), (A, e.A), (b_q, e.b_q), (b_v, e.b_v)):
+            function(t, q, v, self.p, out)
+        return e
+
+    def energy(self, t: float, q: np.ndarray, v: np.ndarray) -> float:
+        """Kinetic and potential energy [J].
+
+        Raises:
+            InputError: The system was given no potential.
+        """
+        if not self.has_potential:
+            raise InputError(f"{self.name}: energies need a potential")
+        return float(0.5 * v @ self.evaluate(t, q, v).M @ v + self.functions[-1](t, q, v, self.p))
+
+
+_COMPILED: dict[tuple[Callable[..., Any], str], Callable[..., Any]] = {}
+
+
+def _compile(system: str, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+    plain = getattr(function, "py_func", function)
+    kind = "matrix" if SIGNATURES[name] is MATRIX else name if SIGNATURES[name] is SCALAR else "vector"
+    if (plain, kind) not in _COMPILED:
+        try:
+            _COMPILED[plain, kind] = _jit(plain, SIGNATURES[name])
+        except NumbaError as error:
+            raise InputError(
+                f"{system}: the function {name} cannot be compiled; mend it or pass compiled=False.\n{error}"
+            ) from error
+    return _COMPILED[plain, kind]
+
+
+def _jit(function: Callable[..., Any], signature: Any) -> Callable[..., Any]:
+    try:
+        return njit(signature, cache=True, error_model="numpy")(function)
+    except RuntimeError:  # no file to keep the compiled code beside: a prompt, a notebook, exec
+        return njit(signature, error_model="numpy")(function)
