@@ -65,6 +65,14 @@ def _parser() -> _Parser:
     check.add_argument("--junit", type=Path, metavar="FILE", help="also write JUnit XML")
     compare = scenarios("compare", "run scenarios in both engines: every metric side by side, with its gap")
     compare.add_argument("--out", type=Path, help="folder for figures and recordings (default: new ones below runs/)")
+    tune = commands.add_parser("tune", help="find gains that serve a scenario's conditions",
+                               description="Finds gains that serve the conditions in a scenario's [tune].")  # fmt: skip
+    tune.add_argument("scenario", help="name in scenarios/, or path of a scenario file with a [tune] table")
+    tune.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
+                      help="change a key (repeatable)")  # fmt: skip
+    tune.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
+    tune.add_argument("--out", type=Path, help="results folder; an interrupted search in it is continued")
+    tune.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     view = commands.add_parser("view", help="open a recording in the rerun viewer")
     view.add_argument("run", nargs="?", type=Path, help="results folder or .rrd (default: the newest recording)")
     plot = commands.add_parser("plot", help="draw figures of a run or campaign")
@@ -173,6 +181,18 @@ def _check(args: argparse.Namespace) -> int:
     if args.json:
         _print_json(results)
     return DONE if all(result["passed"] for result in results) else FAILED
+
+
+def _tune(args: argparse.Namespace) -> int:
+    from biped.tune.command import tune
+
+    result = tune(args.scenario, args.changes, _jobs(args), args.out)
+    if args.json:
+        _print_json([result])
+    else:
+        print(Path(result["gait"]).read_text(encoding="utf-8"))
+        print(f"{result['runs']} runs, {result['runs_per_second']:.1f} a second; gait in {result['gait']}")
+    return DONE
 
 
 def _compare(args: argparse.Namespace) -> int:
@@ -285,6 +305,7 @@ _COMMANDS = {
     "run": _run,
     "check": _check,
     "compare": _compare,
+    "tune": _tune,
     "view": _view,
     "plot": _plot,
     "report": _report,

@@ -70,8 +70,8 @@ class Plan:
         self._gaits: dict[tuple[str, Gains], Gains] = {}
         self._starts: dict[tuple[str, Start, bytes], np.ndarray] = {}
         # Gains are written out, so that they can be swept and a saved scenario does not depend on a gait file; unless
-        # the gait file itself varies.
-        if "controller" not in scenario.sweep.keys() | scenario.randomise.draw.keys():
+        # the gait file itself varies, or the speed of a family.
+        if not {"controller", "gains.speed"} & (scenario.sweep.keys() | scenario.randomise.draw.keys()):
             scenario = msgspec.structs.replace(scenario, gains=self._gait(scenario))
         self.scenario = scenario
         self.points = points_of(scenario)

@@ -13,7 +13,7 @@ import msgspec
 
 from biped.errors import InputError
 from biped.files import canonical, label, layered, locate, merge, nearest
-from biped.scenario import Gains, Scenario
+from biped.scenario import GAINS, Gains, Scenario
 from biped.valid import convert, known_keys, possible
 
 COMMAND_LINE = Path("--set")
@@ -126,12 +126,15 @@ def read_gains(path: Path, override: Gains) -> Gains:
     def fail(key: str, what: str) -> InputError:
         return InputError(f"{source(key, origin, path)}: {key}: {what}")
 
+    speeds = data.pop("speeds", ())
     known_keys(data, Gains, "", fail)
     gains = convert(data, Gains, fail)
-    merged = {
-        name: mine if (mine := getattr(override, name)) is not None else getattr(gains, name)
-        for name in Gains.__struct_fields__
-    }
+    if override.speed is not None:
+        from biped.family import Knot, gains_at
+
+        knots = convert(speeds, tuple[Knot, ...], lambda key, what: fail(f"speeds{key}", what))
+        gains = msgspec.structs.replace(gains, **gains_at(knots, override.speed, fail))
+    merged = {name: mine if (mine := getattr(override, name)) is not None else getattr(gains, name) for name in GAINS}
     missing = [name for name, value in merged.items() if value is None]
     if missing:
         raise InputError(f"{label(path)}: {missing[0]}: missing; a gait has {', '.join(merged)}")
@@ -151,3 +154,15 @@ def _without_none(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_without_none(v) for v in value]
     return value
+
+
+def changed(scenario: Scenario, part: dict[str, Any], where: Path) -> Scenario:
+    """The scenario with part of another laid over it, checked like a file called `where`.
+
+    Raises:
+        InputError: Anything in the part is unknown, of the wrong type or impossible.
+    """
+    data = _without_none(msgspec.to_builtins(scenario))
+    origin: dict[str, Path] = {}
+    merge(data, _without_none(part), origin, where)
+    return _checked(data, origin, where)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
-from typing import Any, get_args, get_type_hints
+from types import UnionType
+from typing import Any, get_args, get_origin, get_type_hints
 
 import msgspec
 
@@ -70,8 +71,11 @@ def known_keys(data: Any, kind: type, at: str, fail: Fail) -> None:
                 raise fail("push", "expected a list of tables, each headed [[push]]")
             for i, push in enumerate(value):
                 known_keys(push, Push, f"push[{i}].", fail)
-        elif isinstance(value, dict) and isinstance(hints[key], type) and issubclass(hints[key], msgspec.Struct):
-            known_keys(value, hints[key], f"{dotted}.", fail)
+        elif isinstance(value, dict) and (record := _record(hints[key])) is not None:
+            known_keys(value, record, f"{dotted}.", fail)
+        elif isinstance(value, dict) and (named := _named_records(hints[key])) is not None:
+            for name, inner in value.items():
+                _table(inner, named, f"{dotted}.{name}", "{ }", fail)
         elif isinstance(value, str) and (choices := _choices(hints[key])) and value not in choices:
             raise fail(dotted, f"expected one of {', '.join(choices)}, got '{value}'; {nearest(value, choices)}")
 
@@ -111,6 +115,17 @@ def _table(value: Any, kind: type, at: str, example: str, fail: Fail) -> None:
         raise fail(at, f"expected a table such as {example}, got {value!r}")
     known_keys(value, kind, f"{at}.", fail)
     convert(value, kind, lambda inside, what: fail(f"{at}.{inside}", what))
+
+
+def _record(hint: Any) -> type | None:
+    """The record that a field holds, if it holds one, perhaps optionally."""
+    kinds = [kind for kind in (hint, *get_args(hint)) if isinstance(kind, type) and issubclass(kind, msgspec.Struct)]
+    return kinds[0] if kinds and get_origin(hint) in (None, UnionType) else None
+
+
+def _named_records(hint: Any) -> type | None:
+    """The records that a table of freely named records holds."""
+    return _record(get_args(hint)[1]) if get_origin(hint) is dict else None
 
 
 def _choices(hint: Any) -> list[str]:

@@ -15,7 +15,9 @@ from biped.files import nearest
 from biped.scenario import Distribution, Scenario
 from biped.valid import humane, possible
 
-FIXED = ("randomise", "sweep", "seed", "expect", "thesis", "window", "engine", "law", "description", "threshold")
+FIXED = (
+    "randomise", "sweep", "seed", "expect", "thesis", "window", "engine", "law", "description", "threshold", "tune",
+)  # fmt: skip
 """Sections that say what a campaign is and cannot vary within it."""
 
 
