@@ -288,7 +288,7 @@ def _stability(args: argparse.Namespace) -> int:
 
 
 def _list(args: argparse.Namespace) -> int:
-    from biped.commands import listing
+    from biped.catalogue import listing
 
     lines = listing()
     width = max(len(name) for _, name, _ in lines)

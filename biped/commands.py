@@ -10,7 +10,7 @@ from typing import Any
 
 from biped import campaign
 from biped.errors import InputError
-from biped.files import canonical, label, locate, names, read_toml
+from biped.files import canonical, label, locate
 from biped.plan import Plan
 from biped.reading import blaming, read_scenario
 from biped.results import Folder, new_folder, result_of
@@ -135,24 +135,6 @@ def _ensemble(plan: Plan, indices: Sequence[int], jobs: int, where: Folder | Non
                     where.note(row)
                 advance()
     return [done[index] for index in indices]
-
-
-def listing() -> list[tuple[str, str, str]]:
-    """Every model, controller and scenario that has a name: (kind, name, one line)."""
-    lines = []
-    for kind in ("models", "controllers", "scenarios"):
-        for name in names(kind):
-            lines.append((kind, name, _one_line(kind, name)))
-    return lines
-
-
-def _one_line(kind: str, name: str) -> str:
-    path = locate(kind, name, "list")
-    if kind == "models":
-        text = path.read_text(encoding="utf-8")
-        comment = text.partition("<!--")[2].partition("-->")[0].strip()
-        return comment.partition(";")[0].partition("\n")[0].strip()
-    return str(read_toml(path).get("description", ""))
 
 
 def results_at(path: Path) -> dict[str, Any]:
