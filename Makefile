@@ -9,7 +9,7 @@ STAMP := $(VENV)/.installed
 export OPENBLAS_NUM_THREADS := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help setup run view test test-all check bench lint format lock clean
+.PHONY: help setup run view test test-all stress check bench lint format lock clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -35,11 +35,15 @@ test: setup ## the default tests (minutes)
 test-all: setup ## every test, the slow ones too
 	$(BIN)/python -m pytest -m "slow or not slow"
 
+stress: setup ## extremes: steps, contacts, masses, starts, pushes, sensors; random physical models
+	$(BIN)/python -m pytest tests/test_stress.py tests/test_properties.py -m "slow or not slow"
+
 check: setup ## the fixed-seed regression scenarios, as in CI
 	$(BIN)/biped check scenarios/ci/*.toml --junit checks.xml
 
 bench: setup ## run time against error
 	$(BIN)/biped bench throughput
+	$(BIN)/biped bench walking
 	$(BIN)/biped bench mechanisms
 
 lint: setup ## ruff and the type checker

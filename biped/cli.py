@@ -82,8 +82,18 @@ def _parser() -> _Parser:
     report.add_argument("--out", type=Path, default=Path("report.md"), help="the file (default: report.md)")
     report.add_argument("--title", default="Campaigns", help="its heading")
     bench = commands.add_parser("bench", help="run time against error, and what things cost")
-    bench.add_argument("what", choices=["throughput"], help="what to measure")
+    bench.add_argument("what", choices=["throughput", "walking", "mechanisms"], help="what to measure")
+    bench.add_argument("--out", type=Path, help="walking, mechanisms: folder for figures")
+    bench.add_argument("--quick", action="store_true", help="mechanisms: fewer repeats and settings")
     bench.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    stability = commands.add_parser("stability", help="a gait as a limit cycle: return map and Floquet multipliers")
+    stability.add_argument("scenario", nargs="?", help="name in scenarios/, or path of a scenario file")
+    stability.add_argument("--reference", action="store_true", help="solve the walkers whose multipliers are known")
+    stability.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
+                           help="change a key (VALUE is TOML; repeatable)")  # fmt: skip
+    stability.add_argument("--engine", help="engine to run in")
+    stability.add_argument("--out", type=Path, help="folder of figure and numbers (default: a new one below runs/)")
+    stability.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     commands.add_parser("list", help="models, controllers and scenarios, with a line each")
     return parser
 
@@ -248,10 +258,33 @@ def _report(args: argparse.Namespace) -> int:
 
 
 def _bench(args: argparse.Namespace) -> int:
+    if args.what == "walking":
+        from biped.bench import walking
+
+        walking.run(json=args.json, out=args.out)
+        return DONE
+    if args.what == "mechanisms":
+        from biped.bench import mechanisms
+
+        mechanisms.run(json=args.json, figures=args.out, quick=args.quick)
+        return DONE
     from biped.bench import throughput
 
     throughput.run(json=args.json)
     return DONE
+
+
+def _stability(args: argparse.Namespace) -> int:
+    if args.reference == (args.scenario is not None):
+        raise InputError("stability: expected a scenario, or --reference alone")
+    if args.reference:
+        from biped.stability import reference
+
+        reference.show(args.json)
+        return DONE
+    from biped.stability import study
+
+    return DONE if study.run(args.scenario, _changes(args), args.out, args.json) else FAILED
 
 
 def _list(args: argparse.Namespace) -> int:
@@ -277,6 +310,7 @@ _COMMANDS = {
     "plot": _plot,
     "report": _report,
     "bench": _bench,
+    "stability": _stability,
     "list": _list,
 }
 

@@ -51,6 +51,7 @@ class Tree(NamedTuple):
         mass: (7,) [kg].
         inertia: (7,) [kg m²] about the centre of mass, around the hinge axis.
         armature: (6,) [kg m²] reflected actuator inertia of hip, knee, ankle; right, then left.
+        damping: (6,) [N m s/rad] viscous damping of the same joints.
         point: (4, 2) [m] toe and heel of each foot.
     """
 
@@ -59,6 +60,7 @@ class Tree(NamedTuple):
     mass: np.ndarray
     inertia: np.ndarray
     armature: np.ndarray
+    damping: np.ndarray
     point: np.ndarray
 
     @property
@@ -95,6 +97,7 @@ def tree_of(model, name: str) -> Tree:
         mass=np.array(model.body_mass[bodies]),
         inertia=np.array(inertia),
         armature=np.array(model.dof_armature[3:]),
+        damping=np.array(model.dof_damping[3:]),
         point=np.array(model.site_pos[[model.site(point).id for point in POINTS]][:, planar]),
     )
 

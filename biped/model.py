@@ -78,6 +78,7 @@ def true_tree(tree: Tree, truth: Truth) -> Tree:
         com=tree.com * length[:, None],
         mass=tree.mass * mass,
         inertia=tree.inertia * mass * length**2 * np.array(truth.inertia),
+        damping=tree.damping + truth.joint_damping,
         point=tree.point * length[list(POINT_LINK)][:, None],
     )
 

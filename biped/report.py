@@ -11,6 +11,7 @@ from biped.errors import InputError
 from biped.reading import read_scenario
 from biped.recorded import plot_results
 from biped.scenario import Scenario
+from biped.sweeps import threshold_words
 from biped.terminal import causes_of, number
 
 _COLUMNS = ("speed", "cost_of_transport", "double_support")
@@ -55,9 +56,7 @@ def _section(result: Mapping[str, Any], scenario: Scenario, figures: Sequence[Pa
     if "points" in result:
         lines.append("\n" + _points(result["points"]))
         for t in result["thresholds"]:
-            holds = "no value holds" if t["holds_to"] is None else f"holds to {number(t['holds_to'])}"
-            fails = "" if t["fails_at"] is None else f", fails at {number(t['fails_at'])}"
-            lines.append(f"- threshold of `{t['key']}` at a rate of {t['rate']:.0%}: {holds}{fails}")
+            lines.append(f"- {threshold_words(t)}")
     else:
         lines.append("\n" + _numbers(summary, result["thesis"]))
     for check in result["checks"]:

@@ -128,7 +128,7 @@ class Simulation(Section, frozen=True):
 
     timestep: Positive = 0.001
     control_rate: Positive = 1000.0
-    integrator: Literal["Euler", "implicitfast", "implicit", "RK4"] = "Euler"
+    integrator: Literal["Euler", "implicitfast", "implicit", "RK4", "discrete"] = "Euler"
     cone: Literal["elliptic", "pyramidal"] = "elliptic"
     impratio: Positive = 10.0
     tolerance: NonNegative = 1e-10

@@ -45,32 +45,40 @@ def by_point(scenario: Scenario, rows: Sequence[Mapping[str, Any]]) -> list[dict
 
 
 def thresholds(scenario: Scenario, points: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """The robust threshold of each swept number: the largest up to which every smaller one holds too.
+    """The robust threshold of the first swept key, if that is a number: how far every smaller value holds too.
 
     A value holds when at least `threshold.rate` of the runs walked *at every point* that has it. Values are taken by
     size, from zero outwards and separately for either sign, so that one lucky pocket beyond a failure counts nothing.
 
     Returns:
-        For each swept key with numbers: `key`, `sign` (+1 or -1), `rate`, `holds_to` (None if not even the smallest
-        holds) and `fails_at` (None if all hold).
+        For either sign that occurs: `key`, `sign` (+1 or -1), `rate`, `holds_to` (None if not even the smallest holds)
+        and `fails_at` (None if all hold).
     """
+    key, values = next(iter(scenario.sweep.items()))
+    numbers = [value for value in values if isinstance(value, int | float) and not isinstance(value, bool)]
+    if len(numbers) < len(values):
+        return []
     out = []
-    for key, values in scenario.sweep.items():
-        numbers = [value for value in values if isinstance(value, int | float) and not isinstance(value, bool)]
-        if len(numbers) < len(values):
+    for sign in (1, -1):
+        ladder = sorted({value for value in numbers if sign * value > 0 or (value == 0 and sign > 0)}, key=abs)
+        if not ladder:
             continue
-        for sign in (1, -1):
-            ladder = sorted({value for value in numbers if sign * value > 0 or (value == 0 and sign > 0)}, key=abs)
-            if not ladder:
-                continue
-            holds_to, fails_at = None, None
-            for value in ladder:
-                rates = [point["rate"] for point in points if point["values"][key] == value]
-                if not rates or min(rates) < scenario.threshold.rate:
-                    fails_at = value
-                    break
-                holds_to = value
-            out.append(
-                {"key": key, "sign": sign, "rate": scenario.threshold.rate, "holds_to": holds_to, "fails_at": fails_at}
-            )
+        holds_to, fails_at = None, None
+        for value in ladder:
+            rates = [point["rate"] for point in points if point["values"][key] == value]
+            if not rates or min(rates) < scenario.threshold.rate:
+                fails_at = value
+                break
+            holds_to = value
+        out.append(
+            {"key": key, "sign": sign, "rate": scenario.threshold.rate, "holds_to": holds_to, "fails_at": fails_at}
+        )
     return out
+
+
+def threshold_words(t: Mapping[str, Any]) -> str:
+    """A threshold in words."""
+    way = "upwards" if t["sign"] > 0 else "downwards"
+    holds = "not even the smallest value holds" if t["holds_to"] is None else f"holds to {t['holds_to']:g}"
+    fails = "" if t["fails_at"] is None else f", fails at {t['fails_at']:g}"
+    return f"threshold of {t['key']} from zero {way}, at a rate of {t['rate']:.0%} at every point: {holds}{fails}"

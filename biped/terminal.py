@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from biped.metrics import NAMES
+from biped.sweeps import threshold_words
 
 _MAIN = (
     "speed", "cost_of_transport", "cost_of_transport_absolute", "cost_of_transport_positive", "double_support",
@@ -84,8 +85,7 @@ def show_points(result: Mapping[str, Any]) -> None:
         )  # fmt: skip
     out.print(table)
     for t in result["thresholds"]:
-        holds = "no value holds" if t["holds_to"] is None else f"holds up to {number(t['holds_to'])}"
-        out.print(f"  {t['key']}: {holds} at a rate of {t['rate']:.0%}, everything below it included")
+        out.print(f"  {threshold_words(t)}")
 
 
 def causes_of(runs: Sequence[Mapping[str, Any]]) -> list[tuple[str, int]]:

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from biped import campaign
 from biped.engines.mujoco import simulate
 from biped.geometry import motion
 from biped.metrics import NAMES, aggregate, measure
@@ -17,7 +18,7 @@ from biped.metrics.gait import commonest_cycle, strikes
 from biped.metrics.ground import centre_of_pressure
 from biped.model import compile_foreign
 from biped.plan import Plan
-from biped.scenario import Ground, Scenario, Simulation, Start
+from biped.scenario import Actuation, Ground, Scenario, Simulation, Start, Truth
 from tests.control.bench import HUMAN
 from tests.runs import SCENARIOS, made, mirrored, synthetic, tree
 
@@ -244,3 +245,15 @@ def test_ensemble_means_are_over_walkers():
     assert (whole["falls"], whole["walked"], whole["speed"]) == (1, 2, 1.5)
     assert aggregate(runs[2:])["speed"] == 9.0
     assert math.isnan(aggregate([runs[2] | {"speed": math.nan}])["speed"])
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "home"])
+def test_damped_joints_are_accounted_for(engine):
+    walk = Scenario(
+        duration=1.5, engine=engine, start=Start(posture="heel_toe"), actuation=Actuation(mode="generalized"),
+        truth=Truth(joint_damping=2.0),
+    )  # fmt: skip
+    t = campaign.simulate(Plan(walk).run(0))
+    assert residual(t) < 5e-3
+    undamped = replace(t, tree=t.tree._replace(damping=np.zeros(6)))
+    assert residual(undamped) > 10.0 * residual(t)

@@ -160,7 +160,7 @@ def measure(quick: bool = False, progress: Callable[[str], None] = lambda line: 
             try:
                 error, cpu = _measure(run, exact, repeats)
             except (BipedError, RuntimeError, ValueError) as failure:
-                note = " ".join(str(failure).split())[:160]
+                note = str(failure).split(" s: ")[-1].split(":")[0]
                 points.append(Point(problem, name, ours, setting, None, None, note))
                 continue
             finite = bool(np.isfinite(error))
@@ -237,7 +237,7 @@ def run(json: bool = False, figures: Path | None = None, quick: bool = False) ->
     else:
         _show(report)
     if figures is not None:
-        from biped.bench import chapter2, work_precision
+        from biped.figures import chapter2, work_precision
 
         figures.mkdir(parents=True, exist_ok=True)
         work_precision.draw(report.points, figures)

@@ -132,9 +132,7 @@ def exudyn_index3(dt: float) -> Run:
 
     def hinge(one: Any, x1: float, two: Any, x2: float) -> None:
         places = ((one, x1), (two, x2))
-        markers = [
-            system.AddMarker(MarkerBodyPosition(bodyNumber=b, localPosition=[x, 0.0, 0.0])) for b, x in places
-        ]
+        markers = [system.AddMarker(MarkerBodyPosition(bodyNumber=b, localPosition=[x, 0.0, 0.0])) for b, x in places]
         system.AddObject(RevoluteJoint2D(markerNumbers=markers))
 
     with warnings.catch_warnings():

@@ -9,9 +9,7 @@ from biped.errors import InputError
 STEP = 1e-6
 
 
-def check_derivatives(
-    system: ConstrainedSystem, t: float, q: ArrayLike, v: ArrayLike, tolerance: float = 1e-6
-) -> None:
+def check_derivatives(system: ConstrainedSystem, t: float, q: ArrayLike, v: ArrayLike, tolerance: float = 1e-6) -> None:
     """Compare A, b_q, b_v (and the potential's force) with central differences in one state.
 
     The potential is compared only through the power of the forces at v = 0, so dissipation and drives that
@@ -49,15 +47,11 @@ def check_derivatives(
         _compare(system, "force (against the potential)", rest, -np.array(slope), tolerance)
 
 
-def _compare(
-    system: ConstrainedSystem, name: str, given: np.ndarray, found: np.ndarray, tolerance: float
-) -> None:
+def _compare(system: ConstrainedSystem, name: str, given: np.ndarray, found: np.ndarray, tolerance: float) -> None:
     if given.size == 0:
         return
     gap = np.abs(given - found)
     if not gap.max() <= tolerance * max(1.0, np.abs(found).max()):
         place = np.unravel_index(np.argmax(np.where(np.isnan(gap), np.inf, gap)), gap.shape)
         where = ", ".join(str(int(i)) for i in place)
-        raise InputError(
-            f"{system.name}: {name}[{where}] is {given[place]:g}, but differences give {found[place]:g}"
-        )
+        raise InputError(f"{system.name}: {name}[{where}] is {given[place]:g}, but differences give {found[place]:g}")

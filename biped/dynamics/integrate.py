@@ -110,9 +110,7 @@ def compiled_march() -> Any:
     functions = [types.FunctionType(signature) for signature in SIGNATURES.values()]
     vector, matrix = float64[::1], float64[:, ::1]
     grid = typeof(march.Grid(0.0, 0.0, 1, 1))
-    out = types.NamedTuple(
-        (vector, matrix, matrix, vector, vector, vector, int64[::1], int64[::1]), march.Samples
-    )
+    out = types.NamedTuple((vector, matrix, matrix, vector, vector, vector, int64[::1], int64[::1]), march.Samples)
     scheme = (typeof(RK4.settings()), typeof(RK4.tableau))
     signature = (*functions, vector, grid, *scheme, vector, vector, typeof(stages.room(1, 1, 1)), out)
     return kernel(march.march, signature)

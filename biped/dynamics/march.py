@@ -25,10 +25,11 @@ OK, INDEFINITE, NOT_FINITE, NOT_PROJECTED, TOO_MANY_RETRIES, UNSETTLED = range(6
 PROJECTIONS = 30  # Newton iterations of a projection
 PROJECTED_TO = 1e-14  # and the relative motion of q that ends them
 RETRIES = 30  # refusals of one adaptive step
-MOST_STEPS = 10_000_000  # of an adaptive run
+MOST_STEPS = 1_000_000  # of an adaptive run
 CUTS = (0.382, 0.618, 0.236, 0.764)  # where a step is parted to keep its stages off a singularity
 LEAVE = 0.1  # part of a step that leaves a singular start: less, and rounding errors grow
 GUARD = 1e-2  # pivot ratio below which an adaptive step may fail its error test
+WAIVED = 1e-2  # and the relative error it may then make
 LARGE = 0.1  # correction, as a part of the step's motion, that must shrink
 PATIENCE = 6  # steps that it may fail to
 
@@ -153,7 +154,7 @@ def march(mass, force, phi, A, b_q, b_v, potential, p, grid, settings, tableau, 
                 # leaves as large an error as it mends, again and again.
                 lasting = size > LARGE * motion and size > 0.9 * last_size
                 unsettled = unsettled + 1 if lasting else max(unsettled - 1, 0)
-                if unsettled == PATIENCE or (k == grid.steps and lasting and size > first_size):
+                if not adaptive and (unsettled == PATIENCE or (k == grid.steps and lasting and size > first_size)):
                     return UNSETTLED, t
                 first_size = size if out.count[TAKEN] == 0 else first_size
                 last_size = size
@@ -194,16 +195,20 @@ def march(mass, force, phi, A, b_q, b_v, potential, p, grid, settings, tableau, 
         finite = failure == OK and leave_step(step, tableau, q, v, room)
         if adaptive:
             error = error_norm(step, tableau, settings, q, v, room) if finite else np.inf
+            near = min(nearest, ratio) < GUARD
             if error <= 1.0:
-                passed = step
+                passed = passed if near else step
                 longer = step * min(5.0, 0.9 * max(error, 1e-12) ** (-1.0 / 8.0))
                 h = max(h, longer) if tries == 0 and step < h else longer
-            elif finite and min(nearest, ratio) < GUARD and step < 0.1 * passed:
-                h = step  # so near a singularity the estimate is noise: keep the step, waive the test
+            elif near and step <= passed and error * settings.rtol < WAIVED:
+                # So near a singularity the estimate is noise, and more noise with shorter steps: keep the
+                # step that was right before.
+                h = step
             else:
                 out.count[REFUSED] += 1
                 tries += 1
-                step *= max(0.2, 0.9 * error ** (-1.0 / 8.0))
+                shorter = step * max(0.2, 0.9 * error ** (-1.0 / 8.0))
+                step = passed if near and step > passed else shorter
                 if tries > RETRIES or step < 1e-14 * max(abs(t), grid.dt) or out.count[TAKEN] > MOST_STEPS:
                     return TOO_MANY_RETRIES, t
                 continue

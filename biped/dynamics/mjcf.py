@@ -140,9 +140,7 @@ class _Tree:
         self.update(q, v)
         frame = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
         for i, ends in enumerate(self.anchors):
-            drift = [
-                pin.getFrameClassicalAcceleration(self.model, self.data, end, frame).linear for end in ends
-            ]
+            drift = [pin.getFrameClassicalAcceleration(self.model, self.data, end, frame).linear for end in ends]
             b_v[3 * i : 3 * i + 3] = drift[1] - drift[0]
 
     def potential(self, t, q, v, p):

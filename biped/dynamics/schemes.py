@@ -90,9 +90,7 @@ class Scheme:
     def baumgarte(self, alpha: float, beta: float) -> "Scheme":
         """The same method with Baumgarte's stabilisation, Φ̈ + 2αΦ̇ + β²Φ = 0 [1/s]."""
         if not (alpha >= 0.0 and beta >= 0.0 and np.isfinite(alpha + beta)):
-            raise InputError(
-                f"Baumgarte's alpha and beta must be finite and not negative, not {alpha}, {beta}"
-            )
+            raise InputError(f"Baumgarte's alpha and beta must be finite and not negative, not {alpha}, {beta}")
         return replace(
             self,
             name=f"{self.name}, Baumgarte {alpha:g}",
@@ -124,7 +122,7 @@ class Scheme:
             raise InputError(f"{self.name} has no embedded pair: adaptive steps need RK8")
         if not (rtol >= LEAST_RTOL and atol > 0.0 and np.isfinite(rtol + atol)):
             raise InputError(
-                f"tolerances must be finite and at least rtol={LEAST_RTOL}, atol>0, not rtol={rtol}, atol={atol}"
+                f"tolerances must be finite and at least rtol={LEAST_RTOL} and atol > 0, not rtol={rtol}, atol={atol}"
             )
         return replace(self, name=f"{self.name}, adaptive {rtol:g}", rtol=rtol, atol=atol)
 

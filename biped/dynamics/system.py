@@ -93,9 +93,7 @@ class ConstrainedSystem:
     def __post_init__(self) -> None:
         """Refuse sizes that make no sense and constraints without their functions."""
         if self.n < 1 or self.m < 0:
-            raise InputError(
-                f"{self.name}: n must be at least 1 and m at least 0, not n={self.n}, m={self.m}"
-            )
+            raise InputError(f"{self.name}: n must be at least 1 and m at least 0, not n={self.n}, m={self.m}")
         missing = [name for name in ("phi", "A", "b_v") if getattr(self, name) is _nothing]
         if self.m > 0 and "A" in missing:
             raise InputError(f"{self.name}: {self.m} constraints need the functions phi, A and b_v")

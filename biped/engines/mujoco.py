@@ -52,4 +52,9 @@ def simulate(run: Run) -> Trajectory:
         for i, w in enumerate(data.warning)
         if w.number
     }
+    if warnings and trajectory.end != "diverged":
+        # What falls because the numbers exploded has not fallen.
+        said = f"MuJoCo warned of {', '.join(warnings)} before {trajectory.time[-1]:.3f} s"
+        cause = f"{said}; {trajectory.cause}" if trajectory.cause else said
+        trajectory = replace(trajectory, end="diverged", cause=cause)
     return replace(trajectory, warnings=warnings)

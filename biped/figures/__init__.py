@@ -8,11 +8,10 @@ from typing import Any
 
 import matplotlib
 
-from biped.errors import InputError
 from biped.figures import campaign, curves
 from biped.figures.overlay import overlay
 from biped.figures.strobe import strobe
-from biped.figures.style import SETTINGS, save
+from biped.figures.style import SETTINGS, make_folder, save
 from biped.signals import finite
 from biped.trajectory import Trajectory
 
@@ -37,7 +36,7 @@ def plot_run(trajectory: Trajectory, folder: Path, *, title: str, window: tuple[
     Raises:
         InputError: A file cannot be written.
     """
-    _make(folder)
+    make_folder(folder)
     trajectory = finite(trajectory)
     with matplotlib.rc_context(SETTINGS):
         drawn = {
@@ -99,7 +98,7 @@ def plot_campaign(
     Raises:
         InputError: A file cannot be written.
     """
-    _make(folder)
+    make_folder(folder)
     with matplotlib.rc_context(SETTINGS):
         drawn = {}
         if points:
@@ -108,10 +107,3 @@ def plot_campaign(
         drawn["costs"] = campaign.costs(rows, title)
         drawn["failures"] = campaign.failures(rows, title)
         return [save(figure, folder / f"{name}.png") for name, figure in drawn.items()]
-
-
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be made: {error.strerror}") from None

@@ -55,6 +55,18 @@ def legend_above(axes: Axes, columns: int) -> None:
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=columns, fontsize=8, borderaxespad=0.0)
 
 
+def make_folder(folder: Path) -> None:
+    """Makes the folder that figures go to, if need be.
+
+    Raises:
+        InputError: It cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made: {error.strerror}") from None
+
+
 def save(drawn: Figure, path: Path) -> Path:
     """Writes a figure as PNG of 128 colours, a third of the size; the same figure gives the same bytes."""
     canvas = FigureCanvasAgg(drawn)

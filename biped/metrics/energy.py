@@ -48,7 +48,8 @@ def _push_power(t: Trajectory, moved: Motion) -> np.ndarray:
 def residual(t: Trajectory) -> float:
     """What work and losses leave unexplained of the change of energy, relative to the work put in.
 
-    Change of energy = work of the actuators, pushes, knee stops and ground forces, up to integration error.
+    Change of energy = work of the actuators, pushes, knee stops, joint damping and ground forces, up to integration
+    error.
     """
     if len(t) < 2:
         return 0.0
@@ -56,9 +57,10 @@ def residual(t: Trajectory) -> float:
     actuators = (t.applied[:-1] * mean).sum(axis=1)
     pushes = _push_power(t, moved)
     stops = t.stop[:-1, 0] * mean[:, 4] + t.stop[:-1, 1] * mean[:, 7]
+    damping = -(t.tree.damping * mean[:, 3:] ** 2).sum(axis=1)
     ground = (t.force[:-1] * moved.point_velocity).sum(axis=(1, 2))
     e = energy(t.tree, t.q[[0, -1]], t.v[[0, -1]], t.slope)
-    work = t.tick * (actuators + pushes + stops + ground).sum()
+    work = t.tick * (actuators + pushes + stops + damping + ground).sum()
     scale = t.tick * (np.abs(actuators) + np.abs(pushes)).sum()
     return float(abs(e[1] - e[0] - work) / max(scale, abs(e[0]) * 1e-3))
 

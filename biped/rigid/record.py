@@ -69,7 +69,7 @@ def rigid_record(path: Path, slope: float, truth: Truth | None = None) -> np.nda
     tree = true_tree(pinocchio_tree(model), truth)
     w["offset"], w["centre"], w["mass"], w["inertia"] = tree.joint, tree.com, tree.mass, tree.inertia
     w["armature"], w["foot"] = tree.armature, tree.point
-    w["damping"] = model.damping[3:] + truth.joint_damping
+    w["damping"] = tree.damping
     w["gravity"] = gravity(slope)
     w["least_loss"] = np.inf
     return out
@@ -87,5 +87,6 @@ def pinocchio_tree(model: pinocchio.Model) -> Tree:
         mass=np.array([inertia.mass for inertia in inertias]),
         inertia=np.array([inertia.inertia[1, 1] for inertia in inertias]),
         armature=np.array(model.armature[3:]),
+        damping=np.array(model.damping[3:]),
         point=np.array([frame.placement.translation[planar] for frame in frames]),
     )

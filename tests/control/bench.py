@@ -85,10 +85,10 @@ class Bench:
     def __init__(self, scenario: Scenario | None = None):
         scenario = scenario or Scenario(actuation=Actuation(torque_limit=1e9))
         self.run = Plan(scenario).run(0)
-        self.record = controller_record(self.run, tree_at(HUMAN))
+        self.record = controller_record(self.run, tree_at(self.run.model))
         self.c = self.record[0]
         self.c["fall_height"], self.c["fall_tilt"] = -1e9, 1e9
-        self.model = believed_model(HUMAN, scenario.ground.slope)
+        self.model = believed_model(self.run.model, scenario.ground.slope)
         self.data = self.model.createData()
         self.log = np.zeros((2, WIDTH))
 

@@ -20,9 +20,7 @@ def error(r, reference, dt):
 
 
 def angle(linkages=2, start=(np.pi / 2, -1.0), duration=10.0, dt=1e-2):
-    return integrate(f.trusted(linkages), [start[0]], [start[1]], duration=duration, dt=dt, scheme=RK8).q[
-        :, 0
-    ]
+    return integrate(f.trusted(linkages), [start[0]], [start[1]], duration=duration, dt=dt, scheme=RK8).q[:, 0]
 
 
 def test_steps_of_a_hundredth(four_bars_reference):
@@ -33,9 +31,7 @@ def test_steps_of_a_hundredth(four_bars_reference):
 
 def test_steps_of_a_hundredth_trusted(four_bars_reference):
     r = integrate(f.trusted(), [np.pi / 2], [-1.0], duration=100.0, dt=1e-2)
-    assert np.abs(2.0 + np.cos(r.q[:, 0]) - four_bars_reference[::10]).max() == pytest.approx(
-        1.72e-4, rel=0.005
-    )
+    assert np.abs(2.0 + np.cos(r.q[:, 0]) - four_bars_reference[::10]).max() == pytest.approx(1.72e-4, rel=0.005)
 
 
 def test_steps_of_a_thousandth(four_bars_reference):
@@ -100,9 +96,7 @@ def duplicated(system, scale):
 def test_duplicated_and_scaled_rows_change_nothing(scale, four_bars_reference):
     r = run(system=duplicated(f.four_bars(), scale))
     assert r.rank.max() == 5
-    assert error(r, four_bars_reference, 1e-2) == pytest.approx(
-        error(run(), four_bars_reference, 1e-2), rel=1e-4
-    )
+    assert error(r, four_bars_reference, 1e-2) == pytest.approx(error(run(), four_bars_reference, 1e-2), rel=1e-4)
 
 
 @pytest.mark.parametrize("rate", [-3.0, 1.0, 5.0])

@@ -130,9 +130,7 @@ def test_a_start_at_any_radius_settles(radius, scheme):
 
 
 def test_baumgarte_keeps_the_drift_small_but_not_gone():
-    drift = {
-        s: run(s, 100.0, 1e-2).phi[-1000:].max() for s in (RK4, RK4.baumgarte(20, 20), RK4.uncorrected())
-    }
+    drift = {s: run(s, 100.0, 1e-2).phi[-1000:].max() for s in (RK4, RK4.baumgarte(20, 20), RK4.uncorrected())}
     ours, baumgarte, uncorrected = drift.values()
     assert ours < 0.1 * baumgarte < 0.01 * uncorrected
 

@@ -71,9 +71,7 @@ def test_momentum_that_no_force_acts_on_stays(scheme, off):
     momentum = np.einsum("i,kid->kd", masses, r.v.reshape(-1, 4, 2))
     np.testing.assert_allclose(momentum, momentum[[0]].repeat(len(momentum), 0), rtol=0, atol=1e-13)
     centre = np.einsum("i,kid->kd", masses, r.q.reshape(-1, 4, 2))
-    np.testing.assert_allclose(
-        centre - np.outer(r.t, momentum[0]), centre[[0]].repeat(len(centre), 0), atol=1e-11
-    )
+    np.testing.assert_allclose(centre - np.outer(r.t, momentum[0]), centre[[0]].repeat(len(centre), 0), atol=1e-11)
 
 
 # --- a skate on a slope: a constraint on velocities alone, with an exact solution ---

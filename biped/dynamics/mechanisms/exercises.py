@@ -57,6 +57,16 @@ def heel(leg: int) -> np.ndarray:
     return point(leg, (-HIP, 0.0), (-THIGH, 0.0), (-SHANK, 0.0), (-HEEL, -ANKLE))
 
 
+def outline(q: np.ndarray, leg: int) -> np.ndarray:
+    """(7, 2) shoulder, hip, knee, ankle, then around the foot to toe, heel (and the ankle again) [m]."""
+    bones = ((-HIP, 0.0), (-THIGH, 0.0), (-SHANK, 0.0))
+    ankle = point(leg, *bones)
+    places = (point(0, (TORSO - HIP, 0.0)), point(leg, bones[0]), point(leg, *bones[:2]), ankle)
+    drawn = (*places, toe(leg), heel(leg), ankle)
+    c, s = np.cos(q[2:]), np.sin(q[2:])
+    return q[:2] + np.array([(a @ c - b @ s, a @ s + b @ c) for a, b in drawn])
+
+
 def _bodies() -> np.ndarray:
     """(7, 16) mass, moment of inertia, α and β of each centre of mass, in the order of the angles."""
     rows = [np.concatenate(([_MASSES[0], _RADII[0]], point(0).ravel()))]

@@ -95,9 +95,7 @@ def four_bars(
     )
 
 
-def start(
-    angle: float, rate: float, linkages: int = 2, length: float = LENGTH
-) -> tuple[np.ndarray, np.ndarray]:
+def start(angle: float, rate: float, linkages: int = 2, length: float = LENGTH) -> tuple[np.ndarray, np.ndarray]:
     """q, v (2(N + 1),) with all supports at an angle [rad] from the horizontal, turning at a rate [rad/s]."""
     joints = np.arange(linkages + 1)
     q = np.stack((joints * length + length * np.cos(angle), np.full(linkages + 1, length * np.sin(angle))), 1)

@@ -100,9 +100,7 @@ def _angle_force(t, q, v, p, Q):
 
 def trusted(params=(LENGTH, MASS, SLIDER, GRAVITY, TORQUE, DAMPING)) -> ConstrainedSystem:
     """The same mechanism in the crank's angle alone: θ₁ = θ, θ₂ = −θ; started at q = v = 0."""
-    return ConstrainedSystem(
-        n=1, m=0, mass=_angle_mass, force=_angle_force, params=params, name="slider-crank (angle)"
-    )
+    return ConstrainedSystem(n=1, m=0, mass=_angle_mass, force=_angle_force, params=params, name="slider-crank (angle)")
 
 
 def slider_position(q: np.ndarray, length: float = LENGTH) -> np.ndarray:

@@ -1,0 +1,113 @@
+"""A gait's Poincaré section, just before the right heel strikes, and its return map through an engine.
+
+The section is where the right heel, at the end of a swing, comes down through a height 1 mm above the one at which the
+controller takes it to touch: q and v are smooth there and the leg states are about to follow from them. The state on
+it is (q, v) without the torso's x, in natural units: lengths in leg lengths l, angles in rad, time in sqrt(l / g).
+
+A run that is started on the section begins a control tick there, believes at once what it senses and starts MuJoCo's
+solver cold; with hold times of zero, as in the generalized scenarios, (q, v) is then all there is to know. With hold
+times, what the controller remembers of a contact change less than a hold time ago is lost by such a start and is part
+of the scatter of the return map; later returns carry it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import msgspec
+import numpy as np
+
+from biped.campaign import simulate
+from biped.geometry import Tree
+from biped.metrics.gait import strikes
+from biped.model import GRAVITY
+from biped.plan import Run
+from biped.posture import project
+from biped.scenario import Window
+from biped.trajectory import Trajectory
+
+ABOVE = 0.001
+"""[m] of the section above the height at which contacts are sensed."""
+
+_RIGHT, _RIGHT_HEEL = 0, 1
+# [s] between a crossing and the foot strike that it belongs to, at most.
+_NEAR = 0.2
+
+
+class Crossings(NamedTuple):
+    """Where a run crossed the section.
+
+    Attributes:
+        time: (m,) [s].
+        q: (m, 9) joint coordinates [m, rad].
+        v: (m, 9) joint velocities [m/s, rad/s].
+    """
+
+    time: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+
+
+def crossings(t: Trajectory, height: float) -> Crossings:
+    """Every crossing of the section in a run, interpolated linearly between control ticks.
+
+    Args:
+        t: The run.
+        height: [m] of the section.
+    """
+    heel = t.height[:, _RIGHT_HEEL]
+    down = np.flatnonzero((heel[:-1] >= height) & (heel[1:] < height))
+    rows = []
+    for strike, leg in strikes(t.phase):
+        if leg == _RIGHT and down.size:
+            # The heel may land a little before or after the leg states say so, or after the toe.
+            nearest = down[np.argmin(np.abs(down - strike))]
+            if abs(nearest - strike) * t.tick < _NEAR and nearest not in rows:
+                rows.append(nearest)
+    k = np.array(rows, dtype=int)
+    s = (height - heel[k]) / (heel[k + 1] - heel[k])
+    q = t.q[k] + s[:, None] * (t.q[k + 1] - t.q[k])
+    v = t.v[k] + s[:, None] * (t.v[k + 1] - t.v[k])
+    return Crossings(t.time[k] + s * t.tick, q, v)
+
+
+class Section:
+    """The section of one run's gait.
+
+    Args:
+        run: A concrete run; its duration and start are replaced.
+        tree: Lengths of the biped that walks.
+    """
+
+    def __init__(self, run: Run, tree: Tree):
+        self.run, self.tree = run, tree
+        self.height = run.scenario.sensing.contact_height + ABOVE
+        unit = math.sqrt(tree.leg / GRAVITY)
+        length = np.array([tree.leg] * 2 + [1.0] * 7)
+        self._unit = np.concatenate([length, length / unit])
+
+    def states(self, c: Crossings) -> np.ndarray:
+        """Section states (m, 17) in natural units of crossings."""
+        return (np.hstack([c.q, c.v]) / self._unit)[:, 1:]
+
+    def walk(self, z: np.ndarray, seconds: float) -> tuple[Trajectory, np.ndarray]:
+        """Walks on from a section state z (17,); returns the run and the states (m, 17) at its later crossings."""
+        whole = np.concatenate([[0.0], z]) * self._unit
+        # The section ahead of a start is that start: only what comes after a swing counts, which `strikes` sees to,
+        # since a swing that began before the run has no 50 rows of air yet.
+        s = msgspec.structs.replace(self.run.scenario, duration=seconds, window=Window(), push=())
+        t = simulate(self.run._replace(q=whole[:9], v=whole[9:], scenario=s))
+        return t, self.states(crossings(t, self.height))
+
+    def kicked(self, z: np.ndarray, size: float, rng: np.random.Generator) -> np.ndarray:
+        """A section state disturbed by normal numbers of standard deviation `size` in angles and all velocities.
+
+        The torso is then shifted so that the lowest point is on the ground again: a foot pressed into the ground would
+        be answered by a force that no disturbance of a walker makes.
+        """
+        kick = size * rng.standard_normal(17)
+        kick[0] = 0.0
+        moved = np.concatenate([[0.0], z + kick]) * self._unit
+        moved[:9] = project(self.tree, moved[:9], ())
+        return (moved / self._unit)[1:]
