@@ -12,7 +12,7 @@ from biped.plan import Plan
 from biped.reading import read_scenario
 from biped.results import Folder, new_folder
 from biped.tune.evaluate import Study, workers
-from biped.tune.report import draw, gait_text
+from biped.tune.report import gait_text
 from biped.tune.search import Search, strategy
 from biped.tune.space import Space
 
@@ -30,6 +30,7 @@ def tune(name: str, changes: Sequence[str], jobs: int, out: Path | None) -> dict
         `scenario`, `folder`, `gait` (its file), `objective` and `before`, `conditions` (on unseen seeds, by name),
         `keys`, `runs` and `runs_per_second`.
     """
+    from biped.figures.convergence import plot_search
     from biped.terminal import progress
 
     scenario = read_scenario(name, changes)
@@ -44,7 +45,7 @@ def tune(name: str, changes: Sequence[str], jobs: int, out: Path | None) -> dict
         with progress(title, generations, len(search.journal)) as advance:
             while len(search.journal) < generations:
                 folder.note(search.generation())
-                draw(search.journal, folder.path / "convergence.png")
+                plot_search(search.journal, folder.path / "convergence.png")
                 advance()
         found = search.finish()
     seconds = time.perf_counter() - began

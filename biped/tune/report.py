@@ -1,15 +1,12 @@
-"""What a search leaves behind: a gait file that says how it was found, and a figure of how it went."""
+"""What a search leaves behind: a gait file that says how it was found."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
-from pathlib import Path
 
 import msgspec
 
 from biped.scenario import GAINS, Gains
 from biped.statistics import wilson
-from biped.tune.search import Found, Record, Search, Tally
+from biped.tune.search import Found, Search, Tally
 
 
 def gait_text(title: str, search: Search, found: Found) -> str:
@@ -58,31 +55,3 @@ def gait_of(text: str) -> Gains:
 
     data = tomllib.loads(text)
     return msgspec.convert({key: data[key] for key in GAINS}, Gains)
-
-
-def draw(journal: Sequence[Record], path: Path) -> None:
-    """Draws the objective and the share of walking runs over the generations."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(8.0, 5.0), dpi=110, layout="constrained")
-    top, bottom = figure.subplots(2, 1, sharex=True)
-    numbers = [r["index"] for r in journal]
-    best = [min(r["costs"]) for r in journal]
-    middle = [sorted(r["costs"])[len(r["costs"]) // 2] for r in journal]
-    checked = [r for r in journal if "recheck" in r]
-    top.plot(numbers, middle, color="#9AA3AD", label="median of the generation")
-    top.plot(numbers, best, color="#0072B2", label="best of the generation (flattered)")
-    top.plot([r["index"] for r in checked], [r["recheck"] for r in checked], "o-", color="#D55E00",
-             label="mean gait, fresh seeds")  # fmt: skip
-    top.set_ylabel("objective")
-    top.legend(fontsize=8, frameon=False)
-    bottom.plot(numbers, [r["walked"] / r["runs"] for r in journal], color="#9AA3AD", label="all runs of a generation")
-    rates = [sum(t[0] for t in r["tallies"].values()) / sum(t[1] for t in r["tallies"].values()) for r in checked]
-    bottom.plot([r["index"] for r in checked], rates, "o-", color="#D55E00", label="mean gait, fresh seeds")
-    bottom.set_ylabel("share that walks")
-    bottom.set_xlabel("generation")
-    bottom.legend(fontsize=8, frameon=False)
-    for axes in (top, bottom):
-        axes.grid(color="#E5E7EB")
-    FigureCanvasAgg(figure).print_png(path)
