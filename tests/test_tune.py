@@ -302,3 +302,30 @@ def test_family_is_swept_like_any_key(tmp_path):
     plan = Plan(scenario)
     assert [plan.run(i).gains.theta_b for i in range(2)] == [80.0, 70.0]
     assert msgspec.structs.replace(plan.run(0).gains, theta_b=0.0) != plan.run(1).gains
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "speed"),
+    [
+        ("robust/own", [], 0.79),
+        ("robust/own", ["gains.speed=0.6"], 0.6),
+        ("robust/own", ["gains.speed=1.0"], 1.0),
+        ("robust/model_error", [], 0.79),
+        ("robust/efficient", ["sweep={}"], 0.77),
+    ],
+)
+def test_shipped_gaits_walk_at_their_speed(name, changes, speed):
+    from biped.campaign import run_one
+
+    scenario = read_scenario(name, [*changes, "duration=8.0"])
+    _, row = run_one(Plan(scenario), 0)
+    assert row["walked"]
+    assert row["speed"] == pytest.approx(speed, rel=0.05)
+
+
+def test_upright_with_every_contact_kept_it_stands_through_a_push():
+    from biped.campaign import run_one
+
+    _, row = run_one(Plan(read_scenario("robust/stand", ["duration=5.0"])), 0)
+    assert not row["fell"]
+    assert abs(row["distance"]) < 0.1
