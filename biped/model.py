@@ -96,7 +96,8 @@ def _apply_truth(spec: mujoco.MjSpec, truth: Truth) -> None:
         for geom in body.geoms:
             geom.fromto = geom.fromto * length
     for joint in JOINTS[3:]:
-        spec.joint(joint).damping = spec.joint(joint).damping + truth.joint_damping
+        # MuJoCo 4 keeps a polynomial in the rate: linear, quadratic and cubic coefficient.
+        spec.joint(joint).damping = spec.joint(joint).damping + np.array([truth.joint_damping, 0.0, 0.0])
 
 
 def compile_foreign(path: Path, scenario: Scenario, visuals: bool = False) -> Foreign:
