@@ -15,6 +15,26 @@ from numba import njit
 
 
 @njit(cache=True)
+def _reflect_rows(B, i, k, n, norm, tau):
+    """Turns row i, whose columns from i on have this norm, onto column i, and rows i + 1 … k - 1 along with it."""
+    x = B[i, i]
+    beta = -norm if x > 0.0 else norm
+    tau[i] = (beta - x) / beta
+    scale = 1.0 / (x - beta)
+    for c in range(i + 1, n):
+        B[i, c] *= scale
+    B[i, i] = beta
+    for j in range(i + 1, k):
+        s = B[j, i]
+        for c in range(i + 1, n):
+            s += B[i, c] * B[j, c]
+        s *= tau[i]
+        B[j, i] -= s
+        for c in range(i + 1, n):
+            B[j, c] -= s * B[i, c]
+
+
+@njit(cache=True)
 def factor_rows(B, k, n, tolerance, tau, pivot):
     """Factors the first k rows of B, overwriting them with L and the reflectors.
 
@@ -51,22 +71,7 @@ def factor_rows(B, k, n, tolerance, tau, pivot):
             pivot[i], pivot[at] = pivot[at], pivot[i]
             for c in range(n):
                 B[i, c], B[at, c] = B[at, c], B[i, c]
-        x = B[i, i]
-        norm = math.sqrt(best)
-        beta = -norm if x > 0.0 else norm
-        tau[i] = (beta - x) / beta
-        scale = 1.0 / (x - beta)
-        for c in range(i + 1, n):
-            B[i, c] *= scale
-        B[i, i] = beta
-        for j in range(i + 1, k):
-            s = B[j, i]
-            for c in range(i + 1, n):
-                s += B[i, c] * B[j, c]
-            s *= tau[i]
-            B[j, i] -= s
-            for c in range(i + 1, n):
-                B[j, c] -= s * B[i, c]
+        _reflect_rows(B, i, k, n, math.sqrt(best), tau)
     return min(k, n)
 
 
@@ -109,22 +114,7 @@ def factor_tall(B, k, rank, L, tau):
         s = 0.0
         for i in range(j, k):
             s += L[j, i] * L[j, i]
-        x = L[j, j]
-        norm = math.sqrt(s)
-        beta = -norm if x > 0.0 else norm
-        tau[j] = (beta - x) / beta
-        scale = 1.0 / (x - beta)
-        for i in range(j + 1, k):
-            L[j, i] *= scale
-        L[j, j] = beta
-        for m in range(j + 1, rank):
-            s = L[m, j]
-            for i in range(j + 1, k):
-                s += L[j, i] * L[m, i]
-            s *= tau[j]
-            L[m, j] -= s
-            for i in range(j + 1, k):
-                L[m, i] -= s * L[j, i]
+        _reflect_rows(L, j, rank, k, math.sqrt(s), tau)
 
 
 @njit(cache=True)
