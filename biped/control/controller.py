@@ -5,6 +5,8 @@ A law is bound to the measured coordinates of one run and ticks through it; what
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -75,6 +77,9 @@ def _set_sensing(c, s: Scenario) -> None:
     )
 
 
+Tick = Callable[[int, float], int]
+
+
 class Law(Protocol):
     """What an engine needs of a control law.
 
@@ -86,8 +91,9 @@ class Law(Protocol):
     u: np.ndarray
     Q_d: np.ndarray
 
-    def tick(self, k: int, time: float) -> int:
-        """One control tick from the bound measurements; returns a status of `biped.control.tick`."""
+    @property
+    def tick(self) -> Tick:
+        """One control tick (k, time [s]) from the bound measurements; returns a status of `biped.control.tick`."""
         ...
 
 
@@ -100,29 +106,46 @@ class ThesisLaw:
         q: (9,) measured joint coordinates, live.
         v: (9,) measured joint velocities, live.
         log: (n, WIDTH) log that ticks write.
+
+    Attributes:
+        u: (6,) joint torques of the latest tick [N m].
+        Q_d: (9,) desired generalized forces of the latest tick.
+        tick: One control tick (k, time [s]); see `Law`.
     """
 
     def __init__(self, run: Run, believed: Tree, q: np.ndarray, v: np.ndarray, log: np.ndarray):
         self.record = controller_record(run, believed)
         self.c = self.record[0]
         self.u, self.Q_d = self.c["u"], self.c["Q_d"]
-        self._model = believed_model(run.model, run.scenario.ground.slope)
-        self._data = self._model.createData()
-        self._q, self._v, self._log = q, v, log
-        self._M, self._J = self._data.M, self._data.J
-        self._bounded = bool(self.c["bounded"])
+        model = believed_model(run.model, run.scenario.ground.slope)
+        self.tick = self._bound(model, q, v, log)
+        if self.c["bounded"]:
+            self.tick = partial(self._bounded_tick, self.tick, q, v, log)
 
-    def tick(self, k: int, time: float) -> int:
-        """See `Law`."""
-        # crba fills M (upper triangle) and J; nothing else of Pinocchio's dynamics is needed.
-        pinocchio.crba(self._model, self._data, self._q, WORLD)
-        h = pinocchio.nonLinearEffects(self._model, self._data, self._q, self._v)
-        status = thesis_tick(self.record, self._M, self._J, h, self._q, self._v, self._log, k, time)
-        if self._bounded and self.c["over"] and status != NOT_FINITE:
+    def _bound(self, model: pinocchio.Model, q: np.ndarray, v: np.ndarray, log: np.ndarray) -> Tick:
+        """The tick as a closure over the run's arrays: looking them up would cost as much as the leg states do."""
+        data, record = model.createData(), self.record
+        M, J = data.M, data.J
+        crba, bias = pinocchio.crba, pinocchio.nonLinearEffects
+        # Only the release test needs bias forces: without it Pinocchio is not asked for them.
+        releasing = bool(self.c["release"]) and not self.c["generalized"]
+        none = np.zeros(9)
+
+        def tick(k: int, time: float) -> int:
+            crba(model, data, q, WORLD)  # fills M (upper triangle) and J; nothing else is needed
+            h = bias(model, data, q, v) if releasing else none
+            return thesis_tick(record, M, J, h, q, v, log, k, time)
+
+        return tick
+
+    def _bounded_tick(self, tick: Tick, q: np.ndarray, v: np.ndarray, log: np.ndarray, k: int, time: float) -> int:
+        """A tick that solves the bounded problem where a torque limit is exceeded."""
+        status = tick(k, time)
+        if self.c["over"] and status != NOT_FINITE:
             from biped.control.bounded import bounded_torques
 
             self.u[:] = bounded_torques(self.c)
-            log_tick(self.record, self._q, self._v, self._log, k, time)
+            log_tick(self.record, q, v, log, k, time)
         return status
 
 
