@@ -10,9 +10,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from biped.errors import InputError
+from biped.jit import kernel
 
 LINKS = ("torso", "right_thigh", "right_shank", "right_foot", "left_thigh", "left_shank", "left_foot")
 PARENT = (-1, 0, 1, 2, 0, 4, 5)
@@ -153,15 +153,14 @@ def motion(tree: Tree, q: np.ndarray, v: np.ndarray) -> Motion:
     flat_q = np.ascontiguousarray(np.broadcast_to(q, (*shape, 9)).reshape(rows, 9), dtype=float)
     flat_v = np.ascontiguousarray(np.broadcast_to(v, (*shape, 9)).reshape(rows, 9), dtype=float)
     parts = [np.empty((rows, *size)) for size in ((7, 2), (7, 2), (7, 2), (4, 2), (4, 2), (7,), (7,))]
-    _forward(tree.joint, tree.com, tree.point, flat_q, flat_v, *parts)
+    _forward(tree.joint, tree.com, tree.point, flat_q, flat_v, *parts, np.empty((7, 4)))
     return Motion(*(part.reshape(*shape, *part.shape[1:]) for part in parts))
 
 
-@njit(cache=True)
-def _forward(joint, com, point, q, v, at, com_at, com_v, point_at, point_v, angle, rate):
+@kernel
+def _forward(joint, com, point, q, v, at, com_at, com_v, point_at, point_v, angle, rate, work):
     """Fills the arrays of `Motion`, row by row: links hang on their parents, centres of mass and points on links."""
-    velocity = np.empty((7, 2))
-    cosine, sine = np.empty(7), np.empty(7)
+    velocity, cosine, sine = work[:, :2], work[:, 2], work[:, 3]
     for row in range(q.shape[0]):
         for link in range(7):
             up = link - 1 if link != 4 else 0

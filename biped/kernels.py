@@ -12,6 +12,7 @@ import shutil
 import sys
 from pathlib import Path
 
+_MARKS = (b"njit", b"biped.jit")
 _CONSTANTS = ("trajectory.py",)
 """Files without kernels whose numbers kernels take in."""
 
@@ -23,7 +24,7 @@ def digest(package: Path) -> str:
     state = blake2b(digest_size=8)
     for path in sorted(package.rglob("*.py")):
         text = path.read_bytes()
-        if b"njit" in text or path.name in _CONSTANTS:
+        if any(mark in text for mark in _MARKS) or path.name in _CONSTANTS:
             state.update(str(path.relative_to(package)).encode() + b"\0" + text)
     return state.hexdigest()
 

@@ -8,33 +8,32 @@ least-squares problem.
 
 from __future__ import annotations
 
-from numba import njit
-
 from biped.control.constraints import believed_mass, imposed_constraints
-from biped.control.factor import minimum_norm, reflect, solve_transposed
+from biped.control.factor import minimum_norm, reflect_block, solve_transposed_block
+from biped.control.record import BLOCK
+from biped.jit import kernel
 
 
-@njit(cache=True)
-def reduced_problem(c, m, rank):
+@kernel
+def reduced_problem(c, rank):
     """Fills B (k, 6) and d (k,) of min ‖B u - d‖, the reduced (3.14), k = 9 - rank; returns k."""
-    X, R = c["X"], c["R"]
-    for j in range(9):
-        X[6, j] = c["Q_d"][j]
-    for i in range(6):
-        for j in range(9):
+    X, B, d = c["X"], c["B"], c["d"]
+    for i in range(9):
+        for j in range(BLOCK):
             X[i, j] = 0.0
-        X[i, 3 + i] = 1.0
-    for i in range(7):
-        solve_transposed(R, X[i])
-        reflect(c["C"], rank, 9, c["tau"], X[i])
+        X[i, 6] = c["Q_d"][i]
+    for i in range(6):
+        X[3 + i, i] = 1.0
+    solve_transposed_block(c["R"], X)
+    reflect_block(c["C"], rank, c["tau"], X, c["work"])
     for i in range(rank, 9):
         for j in range(6):
-            c["B"][i - rank, j] = X[j, i]
-        c["d"][i - rank] = X[6, i]
+            B[i - rank, j] = X[i, j]
+        d[i - rank] = X[i, 6]
     return 9 - rank
 
 
-@njit(cache=True)
+@kernel
 def minimum_norm_torques(c, k):
     """Solves the reduced problem: u = B⁺d + (I - B⁺B) u_0, by min ‖u - u_0‖ among the minimisers of ‖B u - d‖."""
     B, d, u = c["B"], c["d"], c["u"]
@@ -48,7 +47,7 @@ def minimum_norm_torques(c, k):
             u[j] += c["u_0"][j]
 
 
-@njit(cache=True)
+@kernel
 def clip_torques(c):
     """Clips u to the torque limits; returns whether any was exceeded."""
     u, limit = c["u"], c["limit"]
@@ -63,23 +62,22 @@ def clip_torques(c):
     return over
 
 
-@njit(cache=True)
-def joint_torques(c, M, J, h, q):
+@kernel
+def joint_torques(c, M, J, q):
     """Writes the joint torques u (6,) [N m] for the record's Q_d.
 
     Args:
         c: Controller record with sensed links and Q_d.
         M: (9, 9) mass matrix, upper triangle.
         J: (6, 9) world-frame joint Jacobian.
-        h: (9,) bias forces, gravity included.
         q: (9,) joint coordinates.
 
     Returns:
         Whether a torque limit was exceeded.
     """
     believed_mass(c, M)
-    m, rank = imposed_constraints(c, J, h, q)
+    m, rank = imposed_constraints(c, J, q)
     c["rows"] = m
     c["rank"] = rank
-    minimum_norm_torques(c, reduced_problem(c, m, rank))
+    minimum_norm_torques(c, reduced_problem(c, rank))
     return clip_torques(c)

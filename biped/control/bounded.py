@@ -24,7 +24,7 @@ def bounded_torques(c) -> np.ndarray:
     import qpsolvers
     from scipy.sparse import csc_matrix
 
-    k = reduced_problem(c, int(c["rows"]), int(c["rank"]))
+    k = reduced_problem(c, int(c["rank"]))
     B, d = c["B"][:k].copy(), c["d"][:k].copy()
     u_0 = c["u_0"] if c["use_u_0"] else np.zeros(6)
     gram = B.T @ B

@@ -7,8 +7,7 @@ release test keeps a row only "when imposed on the robot": a point whose normal 
 
 from __future__ import annotations
 
-from numba import njit
-
+from biped.control.bias import sensed_bias
 from biped.control.factor import (
     cholesky,
     factor_rows,
@@ -16,11 +15,12 @@ from biped.control.factor import (
     solve_transposed,
     transposed_minimum_norm,
 )
+from biped.jit import kernel
 
 NO_ROW = -1
 
 
-@njit(cache=True)
+@kernel
 def candidates(c, q):
     """Marks the points that touch and the knees that are at their stop: the constraints that may be imposed."""
     active = c["active"]
@@ -30,7 +30,7 @@ def candidates(c, q):
         active[4 + leg] = 1 if -q[4 + 3 * leg] < c["knee_angle"] else 0
 
 
-@njit(cache=True)
+@kernel
 def constraint_rows(c, J):
     """Builds A (m, 9) and b_v = -J̇v (m,) of the active constraints; returns m.
 
@@ -86,7 +86,7 @@ def constraint_rows(c, J):
     return m
 
 
-@njit(cache=True)
+@kernel
 def perturb_row(c, a, factor):
     """Multiplies a row of A by `factor` elementwise in the thesis's absolute coordinates, where the row is defined.
 
@@ -108,22 +108,28 @@ def perturb_row(c, a, factor):
     a[2] += a[3] + a[6]
 
 
-@njit(cache=True)
+@kernel
 def believed_mass(c, M):
     """Cholesky factor R of the controller's mass matrix, M = RᵀR; elementwise wrong if the record says so."""
     if c["perturbed"] == 0:
         cholesky(M, c["R"])
         return
-    cholesky(perturbed_mass(M, c["mass_factor"]), c["R"])
+    perturbed_mass(M, c["mass_factor"], c["M"])
+    cholesky(c["M"], c["R"])
 
 
-@njit(cache=True)
-def perturbed_mass(M, factor):
-    """M (9, 9) multiplied elementwise by `factor` in the thesis's absolute coordinates, back in joint coordinates."""
-    full = M.copy()
+@kernel
+def perturbed_mass(M, factor, full):
+    """Fills `full`: M multiplied elementwise by `factor` in the thesis's absolute coordinates, back in joint ones.
+
+    Args:
+        M: (9, 9) mass matrix, upper triangle.
+        factor: (9, 9), upper triangle.
+        full: (9, 9) result, both triangles.
+    """
     for i in range(9):
-        for j in range(i):
-            full[i, j] = M[j, i]
+        for j in range(9):
+            full[i, j] = M[min(i, j), max(i, j)]
     for sweep in range(2):  # rows, then columns: joint -> absolute
         for i in range(9):
             line = full[i] if sweep == 0 else full[:, i]
@@ -141,10 +147,9 @@ def perturbed_mass(M, factor):
                 line[hip + 1] += line[hip + 2]
                 line[hip] += line[hip + 1]
                 line[2] += line[hip]
-    return full
 
 
-@njit(cache=True)
+@kernel
 def factor_constraints(c, m):
     """Factors C = A R⁻¹ (m, 9) into the record; returns its rank."""
     C, A, R = c["C"], c["A"], c["R"]
@@ -155,12 +160,12 @@ def factor_constraints(c, m):
     return factor_rows(C, m, 9, c["tolerance"], c["tau"], c["pivot"])
 
 
-@njit(cache=True)
-def constraint_forces(c, m, rank, h):
+@kernel
+def constraint_forces(c, m, rank):
     """Minimum-norm multipliers λ (m,) [N, N m] of the motion under Q_d, (3.6)-(3.7): λ = (CCᵀ)⁺(b_v - A a)."""
-    d, z, x = c["d"], c["z"], c["X"][6]
+    d, z, x = c["d"], c["z"], c["a"]
     for j in range(9):
-        x[j] = c["Q_d"][j] - h[j]
+        x[j] = c["Q_d"][j] - c["h"][j]
     solve_transposed(c["R"], x)  # R a
     back_through_R(c["R"], x)  # a
     for i in range(m):
@@ -172,7 +177,7 @@ def constraint_forces(c, m, rank, h):
     transposed_minimum_norm(c["C"], m, rank, c["pivot"], c["L"], c["tau2"], z, c["force"])
 
 
-@njit(cache=True)
+@kernel
 def back_through_R(R, x):
     """Replaces x (n,) by R⁻¹x."""
     for i in range(R.shape[0] - 1, -1, -1):
@@ -182,20 +187,22 @@ def back_through_R(R, x):
         x[i] = s / R[i, i]
 
 
-@njit(cache=True)
-def imposed_constraints(c, J, h, q):
+@kernel
+def imposed_constraints(c, J, q):
     """Leaves the factored constraints that are imposed on the robot in the record; returns (m, rank).
 
     Starting from the candidates, the point that would be pulled hardest is dropped until none is pulled harder than
     `release_force`; without the release test all candidates stay.
     """
     candidates(c, q)
+    if c["release"]:
+        sensed_bias(c)  # nothing else needs bias forces
     while True:
         m = constraint_rows(c, J)
         rank = factor_constraints(c, m)
         if c["release"] == 0 or m == 0:
             return m, rank
-        constraint_forces(c, m, rank, h)
+        constraint_forces(c, m, rank)
         worst = -c["release_force"]
         drop = NO_ROW
         for i in range(m):

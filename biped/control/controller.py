@@ -15,7 +15,8 @@ import pinocchio
 from biped.control import record
 from biped.control.tick import NOT_FINITE, log_tick, thesis_tick
 from biped.geometry import Tree
-from biped.model import believed_model, torque_limits
+from biped.jit import bound
+from biped.model import believed_model, gravity, torque_limits
 from biped.plan import Run
 from biped.scenario import Gains, Scenario
 
@@ -36,7 +37,8 @@ def controller_record(run: Run, believed: Tree) -> np.ndarray:
     out = record.new()
     c = out[0]
     set_gains(c, run.gains)
-    c["point"] = believed.point
+    c["point"], c["centre"], c["mass"] = believed.point, believed.com, believed.mass
+    c["gravity"] = gravity(s.ground.slope)
     c["tilt"] = np.radians(s.ground.slope) if s.ground.angles == "gravity" else 0.0
     c["perturbed"] = run.mass_factor is not None or run.row_factor is not None
     c["mass_factor"] = 1.0 if run.mass_factor is None else run.mass_factor
@@ -98,7 +100,7 @@ class Law(Protocol):
 
 
 class ThesisLaw:
-    """Braun & Goldfarb's law: Pinocchio's M, bias and Jacobians, then one compiled tick.
+    """Braun & Goldfarb's law: Pinocchio's M and Jacobians, then one compiled tick.
 
     Args:
         run: Scenario, gains and draws.
@@ -124,17 +126,13 @@ class ThesisLaw:
 
     def _bound(self, model: pinocchio.Model, q: np.ndarray, v: np.ndarray, log: np.ndarray) -> Tick:
         """The tick as a closure over the run's arrays: looking them up would cost as much as the leg states do."""
-        data, record = model.createData(), self.record
+        data, record, crba = model.createData(), self.record, pinocchio.crba
         M, J = data.M, data.J
-        crba, bias = pinocchio.crba, pinocchio.nonLinearEffects
-        # Only the release test needs bias forces: without it Pinocchio is not asked for them.
-        releasing = bool(self.c["release"]) and not self.c["generalized"]
-        none = np.zeros(9)
+        kernel = bound(thesis_tick, record, M, J, q, v, log, 0, 0.0)
 
         def tick(k: int, time: float) -> int:
-            crba(model, data, q, WORLD)  # fills M (upper triangle) and J; nothing else is needed
-            h = bias(model, data, q, v) if releasing else none
-            return thesis_tick(record, M, J, h, q, v, log, k, time)
+            crba(model, data, q, WORLD)  # fills M (upper triangle) and J
+            return kernel(record, M, J, q, v, log, k, time)
 
         return tick
 

@@ -11,10 +11,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from biped.jit import kernel
 
 
-@njit(cache=True)
+@kernel
 def _reflect_rows(B, i, k, n, norm, tau):
     """Turns row i, whose columns from i on have this norm, onto column i, and rows i + 1 … k - 1 along with it."""
     x = B[i, i]
@@ -34,7 +35,7 @@ def _reflect_rows(B, i, k, n, norm, tau):
             B[j, c] -= s * B[i, c]
 
 
-@njit(cache=True)
+@kernel
 def factor_rows(B, k, n, tolerance, tau, pivot):
     """Factors the first k rows of B, overwriting them with L and the reflectors.
 
@@ -75,7 +76,7 @@ def factor_rows(B, k, n, tolerance, tau, pivot):
     return min(k, n)
 
 
-@njit(cache=True)
+@kernel
 def reflect(B, rank, n, tau, x):
     """Replaces x (n,) by Hᵀx, H being the product of the reflectors that `factor_rows` left in B."""
     for i in range(rank):
@@ -88,7 +89,7 @@ def reflect(B, rank, n, tau, x):
             x[c] -= s * B[i, c]
 
 
-@njit(cache=True)
+@kernel
 def reflect_back(B, rank, n, tau, x):
     """Replaces x (n,) by Hx."""
     for i in range(rank - 1, -1, -1):
@@ -101,7 +102,7 @@ def reflect_back(B, rank, n, tau, x):
             x[c] -= s * B[i, c]
 
 
-@njit(cache=True)
+@kernel
 def factor_tall(B, k, rank, L, tau):
     """Second factorisation when rows are dependent: the k x rank factor L = Z T, Z orthogonal, T upper triangular.
 
@@ -117,7 +118,7 @@ def factor_tall(B, k, rank, L, tau):
         _reflect_rows(L, j, rank, k, math.sqrt(s), tau)
 
 
-@njit(cache=True)
+@kernel
 def least_squares(B, k, rank, pivot, L, tau2, d, z):
     """Minimises ‖L z - P d‖ over z (rank,) for the factors of `factor_rows`; z has room for k numbers."""
     for i in range(k):
@@ -138,7 +139,7 @@ def least_squares(B, k, rank, pivot, L, tau2, d, z):
         z[j] = s / L[j, j]
 
 
-@njit(cache=True)
+@kernel
 def transposed_minimum_norm(B, k, rank, pivot, L, tau2, z, out):
     """Writes (Lᵀ)⁺ z, un-pivoted, into out (k,): the minimum-norm multipliers. `least_squares` must come first."""
     if rank == k:
@@ -160,7 +161,7 @@ def transposed_minimum_norm(B, k, rank, pivot, L, tau2, z, out):
         out[pivot[i]] = z[i]
 
 
-@njit(cache=True)
+@kernel
 def minimum_norm(B, k, n, tolerance, tau, pivot, L, tau2, d, z, x):
     """Solves min ‖x‖ among the minimisers of ‖B x - d‖: x = B⁺ d.
 
@@ -188,7 +189,7 @@ def minimum_norm(B, k, n, tolerance, tau, pivot, L, tau2, d, z, x):
     return rank
 
 
-@njit(cache=True)
+@kernel
 def cholesky(M, R):
     """Writes the upper R of M = RᵀR from M's upper triangle, (n, n), with pivots floored at 1e-10 of the largest.
 
@@ -212,7 +213,7 @@ def cholesky(M, R):
             R[i, j] = s / pivot
 
 
-@njit(cache=True)
+@kernel
 def solve_transposed(R, x):
     """Replaces x (n,) by R⁻ᵀx."""
     for i in range(R.shape[0]):
@@ -220,6 +221,43 @@ def solve_transposed(R, x):
         for k in range(i):
             s -= R[k, i] * x[k]
         x[i] = s / R[i, i]
+
+
+@kernel
+def solve_transposed_block(R, X):
+    """Replaces the columns of X (9, 8) by R⁻ᵀX; sizes are written out so that columns go through vector registers."""
+    for i in range(9):
+        inverse = 1.0 / R[i, i]
+        for j in range(8):
+            X[i, j] *= inverse
+        for k in range(i + 1, 9):
+            for j in range(8):
+                X[k, j] -= R[i, k] * X[i, j]
+
+
+@kernel
+def reflect_block(B, rank, tau, X, work):
+    """Replaces the columns of X (9, 8) by HᵀX, H being the product of the reflectors that `factor_rows` left in B.
+
+    Args:
+        B: (>= rank, 9) factors.
+        rank: Number of reflectors.
+        tau: (>= rank,) their factors.
+        X: (9, 8) block.
+        work: (8,).
+    """
+    for i in range(rank):
+        for j in range(8):
+            work[j] = X[i, j]
+        for k in range(i + 1, 9):
+            for j in range(8):
+                work[j] += B[i, k] * X[k, j]
+        for j in range(8):
+            work[j] *= tau[i]
+            X[i, j] -= work[j]
+        for k in range(i + 1, 9):
+            for j in range(8):
+                X[k, j] -= B[i, k] * work[j]
 
 
 def pseudo_inverse(B: np.ndarray, tolerance: float = 1e-12) -> np.ndarray:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from biped.jit import kernel
 
 STANCE, PUSH_OFF, SWING, EXTENDED = 0, 1, 2, 3
 """Indices of leg states 1 … 4."""
 
 
-@njit(cache=True)
+@kernel
 def leg_states(c, q):
     """Writes the state of the right and the left leg (0 … 3 for states 1 … 4) into the record.
 

@@ -11,6 +11,8 @@ import numpy as np
 # Row i of A: normal and tangential row of each point (right toe, right heel, left toe, left heel), then the knee stops.
 ROWS = 10
 STATES = 4
+# Columns of the block R⁻ᵀ[E, Q_d]: seven, and one of zeros that fills up a vector register.
+BLOCK = 8
 
 CONTROL = np.dtype(
     [
@@ -20,6 +22,7 @@ CONTROL = np.dtype(
         ("theta_l", "f8", STATES), ("theta_a", "f8", STATES),
         # -- the model the controller believes in
         ("point", "f8", (4, 2)),  # m, toe and heel in the foot's frame
+        ("centre", "f8", (7, 2)), ("mass", "f8", 7), ("gravity", "f8", 2),  # m, kg, m/s², for the bias forces
         ("tilt", "f8"),  # rad, added to the slope frame's angles to get the angles that Q_d uses
         ("perturbed", "u1"), ("mass_factor", "f8", (9, 9)), ("row_factor", "f8", (ROWS, 9)),
         # -- sensing
@@ -36,15 +39,18 @@ CONTROL = np.dtype(
         # -- this tick
         ("height", "f8", 4), ("position", "f8", (4, 2)), ("joint", "f8", (7, 2)), ("angle", "f8", 7),
         ("rate", "f8", 7),
+        ("joint_bias", "f8", (7, 2)), ("com", "f8", (7, 2)), ("com_bias", "f8", (7, 2)), ("h", "f8", 9),
         ("Q_d", "f8", 9), ("active", "u1", 6),  # four points, two knees
         ("u", "f8", 6), ("over", "u1"),  # over: a torque limit was exceeded and the bounded solution is wanted
         # -- work space of the allocation
-        ("R", "f8", (9, 9)), ("A", "f8", (ROWS, 9)), ("b_v", "f8", ROWS), ("row", "i8", ROWS),
+        ("M", "f8", (9, 9)), ("R", "f8", (9, 9)), ("a", "f8", 9), ("A", "f8", (ROWS, 9)),
+        ("b_v", "f8", ROWS), ("row", "i8", ROWS),
         ("C", "f8", (ROWS, 9)), ("tau", "f8", ROWS), ("pivot", "i8", ROWS), ("L", "f8", (ROWS, ROWS)),
         ("tau2", "f8", ROWS), ("d", "f8", ROWS), ("z", "f8", ROWS), ("force", "f8", ROWS),
         # The reduced problem has factors of its own: the bounded form asks for C's once more.
         ("tau_B", "f8", ROWS), ("pivot_B", "i8", ROWS),
-        ("X", "f8", (7, 9)), ("B", "f8", (9, 6)), ("rows", "i8"), ("rank", "i8"), ("reached", "i8"),
+        ("X", "f8", (9, BLOCK)), ("work", "f8", BLOCK), ("B", "f8", (9, 6)),
+        ("rows", "i8"), ("rank", "i8"), ("reached", "i8"),
     ],
     align=True,
 )  # fmt: skip

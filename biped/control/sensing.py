@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from biped.jit import kernel
 
 
-@njit(cache=True)
+@kernel
 def sense_links(c, J, q, v):
     """Fills angles, rates, joint positions and contact points of the record from Pinocchio's Jacobian.
 
@@ -35,7 +35,7 @@ def sense_links(c, J, q, v):
         height[i] = position[i, 1]
 
 
-@njit(cache=True)
+@kernel
 def believe_contacts(c):
     """Updates the believed contacts from the heights: a change must last its hold time before it counts.
 
@@ -54,7 +54,7 @@ def believe_contacts(c):
             waiting[i] = 0
 
 
-@njit(cache=True)
+@kernel
 def first_belief(c):
     """At the start of a run what touches is believed at once."""
     for i in range(4):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from biped.jit import kernel
 
 
-@njit(cache=True)
+@kernel
 def desired_forces(c, q, v):
     """Writes Q_d (9,) [N, N m] into the record from link angles, leg states and gains.
 

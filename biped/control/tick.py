@@ -7,20 +7,19 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from biped.control.allocation import joint_torques
 from biped.control.phase import leg_states
 from biped.control.sensing import believe_contacts, first_belief, sense_links
 from biped.control.springs import desired_forces
 from biped.geometry import POINT_RADIUS
+from biped.jit import kernel
 from biped.trajectory import ACTIVE, BELIEVED, FORCE, HEIGHT, PHASE, Q_D, STOP, TIME, Q, U, V
 
 GOING, LOW, TILTED, NOT_FINITE = 0, 1, 2, 3
 """What a tick reports: the run goes on, the torso is too low, it leans too far, a number is not finite."""
 
 
-@njit(cache=True)
+@kernel
 def sense(record, J, q, v, first):
     """Links, believed contacts and leg states of this tick; returns GOING, LOW, TILTED or NOT_FINITE."""
     c = record[0]
@@ -40,7 +39,7 @@ def sense(record, J, q, v, first):
     return 0
 
 
-@njit(cache=True)
+@kernel
 def log_tick(record, q, v, log, k, time):
     """Writes row k of the log, except the ground forces, which belong to the step that follows."""
     c = record[0]
@@ -60,7 +59,7 @@ def log_tick(record, q, v, log, k, time):
         line[HEIGHT + j] = c["height"][j]
 
 
-@njit(cache=True)
+@kernel
 def log_forces(log, k, efc_force, place, points, pyramid):
     """Writes the forces of ground and knee stops in the physics step that began at row k.
 
@@ -101,8 +100,8 @@ def log_forces(log, k, efc_force, place, points, pyramid):
             at += rows
 
 
-@njit(cache=True)
-def thesis_tick(record, M, J, h, q, v, log, k, time):
+@kernel
+def thesis_tick(record, M, J, q, v, log, k, time):
     """The thesis's control law for one tick; u or Q_d is left in the record.
 
     Args:
@@ -110,7 +109,6 @@ def thesis_tick(record, M, J, h, q, v, log, k, time):
             record.
         M: (9, 9) mass matrix, upper triangle (Pinocchio).
         J: (6, 9) world-frame joint Jacobian (Pinocchio).
-        h: (9,) bias forces (Pinocchio).
         q: (9,) measured joint coordinates [m, rad].
         v: (9,) measured joint velocities [m/s, rad/s].
         log: (n, WIDTH) log, row k is written.
@@ -126,6 +124,6 @@ def thesis_tick(record, M, J, h, q, v, log, k, time):
     c = record[0]
     desired_forces(c, q, v)
     if c["generalized"] == 0:
-        c["over"] = joint_torques(c, M, J, h, q)
+        c["over"] = joint_torques(c, M, J, q)
     log_tick(record, q, v, log, k, time)
     return status

@@ -9,9 +9,10 @@ import numpy as np
 
 from biped.control.tick import log_forces
 from biped.engines.loop import drive
+from biped.jit import bound
 from biped.model import compile_foreign
 from biped.plan import Run
-from biped.trajectory import Trajectory
+from biped.trajectory import WIDTH, Trajectory
 
 _LEAST_FRICTION = 1e-5
 """MuJoCo's smallest coefficient of friction."""
@@ -40,9 +41,11 @@ def simulate(run: Run) -> Trajectory:
     def push(forces: np.ndarray) -> None:
         data.xfrc_applied[1:, [0, 2]] = forces
 
+    log_of_step = bound(log_forces, np.empty((1, WIDTH)), 0, data.efc_force, place, points, pyramid)
+
     def step(k: int, log: np.ndarray) -> None:
         mj_step(model, data, substeps)
-        log_forces(log, k, data.efc_force, place, points, pyramid)
+        log_of_step(log, k, data.efc_force, place, points, pyramid)
 
     applied = data.qfrc_applied if s.actuation.mode == "generalized" else data.ctrl
     bodies = [model.body(i).name for i in range(1, model.nbody)]

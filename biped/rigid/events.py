@@ -7,8 +7,7 @@ knee through its stop, or hold a constraint that pulls, is cut where that begins
 
 from __future__ import annotations
 
-from numba import njit
-
+from biped.jit import kernel
 from biped.rigid.locate import TOUCH, beyond_event, locate
 from biped.rigid.motion import gaps, impact, land
 from biped.rigid.release import release
@@ -22,7 +21,7 @@ NEAR = 1e-6
 """[m, rad] of gap below which an approaching point or knee is then taken to touch."""
 
 
-@njit(cache=True)
+@kernel
 def advance(record, q, v, step, steps):
     """Moves (q, v) through one control tick with the forces in the record.
 
@@ -70,7 +69,7 @@ def advance(record, q, v, step, steps):
         q[j], v[j] = q0[j], v0[j]
 
 
-@njit(cache=True)
+@kernel
 def _accept(w, h):
     """The tentative step becomes real: its impulses and work are booked."""
     for row in range(10):
@@ -82,7 +81,7 @@ def _accept(w, h):
         w["q0"][j], w["v0"][j] = w["q1"][j], w["v1"][j]
 
 
-@njit(cache=True)
+@kernel
 def _arrive(w, q, last):
     """Activates what has just closed its gap; returns whether anything has.
 
@@ -103,7 +102,7 @@ def _arrive(w, q, last):
     return found
 
 
-@njit(cache=True)
+@kernel
 def touch_down(record, q, v):
     """Makes the constraints that touch at the start of a run active, with the impact of their velocities."""
     w = record[0]

@@ -12,8 +12,6 @@ forces, or the impulses. Redundant rows cost nothing: y is unique, and λ the sh
 
 from __future__ import annotations
 
-from numba import njit
-
 from biped.control.constraints import back_through_R
 from biped.control.factor import (
     factor_rows,
@@ -24,6 +22,7 @@ from biped.control.factor import (
     solve_transposed,
     transposed_minimum_norm,
 )
+from biped.jit import kernel
 
 RANK = 1e-10
 """Relative size below which a row of C is dependent: between rounding and what a real force would need (thesis.md)."""
@@ -32,7 +31,7 @@ MOST = 40
 """Most exchanges of the active-set solution: 6 unilateral rows need a handful; rounding must not make it endless."""
 
 
-@njit(cache=True)
+@kernel
 def weigh_rows(w, m):
     """Fills C = A R⁻¹ (m, 9)."""
     A, C, R = w["A"], w["C"], w["R"]
@@ -42,7 +41,7 @@ def weigh_rows(w, m):
         solve_transposed(R, C[i])
 
 
-@njit(cache=True)
+@kernel
 def factor_all(w, m):
     """Factors C (m, 9) into F; returns the rank."""
     F, C = w["F"], w["C"]
@@ -52,7 +51,7 @@ def factor_all(w, m):
     return factor_rows(F, m, 9, RANK, w["tau"], w["pivot"])
 
 
-@njit(cache=True)
+@kernel
 def shortest(w, m, rank):
     """Leaves y = C⁺d (9,) for the d (m,) of the record and the factors of `factor_all`."""
     z, y = w["z"], w["y"]
@@ -62,13 +61,13 @@ def shortest(w, m, rank):
     reflect_back(w["F"], rank, 9, w["tau"], y)
 
 
-@njit(cache=True)
+@kernel
 def multipliers(w, m, rank):
     """Leaves the shortest λ (m,) with Cᵀλ = C⁺d in `multiplier`, after `shortest`."""
     transposed_minimum_norm(w["F"], m, rank, w["pivot"], w["L"], w["tau2"], w["z"], w["multiplier"])
 
 
-@njit(cache=True)
+@kernel
 def _least_squares_in(w, count):
     """Writes the λ of min ‖Cᵀλ - y₀‖ over the `count` chosen rows into `solved`, in the order chosen."""
     F, C, x = w["F"], w["C"], w["x"]
@@ -86,7 +85,7 @@ def _least_squares_in(w, count):
     transposed_minimum_norm(F, count, rank, w["pivot"], w["L"], w["tau2"], w["z"], w["solved"])
 
 
-@njit(cache=True)
+@kernel
 def _choose(w, m):
     count = 0
     for i in range(m):
@@ -96,7 +95,7 @@ def _choose(w, m):
     return count
 
 
-@njit(cache=True)
+@kernel
 def unilateral(w, m):
     """Minimises ‖Cᵀλ - y₀‖ with λ >= 0 in the signed rows, for the y₀ in `y`; leaves λ in `multiplier`.
 
@@ -161,7 +160,7 @@ def unilateral(w, m):
                 newest = joining
 
 
-@njit(cache=True)
+@kernel
 def change(w, m, out):
     """Writes Δ = R⁻¹Cᵀλ (9,) for the λ in `multiplier` into out."""
     for j in range(9):

@@ -6,8 +6,7 @@ by the chord), and the step is tried again with that length until the event is m
 
 from __future__ import annotations
 
-from numba import njit
-
+from biped.jit import kernel
 from biped.rigid.release import multiplier_row, pulled
 from biped.rigid.step import attempt
 
@@ -22,17 +21,17 @@ SEARCH = 16
 """Most shortened steps tried for one event; two or three are usual."""
 
 
-@njit(cache=True)
+@kernel
 def _open(w, i):
     return w["active"][i] == 0
 
 
-@njit(cache=True)
+@kernel
 def _may_release(w, i):
     return w["active"][i] == 1 and w["held"][i] == 0
 
 
-@njit(cache=True)
+@kernel
 def beyond_event(w):
     """Whether the tentative step ends beyond an event."""
     for i in range(6):
@@ -41,7 +40,7 @@ def beyond_event(w):
     return pulled(w)
 
 
-@njit(cache=True)
+@kernel
 def _bracket(w, end, stage):
     """Keeps one end of the bracket; stage 0 is the step's start, 4 the end of the latest attempt."""
     for i in range(6):
@@ -55,7 +54,7 @@ def _bracket(w, end, stage):
             w["beyond"][i] = gone_through or (_may_release(w, i) and w["b_lam"][end, i] < 0.0)
 
 
-@njit(cache=True)
+@kernel
 def locate(w, h):
     """Shortens the step to its first event and leaves the attempt that ends there.
 
@@ -93,7 +92,7 @@ def locate(w, h):
     return high
 
 
-@njit(cache=True)
+@kernel
 def _met(w):
     """Whether the late end of the bracket is an event within tolerance."""
     for i in range(6):
@@ -102,7 +101,7 @@ def _met(w):
     return True
 
 
-@njit(cache=True)
+@kernel
 def _closed(w):
     """Whether a gap has just closed, within tolerance, at the end of the latest attempt."""
     for i in range(6):
@@ -111,7 +110,7 @@ def _closed(w):
     return False
 
 
-@njit(cache=True)
+@kernel
 def _first_crossing(w, length):
     """Fraction of the bracket at which the first of those that are beyond crosses, as predicted."""
     first = 1.0
@@ -131,7 +130,7 @@ def _first_crossing(w, length):
     return first
 
 
-@njit(cache=True)
+@kernel
 def _cubic_crossing(gap, rate, late_gap, late_rate, length):
     """Fraction 0 … 1 at which the cubic through two gaps and their rates [1/s] falls through zero; late_gap < 0."""
     a, b = length * rate, length * late_rate

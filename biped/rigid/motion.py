@@ -6,10 +6,9 @@ ground. Constraints 4 and 5 are the knees: their gap is the angle to the stop.
 
 from __future__ import annotations
 
-from numba import njit
-
 from biped.control.constraints import back_through_R
 from biped.control.factor import cholesky, solve_transposed
+from biped.jit import kernel
 from biped.rigid.gauss import change, factor_all, multipliers, shortest, unilateral, weigh_rows
 from biped.rigid.tree import applied_forces, mass_and_bias, place, point_row
 
@@ -17,7 +16,7 @@ PARTING = 1e-9
 """Relative velocity away from a constraint below which it is still touching; rounding is 1e-12."""
 
 
-@njit(cache=True)
+@kernel
 def active_rows(w):
     """Fills A (m, 9), b_v = -J̇v (m,), the rows' numbers and whether they are signed; returns m.
 
@@ -48,7 +47,7 @@ def active_rows(w):
     return m
 
 
-@njit(cache=True)
+@kernel
 def gaps(w, q, v):
     """Fills the six gaps [m, rad] and their rates for the configuration that `place` left."""
     gap, rate, point = w["gap"], w["gap_rate"], w["point"]
@@ -64,7 +63,7 @@ def gaps(w, q, v):
         rate[4 + leg] = -v[4 + 3 * leg]
 
 
-@njit(cache=True)
+@kernel
 def evaluate(w, q, v):
     """The constrained motion at (q, v) under the forces of the tick.
 
@@ -115,7 +114,7 @@ def evaluate(w, q, v):
     back_through_R(R, v_dot)
 
 
-@njit(cache=True)
+@kernel
 def residual(w, q, row):
     """Φ of a row [m, rad]: height, place along the ground minus where it landed, angle to the knee stop."""
     if row >= 8:
@@ -124,7 +123,7 @@ def residual(w, q, row):
     return w["gap"][i] if row % 2 == 0 else q[0] + w["point"][i, 0] - w["anchor"][i]
 
 
-@njit(cache=True)
+@kernel
 def _corrected(w, m, rank, out):
     """Adds W d to out."""
     shortest(w, m, rank)
@@ -133,7 +132,7 @@ def _corrected(w, m, rank, out):
         out[j] += w["y"][j]
 
 
-@njit(cache=True)
+@kernel
 def land(w, i, q):
     """Makes constraint i active; a point stays where it is now."""
     w["active"][i] = 1
@@ -141,7 +140,7 @@ def land(w, i, q):
         w["anchor"][i] = q[0] + w["point"][i, 0]
 
 
-@njit(cache=True)
+@kernel
 def impact(w, q, v):
     """Plastic impact (3.5) of all active constraints; v becomes v⁺, constraints that part become inactive.
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from numba import njit
-
+from biped.jit import kernel
 from biped.rigid.gauss import change, unilateral
 from biped.rigid.motion import active_rows, evaluate, land
 from biped.rigid.tree import point_row
@@ -12,7 +11,7 @@ APART = 1e-9
 """Relative acceleration away from a constraint, or relative pull, that is only rounding."""
 
 
-@njit(cache=True)
+@kernel
 def release(w, q, v):
     """Lets go what the ground or a stop would have to pull, then evaluates the motion that remains.
 
@@ -67,13 +66,13 @@ def release(w, q, v):
         evaluate(w, q, v)
 
 
-@njit(cache=True)
+@kernel
 def multiplier_row(i):
     """The unilateral row of constraint i: a point's normal, or a knee."""
     return 2 * i if i < 4 else 4 + i
 
 
-@njit(cache=True)
+@kernel
 def pulled(w):
     """Whether a constraint that may let go has a multiplier of the wrong sign."""
     largest = 0.0
@@ -85,7 +84,7 @@ def pulled(w):
     return False
 
 
-@njit(cache=True)
+@kernel
 def _hold_falling(w, q):
     """Holds points at zero gap and gap rate whose acceleration is into the ground; returns whether there are any."""
     found = False

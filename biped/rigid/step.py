@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from numba import njit
-
+from biped.jit import kernel
 from biped.rigid.motion import evaluate
 
 
-@njit(cache=True)
+@kernel
 def keep_stage(w, stage):
     """Keeps the latest evaluation as stage 0 … 3 of a step, or 4, its end."""
     for j in range(9):
@@ -22,7 +21,7 @@ def keep_stage(w, stage):
             w["k_gap"][i], w["k_gap_rate"][i] = w["gap"][i], w["gap_rate"][i]
 
 
-@njit(cache=True)
+@kernel
 def attempt(w, h):
     """A step of length h [s] from (q0, v0), whose evaluation is stage 0, to (q1, v1), and the evaluation there."""
     q0, v0, q1, v1, k_q, k_v = w["q0"], w["v0"], w["q1"], w["v1"], w["k_q"], w["k_v"]

@@ -6,17 +6,16 @@ moment S and second moment T of the subtree that hinge j carries, and hinges at 
 
     M_ij = T_j - S_j·(p_i + p_j) + m_j p_i·p_j
 
-and its bias is the moment about p_j of the subtree's forces m (J̇v - g). Coordinates and signs as in `biped.geometry`.
+Coordinates and signs as in `biped.geometry`.
 """
 
 from __future__ import annotations
 
-import math
+from biped.control.bias import bias_forces, carry
+from biped.jit import kernel
 
-from numba import njit
 
-
-@njit(cache=True)
+@kernel
 def place(w, q, v):
     """Fills angles, rates, places and velocity-product accelerations J̇v of joints, centres of mass and points."""
     angle, rate, joint, com, point = w["angle"], w["rate"], w["joint"], w["com"], w["point"]
@@ -31,56 +30,37 @@ def place(w, q, v):
                 joint_bias[k, axis] = 0.0
         else:
             angle[k], rate[k] = angle[up] + q[k + 2], rate[up] + v[k + 2]
-            _carry(angle[up], rate[up], joint[up], joint_bias[up], offset[k], joint[k], joint_bias[k])
-        _carry(angle[k], rate[k], joint[k], joint_bias[k], centre[k], com[k], com_bias[k])
+            carry(angle[up], rate[up], joint[up], joint_bias[up], offset[k], joint[k], joint_bias[k])
+        carry(angle[k], rate[k], joint[k], joint_bias[k], centre[k], com[k], com_bias[k])
     for i in range(4):
         k = 3 if i < 2 else 6
-        _carry(angle[k], rate[k], joint[k], joint_bias[k], foot[i], point[i], point_bias[i])
+        carry(angle[k], rate[k], joint[k], joint_bias[k], foot[i], point[i], point_bias[i])
 
 
-@njit(cache=True)
-def _carry(angle, rate, origin, origin_bias, offset, out, out_bias):
-    cos, sin = math.cos(angle), math.sin(angle)
-    x = cos * offset[0] - sin * offset[1]
-    z = sin * offset[0] + cos * offset[1]
-    out[0] = origin[0] + x
-    out[1] = origin[1] + z
-    out_bias[0] = origin_bias[0] - rate * rate * x
-    out_bias[1] = origin_bias[1] - rate * rate * z
-
-
-@njit(cache=True)
+@kernel
 def mass_and_bias(w):
     """Fills M (9, 9), upper triangle, and h (9,), gravity included, for the configuration that `place` left."""
-    M, h, joint, com, com_bias, mass, g = w["M"], w["h"], w["joint"], w["com"], w["com_bias"], w["mass"], w["gravity"]
+    M, joint, com, mass = w["M"], w["joint"], w["com"], w["mass"]
+    bias_forces(joint, com, w["com_bias"], mass, w["gravity"], w["h"])
     below_m, below_x, below_z, below_t = 0.0, 0.0, 0.0, 0.0  # what hangs on the link: mass, S, T
-    below_fx, below_fz, below_n = 0.0, 0.0, 0.0  # its force and moment about the torso's centre of mass
     torso_m, torso_x, torso_z, torso_t = 0.0, 0.0, 0.0, 0.0
-    torso_fx, torso_fz, torso_n = 0.0, 0.0, 0.0
     for i in range(9):
         for j in range(i, 9):
             M[i, j] = 0.0
     for k in (3, 2, 1, 6, 5, 4, 0):
         if k in (3, 6):
             below_m, below_x, below_z, below_t = 0.0, 0.0, 0.0, 0.0
-            below_fx, below_fz, below_n = 0.0, 0.0, 0.0
         elif k == 0:
             below_m, below_x, below_z, below_t = torso_m, torso_x, torso_z, torso_t
-            below_fx, below_fz, below_n = torso_fx, torso_fz, torso_n
         x, z = com[k, 0], com[k, 1]
-        fx, fz = mass[k] * (com_bias[k, 0] - g[0]), mass[k] * (com_bias[k, 1] - g[1])
         below_m += mass[k]
         below_x += mass[k] * x
         below_z += mass[k] * z
         below_t += mass[k] * (x * x + z * z) + w["inertia"][k]
-        below_fx += fx
-        below_fz += fz
-        below_n += x * fz - z * fx
         px, pz = joint[k, 0], joint[k, 1]
         j = k + 2
         M[0, j] = below_m * pz - below_z
         M[1, j] = below_x - below_m * px
-        h[j] = below_n - px * below_fz + pz * below_fx
         i = k
         while True:
             ix, iz = joint[i, 0], joint[i, 1]
@@ -93,18 +73,13 @@ def mass_and_bias(w):
             torso_x += below_x
             torso_z += below_z
             torso_t += below_t
-            torso_fx += below_fx
-            torso_fz += below_fz
-            torso_n += below_n
     M[0, 0] = below_m
     M[1, 1] = below_m
-    h[0] = below_fx
-    h[1] = below_fz
     for i in range(6):
         M[3 + i, 3 + i] += w["armature"][i]
 
 
-@njit(cache=True)
+@kernel
 def applied_forces(w, v):
     """Fills the generalized forces (9,) of actuators, dampers and pushes; a push acts at its link's centre of mass."""
     force, joint, com = w["force"], w["joint"], w["com"]
@@ -126,7 +101,7 @@ def applied_forces(w, v):
             i = 0 if i in (1, 4) else i - 1
 
 
-@njit(cache=True)
+@kernel
 def point_row(w, i, direction, a):
     """Writes the row a (9,) of point i: the velocity of its height (direction 0) or of its place along the ground."""
     joint, x, z = w["joint"], w["point"][i, 0], w["point"][i, 1]

@@ -95,8 +95,7 @@ class Bench:
     def tick(self, q, v, k: int = 0) -> np.ndarray:
         """One tick; returns the torques."""
         pinocchio.crba(self.model, self.data, q, WORLD)
-        h = pinocchio.nonLinearEffects(self.model, self.data, q, v)
-        assert thesis_tick(self.record, self.data.M, self.data.J, h, q, v, self.log, k, 0.001 * k) == 0
+        assert thesis_tick(self.record, self.data.M, self.data.J, q, v, self.log, k, 0.001 * k) == 0
         return self.c["u"].copy()
 
     @property
