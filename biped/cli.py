@@ -84,7 +84,9 @@ def _parser() -> _Parser:
     bench = commands.add_parser("bench", help="run time against error, and what things cost")
     bench.add_argument("what", choices=["throughput", "walking", "mechanisms"], help="what to measure")
     bench.add_argument("--out", type=Path, help="walking, mechanisms: folder for figures")
-    bench.add_argument("--quick", action="store_true", help="mechanisms: fewer repeats and settings")
+    bench.add_argument(
+        "--quick", action="store_true", help="mechanisms: fewer repeats and settings; throughput: no prices of features"
+    )
     bench.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     stability = commands.add_parser("stability", help="a gait as a limit cycle: return map and Floquet multipliers")
     stability.add_argument("scenario", nargs="?", help="name in scenarios/, or path of a scenario file")
@@ -270,7 +272,7 @@ def _bench(args: argparse.Namespace) -> int:
         return DONE
     from biped.bench import throughput
 
-    throughput.run(json=args.json)
+    throughput.run(json=args.json, quick=args.quick)
     return DONE
 
 

@@ -190,5 +190,10 @@ def believed_model(path: Path, slope: float) -> pinocchio.Model:
 
 
 def tree_at(path: Path) -> Tree:
-    """Lengths and masses written in a model file."""
-    return tree_of(spec_of(path).compile(), label(path))
+    """Lengths and masses written in a model file; not to be written to."""
+    return _tree(str(path), path.stat().st_mtime)
+
+
+@lru_cache(maxsize=8)
+def _tree(path: str, modified: float) -> Tree:
+    return tree_of(_spec(path, modified).copy().compile(), label(Path(path)))

@@ -7,20 +7,15 @@ handing over the torques is measured by itself and subtracted.
 from __future__ import annotations
 
 import multiprocessing
-import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from typing import Any
 
-import mujoco
-import numpy as np
-
 from biped import campaign
+from biped.bench.parts import contact_costs, replay, tick_parts
 from biped.engines.mujoco import simulate
 from biped.metrics import measure
-from biped.model import compile_foreign
 from biped.plan import Plan, Run
 from biped.reading import read_scenario
 from biped.trajectory import Trajectory
@@ -30,51 +25,26 @@ ENSEMBLE = 40
 COMMANDS = (["--help"], ["list"], ["run", "level_normal", "--json"])
 
 
-def _clock(work: Callable[[], Any]) -> float:
-    start = time.process_time()
-    work()
-    return time.process_time() - start
-
-
-def _replay(run: Run, trajectory: Trajectory, step: bool) -> None:
-    """Replays recorded torques through bare MuJoCo; without `step`, only hands them over."""
-    model = compile_foreign(run.model, run.scenario).model
-    data = mujoco.MjData(model)
-    data.qpos[:], data.qvel[:] = run.q, run.v
-    ctrl, u, mj_step = data.ctrl, np.ascontiguousarray(trajectory.u), mujoco.mj_step
-    if step:
-        for k in range(len(u)):
-            ctrl[:] = u[k]
-            mj_step(model, data)
-    else:
-        for k in range(len(u)):
-            ctrl[:] = u[k]
-
-
 def tick_costs(name: str = "level_normal") -> dict[str, float]:
-    """µs per control tick of a scenario: bare step, closed loop, with metrics; and their ratios to the bare step."""
+    """µs per control tick of a scenario by part, and a run's ratios to bare `mj_step`, without and with metrics."""
     plan = Plan(read_scenario(name))
     run = plan.run(0)
     trajectory = simulate(run)  # compiles
     measure(trajectory, run.scenario.interval)
-    bare, loop, metrics = [], [], []
-    for _ in range(REPEATS):
-        bare.append(_clock(lambda: _replay(run, trajectory, True)) - _clock(lambda: _replay(run, trajectory, False)))
-        loop.append(_clock(lambda: simulate(run)))
-        metrics.append(_clock(lambda: measure(trajectory, run.scenario.interval)))
-    per_tick = {
-        "bare_mj_step": statistics.median(bare),
-        "closed_loop": statistics.median(loop),
-        "metrics": statistics.median(metrics),
-    }
-    out = {key: value / len(trajectory) * 1e6 for key, value in per_tick.items()}
-    out["ratio_loop"] = statistics.median(a / b for a, b in zip(loop, bare, strict=True))
-    out["ratio_with_metrics"] = statistics.median((a + c) / b for a, b, c in zip(loop, bare, metrics, strict=True))
+    out = tick_parts(run, trajectory)
+    out["ratio_loop"] = out["closed_loop"] / out["physics"]
+    out["ratio_with_metrics"] = (out["closed_loop"] + out["metrics"]) / out["physics"]
     return out
 
 
+def contacts(name: str = "level_normal") -> dict[int, float]:
+    """µs of a bare `mj_step` of a scenario by the number of points on the ground."""
+    run = Plan(read_scenario(name)).run(0)
+    return contact_costs(run, simulate(run))
+
+
 def _replay_again(argument: tuple[Run, Trajectory]) -> None:
-    _replay(*argument, step=True)
+    replay(*argument)
 
 
 def ensemble_costs(name: str = "level_normal", jobs: int | None = None) -> dict[str, float]:
@@ -117,20 +87,47 @@ def cold_starts() -> dict[str, float]:
     return out
 
 
-def run(json: bool = False) -> dict[str, Any]:
-    """Measures everything and prints it, as tables or as one JSON object."""
-    result = {"tick": tick_costs(), "campaign": ensemble_costs(), "cold_start": cold_starts()}
+def run(json: bool = False, quick: bool = False) -> dict[str, Any]:
+    """Measures everything and prints it, as tables or as one JSON object.
+
+    Args:
+        json: Print JSON.
+        quick: Leave out the prices of features, which take a process each.
+    """
+    result: dict[str, Any] = {
+        "tick": tick_costs(), "contacts": contacts(), "campaign": ensemble_costs(), "cold_start": cold_starts(),
+    }  # fmt: skip
+    if not quick:
+        from biped.bench.features import prices
+
+        result["features"] = prices()
     if json:
         from biped.results import dumps
 
         print(dumps(result))
-        return result
+    else:
+        _show(result)
+    return result
+
+
+def _show(result: dict[str, Any]) -> None:
+    from rich.table import Table
+
     from biped.terminal import console, number
 
     out = console()
-    units = {"tick": "µs a tick (ratios without unit)", "campaign": "s wall", "cold_start": "s of CPU"}
-    for part, values in result.items():
-        out.print(f"[bold]{part}[/bold] [dim]{units[part]}[/dim]")
-        for key, value in values.items():
-            out.print(f"  {key:<36}{number(value)}")
-    return result
+    units = {"tick": "µs a tick (ratios without unit)", "contacts": "µs of mj_step by points on the ground",
+             "campaign": "wall time in s", "cold_start": "s of CPU"}  # fmt: skip
+    for part, unit in units.items():
+        out.print(f"[bold]{part}[/bold] [dim]{unit}[/dim]")
+        for key, value in result[part].items():
+            out.print(f"  {key!s:<36}{number(value)}")
+    if "features" in result:
+        out.print("[bold]features[/bold] [dim]of a scene, each in a process of its own[/dim]")
+        table = Table(box=None, pad_edge=False, header_style="dim")
+        for column in ("feature", "µs a tick", "x mj_step", "MB", "what only it imports"):
+            table.add_column(column, justify="left" if column in ("feature", "what only it imports") else "right")
+        for name, price in result["features"].items():
+            cells = [number(price[key]) for key in ("tick", "ratio", "memory")]
+            table.add_row(name, *cells, ", ".join(price["only_imported"]))
+        out.print(table)
