@@ -93,7 +93,9 @@ def _parser() -> _Parser:
     stability.add_argument("--reference", action="store_true", help="solve the walkers whose multipliers are known")
     stability.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
                            help="change a key (VALUE is TOML; repeatable)")  # fmt: skip
-    stability.add_argument("--engine", help="engine to run in")
+    stability.add_argument("--engine", choices=["mujoco", "home"], help="the only engine (default: both)")
+    stability.add_argument("--basin", action="store_true", help="also cut the basin of attraction: lean and speed")
+    stability.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
     stability.add_argument("--out", type=Path, help="folder of figure and numbers (default: a new one below runs/)")
     stability.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     commands.add_parser("list", help="models, controllers and scenarios, with a line each")
@@ -284,9 +286,10 @@ def _stability(args: argparse.Namespace) -> int:
 
         reference.show(args.json)
         return DONE
-    from biped.stability import study
+    from biped.stability import command
 
-    return DONE if study.run(args.scenario, _changes(args), args.out, args.json) else FAILED
+    stable = command.run(args.scenario, args.changes, args.engine, _jobs(args), args.basin, args.out, args.json)
+    return DONE if stable else FAILED
 
 
 def _list(args: argparse.Namespace) -> int:

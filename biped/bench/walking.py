@@ -1,9 +1,10 @@
-"""Error against run time of a walk: what every numerical setting of MuJoCo costs, and how wrong it is.
+"""Error against run time of a walk: what every numerical setting of the engines costs, and how wrong it is.
 
 Two errors, since a walk is sensitive to its start: over a short horizon the trajectory itself is compared with one
 from far smaller steps, from the same states, before small differences have grown; over the steady gait its mean speed
 and net cost of transport are compared with those of the converged setting, with intervals. Control stays at the
-scenario's rate throughout, so that only the physics changes.
+scenario's rate, so that only the physics changes, but where the rate itself is what varies. Each engine is compared
+with itself: how far the two are apart is for `biped compare`.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from biped.campaign import run_one, simulate
 from biped.commands import plan_of, title_of
 from biped.errors import RunError
 from biped.metrics import measure
+from biped.metrics.energy import loss_per_step
 from biped.metrics.gait import strikes
 from biped.plan import Run
 from biped.scenario import Window
@@ -32,26 +34,36 @@ SCENARIO = "level_slow_generalized"
 
 INTEGRATORS = ("Euler", "implicitfast", "implicit", "RK4", "discrete")
 STEPS = (0.001, 0.0005, 0.00025, 0.000125)
-REFERENCE = ("simulation.integrator=RK4", "simulation.timestep=1.5625e-5")
-"""Settings of the short horizon's reference."""
-CONVERGED = ("simulation.integrator=RK4", "simulation.timestep=0.000125")
+REFERENCE = {
+    "mujoco": ("simulation.integrator=RK4", "simulation.timestep=1.5625e-5"),
+    "home": ("engine=home", "simulation.timestep=1.5625e-5"),
+}
+"""Settings of the short horizon's reference, by engine."""
+CONVERGED = {
+    "mujoco": ("simulation.integrator=RK4", "simulation.timestep=0.000125"),
+    "home": ("engine=home", "simulation.timestep=0.000125"),
+}
 """Settings of the converged gait: the finest candidate of the highest order."""
+CANDIDATES = {"mujoco": "steps", "home": "home"}
+"""Groups among whose cases the recommendation chooses."""
 
 STARTS = 12
 HORIZON = 0.1
 """[s] after each start over which trajectories are compared."""
+GRID = 0.002
+"""[s] between the moments at which they are: a tick of the slowest control."""
 
 WALKS = ("randomise.runs=4", "start.jitter=0.002", "duration=20.0", "window.start=6.0", "window.end=20.0")
 LEVELS = (0.001, 0.01, 0.05)
-MEASURED = ("speed", "cost_of_transport", "penetration", "slip", "contact_loss", "energy_residual")
+MEASURED = ("speed", "cost_of_transport", "penetration", "slip", "loss_per_step")
 
 
 class Case(NamedTuple):
     """One setting.
 
     Attributes:
-        group: What it varies; `steps` are candidates of the recommendation, the rest change the model of contact or
-            the solver at the scenario's own step.
+        group: What it varies; `steps` and `home` are candidates of the recommendation, the rest change the model of
+            contact, the solver or the controller.
         label: In words.
         changes: Keys it changes.
     """
@@ -59,6 +71,11 @@ class Case(NamedTuple):
     group: str
     label: str
     changes: tuple[str, ...]
+
+    @property
+    def engine(self) -> str:
+        """The engine it runs in."""
+        return "home" if self.group == "home" else "mujoco"
 
 
 def cases() -> list[Case]:
@@ -73,6 +90,12 @@ def cases() -> list[Case]:
             for t in (0.002, 0.008, 0.016)]  # fmt: skip
     out.append(Case("contact", "pyramidal cone", ("simulation.cone=pyramidal",)))
     out += [Case("contact", f"impratio {i:g}", (f"simulation.impratio={i}",)) for i in (1.0, 100.0)]
+    out += [
+        Case("control", f"control at {rate} Hz",
+             (f"simulation.control_rate={rate}.0", f"simulation.timestep={min(0.001, 1.0 / rate)}"))
+        for rate in (500, 2000, 4000, 8000)
+    ]  # fmt: skip
+    out += [Case("home", f"home {1e3 * step:g} ms", ("engine=home", f"simulation.timestep={step}")) for step in STEPS]
     return out
 
 
@@ -91,13 +114,14 @@ def starts(name: str, changes: Sequence[str]) -> tuple[Run, Trajectory, np.ndarr
 
 
 def short(run: Run, t: Trajectory, rows: np.ndarray) -> np.ndarray:
-    """Joint angles and pitch (STARTS, n, 7) [rad] over the horizon from each of a trajectory's rows."""
+    """Joint angles and pitch (STARTS, n, 7) [rad] every `GRID` over the horizon from each of a trajectory's rows."""
     s = msgspec.structs.replace(run.scenario, duration=HORIZON, window=Window(), push=())
     out = []
     for row in rows:
         walked = simulate(run._replace(q=t.q[row].copy(), v=t.v[row].copy(), scenario=s))
-        angle = np.full((round(HORIZON / t.tick), 7), math.nan)
-        angle[: len(walked)] = walked.q[:, 2:]
+        angle = np.full((round(HORIZON / GRID), 7), math.nan)
+        there = walked.q[:: round(GRID / walked.tick), 2:]
+        angle[: len(there)] = there
         out.append(angle)
     return np.array(out)
 
@@ -124,7 +148,8 @@ def steady(name: str, changes: Sequence[str]) -> dict[str, Any]:
         trajectory, row = run_one(plan, index)
         clock.append((time.process_time() - before) / row["time"])
         fell += row["fell"]
-        rows += [measure(trajectory, window) for window in halves(trajectory, plan.scenario.interval[0])]
+        for window in halves(trajectory, plan.scenario.interval[0]):
+            rows.append(measure(trajectory, window) | {"loss_per_step": loss_per_step(trajectory, window)})
     if len(rows) < 2:
         raise RunError(f"{name} with {', '.join(changes)}: {fell} of {len(plan)} walks fell; no steady gait to measure")
     out: dict[str, Any] = {"cpu_per_second": float(np.median(clock)), "fell": fell}
@@ -142,26 +167,32 @@ def compare(name: str = SCENARIO, chosen: Sequence[Case] | None = None) -> dict[
         name: Scenario that walks.
         chosen: Cases; default: all.
     """
-    _, trajectory, rows = starts(name, ["duration=12.0", "window.start=6.0", "window.end=12.0"])
-    fine = short(plan_of(name, REFERENCE).run(0), trajectory, rows)
-    converged = steady(name, CONVERGED)
+    chosen = cases() if chosen is None else chosen
+    walks, fine, converged = {}, {}, {}
+    for engine in dict.fromkeys(case.engine for case in chosen):
+        changes = ["duration=12.0", "window.start=6.0", "window.end=12.0", f"engine={engine}"]
+        walks[engine] = starts(name, changes)[1:]
+        fine[engine] = short(plan_of(name, REFERENCE[engine]).run(0), *walks[engine])
+        converged[engine] = steady(name, CONVERGED[engine]) | {"settings": list(CONVERGED[engine])}
     table = []
-    for case in cases() if chosen is None else chosen:
-        error = np.abs(short(plan_of(name, case.changes).run(0), trajectory, rows) - fine).max(axis=(1, 2))
+    for case in chosen:
+        angle = short(plan_of(name, case.changes).run(0), *walks[case.engine])
+        error = np.abs(angle - fine[case.engine]).max(axis=(1, 2))
         row = {"group": case.group, "label": case.label, "settings": list(case.changes)}
         row |= {"error": float(np.median(error)), "error_largest": float(error.max())} | steady(name, case.changes)
         for metric in ("speed", "cost_of_transport"):
-            shift = row[metric] / converged[metric] - 1.0
-            half = math.hypot(row[f"{metric}_half_width"], converged[f"{metric}_half_width"]) / converged[metric]
+            best = converged[case.engine]
+            shift = row[metric] / best[metric] - 1.0
+            half = math.hypot(row[f"{metric}_half_width"], best[f"{metric}_half_width"]) / best[metric]
             row[f"{metric}_shift"], row[f"{metric}_shift_half_width"] = shift, half
         table.append(row)
     return {
         "scenario": title_of(name),
         "horizon": HORIZON,
-        "reference": list(REFERENCE),
-        "converged": converged | {"settings": list(CONVERGED)},
+        "reference": {engine: list(REFERENCE[engine]) for engine in fine},
+        "converged": converged,
         "cases": table,
-        "recommended": [recommend(table, level) for level in LEVELS],
+        "recommended": [recommend(table, level, engine) for engine in fine for level in LEVELS],
     }
 
 
@@ -173,13 +204,13 @@ def within(row: dict[str, Any], level: float) -> bool:
     )
 
 
-def recommend(table: Sequence[dict[str, Any]], level: float) -> dict[str, Any]:
-    """The cheapest integrator and step within a level of the converged gait; no label if there is none."""
-    good = [row for row in table if row["group"] == "steps" and within(row, level)]
+def recommend(table: Sequence[dict[str, Any]], level: float, engine: str = "mujoco") -> dict[str, Any]:
+    """The cheapest integrator and step within a level of an engine's converged gait; no label if there is none."""
+    good = [row for row in table if row["group"] == CANDIDATES[engine] and within(row, level)]
     if not good:
-        return {"level": level, "label": None, "settings": []}
+        return {"engine": engine, "level": level, "label": None, "settings": []}
     best = min(good, key=lambda row: row["cpu_per_second"])
-    return {"level": level, "label": best["label"], "settings": best["settings"]}
+    return {"engine": engine, "level": level, "label": best["label"], "settings": best["settings"]}
 
 
 def run(name: str = SCENARIO, json: bool = False, out: Path | None = None) -> dict[str, Any]:
@@ -204,20 +235,23 @@ def _show(result: dict[str, Any]) -> None:
     from biped.terminal import console
 
     table = Table(box=None, pad_edge=False, header_style="dim")
-    for head in ("setting", "CPU s/s", "error [rad]", "speed", "cost of transport", "depth [mm]", "slip", "fell"):
+    heads = ("setting", "CPU s/s", "error [rad]", "speed", "cost of transport", "lost [J/step]", "depth [mm]", "slip",
+             "fell")  # fmt: skip
+    for head in heads:
         table.add_column(head, justify="left" if head == "setting" else "right", no_wrap=True)
     for row in result["cases"]:
         table.add_row(
             row["label"], f"{row['cpu_per_second']:.4f}", f"{row['error']:.1e}", _percent(row, "speed"),
-            _percent(row, "cost_of_transport"), f"{1e3 * row['penetration']:.2f}", f"{row['slip']:.4f}",
-            str(row["fell"]),
+            _percent(row, "cost_of_transport"), f"{row['loss_per_step']:.2f}", f"{1e3 * row['penetration']:.2f}",
+            f"{row['slip']:.4f}", str(row["fell"]),
         )  # fmt: skip
     page = console()
-    page.print(f"[bold]{result['scenario']}[/bold]: error after {result['horizon']:g} s against RK4 at 1/64 ms (median "
-               "of starts); steady gait against RK4 at 1/8 ms with 95 % half-width")  # fmt: skip
+    page.print(f"[bold]{result['scenario']}[/bold]: error after {result['horizon']:g} s against steps of 1/64 ms "
+               "(median of starts); steady gait against 1/8 ms with 95 % half-width; MuJoCo's by RK4")  # fmt: skip
     page.print(table)
     for best in result["recommended"]:
-        page.print(f"  cheapest within {best['level']:.1%}: [bold]{best['label'] or 'none of these'}[/bold]")
+        label = best["label"] or "none of these"
+        page.print(f"  {best['engine']}, cheapest within {best['level']:.1%}: [bold]{label}[/bold]")
 
 
 def _percent(row: dict[str, Any], metric: str) -> str:

@@ -9,9 +9,10 @@ from typing import Any
 import matplotlib
 import numpy as np
 
-from biped.figures.style import JOINTS, PUSH, QUIET, SETTINGS, TRUNK, figure, make_folder, save
+from biped.bench.walking import CANDIDATES
+from biped.figures.style import JOINTS, LEFT, PUSH, QUIET, SETTINGS, TRUNK, figure, make_folder, save
 
-_COLOURS = [*JOINTS.values(), PUSH, TRUNK]
+_COLOURS = [*JOINTS.values(), PUSH, TRUNK, LEFT]
 
 
 def plot_walking(result: Mapping[str, Any], folder: Path) -> Path:
@@ -21,12 +22,12 @@ def plot_walking(result: Mapping[str, Any], folder: Path) -> Path:
         InputError: The file cannot be written.
     """
     make_folder(folder)
-    rows = [row for row in result["cases"] if row["group"] == "steps"]
+    rows = [row for row in result["cases"] if row["group"] in CANDIDATES.values()]
     integrators = list(dict.fromkeys(row["label"].split()[0] for row in rows))
     with matplotlib.rc_context(SETTINGS):
         page = figure(9.0, 3.6)
         path, gait = page.subplots(1, 2)
-        for colour, integrator in zip(_COLOURS, integrators, strict=True):
+        for colour, integrator in zip(_COLOURS, integrators, strict=False):
             mine = [row for row in rows if row["label"].split()[0] == integrator]
             cpu = [1e3 * row["cpu_per_second"] for row in mine]
             path.loglog(cpu, [row["error"] for row in mine], "o-", color=colour, label=integrator, markersize=4.0)

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from biped.geometry import Motion, Tree, motion
+from biped.metrics.gait import strikes
 from biped.model import GRAVITY, gravity
 from biped.trajectory import Trajectory
 
@@ -63,6 +64,20 @@ def residual(t: Trajectory) -> float:
     work = t.tick * (actuators + pushes + stops + damping + ground).sum()
     scale = t.tick * (np.abs(actuators) + np.abs(pushes)).sum()
     return float(abs(e[1] - e[0] - work) / max(scale, abs(e[0]) * 1e-3))
+
+
+def loss_per_step(t: Trajectory, window: tuple[float, float]) -> float:
+    """Energy [J] that each step loses in impacts, sliding and knee stops over a window [s] of whole strides.
+
+    Work of the actuators, which is exactly what they apply times how far the coordinates move in a tick, less joint
+    damping and the change of energy: no force needs to be resolved in time. (Not for windows with pushes.)
+    """
+    first, last = (round(time / t.tick) for time in window)
+    work = float((t.applied[first:last] * np.diff(t.q[first : last + 1], axis=0)).sum())
+    damped = float((t.tree.damping * t.v[first:last, 3:] ** 2).sum() * t.tick)
+    before, after = energy(t.tree, t.q[[first, last]], t.v[[first, last]], t.slope)
+    steps = sum(first < row <= last for row, _ in strikes(t.phase))
+    return (work - damped - float(after - before)) / steps if steps else math.nan
 
 
 def transport(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:

@@ -5,9 +5,9 @@ controller takes it to touch: q and v are smooth there and the leg states are ab
 it is (q, v) without the torso's x, in natural units: lengths in leg lengths l, angles in rad, time in sqrt(l / g).
 
 A run that is started on the section begins a control tick there, believes at once what it senses and starts MuJoCo's
-solver cold; with hold times of zero, as in the generalized scenarios, (q, v) is then all there is to know. With hold
-times, what the controller remembers of a contact change less than a hold time ago is lost by such a start and is part
-of the scatter of the return map; later returns carry it.
+solver cold: that makes the return map a function of (q, v) alone. With hold times of zero, as in the generalized
+scenarios, (q, v) is all there is to know anyway, but for where in a tick the section is crossed; with hold times, what
+the controller remembers of a contact change less than a hold time ago is lost by such a start.
 """
 
 from __future__ import annotations
@@ -19,20 +19,23 @@ import msgspec
 import numpy as np
 
 from biped.campaign import simulate
+from biped.errors import RunError
 from biped.geometry import Tree
 from biped.metrics.gait import strikes
 from biped.model import GRAVITY
 from biped.plan import Run
-from biped.posture import project
 from biped.scenario import Window
 from biped.trajectory import Trajectory
 
 ABOVE = 0.001
 """[m] of the section above the height at which contacts are sensed."""
 
-_RIGHT, _RIGHT_HEEL = 0, 1
+RIGHT_HEEL = 1
+_RIGHT = 0
 # [s] between a crossing and the foot strike that it belongs to, at most.
 _NEAR = 0.2
+# Strides that a return may take: most take one, a stumble takes longer.
+_PATIENCE = (1.3, 2.6)
 
 
 class Crossings(NamedTuple):
@@ -56,7 +59,7 @@ def crossings(t: Trajectory, height: float) -> Crossings:
         t: The run.
         height: [m] of the section.
     """
-    heel = t.height[:, _RIGHT_HEEL]
+    heel = t.height[:, RIGHT_HEEL]
     down = np.flatnonzero((heel[:-1] >= height) & (heel[1:] < height))
     rows = []
     for strike, leg in strikes(t.phase):
@@ -78,36 +81,49 @@ class Section:
     Args:
         run: A concrete run; its duration and start are replaced.
         tree: Lengths of the biped that walks.
+
+    Attributes:
+        run: The run.
+        tree: The lengths.
+        height: [m] of the right heel on the section.
+        unit: (18,) natural units of (q, v).
     """
 
     def __init__(self, run: Run, tree: Tree):
         self.run, self.tree = run, tree
         self.height = run.scenario.sensing.contact_height + ABOVE
-        unit = math.sqrt(tree.leg / GRAVITY)
         length = np.array([tree.leg] * 2 + [1.0] * 7)
-        self._unit = np.concatenate([length, length / unit])
+        self.unit = np.concatenate([length, length / math.sqrt(tree.leg / GRAVITY)])
 
     def states(self, c: Crossings) -> np.ndarray:
         """Section states (m, 17) in natural units of crossings."""
-        return (np.hstack([c.q, c.v]) / self._unit)[:, 1:]
+        return (np.hstack([c.q, c.v]) / self.unit)[:, 1:]
+
+    def whole(self, z: np.ndarray) -> np.ndarray:
+        """(q, v) (…, 18) in SI units of section states (…, 17), at x = 0."""
+        return np.concatenate([np.zeros((*z.shape[:-1], 1)), z], axis=-1) * self.unit
 
     def walk(self, z: np.ndarray, seconds: float) -> tuple[Trajectory, np.ndarray]:
         """Walks on from a section state z (17,); returns the run and the states (m, 17) at its later crossings."""
-        whole = np.concatenate([[0.0], z]) * self._unit
+        start = self.whole(z)
         # The section ahead of a start is that start: only what comes after a swing counts, which `strikes` sees to,
         # since a swing that began before the run has no 50 rows of air yet.
         s = msgspec.structs.replace(self.run.scenario, duration=seconds, window=Window(), push=())
-        t = simulate(self.run._replace(q=whole[:9], v=whole[9:], scenario=s))
+        t = simulate(self.run._replace(q=start[:9], v=start[9:], scenario=s))
         return t, self.states(crossings(t, self.height))
 
-    def kicked(self, z: np.ndarray, size: float, rng: np.random.Generator) -> np.ndarray:
-        """A section state disturbed by normal numbers of standard deviation `size` in angles and all velocities.
+    def returned(self, z: np.ndarray, stride: float) -> np.ndarray:
+        """The return map P: the section state (17,) one return after z (17,).
 
-        The torso is then shifted so that the lowest point is on the ground again: a foot pressed into the ground would
-        be answered by a force that no disturbance of a walker makes.
+        Args:
+            z: A section state.
+            stride: [s] about as long as a stride takes.
+
+        Raises:
+            RunError: The walker does not return.
         """
-        kick = size * rng.standard_normal(17)
-        kick[0] = 0.0
-        moved = np.concatenate([[0.0], z + kick]) * self._unit
-        moved[:9] = project(self.tree, moved[:9], ())
-        return (moved / self._unit)[1:]
+        for patience in _PATIENCE:
+            t, after = self.walk(z, patience * stride)
+            if len(after):
+                return after[0]
+        raise RunError(f"no return to the section: {t.cause or 'the walker no longer strides'}")

@@ -1,21 +1,27 @@
-"""`biped stability`: what a scenario's gait is as a limit cycle, and the walkers the method is validated on."""
+"""What a scenario's gait is as a limit cycle, measured in an engine at the scenario's time step and at half of it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from biped.campaign import simulate
-from biped.commands import RUNS, plan_of, title_of
+from biped.commands import plan_of, title_of
 from biped.errors import RunError
+from biped.model import tree_at, true_tree
 from biped.plan import Plan
-from biped.results import dumps, new_folder
+from biped.stability import sizes
+from biped.stability.basin import basin
 from biped.stability.fit import Fit, Returns, fit_map
+from biped.stability.kicks import Kicks
+from biped.stability.orbit import Exponent, Orbit, exponent, find_orbit
 from biped.stability.section import Section, crossings
+from biped.stability.workers import mapped
 from biped.vary import stream
+
+ENGINES = ("mujoco", "home")
 
 SETTLING = 4
 """Strides that a walk is given to forget its start."""
@@ -23,179 +29,213 @@ SETTLING = 4
 STEADY = ("start.jitter=0.002", "randomise.runs=6", "duration=24.0", "window.start=8.0", "window.end=24.0")
 """The walks that steady states are taken from."""
 
-KICKS = (0.005, 0.01)
-"""Standard deviations of the kicks, in natural units."""
+KICK = 0.01
+"""Standard deviation of the kicks of the fit, in every direction that a disturbance can have, natural units."""
 
 KICKED = 100
-"""Kicked walks of each size, each followed for three returns."""
+"""Kicked walks, each followed for three returns."""
 
-TWINS = (1e-9, 1e-7, 1e-5, 1e-3)
-"""Sizes of disturbance at which single returns are compared."""
-
-_PAIRS = 12
+Mapped = Callable[[Callable, Sequence], list]
 
 
-def _steady(plan: Plan) -> tuple[Section, np.ndarray, np.ndarray]:
-    """The section, steady states (m, 17) and periods (m,) [s] of a plan's walks.
+class Steady(NamedTuple):
+    """A gait's own strides.
+
+    Attributes:
+        section: Where they are cut.
+        states: (m, 17) section states.
+        periods: (p,) [s].
+        fell: Walks that fell, of `walks`.
+        walks: Walks.
+    """
+
+    section: Section
+    states: np.ndarray
+    periods: np.ndarray
+    fell: int
+    walks: int
+
+
+def steady_strides(plan: Plan, mapped: Mapped) -> Steady:
+    """The strides of a plan's walks after their first few.
 
     Raises:
         RunError: The scenario does not walk long enough.
     """
-    states, periods = [], []
-    section, fell = None, 0
-    for index in range(len(plan)):
-        run = plan.run(index)
-        t = simulate(run)
-        section = section or Section(run, t.tree)
+    first = plan.run(0)
+    section = Section(first, true_tree(tree_at(first.model), first.scenario.truth))
+
+    def walk(index: int) -> tuple[np.ndarray, np.ndarray] | None:
+        t = simulate(plan.run(index))
         found = crossings(t, section.height)
-        if t.end != "completed":
-            fell += 1
-        else:
-            states.append(section.states(found)[SETTLING:])
-            periods.append(np.diff(found.time)[SETTLING:])
-    if section is None or sum(map(len, periods)) < 5:
+        return None if t.end != "completed" else (section.states(found)[SETTLING:], np.diff(found.time)[SETTLING:])
+
+    walks = [one for one in mapped(walk, range(len(plan))) if one is not None]
+    fell = len(plan) - len(walks)
+    if sum(len(periods) for _, periods in walks) < 5:
         raise RunError(
             f"no steady gait: {fell} of {len(plan)} walks of {plan.scenario.duration:g} s fell, and fewer than five "
             f"strides came after the first {SETTLING} of the others"
         )
-    return section, np.vstack(states), np.concatenate(periods)
+    return Steady(section, *(np.concatenate(part) for part in zip(*walks, strict=True)), fell, len(plan))
 
 
-def _kicked(
-    section: Section, steady: np.ndarray, size: float, seconds: float, rng: np.random.Generator
-) -> tuple[Returns, int]:
-    """Returns of kicked walks, from the first crossing after the kick, and how many of the walks fell."""
-    before, after, walk = [], [], []
-    fell = 0
-    for i in range(KICKED):
-        t, z = section.walk(section.kicked(steady[rng.integers(len(steady))], size, rng), seconds)
-        fell += t.end != "completed"
-        before.append(z[:-1])
-        after.append(z[1:])
-        walk.append(np.full(max(len(z) - 1, 0), i))
-    returns = Returns(np.vstack(before), np.vstack(after), np.concatenate(walk))
-    if len(returns.walk) < 4 * steady.shape[1]:
-        raise RunError(f"kicks of {size:g} leave {len(returns.walk)} returns, {fell} of {KICKED} walks fell: no fit")
+def kicked_returns(gait: Steady, seconds: float, rng: np.random.Generator, mapped: Mapped) -> tuple[Returns, int]:
+    """Returns of kicked walks, the first from the kicked state itself, and how many of the walks fell.
+
+    Raises:
+        RunError: Too few walks return.
+    """
+    starts = [
+        Kicks(gait.section, gait.states[i]).random(KICK, rng) for i in rng.integers(len(gait.states), size=KICKED)
+    ]
+
+    def walk(z: np.ndarray) -> tuple[np.ndarray, bool]:
+        t, later = gait.section.walk(z, seconds)
+        return np.vstack([z[None], later]), t.end != "completed"
+
+    walks = mapped(walk, starts)
+    fell = sum(ended for _, ended in walks)
+    returns = Returns(
+        np.vstack([z[:-1] for z, _ in walks]),
+        np.vstack([z[1:] for z, _ in walks]),
+        np.concatenate([np.full(len(z) - 1, i) for i, (z, _) in enumerate(walks)]),
+    )
+    if len(returns.walk) < 4 * gait.states.shape[1]:
+        raise RunError(f"kicks of {KICK:g} leave {len(returns.walk)} returns, {fell} of {KICKED} walks fell: no fit")
     return returns, fell
 
 
-def _twins(section: Section, steady: np.ndarray, seconds: float, rng: np.random.Generator) -> list[float]:
-    """Median distance after a return over distance before it, for each size of `TWINS`."""
-    ratios: list[list[float]] = [[] for _ in TWINS]
-    for z in steady[rng.permutation(len(steady))[:_PAIRS]]:
-        direction = rng.standard_normal(z.size)
-        direction[0] = abs(direction[0])  # up: no foot is pressed into the ground
-        _, base = section.walk(z, seconds)
-        for size, out in zip(TWINS, ratios, strict=True):
-            _, other = section.walk(z + size * direction / np.linalg.norm(direction), seconds)
-            if len(base) and len(other):
-                out.append(float(np.linalg.norm(other[0] - base[0])) / size)
-    return [float(np.median(out)) if out else float("nan") for out in ratios]
+def word_for(orbit: Orbit | None, small: Exponent | None) -> str:
+    """What the gait is to small disturbances, in words."""
+    if small is None:
+        return "falls when its return map is repeated"
+    if small.value - small.half_width > 0.0:
+        return "chaotic"
+    if small.value + small.half_width >= 0.0:
+        return "undecided"
+    if orbit is None or orbit.returns is None:
+        return "neighbours approach, no cycle of up to 16 returns"
+    return "stable limit cycle" if orbit.returns == 1 else f"stable cycle of {orbit.returns} returns"
 
 
-def _row(label: str, size: float, fit: Fit, fell: int) -> dict[str, Any]:
+def measure(plan: Plan, jobs: int, slices: bool) -> tuple[dict[str, Any], Fit]:
+    """Measures a gait in one engine at one step.
+
+    Args:
+        plan: Its steady walks.
+        jobs: Number of processes.
+        slices: Whether to cut the basin of attraction too.
+
+    Returns:
+        The numbers, and the linear map fitted to returns of kicked walks.
+
+    Raises:
+        RunError: There is no steady gait.
+    """
+
+    def on_cores(function: Callable, items: Sequence) -> list:
+        return mapped(function, items, jobs)
+
+    gait = steady_strides(plan, on_cores)
+    stride = float(gait.periods.mean())
+    rng = stream(plan.scenario.seed, "stability")
+    small = exponent(gait.section, gait.states, stride, rng, on_cores)
+    try:
+        orbit = find_orbit(gait.section, gait.states[-1], stride)
+    except RunError:
+        orbit = None
+    rows = sizes.shrinking(gait.section, gait.states, stride, rng, on_cores)
+    returns, fell = kicked_returns(gait, 3.3 * stride, rng, on_cores)
+    fit = fit_map(returns, rng)
+    out: dict[str, Any] = {
+        "section": f"right heel {1e3 * gait.section.height:g} mm above the ground, coming down",
+        "walks": gait.walks,
+        "fell": gait.fell,
+        "strides": len(gait.periods),
+        "period": stride,
+        "period_std": float(gait.periods.std()),
+        "spread": float(np.sqrt(gait.states.var(axis=0).sum())),
+        "kind": word_for(orbit, small),
+        "exponent": None if small is None else small._asdict(),
+        "orbit": None if orbit is None else _orbit_dict(orbit),
+        "sizes": [row._asdict() for row in rows],
+        "floor": sizes.floor(rows),
+        "fit": _fit_dict(fit, fell),
+    }
+    if slices:
+        out["basin"] = basin(gait.section, gait.states, stride, rng, on_cores)
+    return out, fit
+
+
+def _fit_dict(fit: Fit, fell: int) -> dict[str, Any]:
     return {
-        "steps": label,
-        "kick": size,
+        "kick": KICK,
         "fell": fell,
         "walks": KICKED,
         "radius": fit.radius,
         "interval": list(fit.interval),
         "explained": fit.explained,
-        "multipliers": [[float(m.real), float(m.imag)] for m in fit.multipliers],
+        "multipliers": _pairs(fit.multipliers),
         "stable": fit.interval[1] < 1.0,
     }
 
 
-def study(name: str, changes: Sequence[str]) -> tuple[dict[str, Any], list[tuple[Returns, Fit]]]:
-    """Measures a gait at the scenario's step and tick and at half of both.
+def _orbit_dict(orbit: Orbit) -> dict[str, Any]:
+    cycle = orbit.cycle
+    return {
+        "returns": orbit.returns,
+        "moved": orbit.moved,
+        "residual": None if cycle is None else cycle.residual,
+        "multipliers": None if cycle is None else _pairs(cycle.multipliers),
+        "error": None if cycle is None else cycle.error.tolist(),
+    }
+
+
+def _pairs(values: np.ndarray) -> list[list[float]]:
+    return [[float(value.real), float(value.imag)] for value in values]
+
+
+def place(gait: Mapping[str, Any]) -> str:
+    """Where a gait was measured, in words."""
+    return f"{gait['engine']}, {1e3 * gait['timestep']:g} ms"
+
+
+def study(
+    name: str, changes: Sequence[str], engines: Sequence[str] = ENGINES, jobs: int = 1, slices: bool = False
+) -> tuple[dict[str, Any], list[tuple[str, Fit]]]:
+    """Measures a gait in engines, at the scenario's time step and at half of it; the control rate is part of the gait.
 
     Args:
         name: Name or path of a scenario.
         changes: `--set` changes.
+        engines: Names of engines.
+        jobs: Number of processes.
+        slices: Whether to cut the basin of attraction too, at the scenario's time step.
 
     Returns:
-        The result object, and for each of its rows the returns and their fit.
+        The result object, and where each fit was made, with the fit.
 
     Raises:
         InputError: The scenario cannot be used.
-        RunError: It has no steady gait to speak of.
+        RunError: It has no steady gait to speak of anywhere.
     """
-    simulation = plan_of(name, changes).scenario.simulation
-    finer = [
-        f"simulation.timestep={0.5 * simulation.timestep}", f"simulation.control_rate={2.0 * simulation.control_rate}"
-    ]  # fmt: skip
-    rows, drawn, gait = [], [], []
-    height = 0.0
-    for label, more in (("scenario's", []), ("halved", finer)):
-        plan = plan_of(name, [*changes, *STEADY, *more])
-        try:
-            section, steady, period = _steady(plan)
-            height = section.height
-            rng = stream(plan.scenario.seed, "stability")
-            seconds = float(period.mean())
-            gait.append({
-                "steps": label,
-                "strides": len(period),
-                "period": seconds,
-                "period_std": float(period.std()),
-                "spread": float(np.sqrt(steady.var(axis=0).sum())),
-                "twins": _twins(section, steady, 1.3 * seconds, rng),
-            })  # fmt: skip
-            for size in KICKS:
-                returns, fell = _kicked(section, steady, size, 4.3 * seconds, rng)
-                fit = fit_map(returns, rng)
-                drawn.append((returns, fit))
-                rows.append(_row(label, size, fit, fell))
-        except RunError as error:
-            # A gait may walk at one step and fall at another: that is a result, unless there is nothing else to tell.
-            if not rows:
-                raise
-            gait.append({"steps": label, "failed": str(error)})
-    result = {
-        "scenario": title_of(name),
-        "section": f"right heel {1e3 * height:g} mm above the ground, coming down",
-        "gait": gait,
-        "twin_sizes": list(TWINS),
-        "fits": rows,
-        "stable": all(row["stable"] for row in rows) and not any("failed" in g for g in gait),
-    }
-    return result, drawn
-
-
-def run(name: str, changes: Sequence[str], out: Path | None, json: bool) -> bool:
-    """Studies a scenario, writes stability.json and stability.png, prints; returns whether the gait is stable."""
-    title = title_of(name)
-    result, drawn = study(name, changes)
-    from biped.figures.stability import plot_stability
-
-    folder = out if out is not None else new_folder(RUNS, f"{title.replace('/', '-')}-stability")
-    plot_stability(result, drawn, folder)
-    (folder / "stability.json").write_text(dumps(result, indent=1), encoding="utf-8")
-    if json:
-        print(dumps(result))
-    else:
-        _show(result)
-        print(f"  results in {folder}/")
-    return result["stable"]
-
-
-def _show(result: dict[str, Any]) -> None:
-    from biped.terminal import console
-
-    out = console()
-    out.print(f"[bold]{result['scenario']}[/bold]: section: {result['section']}")
-    for gait in result["gait"]:
-        if "failed" in gait:
-            out.print(f"  {gait['steps']} steps: {gait['failed']}")
-            continue
-        twins = ", ".join(f"{size:g}: {ratio:.2g}" for size, ratio in zip(TWINS, gait["twins"], strict=True))
-        out.print(f"  {gait['steps']} steps: {gait['strides']} strides of {gait['period']:.4f} ± "
-                  f"{gait['period_std']:.4f} s, states spread by {gait['spread']:.2g}; "
-                  f"a disturbance after one return, by size: {twins}")  # fmt: skip
-    for row in result["fits"]:
-        low, high = row["interval"]
-        largest = ", ".join(f"{complex(*m):.3f}" for m in row["multipliers"][:3])
-        out.print(f"  {row['steps']} steps, kicks of {row['kick']:g}: largest multiplier {row['radius']:.2f} "
-                  f"({low:.2f} – {high:.2f}), explains {row['explained']:.0%}; {largest}; "
-                  f"{row['fell']} of {row['walks']} fell")  # fmt: skip
+    step = plan_of(name, changes).scenario.simulation.timestep
+    gaits, drawn = [], []
+    for engine in engines:
+        for factor in (1.0, 0.5):
+            where = {"engine": engine, "timestep": factor * step}
+            plan = plan_of(name, [*changes, *STEADY, f"engine={engine}", f"simulation.timestep={where['timestep']}"])
+            try:
+                numbers, fit = measure(plan, jobs, slices and factor == 1.0)
+            except RunError as error:
+                # A gait may walk here and fall there: that is a result, unless there is nothing else to tell.
+                gaits.append({**where, "failed": str(error)})
+                continue
+            gaits.append({**where, **numbers})
+            drawn.append((place(where), fit))
+    walking = [gait for gait in gaits if "failed" not in gait]
+    if not walking:
+        raise RunError("; ".join(f"{place(gait)}: {gait['failed']}" for gait in gaits))
+    stable = len(walking) == len(gaits) and all(gait["fit"]["stable"] for gait in walking)
+    return {"scenario": title_of(name), "gaits": gaits, "stable": stable}, drawn
