@@ -90,7 +90,7 @@ def test_home_error_falls_with_the_fourth_power_of_the_step():
 
 def test_energy_lost_is_what_the_home_engine_books():
     """Its ledger sums impact losses inside the engine; the metric only sees coordinates and what is applied."""
-    run = plan_of(walking.SCENARIO, ["engine=home", "duration=4.0", "window.end=4.0"]).run(0)
+    run = plan_of(walking.SCENARIO, ["engine=home", "duration=4.0", "window.start=0.0", "window.end=4.0"]).run(0)
     t, record = simulate_with_ledger(run)
     n = len(t) - 1
     steps = sum(0 < row <= n for row, _ in strikes(t.phase))
