@@ -8,6 +8,7 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
 from biped.bench.walking import CANDIDATES
 from biped.figures.style import JOINTS, LEFT, PUSH, QUIET, SETTINGS, TRUNK, figure, make_folder, save
@@ -36,6 +37,10 @@ def plot_walking(result: Mapping[str, Any], folder: Path) -> Path:
             gait.errorbar(cpu, shift, half, fmt="o-", color=colour, label=integrator, markersize=4.0, capsize=2.0)
         gait.axhline(0.0, color=QUIET, zorder=0)
         gait.set_xscale("log")
+        for axes in (path, gait):
+            axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axes.xaxis.set_major_formatter(ScalarFormatter())
+            axes.xaxis.set_minor_formatter(NullFormatter())
         path.set(xlabel="CPU ms per second of walking", ylabel="rad", title=f"error after {result['horizon']:g} s")
         gait.set(xlabel="CPU ms per second of walking", ylabel="%", title="shift of the steady speed")
         path.legend(fontsize=8)

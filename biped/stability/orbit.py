@@ -54,7 +54,7 @@ class Orbit(NamedTuple):
         returns: Returns of the cycle; None: none up to `LONGEST` was reached.
         moved: Distance of the last state from the nearest of the `LONGEST` before it.
         state: (17,) the last state, on the cycle.
-        cycle: Fixed point of so many returns and its multipliers, in admissible directions, if it was computed.
+        cycle: Fixed point of so many returns and its multipliers, if they were computed.
     """
 
     returns: int | None
@@ -104,8 +104,13 @@ def find_orbit(section: Section, z: np.ndarray, stride: float) -> Orbit:
 
 
 def _cycle(section: Section, z: np.ndarray, n: int, stride: float) -> Cycle | None:
-    """Fixed point of n returns by Newton's method in the directions that a disturbance can have."""
-    basis = Kicks(section, z).basis
+    """Fixed point of n returns by Newton's method.
+
+    Compliant contacts give way: a foot that is pressed in is part of the state, and leaving it out moves the third
+    digit of the multipliers. Rigid ones do not: there a state has only the directions that a disturbance can have.
+    """
+    rigid = section.run.scenario.engine == "home"
+    basis = Kicks(section, z).basis if rigid else np.eye(z.size)
 
     def returns(x: np.ndarray) -> np.ndarray:
         at = z + basis @ x

@@ -42,7 +42,8 @@ def test_every_integrator_solves_the_same_problem(start, integrator):
 
 def row(label: str, cpu: float, shift: float, half: float = 0.0, fell: int = 0, group: str = "steps"):
     return {
-        "group": group, "label": label, "settings": [label], "cpu_per_second": cpu, "fell": fell, "error": cpu**-1,
+        "group": group, "label": label, "settings": [label], "cpu_per_second": cpu, "fell": fell, "own": label == "Euler 1 ms",
+        "error": cpu**-1,
         "speed_shift": shift, "speed_shift_half_width": half,
         "cost_of_transport_shift": -shift, "cost_of_transport_shift_half_width": half,
     }  # fmt: skip
@@ -57,6 +58,9 @@ def test_recommendation_is_the_cheapest_that_holds():
     assert recommend(table, 0.01)["label"] == "E good"
     assert recommend(table, 0.001)["label"] == "F dear"
     assert recommend(table[:-1], 0.001)["label"] is None
+    # The scenario's own setting is kept where others are cheaper by chance only.
+    assert recommend([*table, row("Euler 1 ms", 0.43, 0.0)], 0.01)["label"] == "Euler 1 ms"
+    assert recommend([*table, row("Euler 1 ms", 0.45, 0.0)], 0.01)["label"] == "E good"
 
 
 def test_half_a_walk_is_whole_strides(start):

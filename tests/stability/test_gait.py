@@ -219,7 +219,7 @@ def test_slow_gait_is_a_limit_cycle(walk):
     assert np.abs(section.returned(z, 1.588) - z).max() < 1e-9
     kicks = Kicks(section, z)
     rates = growth(lambda at: section.returned(at, 1.588), z, kicks.along(np.ones(kicks.basis.shape[1]), 1e-8), 10)
-    assert rates[4:] == pytest.approx(np.log(abs(orbit.cycle.multipliers[0])), abs=0.005)
+    assert rates[4:] == pytest.approx(np.log(abs(orbit.cycle.multipliers[0])), abs=1e-4)
 
 
 @pytest.mark.slow
