@@ -42,8 +42,8 @@ def test_every_integrator_solves_the_same_problem(start, integrator):
 
 def row(label: str, cpu: float, shift: float, half: float = 0.0, fell: int = 0, group: str = "steps"):
     return {
-        "group": group, "label": label, "settings": [label], "cpu_per_second": cpu, "fell": fell, "own": label == "Euler 1 ms",
-        "error": cpu**-1,
+        "group": group, "label": label, "settings": [label], "cpu_per_second": cpu, "fell": fell,
+        "own": label == "Euler 1 ms", "error": cpu**-1,
         "speed_shift": shift, "speed_shift_half_width": half,
         "cost_of_transport_shift": -shift, "cost_of_transport_shift_half_width": half,
     }  # fmt: skip
