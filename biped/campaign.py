@@ -84,6 +84,8 @@ def rows_of(
     pool = context.Pool(jobs, _start, (plan.scenario, keep, plan if method == "fork" else None))
     try:
         yield pool.imap_unordered(_work, indices)
+        pool.close()  # whoever is done ends by itself, properly
+        pool.join()
     finally:
         pool.terminate()
         pool.join()

@@ -63,6 +63,15 @@ def _parser() -> _Parser:
     run.add_argument("--only", type=_whole, metavar="N", help="replay run N of the ensemble alone")
     check = scenarios("check", "run scenarios and compare with their [expect]")
     check.add_argument("--junit", type=Path, metavar="FILE", help="also write JUnit XML")
+    regress = commands.add_parser("regress", help="compare scenarios with their recorded reference numbers",
+                                  description="Runs a fixed part of scenarios and compares with recorded numbers: "
+                                  "digit by digit where they were recorded, elsewhere the physics.")  # fmt: skip
+    regress.add_argument("scenario", nargs="*", help="name in scenarios/, or path (default: every shipped scenario)")
+    regress.add_argument("--update", action="store_true", help="record what differs as the new reference")
+    regress.add_argument("--reason", help="why results changed; kept in the file (needed by --update)")
+    regress.add_argument("--file", type=Path, help="file of references (default: that of the shipped scenarios)")
+    regress.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
+    regress.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     compare = scenarios("compare", "run scenarios in both engines: every metric side by side, with its gap")
     compare.add_argument("--out", type=Path, help="folder for figures and recordings (default: new ones below runs/)")
     tune = commands.add_parser("tune", help="find gains that serve a scenario's conditions",
@@ -82,11 +91,15 @@ def _parser() -> _Parser:
     report.add_argument("--out", type=Path, default=Path("report.md"), help="the file (default: report.md)")
     report.add_argument("--title", default="Campaigns", help="its heading")
     bench = commands.add_parser("bench", help="run time against error, and what things cost")
-    bench.add_argument("what", choices=["throughput", "walking", "mechanisms"], help="what to measure")
+    bench.add_argument("what", choices=["throughput", "walking", "mechanisms", "regress"],
+                       help="what to measure; regress: whether a recorded result or cost changed")  # fmt: skip
     bench.add_argument("--out", type=Path, help="walking, mechanisms: folder for figures")
     bench.add_argument(
         "--quick", action="store_true", help="mechanisms: fewer repeats and settings; throughput: no prices of features"
     )
+    bench.add_argument("--update", action="store_true", help="regress: record the costs measured now")
+    bench.add_argument("--reason", help="regress: why costs changed (needed by --update)")
+    bench.add_argument("--file", type=Path, help="regress: file of references (default: that of the shipped scenarios)")
     bench.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     stability = commands.add_parser("stability", help="a gait as a limit cycle: return map and Floquet multipliers")
     stability.add_argument("scenario", nargs="?", help="name in scenarios/, or path of a scenario file")
@@ -187,6 +200,31 @@ def _check(args: argparse.Namespace) -> int:
     return DONE if all(result["passed"] for result in results) else FAILED
 
 
+def _regress(args: argparse.Namespace) -> int:
+    from biped.regress import command
+
+    outcome = command.regress(args.scenario, _jobs(args), args.file, _reason(args))
+    if args.json:
+        _print_json([outcome.as_dict()])
+    else:
+        from biped.regress.show import show
+
+        show(outcome)
+    if outcome.stopped:
+        raise KeyboardInterrupt
+    return DONE if outcome.passed else FAILED
+
+
+def _reason(args: argparse.Namespace) -> str | None:
+    """Why references change, or None if they are not to change."""
+    reason = (args.reason or "").strip()
+    if args.update and not reason:
+        raise InputError('--update: --reason missing; expected why results changed, e.g. --reason "new solver"')
+    if args.reason is not None and not args.update:
+        raise InputError("--reason: expected with --update only; nothing is recorded without it")
+    return reason if args.update else None
+
+
 def _tune(args: argparse.Namespace) -> int:
     from biped.tune.command import tune
 
@@ -272,6 +310,10 @@ def _bench(args: argparse.Namespace) -> int:
 
         mechanisms.run(json=args.json, figures=args.out, quick=args.quick)
         return DONE
+    if args.what == "regress":
+        from biped.bench import regress
+
+        return DONE if regress.run(json=args.json, file=args.file, reason=_reason(args)) else FAILED
     from biped.bench import throughput
 
     throughput.run(json=args.json, quick=args.quick)
@@ -309,6 +351,7 @@ def _list(args: argparse.Namespace) -> int:
 _COMMANDS = {
     "run": _run,
     "check": _check,
+    "regress": _regress,
     "compare": _compare,
     "tune": _tune,
     "view": _view,

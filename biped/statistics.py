@@ -29,3 +29,20 @@ def wilson(successes: int, trials: int, z: float = Z95) -> tuple[float, float]:
     low = 0.0 if successes == 0 else (centre - half) / scale
     high = 1.0 if successes == trials else (centre + half) / scale
     return low, high
+
+
+def same_rate(first: int, second: int, trials: int, other: int) -> float:
+    """Probability of counts at least as unlikely as these if both ensembles had one rate: Fisher's exact test.
+
+    Args:
+        first: Successes of the first ensemble.
+        second: Successes of the second.
+        trials: Runs of the first ensemble.
+        other: Runs of the second.
+
+    Returns:
+        The two-sided p-value, 0 … 1 (R. A. Fisher, J. R. Stat. Soc. 85, 1922).
+    """
+    total = first + second
+    ways = [math.comb(trials, k) * math.comb(other, total - k) for k in range(total + 1)]
+    return sum(way for way in ways if way <= ways[first]) / sum(ways)

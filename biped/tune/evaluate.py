@@ -170,6 +170,8 @@ def workers(study: Study, jobs: int) -> Iterator[Callable[[Sequence[Task]], list
     pool = multiprocessing.get_context(method).Pool(jobs, _begin, (study,))
     try:
         yield lambda tasks: list(pool.imap(_carry_out, tasks))
+        pool.close()  # whoever is done ends by itself, properly
+        pool.join()
     finally:
         pool.terminate()
         pool.join()
