@@ -5,11 +5,14 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; 
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+# Short tests of compiled kernels: `make coverage` runs them as plain Python too.
+KERNEL_TESTS := tests/control tests/rigid tests/engines/test_mujoco.py tests/dynamics/test_linalg.py \
+	tests/test_posture.py tests/test_kernels.py::test_compiled_kernels_do_what_they_do_as_plain_python
 # One BLAS thread: 9x9 problems gain nothing from more and can lose milliseconds.
 export OPENBLAS_NUM_THREADS := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help setup run view test test-all stress check bench lint format lock clean
+.PHONY: help setup run view test test-all stress coverage check regress bench lint format lock clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -38,8 +41,20 @@ test-all: setup ## every test, the slow ones too
 stress: setup ## extremes: steps, contacts, masses, starts, pushes, sensors; random physical models
 	$(BIN)/python -m pytest tests/test_stress.py tests/test_properties.py -m "slow or not slow"
 
+coverage: setup ## the default tests, those of kernels once more as plain Python; fails below 90 % of lines
+	$(BIN)/coverage erase
+	$(BIN)/coverage run -m pytest
+	# Compiled code overflows to inf without a word; as plain Python it would warn.
+	NUMBA_DISABLE_JIT=1 $(BIN)/coverage run -m pytest $(KERNEL_TESTS) -W ignore::RuntimeWarning
+	$(BIN)/coverage combine --quiet
+	$(BIN)/coverage report --skip-covered
+
 check: setup ## the fixed-seed regression scenarios, as in CI
 	$(BIN)/biped check scenarios/ci/*.toml --junit checks.xml
+
+regress: setup ## every shipped scenario against its recorded numbers; what a tick costs against what it did
+	$(BIN)/biped regress
+	$(BIN)/biped bench regress
 
 bench: setup ## run time against error
 	$(BIN)/biped bench throughput
