@@ -274,9 +274,38 @@ class Gains(Section, frozen=True):
     theta_a: tuple[float, float, float, float] | None = None
     speed: Positive | None = None
 
+    def replaced(self, by: Gains) -> Gains:
+        """These gains, without a speed, with those that `by` names in their place."""
+        return Gains(**{n: getattr(self, n) if (new := getattr(by, n)) is None else new for n in GAINS})
+
 
 GAINS = tuple(name for name in Gains.__struct_fields__ if name != "speed")
 """What a complete gait consists of."""
+
+
+class ActuationChange(Section, frozen=True):
+    """Settings of `Actuation` that may change during a run; same keys."""
+
+    contacts: Literal["released", "touching"] | None = None
+    release_force: NonNegative | None = None
+
+
+class Change(Section, frozen=True):
+    """What holds from a time on; changes follow one another.
+
+    Attributes:
+        at: [s] when it begins.
+        over: [s] during which gains go linearly to their new values; settings of the actuation change at once.
+        controller: Name or path of the gait from then on; default: what held before.
+        gains: Gains that replace its; with `speed`, the gains of its family at that speed.
+        actuation: Settings that change.
+    """
+
+    at: NonNegative
+    over: NonNegative = 0.0
+    controller: str | None = None
+    gains: Gains = Gains()
+    actuation: ActuationChange = ActuationChange()
 
 
 class Range(Section, frozen=True):
@@ -395,6 +424,7 @@ class Scenario(Section, frozen=True):
     sensing: Sensing = Sensing()
     simulation: Simulation = Simulation()
     gains: Gains = Gains()
+    change: tuple[Change, ...] = ()
     push: tuple[Push, ...] = ()
     fall: Fall = Fall()
     sensors: Sensors = Sensors()

@@ -123,6 +123,10 @@ class ThesisLaw:
         self.tick = self._bound(model, q, v, log)
         if self.c["bounded"]:
             self.tick = partial(self._bounded_tick, self.tick, q, v, log)
+        if run.scenario.change:
+            from biped.control.changes import changing
+
+            self.tick = changing(run, self.c, self.tick)
 
     def _bound(self, model: pinocchio.Model, q: np.ndarray, v: np.ndarray, log: np.ndarray) -> Tick:
         """The tick as a closure over the run's arrays: looking them up would cost as much as the leg states do."""

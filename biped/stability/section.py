@@ -96,7 +96,7 @@ class Section:
         whole = np.concatenate([[0.0], z]) * self._unit
         # The section ahead of a start is that start: only what comes after a swing counts, which `strikes` sees to,
         # since a swing that began before the run has no 50 rows of air yet.
-        s = msgspec.structs.replace(self.run.scenario, duration=seconds, window=Window(), push=())
+        s = msgspec.structs.replace(self.run.scenario, duration=seconds, window=Window(), push=(), change=())
         t = simulate(self.run._replace(q=whole[:9], v=whole[9:], scenario=s))
         return t, self.states(crossings(t, self.height))
 
