@@ -113,6 +113,25 @@ class Sensing(Section, frozen=True):
     late_stance: Positive = 100.0
 
 
+class Backstep(Section, frozen=True):
+    """Stepping back, which the thesis does not have: a step that is being lost ends with the foot behind.
+
+    While the torso's extrapolated centre of mass x + ẋ √(y/g) lies behind every contact, a leg in the air is in state 4
+    with its thigh held to an angle of its own.
+
+    Attributes:
+        margin: [m] behind the rearmost contact from which the walker counts as falling back.
+        theta_l: Degrees, the thigh's angle; below 90 the foot comes down behind.
+        k_d2: [N m/rad] of the hip's spring.
+        b_d2: [N m s/rad] of its damper.
+    """
+
+    margin: float = 0.04
+    theta_l: float = 60.0
+    k_d2: NonNegative = 300.0
+    b_d2: NonNegative = 10.0
+
+
 class Simulation(Section, frozen=True):
     """How the physics is stepped.
 
@@ -407,6 +426,7 @@ class Scenario(Section, frozen=True):
         engine: `mujoco`, or `home`: the thesis's own rigid contacts.
         duration: [s].
         seed: Everything random follows from it.
+        backstep: The step back; default: none, as in the thesis.
         sweep: Up to two dotted scenario keys, each with the values it takes; every combination is an ensemble.
         tune: What `biped tune` searches for; other commands take no notice of it.
     """
@@ -422,6 +442,7 @@ class Scenario(Section, frozen=True):
     ground: Ground = Ground()
     actuation: Actuation = Actuation()
     sensing: Sensing = Sensing()
+    backstep: Backstep | None = None
     simulation: Simulation = Simulation()
     gains: Gains = Gains()
     change: tuple[Change, ...] = ()

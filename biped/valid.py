@@ -52,6 +52,7 @@ def humane(text: str) -> str:
              "`bool | float | str`": "a number, a string, true or false",
              "`float`": "a number", "`int`": "a whole number", "`str`": "a string", "`object`": "a table",
              "`array`": "a list", "`bool`": "true or false", "got `null`": "got nothing"}  # fmt: skip
+    text = text.replace(" | null`", "`")  # TOML has no null
     for word, plain in words.items():
         text = text.replace(word, plain)
     return text[0].lower() + text[1:]
@@ -174,6 +175,8 @@ def possible(s: Scenario, fail: Fail) -> None:
     if s.law is not None and s.actuation.mode != "joint":
         raise fail("actuation.mode", f"expected 'joint' with a law of one's own, which returns torques; got "
                    f"'{s.actuation.mode}'")  # fmt: skip
+    if s.law is not None and s.backstep is not None:
+        raise fail("backstep", "expected no law of one's own: the step back belongs to the thesis's leg states")
     for name, bound in s.expect.items():
         if bound.min is None and bound.max is None:
             raise fail(f"expect.{name}", "expected min, max or both")

@@ -4,8 +4,8 @@ from tests.bad.commands import COMMAND_LINES
 from tests.bad.kind import Bad
 from tests.bad.laws import LAWS
 from tests.bad.models import GAITS, HUMAN, MODELS
-from tests.bad.scenarios import CHANGES, FILES, STARTS_AND_TIMES, VARIATIONS
+from tests.bad.scenarios import BACKSTEPS, CHANGES, FILES, STARTS_AND_TIMES, VARIATIONS
 
 __all__ = ["HUMAN", "KINDS", "LAWS", "Bad"]
 
-KINDS = (*FILES, *STARTS_AND_TIMES, *CHANGES, *VARIATIONS, *GAITS, *MODELS, *LAWS, *COMMAND_LINES)
+KINDS = (*FILES, *STARTS_AND_TIMES, *CHANGES, *BACKSTEPS, *VARIATIONS, *GAITS, *MODELS, *LAWS, *COMMAND_LINES)

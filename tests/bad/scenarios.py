@@ -112,6 +112,13 @@ CHANGES = (
         files={"l.py": "class Law: pass"}),
 )  # fmt: skip
 
+BACKSTEPS = (
+    Bad("unknown key of the step back", ("s.toml: backstep.theta: unknown key", "'theta_l'"), "backstep.theta = 60.0"),
+    Bad("true for the step back", ("s.toml: backstep: expected a table",), "backstep = true"),
+    Bad("step back of a law of one's own", ("s.toml: backstep: expected no law",), "law = 'l.py:Law'\nbackstep = {}",
+        files={"l.py": "class Law: pass"}),
+)  # fmt: skip
+
 VARIATIONS = (
     Bad("sweep of an unknown key", ('s.toml: sweep."ground.slop": ', "'slope'"), 'sweep."ground.slop" = [1.0, 2.0]'),
     Bad("sweep of an unquoted key", ("s.toml: sweep.ground: expected", "quotes"), "sweep.ground.slope = [1.0, 2.0]"),
