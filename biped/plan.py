@@ -71,8 +71,9 @@ class Plan:
         self._starts: dict[tuple[str, Start, bytes], np.ndarray] = {}
         # Gains are written out, so that they can be swept and a saved scenario does not depend on a gait file; unless
         # the gait file itself varies, or the speed of a family.
-        if not {"controller", "gains.speed"} & (scenario.sweep.keys() | scenario.randomise.draw.keys()):
-            scenario = msgspec.structs.replace(scenario, gains=self._gait(scenario))
+        varying = scenario.sweep.keys() | scenario.randomise.draw.keys()
+        if not any(key.endswith(("controller", "gains.speed")) for key in varying):
+            scenario = self._with_changes(msgspec.structs.replace(scenario, gains=self._gait(scenario)))
         self.scenario = scenario
         self.points = points_of(scenario)
         for point in range(len(self.points)):
@@ -92,7 +93,7 @@ class Plan:
         seed = run_seed(self.scenario.seed, number)
         at_point = with_values(self.scenario, self.points[point], "sweep")
         draws = drawn(at_point, number, seed)
-        s = with_values(at_point, draws, f"randomise.draw, run {index}")
+        s = self._with_changes(with_values(at_point, draws, f"randomise.draw, run {index}"))
         random = s.randomise
         path, tree = self._model(s.model)
         self._pushable(s)
@@ -129,6 +130,19 @@ class Plan:
         if key not in self._gaits:
             self._gaits[key] = read_gains(locate("controllers", s.controller, "controller"), s.gains)
         return self._gaits[key]
+
+    def _with_changes(self, s: Scenario) -> Scenario:
+        """The scenario with the gains of changes that name a gait, or the speed of a family, written out."""
+        if not s.change:
+            return s
+        changes, controller = [], s.controller
+        for change in s.change:
+            if change.controller is not None or change.gains.speed is not None:
+                controller = change.controller or controller
+                asked = msgspec.structs.replace(s, controller=controller, gains=change.gains)
+                change = msgspec.structs.replace(change, gains=self._gait(asked))  # noqa: PLW2901
+            changes.append(change)
+        return msgspec.structs.replace(s, change=tuple(changes))
 
     def _start(self, s: Scenario, path: Path, tree: Tree, seed: int) -> np.ndarray:
         start = s.start

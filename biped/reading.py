@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+from msgspec.structs import replace
 
 from biped.errors import InputError
 from biped.files import canonical, label, layered, locate, merge, nearest
@@ -89,13 +90,24 @@ def _checked(data: dict[str, Any], origin: dict[str, Path], path: Path) -> Scena
     possible(scenario, fail)
     # A controller, model or law named in a file is looked for beside that file too.
     beside = {key: origin[key].parent for key in ("model", "controller", "law") if key in origin}
-    found = {}
-    for key in ("model", "controller"):
-        at = locate(f"{key}s", getattr(scenario, key), f"{source(key, origin, path)}: {key}", beside.get(key))
-        found[key] = canonical(f"{key}s", at)
+
+    def named(kind: str, name: str, key: str, folder: Path | None) -> str:
+        return canonical(kind, locate(kind, name, f"{source(key, origin, path)}: {key}", folder))
+
+    found: dict[str, Any] = {
+        key: named(f"{key}s", getattr(scenario, key), key, beside.get(key)) for key in ("model", "controller")
+    }
+    if scenario.change:
+        folder = origin["change"].parent if "change" in origin else None
+        gaits = [change.controller for change in scenario.change]
+        found["change"] = tuple(
+            change if gait is None
+            else replace(change, controller=named("controllers", gait, f"change[{i}].controller", folder))
+            for i, (change, gait) in enumerate(zip(scenario.change, gaits, strict=True))
+        )  # fmt: skip
     if scenario.law is not None:
         found["law"] = _law(scenario.law, beside.get("law"), fail)
-    return msgspec.structs.replace(scenario, **found)
+    return replace(scenario, **found)
 
 
 def _law(text: str, beside: Path | None, fail) -> str:
@@ -133,12 +145,12 @@ def read_gains(path: Path, override: Gains) -> Gains:
         from biped.family import Knot, gains_at
 
         knots = convert(speeds, tuple[Knot, ...], lambda key, what: fail(f"speeds{key}", what))
-        gains = msgspec.structs.replace(gains, **gains_at(knots, override.speed, fail))
-    merged = {name: mine if (mine := getattr(override, name)) is not None else getattr(gains, name) for name in GAINS}
-    missing = [name for name, value in merged.items() if value is None]
+        gains = replace(gains, **gains_at(knots, override.speed, fail))
+    gains = gains.replaced(override)
+    missing = [name for name in GAINS if getattr(gains, name) is None]
     if missing:
-        raise InputError(f"{label(path)}: {missing[0]}: missing; a gait has {', '.join(merged)}")
-    return Gains(**merged)
+        raise InputError(f"{label(path)}: {missing[0]}: missing; a gait has {', '.join(GAINS)}")
+    return gains
 
 
 def to_toml(scenario: Scenario) -> str:

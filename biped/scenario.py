@@ -113,6 +113,25 @@ class Sensing(Section, frozen=True):
     late_stance: Positive = 100.0
 
 
+class Backstep(Section, frozen=True):
+    """Stepping back, which the thesis does not have: a step that is being lost ends with the foot behind.
+
+    While the torso's extrapolated centre of mass x + ẋ √(y/g) lies behind every contact, a leg in the air is in state 4
+    with its thigh held to an angle of its own.
+
+    Attributes:
+        margin: [m] behind the rearmost contact from which the walker counts as falling back.
+        theta_l: Degrees, the thigh's angle; below 90 the foot comes down behind.
+        k_d2: [N m/rad] of the hip's spring.
+        b_d2: [N m s/rad] of its damper.
+    """
+
+    margin: float = 0.04
+    theta_l: float = 60.0
+    k_d2: NonNegative = 300.0
+    b_d2: NonNegative = 10.0
+
+
 class Simulation(Section, frozen=True):
     """How the physics is stepped.
 
@@ -274,9 +293,38 @@ class Gains(Section, frozen=True):
     theta_a: tuple[float, float, float, float] | None = None
     speed: Positive | None = None
 
+    def replaced(self, by: Gains) -> Gains:
+        """These gains, without a speed, with those that `by` names in their place."""
+        return Gains(**{n: getattr(self, n) if (new := getattr(by, n)) is None else new for n in GAINS})
+
 
 GAINS = tuple(name for name in Gains.__struct_fields__ if name != "speed")
 """What a complete gait consists of."""
+
+
+class ActuationChange(Section, frozen=True):
+    """Settings of `Actuation` that may change during a run; same keys."""
+
+    contacts: Literal["released", "touching"] | None = None
+    release_force: NonNegative | None = None
+
+
+class Change(Section, frozen=True):
+    """What holds from a time on; changes follow one another.
+
+    Attributes:
+        at: [s] when it begins.
+        over: [s] during which gains go linearly to their new values; settings of the actuation change at once.
+        controller: Name or path of the gait from then on; default: what held before.
+        gains: Gains that replace its; with `speed`, the gains of its family at that speed.
+        actuation: Settings that change.
+    """
+
+    at: NonNegative
+    over: NonNegative = 0.0
+    controller: str | None = None
+    gains: Gains = Gains()
+    actuation: ActuationChange = ActuationChange()
 
 
 class Range(Section, frozen=True):
@@ -378,6 +426,7 @@ class Scenario(Section, frozen=True):
         engine: `mujoco`, or `home`: the thesis's own rigid contacts.
         duration: [s].
         seed: Everything random follows from it.
+        backstep: The step back; default: none, as in the thesis.
         sweep: Up to two dotted scenario keys, each with the values it takes; every combination is an ensemble.
         tune: What `biped tune` searches for; other commands take no notice of it.
     """
@@ -393,8 +442,10 @@ class Scenario(Section, frozen=True):
     ground: Ground = Ground()
     actuation: Actuation = Actuation()
     sensing: Sensing = Sensing()
+    backstep: Backstep | None = None
     simulation: Simulation = Simulation()
     gains: Gains = Gains()
+    change: tuple[Change, ...] = ()
     push: tuple[Push, ...] = ()
     fall: Fall = Fall()
     sensors: Sensors = Sensors()

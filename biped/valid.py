@@ -12,13 +12,16 @@ import msgspec
 
 from biped.errors import InputError
 from biped.files import nearest
-from biped.scenario import Bound, Distribution, Push, Scenario
+from biped.scenario import Bound, Change, Distribution, Push, Scenario
 
 MOST_STEPS = 100_000_000
 """Physics steps of the longest run: a day at 1 kHz."""
 MOST_TICKS = 10_000_000
 """Control ticks of the longest run: each is a row of the trajectory, in memory."""
 MOST_RUNS = 1_000_000
+
+LISTS: dict[str, type] = {"push": Push, "change": Change}
+"""Lists of tables, and what each of their tables is."""
 
 Fail = Callable[[str, str], InputError]
 """From a dotted key and what is wrong with it to the error, which names the file that the key comes from."""
@@ -49,6 +52,7 @@ def humane(text: str) -> str:
              "`bool | float | str`": "a number, a string, true or false",
              "`float`": "a number", "`int`": "a whole number", "`str`": "a string", "`object`": "a table",
              "`array`": "a list", "`bool`": "true or false", "got `null`": "got nothing"}  # fmt: skip
+    text = text.replace(" | null`", "`")  # TOML has no null
     for word, plain in words.items():
         text = text.replace(word, plain)
     return text[0].lower() + text[1:]
@@ -66,11 +70,11 @@ def known_keys(data: Any, kind: type, at: str, fail: Fail) -> None:
             _variations(value, dotted, fail)
         elif key in ("expect", "thesis") and isinstance(value, dict):
             _metrics(value, key, fail)
-        elif key == "push":
-            if not isinstance(value, list) or not all(isinstance(push, dict) for push in value):
-                raise fail("push", "expected a list of tables, each headed [[push]]")
-            for i, push in enumerate(value):
-                known_keys(push, Push, f"push[{i}].", fail)
+        elif key in LISTS:
+            if not isinstance(value, list) or not all(isinstance(table, dict) for table in value):
+                raise fail(key, f"expected a list of tables, each headed [[{key}]]")
+            for i, table in enumerate(value):
+                known_keys(table, LISTS[key], f"{key}[{i}].", fail)
         elif isinstance(value, dict) and (record := _record(hints[key])) is not None:
             known_keys(value, record, f"{dotted}.", fail)
         elif isinstance(value, dict) and (named := _named_records(hints[key])) is not None:
@@ -129,7 +133,7 @@ def _named_records(hint: Any) -> type | None:
 
 
 def _choices(hint: Any) -> list[str]:
-    return [choice for choice in get_args(hint) if isinstance(choice, str)]
+    return [choice for part in (hint, *get_args(hint)) for choice in get_args(part) if isinstance(choice, str)]
 
 
 def _finite(value: Any, key: str, fail: Fail) -> None:
@@ -150,6 +154,7 @@ def possible(s: Scenario, fail: Fail) -> None:
     for i, push in enumerate(s.push):
         if push.at >= s.duration:
             raise fail(f"push[{i}].at", f"expected a time within the run (duration {s.duration} s), got {push.at}")
+    _follow_one_another(s, fail)
     start, end = s.interval
     for key, given in (("window.start", s.window.start), ("window.end", s.window.end)):
         if given is not None and given > s.duration:
@@ -170,6 +175,8 @@ def possible(s: Scenario, fail: Fail) -> None:
     if s.law is not None and s.actuation.mode != "joint":
         raise fail("actuation.mode", f"expected 'joint' with a law of one's own, which returns torques; got "
                    f"'{s.actuation.mode}'")  # fmt: skip
+    if s.law is not None and s.backstep is not None:
+        raise fail("backstep", "expected no law of one's own: the step back belongs to the thesis's leg states")
     for name, bound in s.expect.items():
         if bound.min is None and bound.max is None:
             raise fail(f"expect.{name}", "expected min, max or both")
@@ -192,3 +199,16 @@ def possible(s: Scenario, fail: Fail) -> None:
             raise fail(f'sweep."{key}"', "expected a key that is not drawn at random as well")
     if s.simulation.integrator == "RK4" and s.ground.contact_time < 2 * s.simulation.timestep:
         raise fail("ground.contact_time", "expected at least two time steps")
+
+
+def _follow_one_another(s: Scenario, fail: Fail) -> None:
+    """Rejects changes outside the run, before the end of the last, or of a law that has no gains."""
+    if s.change and s.law is not None:
+        raise fail("change", "expected no law of one's own, which knows the time; changes are the thesis's law's")
+    free = 0.0
+    for i, change in enumerate(s.change):
+        if change.at >= s.duration:
+            raise fail(f"change[{i}].at", f"expected a time within the run (duration {s.duration} s), got {change.at}")
+        if change.at < free:
+            raise fail(f"change[{i}].at", f"expected at least {free:g} s, where the one before ends, got {change.at:g}")
+        free = change.at + change.over

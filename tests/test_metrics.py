@@ -166,6 +166,17 @@ def test_walking_is_more_than_standing_or_falling():
     assert (fell["walked"], fell["falls"]) == (0, 1)
 
 
+def test_standing_is_more_than_staying_up():
+    still = synthetic(2.0, q=[0.0, 1.3, *[0.0] * 7])
+    assert measure(still, (1.0, 2.0))["stood"] == 1
+    assert measure(replace(still, end="fell", cause="fell forward at 1.999 s"), (1.0, 2.0))["stood"] == 0
+    assert measure(steady(), (1.0, 2.0))["stood"] == 0
+    swaying = synthetic(2.0, q=np.outer(0.11 * np.sin(np.pi * np.arange(2000) / 500), np.eye(9)[0]))
+    assert measure(swaying, (0.0, 2.0))["stood"] == 0
+    stepping = synthetic(2.0, q=[0.0, 1.3, *[0.0] * 7], phase=np.outer(1 + 2 * (np.arange(2000) % 500 > 250), [1, 0]))
+    assert measure(stepping, (0.0, 2.0))["stood"] == 0
+
+
 def test_a_run_that_ended_before_the_window_has_no_means():
     early = replace(steady(), end="fell", cause="x")
     numbers = measure(early, (3.0, 4.0))
@@ -239,7 +250,7 @@ def test_slip_and_penetration():
 
 
 def test_ensemble_means_are_over_walkers():
-    walker = dict.fromkeys(NAMES, 1.0) | {"falls": 0, "walked": 1}
+    walker = dict.fromkeys(NAMES, 1.0) | {"falls": 0, "walked": 1, "stood": 0}
     runs = [walker, walker | {"speed": 2.0}, walker | {"speed": 9.0, "walked": 0, "falls": 1}]
     whole = aggregate(runs)
     assert (whole["falls"], whole["walked"], whole["speed"]) == (1, 2, 1.5)

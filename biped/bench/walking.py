@@ -117,7 +117,7 @@ def starts(name: str, changes: Sequence[str]) -> tuple[Run, Trajectory, np.ndarr
 
 def short(run: Run, t: Trajectory, rows: np.ndarray) -> np.ndarray:
     """Joint angles and pitch (STARTS, n, 7) [rad] every `GRID` over the horizon from each of a trajectory's rows."""
-    s = msgspec.structs.replace(run.scenario, duration=HORIZON, window=Window(), push=())
+    s = msgspec.structs.replace(run.scenario, duration=HORIZON, window=Window(), push=(), change=())
     out = []
     for row in rows:
         walked = simulate(run._replace(q=t.q[row].copy(), v=t.v[row].copy(), scenario=s))

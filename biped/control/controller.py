@@ -44,6 +44,9 @@ def controller_record(run: Run, believed: Tree) -> np.ndarray:
     c["mass_factor"] = 1.0 if run.mass_factor is None else run.mass_factor
     c["row_factor"] = 1.0 if run.row_factor is None else run.row_factor
     _set_sensing(c, s)
+    if s.backstep is not None:
+        c["backstep"], c["margin"], c["theta_back"] = 1, s.backstep.margin, np.radians(s.backstep.theta_l)
+        c["k_back"], c["b_back"] = s.backstep.k_d2, s.backstep.b_d2
     actuation = s.actuation
     c["generalized"] = actuation.mode == "generalized"
     c["release"] = actuation.contacts == "released"
@@ -123,6 +126,10 @@ class ThesisLaw:
         self.tick = self._bound(model, q, v, log)
         if self.c["bounded"]:
             self.tick = partial(self._bounded_tick, self.tick, q, v, log)
+        if run.scenario.change:
+            from biped.control.changes import changing
+
+            self.tick = changing(run, self.c, self.tick)
 
     def _bound(self, model: pinocchio.Model, q: np.ndarray, v: np.ndarray, log: np.ndarray) -> Tick:
         """The tick as a closure over the run's arrays: looking them up would cost as much as the leg states do."""

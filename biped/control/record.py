@@ -29,6 +29,8 @@ CONTROL = np.dtype(
         ("contact_height", "f8"), ("knee_angle", "f8"),  # m, rad: when a point or knee is a candidate for A
         ("hold", "i8", 4),  # ticks before a change is believed: heel on, heel off, toe on, toe off
         ("extended", "f8"), ("ahead", "f8"), ("late_stance", "f8"),  # rad, of the leg states
+        # -- the step back (m; rad, N m/rad, N m s/rad of the hip)
+        ("backstep", "u1"), ("margin", "f8"), ("theta_back", "f8"), ("k_back", "f8"), ("b_back", "f8"),
         # -- allocation
         ("generalized", "u1"), ("release", "u1"), ("release_force", "f8"), ("single_tangential", "u1"),
         ("tolerance", "f8"), ("limit", "f8", 6), ("bounded", "u1"), ("u_0", "f8", 6), ("use_u_0", "u1"),
@@ -36,6 +38,7 @@ CONTROL = np.dtype(
         ("fall_height", "f8"), ("fall_tilt", "f8"),  # m, rad
         # -- memory
         ("believed", "u1", 4), ("waiting", "i8", 4), ("phase", "i8", 2),
+        ("back", "u1"),  # falling back: legs in the air step back
         # -- this tick
         ("height", "f8", 4), ("position", "f8", (4, 2)), ("joint", "f8", (7, 2)), ("angle", "f8", 7),
         ("rate", "f8", 7),

@@ -13,6 +13,7 @@ def desired_forces(c, q, v):
 
     Torso and thighs are held to the inertial frame, knees and ankles to their neighbours. In joint coordinates a knee's
     or ankle's couple is just its joint's torque, a thigh's acts on hip and pitch, the torso's on pitch (virtual work).
+    A leg that steps back (`biped.control.backstep`) has a thigh couple of its own.
     """
     Q, angle, rate, k, b = c["Q_d"], c["angle"], c["rate"], c["k"], c["b"]
     upright = 0.5 * math.pi + c["tilt"]
@@ -23,7 +24,10 @@ def desired_forces(c, q, v):
         s = c["phase"][leg]
         thigh = 1 + 3 * leg
         hip = 3 + 3 * leg
-        couple = -k[s, 0] * (angle[thigh] + upright - c["theta_l"][s]) - b[s, 0] * rate[thigh]
+        if c["back"] and s == 3:
+            couple = -c["k_back"] * (angle[thigh] + upright - c["theta_back"]) - c["b_back"] * rate[thigh]
+        else:
+            couple = -k[s, 0] * (angle[thigh] + upright - c["theta_l"][s]) - b[s, 0] * rate[thigh]
         pitch += couple
         Q[hip] = couple
         Q[hip + 1] = -k[s, 1] * q[hip + 1] - b[s, 1] * v[hip + 1]

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 
 from biped.control.allocation import joint_torques
+from biped.control.backstep import step_back
 from biped.control.phase import leg_states
 from biped.control.sensing import believe_contacts, first_belief, sense_links
 from biped.control.springs import desired_forces
@@ -32,6 +33,8 @@ def sense(record, J, q, v, first):
     else:
         believe_contacts(c)
     leg_states(c, q)
+    if c["backstep"]:
+        step_back(c, q, v)
     if q[1] < c["fall_height"]:
         return 1
     if abs(c["angle"][0] + c["tilt"]) > c["fall_tilt"]:

@@ -17,6 +17,7 @@ from biped.trajectory import Trajectory
 NAMES: dict[str, str] = {
     "falls": "runs that fell or diverged",
     "walked": "runs that stayed up and went on walking (further than 0.2 m/s x duration, mean speed above 0.3 m/s)",
+    "stood": "runs that stayed up and stood still in the window (no foot strike, torso within 0.1 m of its mean place)",
     "time": "s simulated",
     "distance": "m travelled by the torso along the ground",
     "speed": "m/s, mean over the window",
@@ -50,6 +51,9 @@ NAMES: dict[str, str] = {
 }
 """Every metric and what it is; also the names that [expect] and [thesis] may use."""
 
+_STILL = 0.1
+"""[m] that a standing biped's torso may sway either way."""
+
 
 def measure(t: Trajectory, window: tuple[float, float]) -> dict[str, Any]:
     """Every metric of one run.
@@ -59,8 +63,8 @@ def measure(t: Trajectory, window: tuple[float, float]) -> dict[str, Any]:
         window: [s] start and end of the interval that means are taken over; a run that ended before it has nan there.
 
     Returns:
-        Name to number; `falls` and `walked` are 0 or 1. `per_joint` holds peak and mean torque of hip, knee and ankle,
-        `leg_states` the commonest cycle of leg states and its share of all cycles.
+        Name to number; `falls`, `walked` and `stood` are 0 or 1. `per_joint` holds peak and mean torque of hip, knee
+        and ankle, `leg_states` the commonest cycle of leg states and its share of all cycles.
     """
     from biped.metrics import energy, gait, ground
 
@@ -71,6 +75,7 @@ def measure(t: Trajectory, window: tuple[float, float]) -> dict[str, Any]:
     seconds = len(t) * t.tick
     out["time"] = seconds if t.end == "completed" else float(t.time[-1])
     out["distance"] = float(t.q[-1, 0] - t.q[0, 0])
+    out["stood"] = 0
     out["falls"] = int(t.end != "completed")
     out["energy_residual"] = energy.residual(t)
     out["penetration"] = float(max(0.0, -whole.point[..., 1].min()))
@@ -82,6 +87,8 @@ def measure(t: Trajectory, window: tuple[float, float]) -> dict[str, Any]:
         out |= ground.contact(t, whole, span)
         out["leg_states"] = gait.commonest_cycle(t, span)
         out["per_joint"] = energy.per_joint(t, span)
+        away = np.abs(t.q[span, 0] - t.q[span, 0].mean()).max()
+        out["stood"] = int(t.end == "completed" and out["steps"] == 0 and away < _STILL)
     out["walked"] = int(
         not out["falls"] and out["distance"] > 0.2 * seconds and out["speed"] > 0.3  # nan compares false
     )
@@ -89,14 +96,14 @@ def measure(t: Trajectory, window: tuple[float, float]) -> dict[str, Any]:
 
 
 def aggregate(runs: Sequence[dict[str, Any]]) -> dict[str, float]:
-    """Numbers of an ensemble: falls and walked are counted; all else is the mean over runs that walked.
+    """Numbers of an ensemble: falls, walked and stood are counted; all else is the mean over runs that walked.
 
     Where none walked, means are over the runs that have the number; nan if none has.
     """
     out: dict[str, float] = {}
     walkers = [run for run in runs if run["walked"]]
     for name in NAMES:
-        if name in ("falls", "walked"):
+        if name in ("falls", "walked", "stood"):
             out[name] = int(sum(run[name] for run in runs))
             continue
         values = [run[name] for run in (walkers or runs) if math.isfinite(run[name])]

@@ -108,7 +108,7 @@ class Section:
         start = self.whole(z)
         # The section ahead of a start is that start: only what comes after a swing counts, which `strikes` sees to,
         # since a swing that began before the run has no 50 rows of air yet.
-        s = msgspec.structs.replace(self.run.scenario, duration=seconds, window=Window(), push=())
+        s = msgspec.structs.replace(self.run.scenario, duration=seconds, window=Window(), push=(), change=())
         t = simulate(self.run._replace(q=start[:9], v=start[9:], scenario=s))
         return t, self.states(crossings(t, self.height))
 

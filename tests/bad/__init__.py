@@ -5,8 +5,10 @@ from tests.bad.kind import Bad
 from tests.bad.laws import LAWS
 from tests.bad.models import GAITS, HUMAN, MODELS
 from tests.bad.references import REFERENCES
-from tests.bad.scenarios import FILES, STARTS_AND_TIMES, VARIATIONS
+from tests.bad.scenarios import BACKSTEPS, CHANGES, FILES, STARTS_AND_TIMES, VARIATIONS
 
 __all__ = ["HUMAN", "KINDS", "LAWS", "Bad"]
 
-KINDS = (*FILES, *STARTS_AND_TIMES, *VARIATIONS, *GAITS, *MODELS, *LAWS, *COMMAND_LINES, *REFERENCES)
+KINDS = (
+    *FILES, *STARTS_AND_TIMES, *CHANGES, *BACKSTEPS, *VARIATIONS, *GAITS, *MODELS, *LAWS, *COMMAND_LINES, *REFERENCES,
+)  # fmt: skip

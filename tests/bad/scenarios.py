@@ -86,6 +86,39 @@ STARTS_AND_TIMES = (
     Bad("thesis table that is no table", ("s.toml: thesis: expected a table",), "thesis = 0.8"),
 )  # fmt: skip
 
+CHANGES = (
+    Bad("unknown key of a change", ("s.toml: change[0].gain: unknown key", "'gains'"),
+        "change = [{at = 1.0, gain = {theta_b = 90.0}}]"),
+    Bad("unknown gain of a change", ("s.toml: change[0].gains.theta_c: unknown key", "'theta_"),
+        "[[change]]\nat = 1.0\ngains.theta_c = 90.0"),
+    Bad("setting that cannot change", ("s.toml: change[0].actuation.lag: unknown key", "contacts"),
+        "[[change]]\nat = 1.0\nactuation.lag = 0.001"),
+    Bad("unknown contacts of a change", ("s.toml: change[0].actuation.contacts: expected one of released, touching",
+                                         "did you mean 'touching'?"),
+        "[[change]]\nat = 1.0\nactuation.contacts = 'touch'"),
+    Bad("change without a time", ("s.toml: change[0]: missing key `at`",), "change = [{gains = {theta_b = 90.0}}]"),
+    Bad("table for a list of changes", ("s.toml: change: expected a list of tables", "[[change]]"), "[change]\nat = 1"),
+    Bad("change to an unknown gait", ("s.toml: change[0].controller: no controller 'robus'", "'robust'"),
+        "change = [{at = 1.0, controller = 'robus'}]"),
+    Bad("change after the end", ("s.toml: change[0].at: expected", "duration 1", "got 2"),
+        "duration = 1.0\nchange = [{at = 2.0}]"),
+    Bad("change before the end of the last", ("s.toml: change[1].at: expected at least 2 s", "got 1.5"),
+        "change = [{at = 1.0, over = 1.0}, {at = 1.5}]"),
+    Bad("change to a speed of no family", ("normal.toml: speeds: expected",),
+        "change = [{at = 1.0, gains.speed = 0.8}]"),
+    Bad("draw of changes in the wrong order", ("s.toml: randomise.draw, run ", "change.0.at = ", "change[1].at"),
+        'change = [{at = 1.0}, {at = 1.1}]\nrandomise.draw."change.0.at" = { uniform = [2.0, 3.0] }'),
+    Bad("change of a law of one's own", ("s.toml: change: expected no law",), "law = 'l.py:Law'\nchange = [{at = 1.0}]",
+        files={"l.py": "class Law: pass"}),
+)  # fmt: skip
+
+BACKSTEPS = (
+    Bad("unknown key of the step back", ("s.toml: backstep.theta: unknown key", "'theta_l'"), "backstep.theta = 60.0"),
+    Bad("true for the step back", ("s.toml: backstep: expected a table",), "backstep = true"),
+    Bad("step back of a law of one's own", ("s.toml: backstep: expected no law",), "law = 'l.py:Law'\nbackstep = {}",
+        files={"l.py": "class Law: pass"}),
+)  # fmt: skip
+
 VARIATIONS = (
     Bad("sweep of an unknown key", ('s.toml: sweep."ground.slop": ', "'slope'"), 'sweep."ground.slop" = [1.0, 2.0]'),
     Bad("sweep of an unquoted key", ("s.toml: sweep.ground: expected", "quotes"), "sweep.ground.slope = [1.0, 2.0]"),
