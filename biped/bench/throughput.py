@@ -60,6 +60,8 @@ def ensemble_costs(name: str = "level_normal", jobs: int | None = None) -> dict[
         start = time.perf_counter()
         pool.map(_replay_again, work, chunksize=1)
         bare = (time.perf_counter() - start) / (ENSEMBLE * len(trajectory))
+        pool.close()  # whoever is done ends by itself, properly
+        pool.join()
     start = time.perf_counter()
     with campaign.rows_of(plan, range(ENSEMBLE), jobs) as rows:
         ticks = sum(round(row["time"] * plan.scenario.simulation.control_rate) for row in rows)

@@ -24,7 +24,10 @@ def mapped(function: Callable[[Any], Any], items: Sequence[Any], jobs: int) -> l
     global _function
     _function = function
     with multiprocessing.get_context("fork").Pool(min(jobs, len(items)), _begin) as pool:
-        return pool.map(_call, items, chunksize=1)
+        answers = pool.map(_call, items, chunksize=1)
+        pool.close()  # whoever is done ends by itself, properly
+        pool.join()
+    return answers
 
 
 def _begin() -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from biped.bench import mechanisms, peers
 from biped.bench.mechanisms import FOUR_BARS, PENDULUM, Point, ratios
-from biped.figures import chapter2
+from biped.cli import main
 
 
 def test_a_ratio_is_taken_at_equal_error_or_less():
@@ -46,7 +46,13 @@ def test_the_benchmark_prints_one_json_object_and_keeps_its_promises(capsys):
         assert (name in report["skipped"]) == (find_spec(module) is None)
 
 
-@pytest.mark.slow
-def test_the_figures_are_drawn(tmp_path):
-    chapter2.draw(tmp_path)
-    assert {f"fig_2_{k}.png" for k in (1, 2, 3, 4, 5, 6, 8, 9, 10)} == {p.name for p in tmp_path.iterdir()}
+def test_the_quick_benchmark_prints_every_method_and_draws_all_figures(tmp_path, capsys):
+    assert main(["bench", "mechanisms", "--quick", "--out", str(tmp_path / "figures")]) == 0
+    out = capsys.readouterr().out
+    for method in ("RK4", "RK8", "MuJoCo connect", "Pinocchio proximal"):
+        assert method in out
+    for name, module in (("exudyn", "exudyn"), ("SUNDIALS IDA", "sksundae")):
+        assert (f"{name}: skipped" in out) == (find_spec(module) is None)
+    drawn = {path.name for path in (tmp_path / "figures").iterdir()}
+    assert {f"fig_2_{k}.png" for k in (1, 2, 3, 4, 5, 6, 8, 9, 10)} < drawn
+    assert {f"work_precision_{problem.replace(' ', '_')}.png" for problem in (PENDULUM, FOUR_BARS)} < drawn
