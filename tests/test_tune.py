@@ -329,3 +329,14 @@ def test_upright_with_every_contact_kept_it_stands_through_a_push():
     _, row = run_one(Plan(read_scenario("robust/stand", ["duration=5.0"])), 0)
     assert not row["fell"]
     assert abs(row["distance"]) < 0.1
+
+
+def test_it_stops_at_any_moment_of_a_stride_and_stands():
+    """About 15 of 16 do (docs/robust.md); the first change slows them down, the last brings the torso upright."""
+    from biped.campaign import run_one
+
+    plan = Plan(read_scenario("robust/walk_to_stand"))
+    rows = [run_one(plan, i)[1] for i in range(8)]
+    assert sum(row["stood"] for row in rows) >= 6
+    assert all(row["distance"] > 3.0 for row in rows), "they walked first"
+    assert not any(row["stood"] for row in [run_one(Plan(read_scenario("robust/own")), 0)[1]])
