@@ -11,7 +11,8 @@ from itertools import pairwise
 from typing import Any
 
 from biped.errors import InputError
-from biped.scenario import GAINS, Gains, Positive
+from biped.gains import GAINS, Gains
+from biped.section import Positive
 
 Fail = Callable[[str, str], InputError]
 

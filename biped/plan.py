@@ -12,11 +12,12 @@ import numpy as np
 from biped.control.record import ROWS
 from biped.errors import InputError
 from biped.files import locate, nearest
+from biped.gains import Gains
 from biped.geometry import ABSOLUTE_FROM_JOINT, POINTS, Tree, absolute, from_absolute
 from biped.model import bodies_of, posture_of, tree_at, true_tree
 from biped.posture import project
 from biped.reading import read_gains
-from biped.scenario import Gains, Scenario, Start, Truth
+from biped.scenario import Scenario, Start, Truth
 from biped.vary import drawn, points_of, run_seed, stream, with_values
 
 

@@ -14,7 +14,8 @@ from msgspec.structs import replace
 
 from biped.errors import InputError
 from biped.files import canonical, label, layered, locate, merge, nearest
-from biped.scenario import GAINS, Gains, Scenario
+from biped.gains import GAINS, Gains
+from biped.scenario import Scenario
 from biped.valid import convert, known_keys, possible
 
 COMMAND_LINE = Path("--set")

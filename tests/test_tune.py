@@ -12,9 +12,9 @@ import pytest
 
 from biped.cli import main
 from biped.errors import InputError
+from biped.gains import GAINS, Gains
 from biped.plan import Plan
 from biped.reading import read_gains, read_scenario
-from biped.scenario import GAINS, Gains
 from biped.tune.evaluate import Outcome, Study, workers
 from biped.tune.report import gait_of, gait_text
 from biped.tune.search import Search

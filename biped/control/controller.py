@@ -14,11 +14,12 @@ import pinocchio
 
 from biped.control import record
 from biped.control.tick import NOT_FINITE, log_tick, thesis_tick
+from biped.gains import Gains
 from biped.geometry import Tree
 from biped.jit import bound
 from biped.model import believed_model, gravity, torque_limits
 from biped.plan import Run
-from biped.scenario import Gains, Scenario
+from biped.scenario import Scenario
 
 WORLD = pinocchio.Convention.WORLD
 

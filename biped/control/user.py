@@ -15,10 +15,11 @@ from biped.control.controller import WORLD, controller_record
 from biped.control.tick import NOT_FINITE, log_tick, sense
 from biped.errors import InputError
 from biped.files import label, nearest
+from biped.gains import Gains
 from biped.geometry import ACTUATORS, Tree
 from biped.model import believed_model
 from biped.plan import Run
-from biped.scenario import Gains, Scenario
+from biped.scenario import Scenario
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,11 @@ from typing import Any, NamedTuple
 import msgspec
 
 from biped.errors import InputError
+from biped.gains import Gains
 from biped.plan import Plan, Run
 from biped.reading import changed
-from biped.scenario import Gains, Scenario, Tune, Window
+from biped.scenario import Scenario, Window
+from biped.tune.keys import Tune
 from biped.tune.space import Candidate
 from biped.vary import stream, with_values
 

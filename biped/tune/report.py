@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
-from biped.scenario import GAINS, Gains
+from biped.gains import GAINS, Gains
 from biped.statistics import wilson
 from biped.tune.search import Found, Search, Tally
 

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from biped.errors import InputError
-from biped.scenario import Tune
 from biped.tune.evaluate import Outcome, Study
+from biped.tune.keys import Tune
 from biped.tune.space import Space
 from biped.vary import stream
 

@@ -15,7 +15,9 @@ import numpy as np
 
 from biped.errors import InputError
 from biped.files import nearest
-from biped.scenario import GAINS, Gains, Range, Scenario, Tune
+from biped.gains import GAINS, Gains
+from biped.scenario import Scenario
+from biped.tune.keys import Range, Tune
 from biped.vary import lookup
 
 DEGREES = 20.0

@@ -10,9 +10,10 @@ import pytest
 
 from biped import campaign
 from biped.files import locate
+from biped.gains import Gains
 from biped.plan import Plan
 from biped.reading import read_gains, read_scenario, to_toml
-from biped.scenario import ActuationChange, Change, Distribution, Gains, Randomise, Scenario, Start
+from biped.scenario import ActuationChange, Change, Distribution, Randomise, Scenario, Start
 from biped.trajectory import Trajectory
 
 WALK = Scenario(duration=0.6, start=Start(posture="heel_toe"))
