@@ -31,10 +31,7 @@ def tick_costs(name: str = "level_normal") -> dict[str, float]:
     run = plan.run(0)
     trajectory = simulate(run)  # compiles
     measure(trajectory, run.scenario.interval)
-    out = tick_parts(run, trajectory)
-    out["ratio_loop"] = out["closed_loop"] / out["physics"]
-    out["ratio_with_metrics"] = (out["closed_loop"] + out["metrics"]) / out["physics"]
-    return out
+    return tick_parts(run, trajectory)
 
 
 def contacts(name: str = "level_normal") -> dict[int, float]:
