@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-import signal
-import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 from biped.plan import Plan, Run
+from biped.processes import FORKS, pool
 from biped.scenario import Scenario
 from biped.trajectory import Trajectory
 
@@ -78,34 +76,14 @@ def rows_of(
     if jobs == 1:
         yield map(_work, indices)
         return
-    # Forked workers share what is already imported and compiled; where fork does not exist they start afresh.
-    method = "fork" if "fork" in multiprocessing.get_all_start_methods() else "spawn"
-    context = multiprocessing.get_context(method)
-    pool = context.Pool(jobs, _start, (plan.scenario, keep, plan if method == "fork" else None))
-    try:
-        yield pool.imap_unordered(_work, indices)
-        pool.close()  # whoever is done ends by itself, properly
-        pool.join()
-    finally:
-        pool.terminate()
-        pool.join()
+    with pool(jobs, _start, (plan.scenario, keep, plan if FORKS else None)) as workers:
+        yield workers.imap_unordered(_work, indices)
 
 
 def _start(scenario: Scenario, keep: Callable[[int, Trajectory, Row], None] | None, plan: Plan | None = None) -> None:
     global _plan, _keep
     _plan = Plan(scenario) if plan is None else plan
     _keep = keep
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        # Ctrl-C is the parent's business: it ends the pool and keeps what is finished. A parent that was killed cannot:
-        # then its workers end themselves.
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-        threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
-
-
-def _end_with(parent: multiprocessing.process.BaseProcess) -> None:
-    parent.join()
-    os._exit(1)
 
 
 def _work(index: int) -> Row:

@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from rich.table import Table
-
 from biped.comparison import ENGINES, PARTED, Comparison, parted_at
 from biped.metrics import NAMES
-from biped.terminal import console, number
+from biped.terminal import console, number, table
 
 _ALL = (
     "walked", "speed", "speed_std", "cost_of_transport", "cost_of_transport_absolute", "cost_of_transport_positive",
@@ -24,10 +22,8 @@ def show(comparisons: Sequence[Comparison]) -> None:
     """Prints one scenario in full, several in one short table."""
     out = console()
     short = len(comparisons) > 1
-    table = Table(box=None, pad_edge=False, header_style="dim")
-    for column in ("scenario", "metric", "thesis", "home", "MuJoCo", "gap"):
-        table.add_column(column, justify="left" if column in ("scenario", "metric") else "right")
-    table.add_column("meaning", overflow="fold")
+    page = table(("scenario", "metric", "thesis", "home", "MuJoCo", "gap"), ("scenario", "metric"))
+    page.add_column("meaning", overflow="fold")
     for c in comparisons:
         out.print(f"[bold]{c.scenario}[/bold]: {c.description}")
         for engine in ENGINES:
@@ -41,8 +37,8 @@ def show(comparisons: Sequence[Comparison]) -> None:
             thesis = number(row["thesis"]) if "thesis" in row else ""
             gap = f"{row['gap']:+.1%}" if math.isfinite(row["gap"]) else "–"
             title = c.scenario if short and i == 0 else ""
-            table.add_row(title, name, thesis, number(row["home"]), number(row["mujoco"]), gap, NAMES[name])
-    out.print(table)
+            page.add_row(title, name, thesis, number(row["home"]), number(row["mujoco"]), gap, NAMES[name])
+    out.print(page)
 
 
 def _ending(c: Comparison, engine: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -37,6 +37,20 @@ def number(value: Any) -> str:
     return str(value)
 
 
+def table(columns: Sequence[str], words: Collection[str] = (), no_wrap: bool = False) -> Table:
+    """An empty table without lines.
+
+    Args:
+        columns: Heads.
+        words: Those that hold words and go to the left; numbers go to the right.
+        no_wrap: Whether cells stay in one line.
+    """
+    out = Table(box=None, pad_edge=False, header_style="dim")
+    for column in columns:
+        out.add_column(column, justify="left" if column in words else "right", no_wrap=no_wrap)
+    return out
+
+
 def show_result(result: Mapping[str, Any], description: str) -> None:
     """Prints a result: how it ended, its numbers beside the thesis's, and the checks."""
     out = console()
@@ -57,14 +71,12 @@ def show_result(result: Mapping[str, Any], description: str) -> None:
     for run in runs:
         if run["warnings"]:
             out.print(f"  run {run['index']}: engine warnings {run['warnings']}")
-    table = Table(box=None, pad_edge=False, header_style="dim")
     thesis = result["thesis"]
-    for column in ("metric", "value", *(["thesis"] if thesis else []), "meaning"):
-        table.add_column(column, justify="left" if column in ("metric", "meaning") else "right")
+    page = table(("metric", "value", *(["thesis"] if thesis else []), "meaning"), ("metric", "meaning"))
     for name in _MAIN:
         theirs = [number(thesis[name]) if name in thesis else ""] if thesis else []
-        table.add_row(name, number(summary[name]), *theirs, NAMES[name])
-    out.print(table)
+        page.add_row(name, number(summary[name]), *theirs, NAMES[name])
+    out.print(page)
     if "points" in result:
         show_points(result)
     show_checks(result)
@@ -74,16 +86,14 @@ def show_points(result: Mapping[str, Any]) -> None:
     """Prints the points of a sweep and its thresholds."""
     out = console()
     keys = list(result["points"][0]["values"])
-    table = Table(box=None, pad_edge=False, header_style="dim")
-    for column in (*keys, "walked", "95 % interval", "speed", "cost_of_transport", "double_support"):
-        table.add_column(column, justify="right")
+    page = table((*keys, "walked", "95 % interval", "speed", "cost_of_transport", "double_support"))
     for point in result["points"]:
         low, high = point["interval"]
-        table.add_row(
+        page.add_row(
             *(number(point["values"][key]) for key in keys), f"{point['walked']}/{point['runs']}",
             f"{low:.0%} – {high:.0%}", *(number(point[m]) for m in ("speed", "cost_of_transport", "double_support")),
         )  # fmt: skip
-    out.print(table)
+    out.print(page)
     for t in result["thresholds"]:
         out.print(f"  {threshold_words(t)}")
 

@@ -32,18 +32,20 @@ def clock(work: Callable[[], Any]) -> float:
 
 
 def replay(run: Run, trajectory: Trajectory, step: bool = True) -> None:
-    """Replays recorded torques through bare MuJoCo; without `step`, only hands them over."""
+    """Replays the recorded torques or generalized forces through bare MuJoCo; without `step`, only hands them over."""
     model = compile_foreign(run.model, run.scenario).model
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = run.q, run.v
-    ctrl, u, mj_step = data.ctrl, np.ascontiguousarray(trajectory.u), mujoco.mj_step
+    generalized, mj_step = trajectory.generalized, mujoco.mj_step
+    taken = data.qfrc_applied if generalized else data.ctrl
+    given = np.ascontiguousarray(trajectory.Q_d if generalized else trajectory.u)
     if step:
-        for k in range(len(u)):
-            ctrl[:] = u[k]
+        for k in range(len(given)):
+            taken[:] = given[k]
             mj_step(model, data)
     else:
-        for k in range(len(u)):
-            ctrl[:] = u[k]
+        for k in range(len(given)):
+            taken[:] = given[k]
 
 
 def bare(run: Run, trajectory: Trajectory) -> float:

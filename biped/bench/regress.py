@@ -100,19 +100,16 @@ def _print(timed: list[Timed], passed: bool, json: bool) -> None:
         scenarios: list[Any] = [msgspec.to_builtins(one._asdict()) for one in timed]
         print(dumps({"passed": passed, "scenarios": scenarios}))
         return
-    from rich.table import Table
+    from biped.terminal import console, table
 
-    from biped.terminal import console
-
-    table = Table(box=None, pad_edge=False, header_style="dim")
-    for column in ("scenario", "result", "closed loop / mj_step", "with metrics", ""):
-        table.add_column(column)
+    columns = ("scenario", "result", "closed loop / mj_step", "with metrics", "")
+    rows = table(columns, words=columns)
     for one in timed:
         colour = "green" if one.result in (SAME, ELSEWHERE) else "red"
-        table.add_row(
+        rows.add_row(
             one.scenario, f"[{colour}]{one.result}[/{colour}]",
             *(f"{getattr(one.old, part):.2f} → {getattr(one.new, part):.2f}" if one.old else
               f"{getattr(one.new, part):.2f}" for part in ("loop", "metrics")),
             f"[yellow]slower by {one.slower:.0%}[/yellow]" if one.slower > SLOWER else "",
         )  # fmt: skip
-    console().print(table)
+    console().print(rows)

@@ -6,7 +6,6 @@ handing over the torques is measured by itself and subtracted.
 
 from __future__ import annotations
 
-import multiprocessing
 import subprocess
 import sys
 import time
@@ -17,6 +16,7 @@ from biped.bench.parts import contact_costs, replay, tick_parts
 from biped.engines.mujoco import simulate
 from biped.metrics import measure
 from biped.plan import Plan, Run
+from biped.processes import pool
 from biped.reading import read_scenario
 from biped.trajectory import Trajectory
 
@@ -52,13 +52,11 @@ def ensemble_costs(name: str = "level_normal", jobs: int | None = None) -> dict[
     trajectory = simulate(first)
     measure(trajectory, first.scenario.interval)  # compiles
     work = [(first, trajectory)] * ENSEMBLE
-    with multiprocessing.Pool(jobs) as pool:
-        pool.map(_replay_again, work[:jobs])  # starts the workers
+    with pool(jobs) as workers:
+        workers.map(_replay_again, work[:jobs])  # starts the workers
         start = time.perf_counter()
-        pool.map(_replay_again, work, chunksize=1)
+        workers.map(_replay_again, work, chunksize=1)
         bare = (time.perf_counter() - start) / (ENSEMBLE * len(trajectory))
-        pool.close()  # whoever is done ends by itself, properly
-        pool.join()
     start = time.perf_counter()
     with campaign.rows_of(plan, range(ENSEMBLE), jobs) as rows:
         ticks = sum(round(row["time"] * plan.scenario.simulation.control_rate) for row in rows)
@@ -110,9 +108,7 @@ def run(json: bool = False, quick: bool = False) -> dict[str, Any]:
 
 
 def _show(result: dict[str, Any]) -> None:
-    from rich.table import Table
-
-    from biped.terminal import console, number
+    from biped.terminal import console, number, table
 
     out = console()
     units = {"tick": "µs a tick (ratios without unit)", "contacts": "µs of mj_step by points on the ground",
@@ -123,10 +119,9 @@ def _show(result: dict[str, Any]) -> None:
             out.print(f"  {key!s:<36}{number(value)}")
     if "features" in result:
         out.print("[bold]features[/bold] [dim]of a scene, each in a process of its own[/dim]")
-        table = Table(box=None, pad_edge=False, header_style="dim")
-        for column in ("feature", "µs a tick", "x mj_step", "MB", "what only it imports"):
-            table.add_column(column, justify="left" if column in ("feature", "what only it imports") else "right")
+        words = ("feature", "what only it imports")
+        page = table((words[0], "µs a tick", "x mj_step", "MB", words[1]), words)
         for name, price in result["features"].items():
             cells = [number(price[key]) for key in ("tick", "ratio", "memory")]
-            table.add_row(name, *cells, ", ".join(price["only_imported"]))
-        out.print(table)
+            page.add_row(name, *cells, ", ".join(price["only_imported"]))
+        out.print(page)

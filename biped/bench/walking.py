@@ -235,17 +235,13 @@ def run(name: str = SCENARIO, json: bool = False, out: Path | None = None) -> di
 
 
 def _show(result: dict[str, Any]) -> None:
-    from rich.table import Table
+    from biped.terminal import console, table
 
-    from biped.terminal import console
-
-    table = Table(box=None, pad_edge=False, header_style="dim")
     heads = ("setting", "CPU s/s", "error [rad]", "speed", "cost of transport", "lost [J/step]", "depth [mm]", "slip",
              "fell")  # fmt: skip
-    for head in heads:
-        table.add_column(head, justify="left" if head == "setting" else "right", no_wrap=True)
+    rows = table(heads, ("setting",), no_wrap=True)
     for row in result["cases"]:
-        table.add_row(
+        rows.add_row(
             row["label"], f"{row['cpu_per_second']:.4f}", f"{row['error']:.1e}", _percent(row, "speed"),
             _percent(row, "cost_of_transport"), f"{row['loss_per_step']:.2f}", f"{1e3 * row['penetration']:.2f}",
             f"{row['slip']:.4f}", str(row["fell"]),
@@ -253,7 +249,7 @@ def _show(result: dict[str, Any]) -> None:
     page = console()
     page.print(f"[bold]{result['scenario']}[/bold]: error after {result['horizon']:g} s against steps of 1/64 ms "
                "(median of starts); steady gait against 1/8 ms with 95 % half-width; MuJoCo's by RK4")  # fmt: skip
-    page.print(table)
+    page.print(rows)
     for best in result["recommended"]:
         label = best["label"] or "none of these"
         page.print(f"  {best['engine']}, cheapest within {best['level']:.1%}: [bold]{label}[/bold]")

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from rich.table import Table
-
 from biped.regress.command import Outcome
 from biped.regress.compare import DIGITS, GONE, NEW, PHYSICS, RUNS, SAME, Moved, Verdict, compared
 from biped.regress.references import METRICS
-from biped.terminal import console, number
+from biped.terminal import console, number, table
 
 _WORDS = {
     SAME: "same",
@@ -22,17 +20,15 @@ _WORDS = {
 def show(outcome: Outcome) -> None:
     """Prints one line per scenario, and what to do about changes."""
     out = console()
-    table = Table(box=None, pad_edge=False, header_style="dim")
-    for column in ("scenario", "", "same runs", "walked", "fell", *METRICS):
-        table.add_column(column.replace("cost_of_transport", "cost").replace("double_support", "double s."),
-                         justify="left" if column in ("scenario", "") else "right", no_wrap=True)  # fmt: skip
+    short = [name.replace("cost_of_transport", "cost").replace("double_support", "double s.") for name in METRICS]
+    page = table(("scenario", "", "same runs", "walked", "fell", *short), ("scenario", ""), no_wrap=True)
     for v in outcome.verdicts:
         colour = "green" if v.passed else "red"
-        table.add_row(
+        page.add_row(
             v.scenario, f"[{colour}]{_WORDS[v.verdict]}[/{colour}]", f"{v.identical}/{v.runs}",
             *(_counts(v) if compared([v]) else ("", "")), *(_mean(v.metrics.get(name)) for name in METRICS),
         )  # fmt: skip
-    out.print(table)
+    out.print(page)
     if outcome.recorded:
         out.print(f"recorded: {', '.join(outcome.recorded)}")
     elif not outcome.passed:

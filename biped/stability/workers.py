@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import signal
 from collections.abc import Callable, Sequence
 from typing import Any
+
+from biped.processes import FORKS, pool
 
 _function: Callable[[Any], Any] | None = None
 
@@ -19,20 +19,15 @@ def mapped(function: Callable[[Any], Any], items: Sequence[Any], jobs: int) -> l
         items: What it is called with.
         jobs: Number of processes.
     """
-    if jobs <= 1 or len(items) < 2 or "fork" not in multiprocessing.get_all_start_methods():
+    if jobs <= 1 or len(items) < 2 or not FORKS:
         return [function(item) for item in items]
+    with pool(min(jobs, len(items)), _begin, (function,)) as workers:
+        return workers.map(_call, items, chunksize=1)
+
+
+def _begin(function: Callable[[Any], Any]) -> None:
     global _function
     _function = function
-    with multiprocessing.get_context("fork").Pool(min(jobs, len(items)), _begin) as pool:
-        answers = pool.map(_call, items, chunksize=1)
-        pool.close()  # whoever is done ends by itself, properly
-        pool.join()
-    return answers
-
-
-def _begin() -> None:
-    # Ctrl-C is the parent's business: it ends the pool.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _call(item: Any) -> Any:

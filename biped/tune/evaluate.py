@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import signal
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +12,7 @@ import msgspec
 from biped.errors import InputError
 from biped.gains import Gains
 from biped.plan import Plan, Run
+from biped.processes import pool
 from biped.reading import changed
 from biped.scenario import Scenario, Window
 from biped.tune.keys import Tune
@@ -168,23 +167,13 @@ def workers(study: Study, jobs: int) -> Iterator[Callable[[Sequence[Task]], list
     if jobs == 1:
         yield lambda tasks: [_carry_out(task) for task in tasks]
         return
-    method = "fork" if "fork" in multiprocessing.get_all_start_methods() else "spawn"
-    pool = multiprocessing.get_context(method).Pool(jobs, _begin, (study,))
-    try:
-        yield lambda tasks: list(pool.imap(_carry_out, tasks))
-        pool.close()  # whoever is done ends by itself, properly
-        pool.join()
-    finally:
-        pool.terminate()
-        pool.join()
+    with pool(jobs, _begin, (study,)) as forked:
+        yield lambda tasks: list(forked.imap(_carry_out, tasks))
 
 
 def _begin(study: Study) -> None:
     global _study
     _study = study
-    if multiprocessing.parent_process() is not None:
-        # Ctrl-C is the parent's business: it ends the pool and keeps what is finished.
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _carry_out(task: Task) -> Outcome:
