@@ -8,11 +8,11 @@ from functools import lru_cache
 import numpy as np
 
 from biped.engines.mujoco import simulate
-from biped.geometry import Tree
-from biped.model import tree_at
-from biped.plan import Plan
-from biped.scenario import Actuation, Ground, Push, Scenario, Simulation, Start
-from biped.trajectory import COLUMNS, WIDTH, Trajectory
+from biped.ensemble.plan import Plan
+from biped.measure.trajectory import COLUMNS, WIDTH, Trajectory
+from biped.robot.model import tree_at
+from biped.robot.tree import Tree
+from biped.scenario.keys import Actuation, Ground, Push, Scenario, Simulation, Start
 from tests.control.bench import HUMAN
 
 SCENARIOS = {

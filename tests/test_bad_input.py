@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from biped.cli import main
+from biped.cli.main import main
 from tests.bad import HUMAN, KINDS, LAWS, Bad
 
 
@@ -63,7 +63,7 @@ def test_bad_input_of_the_real_command(name, tmp_path):
     there = prepared(bad, tmp_path)
     root = Path(__file__).parent.parent
     done = subprocess.run(
-        [sys.executable, "-m", "biped.cli", *bad.argv],
+        [sys.executable, "-m", "biped.cli.main", *bad.argv],
         cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(root)}, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert_good_answer(bad, done.returncode, done.stdout, done.stderr)

@@ -16,14 +16,14 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from biped.campaign import simulate
-from biped.commands import plan_of
-from biped.files import folder
-from biped.geometry import POINTS
-from biped.metrics import NAMES, measure
-from biped.model import _apply_truth, believed_model, spec_of
-from biped.scenario import Actuation, Scenario, Start, Truth
-from biped.trajectory import COLUMNS
+from biped.base.files import folder
+from biped.ensemble.campaign import simulate
+from biped.measure.metrics import NAMES, measure
+from biped.measure.trajectory import COLUMNS
+from biped.robot.model import _apply_truth, believed_model, spec_of
+from biped.robot.tree import POINTS
+from biped.scenario.keys import Actuation, Scenario, Start, Truth
+from biped.studies.run import plan_of
 from tests.control.bench import Bench, E, well_ranked
 
 FEW = settings(max_examples=25, deadline=None, derandomize=True)

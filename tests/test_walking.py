@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from biped import campaign
-from biped.metrics import measure
-from biped.plan import Plan
-from biped.reading import read_scenario
-from biped.results import result_of
+from biped.ensemble import campaign
+from biped.ensemble.plan import Plan
+from biped.ensemble.results import result_of
+from biped.measure.metrics import measure
+from biped.scenario.reading import read_scenario
 
 
 @pytest.mark.parametrize(("gait", "speed"), [("slow", 0.755), ("normal", 0.90), ("fast", 1.05), ("style", 1.13)])

@@ -8,10 +8,10 @@ least-squares problem.
 
 from __future__ import annotations
 
+from biped.base.jit import kernel
 from biped.control.constraints import believed_mass, imposed_constraints
-from biped.control.factor import minimum_norm, reflect_block, solve_transposed_block
 from biped.control.record import BLOCK
-from biped.jit import kernel
+from biped.numerics.factor import minimum_norm, reflect_block, solve_transposed_block
 
 
 @kernel

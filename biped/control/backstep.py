@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 
-from biped.jit import kernel
-from biped.model import GRAVITY
+from biped.base.jit import kernel
+from biped.robot.model import GRAVITY
 
 
 @kernel

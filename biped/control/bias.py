@@ -1,14 +1,14 @@
 """Bias forces of the planar tree, gravity included: the same numbers as Pinocchio's, at a tenth of their price.
 
 The bias of a hinge is the moment about it of its subtree's forces m (J̇v - g). In a plane links have no gyroscopic
-moment, so subtree sums of forces and moments are all there is to it. Coordinates and signs as in `biped.geometry`.
+moment, so subtree sums of forces and moments are all there is to it. Coordinates and signs as in `biped.robot.tree`.
 """
 
 from __future__ import annotations
 
 import math
 
-from biped.jit import kernel
+from biped.base.jit import kernel
 
 
 @kernel

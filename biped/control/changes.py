@@ -9,9 +9,9 @@ import numpy as np
 
 from biped.control import record
 from biped.control.controller import Tick, set_gains
-from biped.gains import Gains
-from biped.plan import Run
-from biped.scenario import ActuationChange
+from biped.robot.run import Run
+from biped.scenario.gains import Gains
+from biped.scenario.keys import ActuationChange
 
 GAIT = ("k_d1", "b_d1", "theta_b", "k", "b", "theta_l", "theta_a")
 """Fields of the record that are the gait."""

@@ -7,15 +7,15 @@ release test keeps a row only "when imposed on the robot": a point whose normal 
 
 from __future__ import annotations
 
+from biped.base.jit import kernel
 from biped.control.bias import sensed_bias
-from biped.control.factor import (
+from biped.numerics.factor import (
     cholesky,
     factor_rows,
     least_squares,
     solve_transposed,
     transposed_minimum_norm,
 )
-from biped.jit import kernel
 
 NO_ROW = -1
 

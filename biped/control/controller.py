@@ -12,14 +12,14 @@ from typing import Protocol
 import numpy as np
 import pinocchio
 
+from biped.base.jit import bound
 from biped.control import record
 from biped.control.tick import NOT_FINITE, log_tick, thesis_tick
-from biped.gains import Gains
-from biped.geometry import Tree
-from biped.jit import bound
-from biped.model import believed_model, gravity, torque_limits
-from biped.plan import Run
-from biped.scenario import Scenario
+from biped.robot.model import believed_model, gravity, torque_limits
+from biped.robot.run import Run
+from biped.robot.tree import Tree
+from biped.scenario.gains import Gains
+from biped.scenario.keys import Scenario
 
 WORLD = pinocchio.Convention.WORLD
 

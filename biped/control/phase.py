@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from biped.jit import kernel
+from biped.base.jit import kernel
 
 STANCE, PUSH_OFF, SWING, EXTENDED = 0, 1, 2, 3
 """Indices of leg states 1 … 4."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from biped.jit import kernel
+from biped.base.jit import kernel
 
 
 @kernel

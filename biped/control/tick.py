@@ -1,20 +1,20 @@
 """One control tick, fused and compiled: sense, decide the leg states, Q_d, joint torques, and the row of the log.
 
-The log row is written here because every number in it is at hand; its columns are those of `biped.trajectory`.
+The log row is written here because every number in it is at hand; its columns are those of `biped.measure.trajectory`.
 """
 
 from __future__ import annotations
 
 import math
 
+from biped.base.jit import kernel
 from biped.control.allocation import joint_torques
 from biped.control.backstep import step_back
 from biped.control.phase import leg_states
 from biped.control.sensing import believe_contacts, first_belief, sense_links
 from biped.control.springs import desired_forces
-from biped.geometry import POINT_RADIUS
-from biped.jit import kernel
-from biped.trajectory import ACTIVE, BELIEVED, FORCE, HEIGHT, PHASE, Q_D, STOP, TIME, Q, U, V
+from biped.measure.trajectory import ACTIVE, BELIEVED, FORCE, HEIGHT, PHASE, Q_D, STOP, TIME, Q, U, V
+from biped.robot.tree import POINT_RADIUS
 
 GOING, LOW, TILTED, NOT_FINITE = 0, 1, 2, 3
 """What a tick reports: the run goes on, the torso is too low, it leans too far, a number is not finite."""

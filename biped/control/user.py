@@ -11,15 +11,15 @@ from pathlib import Path
 import numpy as np
 import pinocchio
 
+from biped.base.errors import InputError
+from biped.base.files import label, nearest
 from biped.control.controller import WORLD, controller_record
 from biped.control.tick import NOT_FINITE, log_tick, sense
-from biped.errors import InputError
-from biped.files import label, nearest
-from biped.gains import Gains
-from biped.geometry import ACTUATORS, Tree
-from biped.model import believed_model
-from biped.plan import Run
-from biped.scenario import Scenario
+from biped.robot.model import believed_model
+from biped.robot.run import Run
+from biped.robot.tree import ACTUATORS, Tree
+from biped.scenario.gains import Gains
+from biped.scenario.keys import Scenario
 
 
 @dataclass(frozen=True)

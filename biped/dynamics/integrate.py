@@ -8,11 +8,11 @@ import numpy as np
 from numba import float64, int64, typeof, types
 from numpy.typing import ArrayLike
 
+from biped.base.errors import InputError, RunError
+from biped.base.jit import kernel
 from biped.dynamics import march, stages
 from biped.dynamics.schemes import RK4, Scheme
 from biped.dynamics.system import SIGNATURES, ConstrainedSystem
-from biped.errors import InputError, RunError
-from biped.jit import kernel
 
 MOST_VALUES = 500_000_000
 """Numbers a trajectory may hold (4 GB)."""

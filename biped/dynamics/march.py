@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from biped.base.jit import kernel
 from biped.dynamics.linalg import apply_w, copy, factor
 from biped.dynamics.stages import (
     EMBEDDED,
@@ -17,7 +18,6 @@ from biped.dynamics.stages import (
     scale_to_energy,
     zero,
 )
-from biped.jit import kernel
 
 OK, INDEFINITE, NOT_FINITE, NOT_PROJECTED, TOO_MANY_RETRIES, UNSETTLED = range(6)
 """How a march can end."""

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from biped.base.jit import kernel
 from biped.dynamics.linalg import Workspace, apply_w, copy, dot, solve_mass, workspace
 from biped.dynamics.schemes import Correction
-from biped.jit import kernel
 
 NONE, EMBEDDED, BAUMGARTE, PROJECTED = (int(c) for c in Correction)
 

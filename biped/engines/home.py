@@ -11,12 +11,12 @@ from dataclasses import replace
 import numpy as np
 
 from biped.engines.loop import drive
-from biped.geometry import LINKS
-from biped.model import tree_at, true_tree
-from biped.plan import Run
-from biped.rigid.events import advance, touch_down
-from biped.rigid.record import rigid_record
-from biped.trajectory import FORCE, STOP, Trajectory
+from biped.engines.rigid.events import advance, touch_down
+from biped.engines.rigid.record import rigid_record
+from biped.measure.trajectory import FORCE, STOP, Trajectory
+from biped.robot.model import tree_at, true_tree
+from biped.robot.run import Run
+from biped.robot.tree import LINKS
 
 
 def simulate(run: Run) -> Trajectory:

@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from biped.base.errors import InputError
+from biped.base.files import nearest
 from biped.control.controller import Law, law_of
 from biped.control.tick import GOING, LOW, TILTED
-from biped.errors import InputError
-from biped.files import nearest
-from biped.geometry import JOINTS, Tree
-from biped.model import torque_limits, tree_at
-from biped.plan import Run
-from biped.scenario import Scenario
-from biped.scenario import Sensors as SensorKeys
-from biped.trajectory import Q_D, WIDTH, Q, Trajectory, U, V
+from biped.measure.trajectory import Q_D, WIDTH, Q, Trajectory, U, V
+from biped.robot.model import torque_limits, tree_at
+from biped.robot.run import Run
+from biped.robot.tree import JOINTS, Tree
+from biped.scenario.keys import Scenario
+from biped.scenario.keys import Sensors as SensorKeys
 
 if TYPE_CHECKING:
-    from biped.sensors import Sensors
+    from biped.control.sensors import Sensors
 
 NO_SENSORS = SensorKeys()
 
@@ -105,7 +105,7 @@ def _sensors(run: Run, q: np.ndarray, v: np.ndarray, count: int) -> Sensors | No
     """The run's sensors, or None if the controller reads the state itself."""
     if run.scenario.sensors == NO_SENSORS:
         return None
-    from biped.sensors import Sensors
+    from biped.control.sensors import Sensors
 
     return Sensors(run, q, v, count)
 

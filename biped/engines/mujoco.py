@@ -7,12 +7,12 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
+from biped.base.jit import bound
 from biped.control.tick import log_forces
 from biped.engines.loop import drive
-from biped.jit import bound
-from biped.model import compile_foreign
-from biped.plan import Run
-from biped.trajectory import WIDTH, Trajectory
+from biped.measure.trajectory import WIDTH, Trajectory
+from biped.robot.model import compile_foreign
+from biped.robot.run import Run
 
 _LEAST_FRICTION = 1e-5
 """MuJoCo's smallest coefficient of friction."""

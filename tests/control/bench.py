@@ -9,14 +9,14 @@ import mujoco
 import numpy as np
 import pinocchio
 
+from biped.base.files import folder
 from biped.control.controller import WORLD, controller_record
 from biped.control.tick import thesis_tick
-from biped.files import folder
-from biped.geometry import POINTS
-from biped.model import believed_model, compile_foreign, tree_at
-from biped.plan import Plan
-from biped.scenario import Actuation, Ground, Scenario
-from biped.trajectory import WIDTH
+from biped.ensemble.plan import Plan
+from biped.measure.trajectory import WIDTH
+from biped.robot.model import believed_model, compile_foreign, tree_at
+from biped.robot.tree import POINTS
+from biped.scenario.keys import Actuation, Ground, Scenario
 
 HUMAN = folder("models") / "human.xml"
 E = np.vstack([np.zeros((3, 6)), np.eye(6)])

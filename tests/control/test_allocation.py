@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import lsq_linear
 
 from biped.control.bounded import bounded_torques
-from biped.scenario import Actuation, Ground, Randomise, Scenario
+from biped.scenario.keys import Actuation, Ground, Randomise, Scenario
 from tests.control.bench import Bench, E, S, dynamics, jdot_v, rows_of, states, torques, well_ranked
 
 FREE = Actuation(torque_limit=1e9, contacts="touching")

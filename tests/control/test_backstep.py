@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from biped import campaign
 from biped.control.backstep import step_back
-from biped.plan import Plan
-from biped.reading import read_scenario
-from biped.scenario import Actuation, Backstep, Ground, Scenario
+from biped.ensemble import campaign
+from biped.ensemble.plan import Plan
+from biped.scenario.keys import Actuation, Backstep, Ground, Scenario
+from biped.scenario.reading import read_scenario
 from tests.control.bench import Bench, states
 
 ON = Scenario(actuation=Actuation(torque_limit=1e9), backstep=Backstep(margin=0.05, theta_l=60.0))

@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio
 import pytest
 
-from biped.scenario import Actuation, Ground, Scenario
+from biped.scenario.keys import Actuation, Ground, Scenario
 from tests.control.bench import Bench, states
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from biped.engines.mujoco import simulate
-from biped.plan import Plan
-from biped.scenario import Actuation, Ground, Scenario, Start
+from biped.ensemble.plan import Plan
+from biped.scenario.keys import Actuation, Ground, Scenario, Start
 from tests.control.bench import Bench, dynamics, jdot_v, rows_of, states, torques, well_ranked
 
 FREE = Actuation(torque_limit=1e9)

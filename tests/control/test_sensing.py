@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from biped.control.sensing import believe_contacts, first_belief
-from biped.scenario import Scenario, Sensing
+from biped.scenario.keys import Scenario, Sensing
 from tests.control.bench import Bench, dynamics
 
 LOW, HIGH = 0.0, 0.01

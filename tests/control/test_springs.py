@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from biped.scenario import Actuation, Ground, Scenario
+from biped.scenario.keys import Actuation, Ground, Scenario
 from tests.control.bench import OFFSET, Bench, S, states
 
 TABLE_3_2 = {  # normal gait: k_d1, k_d2 … k_d4 by leg state 1 … 4

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from biped.engines.mujoco import simulate
-from biped.geometry import POINTS
-from biped.model import compile_foreign
-from biped.plan import Plan
-from biped.scenario import Scenario, Simulation, Start
+from biped.ensemble.plan import Plan
+from biped.robot.model import compile_foreign
+from biped.robot.tree import POINTS
+from biped.scenario.keys import Scenario, Simulation, Start
 from tests.control.bench import HUMAN
 from tests.runs import SCENARIOS, made
 
