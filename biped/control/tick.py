@@ -13,8 +13,7 @@ from biped.control.backstep import step_back
 from biped.control.phase import leg_states
 from biped.control.sensing import believe_contacts, first_belief, sense_links
 from biped.control.springs import desired_forces
-from biped.measure.trajectory import ACTIVE, BELIEVED, FORCE, HEIGHT, PHASE, Q_D, STOP, TIME, Q, U, V
-from biped.robot.tree import POINT_RADIUS
+from biped.measure.trajectory import ACTIVE, BELIEVED, HEIGHT, PHASE, Q_D, TIME, Q, U, V
 
 GOING, LOW, TILTED, NOT_FINITE = 0, 1, 2, 3
 """What a tick reports: the run goes on, the torso is too low, it leans too far, a number is not finite."""
@@ -60,47 +59,6 @@ def log_tick(record, q, v, log, k, time):
     for j in range(4):
         line[BELIEVED + j] = c["believed"][j]
         line[HEIGHT + j] = c["height"][j]
-
-
-@kernel
-def log_forces(log, k, efc_force, place, points, pyramid):
-    """Writes the forces of ground and knee stops in the physics step that began at row k.
-
-    MuJoCo lists joint limits first, then the contacts that exist in pair order. An elliptic cone has three rows each:
-    normal, lateral and backward; a pyramid four edges, normal ± friction · lateral, then ± backward. A limit or contact
-    exists where the joint or point is beyond it (no margin).
-
-    Args:
-        log: The log.
-        k: Row; its configuration is the one the step began with.
-        efc_force: (nefc,) MuJoCo's constraint forces [N, N m].
-        place: (ngeom, 3) [m] geom positions in that configuration.
-        points: (4,) numbers of the contact points' geoms.
-        pyramid: Coefficient of friction of a pyramidal cone; 0 for an elliptic one.
-    """
-    rows = 4 if pyramid > 0.0 else 3
-    touching = 0
-    for i in range(4):
-        if place[points[i], 2] < POINT_RADIUS:
-            touching += 1
-    at = efc_force.size - rows * touching
-    limit = 0
-    for leg in range(2):
-        log[k, STOP + leg] = 0.0
-        if log[k, Q + 4 + 3 * leg] > 0.0 and limit < at:
-            log[k, STOP + leg] = -efc_force[limit]
-            limit += 1
-    for i in range(4):
-        log[k, FORCE + 2 * i] = 0.0
-        log[k, FORCE + 2 * i + 1] = 0.0
-        if at >= 0 and place[points[i], 2] < POINT_RADIUS:
-            if pyramid > 0.0:
-                log[k, FORCE + 2 * i] = -pyramid * (efc_force[at + 2] - efc_force[at + 3])
-                log[k, FORCE + 2 * i + 1] = efc_force[at] + efc_force[at + 1] + efc_force[at + 2] + efc_force[at + 3]
-            else:
-                log[k, FORCE + 2 * i] = -efc_force[at + 2]
-                log[k, FORCE + 2 * i + 1] = efc_force[at]
-            at += rows
 
 
 @kernel

@@ -15,9 +15,11 @@ from biped.base.errors import InputError
 from biped.base.files import label, nearest
 from biped.control.controller import WORLD, controller_record
 from biped.control.tick import NOT_FINITE, log_tick, sense
+from biped.robot.description import robot_at
 from biped.robot.model import believed_model
 from biped.robot.run import Run
-from biped.robot.tree import ACTUATORS, Tree
+from biped.robot.topology import NU, UPRIGHT
+from biped.robot.tree import Tree
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario
 
@@ -93,6 +95,7 @@ class UserLaw:
         self.record = controller_record(run, believed)
         self.c = self.record[0]
         self.u, self.Q_d = self.c["u"], self.c["Q_d"]
+        self._motors = robot_at(run.model).actuators
         self._model = believed_model(run.model, s.ground.slope)
         self._data = self._model.createData()
         self._q, self._v, self._log = _read_only(q), _read_only(v), log
@@ -121,7 +124,7 @@ class UserLaw:
         status = sense(self.record, self._data.J, self._q, self._v, k == 0)
         if status == NOT_FINITE:
             return status
-        upright = np.array([0.5, 0.5, 0.5, 0.0, 0.5, 0.5, 0.0]) * np.pi
+        upright = np.array(UPRIGHT) * np.pi
         sensed = Sensed(
             time, self._q, self._v, c["angle"] + upright + c["tilt"], live["rate"], live["height"], live["believed"],
             c["phase"] + 1, np.triu(M) + np.triu(M, 1).T,
@@ -135,11 +138,11 @@ class UserLaw:
             u = np.asarray(said, dtype=float)
         except (TypeError, ValueError):
             raise self._fault(f"torques() at t = {time:g} s: expected six numbers [N m], got {said!r:.100}") from None
-        if u.shape != (6,):
+        if u.shape != (NU,):
             got = "nothing" if said is None else f"shape {u.shape}"
             raise self._fault(f"torques() at t = {time:g} s: expected six numbers [N m], got {got}")
         if not np.isfinite(u).all():
-            joint = ACTUATORS[int(np.argmin(np.isfinite(u)))]
+            joint = self._motors[int(np.argmin(np.isfinite(u)))]
             raise self._fault(f"torques() at t = {time:g} s: expected finite numbers, got {u.tolist()} ({joint} first)")
         np.clip(u, -c["limit"], c["limit"], out=self.u)
         log_tick(self.record, self._q, self._v, self._log, k, time)

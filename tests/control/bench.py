@@ -14,11 +14,12 @@ from biped.control.controller import WORLD, controller_record
 from biped.control.tick import thesis_tick
 from biped.ensemble.plan import Plan
 from biped.measure.trajectory import WIDTH
+from biped.robot.description import robot_at
 from biped.robot.model import believed_model, compile_foreign, tree_at
-from biped.robot.tree import POINTS
 from biped.scenario.keys import Actuation, Ground, Scenario
 
 HUMAN = folder("models") / "human.xml"
+POINTS = robot_at(HUMAN).points
 E = np.vstack([np.zeros((3, 6)), np.eye(6)])
 
 # Joint coordinates of the thesis's absolute ones, written down from its definitions: pitch θ - π/2, hip θ1 - θ,

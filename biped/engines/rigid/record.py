@@ -7,8 +7,10 @@ from pathlib import Path
 import numpy as np
 import pinocchio
 
+from biped.robot.description import Robot, robot_at
 from biped.robot.model import believed_model, gravity, true_tree
-from biped.robot.tree import ACTUATORS, POINTS, Tree
+from biped.robot.topology import BASE
+from biped.robot.tree import Tree
 from biped.scenario.keys import Truth
 
 ROWS = 10
@@ -66,7 +68,7 @@ def rigid_record(path: Path, slope: float, truth: Truth | None = None) -> np.nda
     model = believed_model(path, slope)
     out = np.zeros(1, RIGID)
     w = out[0]
-    tree = true_tree(pinocchio_tree(model), truth)
+    tree = true_tree(pinocchio_tree(model, robot_at(path)), truth)
     w["offset"], w["centre"], w["mass"], w["inertia"] = tree.joint, tree.com, tree.mass, tree.inertia
     w["armature"], w["foot"] = tree.armature, tree.point
     w["damping"] = tree.damping
@@ -75,10 +77,10 @@ def rigid_record(path: Path, slope: float, truth: Truth | None = None) -> np.nda
     return out
 
 
-def pinocchio_tree(model: pinocchio.Model) -> Tree:
+def pinocchio_tree(model: pinocchio.Model, robot: Robot) -> Tree:
     """Lengths and masses of Pinocchio's model; bodies welded to a link are part of it."""
-    joints = [1, *(model.getJointId(name) for name in ACTUATORS)]
-    frames = [model.frames[model.getFrameId(point)] for point in POINTS]
+    joints = [1, *(model.getJointId(name) for name in robot.joints[BASE:])]
+    frames = [model.frames[model.getFrameId(point)] for point in robot.points]
     inertias = [model.inertias[joint] for joint in joints]
     planar = [0, 2]
     return Tree(
@@ -86,7 +88,7 @@ def pinocchio_tree(model: pinocchio.Model) -> Tree:
         com=np.array([inertia.lever[planar] for inertia in inertias]),
         mass=np.array([inertia.mass for inertia in inertias]),
         inertia=np.array([inertia.inertia[1, 1] for inertia in inertias]),
-        armature=np.array(model.armature[3:]),
-        damping=np.array(model.damping[3:]),
+        armature=np.array(model.armature[BASE:]),
+        damping=np.array(model.damping[BASE:]),
         point=np.array([frame.placement.translation[planar] for frame in frames]),
     )

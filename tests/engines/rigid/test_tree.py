@@ -9,8 +9,9 @@ from biped.engines.rigid.motion import active_rows, gaps
 from biped.engines.rigid.record import pinocchio_tree, rigid_record
 from biped.engines.rigid.tree import applied_forces, mass_and_bias, place
 from biped.measure.metrics.energy import energy
+from biped.robot.description import robot_at
 from biped.robot.model import believed_model, tree_at, true_tree
-from biped.robot.tree import POINTS, motion
+from biped.robot.tree import motion
 from biped.scenario.keys import Truth
 
 HUMAN = locate("models", "human", "test")
@@ -58,7 +59,7 @@ def test_rows_places_and_velocity_products_are_pinocchios(record, reference):
         gaps(w, q, v)
         w["held"] = 0
         pinocchio.forwardKinematics(model, data, q, v, np.zeros(9))
-        for i, name in enumerate(POINTS):
+        for i, name in enumerate(robot_at(HUMAN).points):
             w["active"] = np.eye(6, dtype=np.uint8)[i]
             assert active_rows(w) == 2
             frame = model.getFrameId(name)
@@ -104,7 +105,7 @@ def test_true_biped_has_the_energy_of_its_true_tree():
     )
     w = rigid_record(HUMAN, SLOPE, truth)[0]
     tree = true_tree(tree_at(HUMAN), truth)
-    for name, mine in pinocchio_tree(believed_model(HUMAN, 0.0))._asdict().items():
+    for name, mine in pinocchio_tree(believed_model(HUMAN, 0.0), robot_at(HUMAN))._asdict().items():
         np.testing.assert_allclose(mine, getattr(tree_at(HUMAN), name), rtol=0, atol=1e-14)
     np.testing.assert_array_equal(w["damping"], 0.3)
     for q, v in list(configurations())[:20]:
