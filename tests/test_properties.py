@@ -111,9 +111,9 @@ def test_torques_of_3_15_are_optimal_and_their_projector_is_one(seed, state, tou
     assert np.abs(C @ N).max(initial=0.0) < 1e-3 * np.abs(C).max(
         initial=1.0
     )  # below the rank tolerance nothing is said
-    B, wanted = N @ R_T @ E, N @ R_T @ bench.c["Q_d"]
+    B, wanted = N @ R_T @ E, N @ R_T @ bench.c["tick"]["Q_d"]
     gradient = B.T @ (B @ u - wanted)
-    assert np.abs(gradient).max() < 1e-7 * np.linalg.norm(B) * np.linalg.norm(R_T @ bench.c["Q_d"])
+    assert np.abs(gradient).max() < 1e-7 * np.linalg.norm(B) * np.linalg.norm(R_T @ bench.c["tick"]["Q_d"])
 
 
 @lru_cache(maxsize=1)

@@ -43,11 +43,11 @@ def simulate_with_ledger(run: Run) -> tuple[Trajectory, np.ndarray]:
     q, v = np.array(run.q), np.array(run.v)
     rigid = rigid_record(run.model, s.ground.slope, s.truth)
     w = rigid[0]
-    impulse = w["impulse"]
+    impulse = w["ledger"]["impulse"]
     touch_down(rigid, q, v)
 
     def push(forces: np.ndarray) -> None:
-        w["push"], w["pushed"] = forces, forces.any()
+        w["acting"]["push"], w["acting"]["pushed"] = forces, forces.any()
 
     def step(k: int, log: np.ndarray) -> None:
         advance(rigid, q, v, tick / steps, steps)
@@ -57,8 +57,8 @@ def simulate_with_ledger(run: Run) -> tuple[Trajectory, np.ndarray]:
         line[FORCE + 1 : STOP : 2] = impulse[0:STOP_ROW:2] / tick
         line[STOP:WIDTH] = impulse[STOP_ROW:] / -tick
 
-    applied = w["Q"] if s.actuation.mode == "generalized" else w["Q"][BASE:]
+    applied = w["acting"]["Q"] if s.actuation.mode == "generalized" else w["acting"]["Q"][BASE:]
     tree = true_tree(tree_at(run.model), s.truth)
     trajectory = drive(run, tree, q, v, applied, robot_at(run.model).links, push, step)
-    capped = int(w["capped"])
+    capped = int(w["ledger"]["capped"])
     return replace(trajectory, warnings={"chattering_steps": capped} if capped else {}), rigid

@@ -6,7 +6,6 @@ counter-clockwise.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -14,17 +13,15 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.base.jit import kernel
 from biped.robot.description import Robot
+from biped.robot.kinematics import PLACES, TREE, forward
 from biped.robot.topology import (
     BASE,
     CHAINS,
     FOOT,
-    LINK_DOF,
     N_LINKS,
     N_POINTS,
     NQ,
-    PARENT,
     PITCH,
-    POINT_LINK,
     SHANK,
     TOE,
     TORSO,
@@ -160,42 +157,26 @@ def motion(tree: Tree, q: np.ndarray, v: np.ndarray) -> Motion:
     flat_q = np.ascontiguousarray(np.broadcast_to(q, (*shape, NQ)).reshape(rows, NQ), dtype=float)
     flat_v = np.ascontiguousarray(np.broadcast_to(v, (*shape, NQ)).reshape(rows, NQ), dtype=float)
     parts = [np.empty((rows, *size)) for size in (*((N_LINKS, 2),) * 3, *((N_POINTS, 2),) * 2, *((N_LINKS,),) * 2)]
-    _forward(tree.joint, tree.com, tree.point, flat_q, flat_v, *parts, np.empty((N_LINKS, 4)))
+    record = np.zeros(1, TREE)
+    for name, value in tree._asdict().items():
+        record[name] = value
+    _forward(record, flat_q, flat_v, np.zeros(1, PLACES), *parts)
     return Motion(*(part.reshape(*shape, *part.shape[1:]) for part in parts))
 
 
 @kernel
-def _forward(joint, com, point, q, v, at, com_at, com_v, point_at, point_v, angle, rate, work):
-    """Fills the arrays of `Motion`, row by row: links hang on their parents, centres of mass and points on links."""
-    velocity, cosine, sine = work[:, :2], work[:, 2], work[:, 3]
+def _forward(tree, q, v, work, joint, com, com_velocity, point, point_velocity, angle, rate):
+    """Fills the arrays of `Motion`, row by row."""
+    at = work[0]
     for row in range(q.shape[0]):
-        for link in range(N_LINKS):
-            up = PARENT[link]
-            if link == TORSO:
-                angle[row, link], rate[row, link] = q[row, PITCH], v[row, PITCH]
-                at[row, link, 0], at[row, link, 1] = q[row, X], q[row, Z]
-                velocity[link, 0], velocity[link, 1] = v[row, X], v[row, Z]
-            else:
-                angle[row, link] = angle[row, up] + q[row, link + LINK_DOF]
-                rate[row, link] = rate[row, up] + v[row, link + LINK_DOF]
-                x = cosine[up] * joint[link, 0] - sine[up] * joint[link, 1]
-                z = sine[up] * joint[link, 0] + cosine[up] * joint[link, 1]
-                at[row, link, 0] = at[row, up, 0] + x
-                at[row, link, 1] = at[row, up, 1] + z
-                velocity[link, 0] = velocity[up, 0] - z * rate[row, up]
-                velocity[link, 1] = velocity[up, 1] + x * rate[row, up]
-            cosine[link], sine[link] = math.cos(angle[row, link]), math.sin(angle[row, link])
-            x = cosine[link] * com[link, 0] - sine[link] * com[link, 1]
-            z = sine[link] * com[link, 0] + cosine[link] * com[link, 1]
-            com_at[row, link, 0] = at[row, link, 0] + x
-            com_at[row, link, 1] = at[row, link, 1] + z
-            com_v[row, link, 0] = velocity[link, 0] - z * rate[row, link]
-            com_v[row, link, 1] = velocity[link, 1] + x * rate[row, link]
+        forward(tree[0], q[row], v[row], q[row, X], q[row, Z], at)
+        for k in range(N_LINKS):
+            angle[row, k], rate[row, k] = at["angle"][k], at["rate"][k]
+            for axis in range(2):
+                joint[row, k, axis] = at["joint"][k, axis]
+                com[row, k, axis] = at["com"][k, axis]
+                com_velocity[row, k, axis] = at["com_velocity"][k, axis]
         for i in range(N_POINTS):
-            foot = POINT_LINK[i]
-            x = cosine[foot] * point[i, 0] - sine[foot] * point[i, 1]
-            z = sine[foot] * point[i, 0] + cosine[foot] * point[i, 1]
-            point_at[row, i, 0] = at[row, foot, 0] + x
-            point_at[row, i, 1] = at[row, foot, 1] + z
-            point_v[row, i, 0] = velocity[foot, 0] - z * rate[row, foot]
-            point_v[row, i, 1] = velocity[foot, 1] + x * rate[row, foot]
+            for axis in range(2):
+                point[row, i, axis] = at["point"][i, axis]
+                point_velocity[row, i, axis] = at["point_velocity"][i, axis]

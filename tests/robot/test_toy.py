@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio
 import pytest
 
-from biped.control.controller import WORLD
+from biped.control.law import WORLD
 from biped.engines import home
 from biped.engines import mujoco as foreign
 from biped.engines.rigid.motion import active_rows
@@ -77,13 +77,13 @@ def test_three_libraries_agree_on_mass_bias_and_rows(make_model, tmp_path):
         mass_and_bias(w)
         scale = np.abs(M).max()
         np.testing.assert_allclose(np.triu(work.M), np.triu(M), rtol=0, atol=1e-12 * scale)
-        np.testing.assert_allclose(np.triu(w["M"]), np.triu(M), rtol=0, atol=1e-12 * scale)
+        np.testing.assert_allclose(np.triu(w["system"]["M"]), np.triu(M), rtol=0, atol=1e-12 * scale)
         np.testing.assert_allclose(
             pinocchio.nonLinearEffects(model, work, q, v), h, rtol=0, atol=1e-12 * np.abs(h).max()
         )
-        np.testing.assert_allclose(w["h"], h, rtol=0, atol=1e-12 * np.abs(h).max())
+        np.testing.assert_allclose(w["system"]["h"], h, rtol=0, atol=1e-12 * np.abs(h).max())
         pinocchio.updateFramePlacements(model, work)
-        w["held"] = 0
+        w["contact"]["held"] = 0
         for i, point in enumerate(robot.points):
             x, _, z = work.oMf[model.getFrameId(point)].translation
             leg = [0, 1, 2, *range(3 + 3 * (i // 2), 6 + 3 * (i // 2))]
@@ -91,9 +91,9 @@ def test_three_libraries_agree_on_mass_bias_and_rows(make_model, tmp_path):
             rows[0, leg] = J[2, leg] - J[4, leg] * x
             rows[1, leg] = J[0, leg] + J[4, leg] * z
             np.testing.assert_allclose(rows, A[2 * i : 2 * i + 2], rtol=0, atol=1e-12)
-            w["active"] = np.eye(N_CONSTRAINTS, dtype=np.uint8)[i]
+            w["contact"]["active"] = np.eye(N_CONSTRAINTS, dtype=np.uint8)[i]
             assert active_rows(w) == 2
-            np.testing.assert_allclose(w["A"][:2], A[2 * i : 2 * i + 2], rtol=0, atol=1e-12)
+            np.testing.assert_allclose(w["system"]["A"][:2], A[2 * i : 2 * i + 2], rtol=0, atol=1e-12)
 
 
 def test_both_libraries_read_the_same_tree(toy):

@@ -116,9 +116,9 @@ def per_joint(t: Trajectory, span: slice) -> dict[str, dict[str, float]]:
     u, power = np.abs(t.u[span]), np.abs(t.u[span] * t.v[span, BASE:])
     return {
         name: {
-            "peak_torque": float(u[:, i::SEGMENTS].max()),
-            "mean_torque": float(u[:, i::SEGMENTS].mean()),
-            "peak_power": float(power[:, i::SEGMENTS].max()),
+            "peak_torque": float(u[:, [i, i + SEGMENTS]].max()),
+            "mean_torque": float(u[:, [i, i + SEGMENTS]].mean()),
+            "peak_power": float(power[:, [i, i + SEGMENTS]].max()),
         }
         for i, name in enumerate(("hip", "knee", "ankle"))
     }

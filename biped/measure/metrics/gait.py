@@ -8,12 +8,13 @@ from collections import Counter
 import numpy as np
 
 from biped.measure.trajectory import Trajectory
+from biped.robot.leg_states import FIRST_IN_AIR, STANCE
 from biped.robot.model import GRAVITY
 from biped.robot.topology import HEEL, LEGS, PITCH, TOE
 from biped.robot.tree import Motion
 
-_AIR = 3
-"""Leg states from 3 on are in the air."""
+_AIR = FIRST_IN_AIR + 1
+"""Leg states from this on are in the air."""
 
 
 def strikes(phase: np.ndarray) -> list[tuple[int, int]]:
@@ -74,7 +75,7 @@ def commonest_cycle(t: Trajectory, span: slice) -> dict[str, object]:
     cycles: Counter[str] = Counter()
     current: list[int] = []
     for state in states:
-        if state == 1 and current:
+        if state == STANCE + 1 and current:
             cycles["-".join(map(str, current))] += 1
             current = []
         current.append(state)

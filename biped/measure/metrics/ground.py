@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from biped.measure.trajectory import Trajectory
+from biped.robot.leg_states import FIRST_IN_AIR
 from biped.robot.model import gravity
 from biped.robot.topology import ENDS, HEEL, LEGS, TOE
 from biped.robot.tree import Motion
@@ -47,7 +48,7 @@ def _clearance(t: Trajectory, whole: Motion, span: slice) -> float:
     """Lowest point of a foot in the middle half of its swings [m]: the smallest over the span's swings."""
     lowest = math.nan
     for leg in range(LEGS):
-        air = np.concatenate([[0], (t.phase[span, leg] >= 3).astype(int), [0]])
+        air = np.concatenate([[0], (t.phase[span, leg] > FIRST_IN_AIR).astype(int), [0]])
         starts, ends = np.flatnonzero(np.diff(air) > 0), np.flatnonzero(np.diff(air) < 0)
         for start, end in zip(starts, ends, strict=True):
             if end - start < 100:

@@ -13,7 +13,8 @@ import numpy as np
 import pinocchio
 
 from biped.base.jit import bound
-from biped.control.controller import WORLD, controller_record
+from biped.control.law import WORLD
+from biped.control.setup import controller_record
 from biped.control.tick import log_tick, sense, thesis_tick
 from biped.engines.forces import log_forces
 from biped.engines.mujoco import simulate
