@@ -10,7 +10,7 @@ import pinocchio
 from biped.base.jit import bound
 from biped.control.law import WORLD, Law, Tick
 from biped.control.setup import controller_record
-from biped.control.tick import NOT_FINITE, log_tick, thesis_tick
+from biped.control.tick import NOT_FINITE, log_tick, pushing_tick, thesis_tick
 from biped.robot.model import believed_model
 from biped.robot.run import Run
 from biped.robot.tree import Tree
@@ -49,7 +49,8 @@ class ThesisLaw:
         """The tick as a closure over the run's arrays: looking them up would cost as much as the leg states do."""
         data, record, crba = model.createData(), self.record, pinocchio.crba
         M, J = data.M, data.J
-        kernel = bound(thesis_tick, record, M, J, q, v, log, 0, 0.0)
+        one = pushing_tick if self.c["push"]["on"] else thesis_tick
+        kernel = bound(one, record, M, J, q, v, log, 0, 0.0)
 
         def tick(k: int, time: float) -> int:
             crba(model, data, q, WORLD)  # fills M (upper triangle) and J

@@ -11,6 +11,7 @@ from biped.base.jit import kernel
 from biped.control.allocation import joint_torques
 from biped.control.backstep import step_back
 from biped.control.phase import leg_states
+from biped.control.pushing import pushing_torques
 from biped.control.sensing import believe_contacts, first_belief, sense_links
 from biped.control.springs import desired_forces
 from biped.measure.trajectory import ACTIVE, BELIEVED, HEIGHT, PHASE, Q_D, TIME, Q, U, V
@@ -90,5 +91,18 @@ def thesis_tick(record, M, J, q, v, log, k, time):
     desired_forces(c, q, v)
     if c["actuation"]["generalized"] == 0:
         c["tick"]["over"] = joint_torques(c, M, J, q)
+    log_tick(record, q, v, log, k, time)
+    return status
+
+
+@kernel
+def pushing_tick(record, M, J, q, v, log, k, time):
+    """As `thesis_tick`, with joint torques for ground that only pushes; compiled only where a run asks for it."""
+    status = sense(record, J, q, v, k == 0)
+    if status == NOT_FINITE:
+        return status
+    c = record[0]
+    desired_forces(c, q, v)
+    pushing_torques(c, M, q, v)
     log_tick(record, q, v, log, k, time)
     return status
