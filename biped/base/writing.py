@@ -46,4 +46,5 @@ def write_text(path: Path, text: str) -> None:
 
 def reason(error: Exception) -> str:
     """Why the system refused, in words."""
-    return str(getattr(error, "strerror", None) or error).lower()
+    number = getattr(error, "errno", None)  # libraries put words of their own around the system's
+    return (os.strerror(number) if number else str(error)).lower()

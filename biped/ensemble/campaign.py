@@ -119,5 +119,6 @@ def _lost(plan: Plan, index: int, error: BaseException) -> Row:
         **dict.fromkeys((name for name in NAMES if name != "falls"), math.nan),
         "walked": False,
         "stood": 0,
+        "time": 0.0,
         "warnings": {},
     }

@@ -51,8 +51,9 @@ class Lock:
             if self._is_there():
                 break
             os.close(self._file)  # whoever had it removed it in between
-        os.ftruncate(self._file, 0)
-        os.pwrite(self._file, f"process {os.getpid()} on {socket.gethostname()}\n".encode(), 0)
+        with suppress(OSError):  # words for people; the lock is the system's
+            os.ftruncate(self._file, 0)
+            os.pwrite(self._file, f"process {os.getpid()} on {socket.gethostname()}\n".encode(), 0)
 
     def _is_there(self) -> bool:
         try:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Sequence
 from functools import partial
@@ -159,7 +158,7 @@ def results_at(path: Path) -> dict[str, Any]:
     """The result object in a results folder.
 
     Raises:
-        InputError: It is not a results folder.
+        InputError: It is not a results folder, or its result is not whole.
     """
     file = path / "result.json"
     if not file.is_file():
@@ -167,10 +166,9 @@ def results_at(path: Path) -> dict[str, Any]:
         raise InputError(
             f"{path}: expected a results folder (with result.json); there are: {', '.join(known) or 'none'}"
         )
-    try:
-        return json.loads(file.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise InputError(f"{label(file)}: expected a result in JSON: {error}") from None
+    from biped.ensemble.stored import result_in
+
+    return result_in(path)
 
 
 def newest_recording() -> Path:
