@@ -14,7 +14,7 @@ from biped.scenario.reading import to_toml
 
 
 def origin_of(plan: Plan) -> dict[str, str]:
-    """Digest of the effective scenario with the model (and its description) and the law that it names, versions, and platform."""
+    """Digest of the effective scenario with the model, its description and the law; versions; and platform."""
     state = blake2b(to_toml(plan.scenario).encode(), digest_size=8)
     law = plan.scenario.law
     for path in (plan.model, description_of(plan.model), *([Path(law.rpartition(":")[0])] if law else [])):
