@@ -9,7 +9,8 @@ knee its stop, as inequalities, and two strictly convex problems follow one anot
    min ½‖R⁻ᵀ(E u + Gᵀc - (M q̈_d + h))‖² + ½ ε‖u‖² + ½ Σ ρ_k [(height_k/η)² + (slack_k/σ)²] c_k², |u| <= limit.
 
 A point enters the first by coming near, gap = max(0, 2 v_n/τ + height/τ²), and fades out of the second with its height
-and with the acceleration at which q̈_d lifts it; ρ_k is the inverse mass that c_k pushes. With c free, touching points
+and with the acceleration at which q̈_d lifts it; ρ_k is the inverse mass that c_k finds in a biped with rigid joints,
+and ε for a stop, which does the same as its joint's torque. With c free, touching points
 at rest and ε → 0 the second problem is (3.15).
 
 Eliminating u from the second by P = (M + EEᵀ/ε)⁻¹ leaves one in c alone, of the same kind as the dual of the first:
@@ -110,9 +111,12 @@ def wanted_motion(c):
         for j in range(NQ):
             s -= C[i, j] * x[j]
         f[i] = s
-    push["changes"][0] = nonnegative(
-        push["H"], f, N_ROWS, push["held"], work["L"], push["wanted_force"], push["slack"]
-    )
+    for i in range(N_ROWS):
+        rho = 0.0 if i < STOP_ROW else push["regularisation"]
+        for j in range(BASE):
+            rho += C[i, j] * C[i, j]
+        push["rho"][i] = rho
+    push["changes"][0] = nonnegative(push["H"], f, N_ROWS, push["held"], work["L"], push["wanted_force"], push["slack"])
 
 
 @kernel
@@ -146,7 +150,7 @@ def _nearest_forces(c):
         if i >= STOP_ROW:
             slack *= _shank(c, i - STOP_ROW)
         away, slack = push["away"][i] / push["reach"], slack / push["yielding"]
-        H[i, i] *= 1.0 + away * away + slack * slack
+        H[i, i] += push["rho"][i] * (away * away + slack * slack)
     target = work["d"]  # M q̈_d + h = Q_d + Gᵀc_d, less the torques at their limits
     for j in range(NQ):
         s = tick["Q_d"][j]

@@ -96,7 +96,7 @@ _PUSH = np.dtype(
         # problem that may be positive, and torques at a limit (-1, 1).
         ("held", "u1", N_ROWS), ("pressed", "u1", N_ROWS), ("side", "i8", NU),
         ("changes", "i8", 2),  # how often the two sets changed in this tick
-        ("G", "f8", (N_ROWS, NQ)), ("least", "f8", N_ROWS), ("away", "f8", N_ROWS),
+        ("G", "f8", (N_ROWS, NQ)), ("least", "f8", N_ROWS), ("away", "f8", N_ROWS), ("rho", "f8", N_ROWS),
         ("wanted_force", "f8", N_ROWS), ("slack", "f8", N_ROWS), ("force", "f8", N_ROWS),
         ("H", "f8", (N_ROWS, N_ROWS)), ("f", "f8", N_ROWS), ("R", "f8", (NQ, NQ)),
     ],

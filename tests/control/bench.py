@@ -12,7 +12,7 @@ import pinocchio
 from biped.base.files import folder
 from biped.control.law import WORLD
 from biped.control.setup import controller_record
-from biped.control.tick import thesis_tick
+from biped.control.tick import pushing_tick, thesis_tick
 from biped.ensemble.plan import Plan
 from biped.measure.trajectory import WIDTH
 from biped.robot.description import robot_at
@@ -97,7 +97,8 @@ class Bench:
     def tick(self, q, v, k: int = 0) -> np.ndarray:
         """One tick; returns the torques."""
         pinocchio.crba(self.model, self.data, q, WORLD)
-        assert thesis_tick(self.record, self.data.M, self.data.J, q, v, self.log, k, 0.001 * k) == 0
+        tick = pushing_tick if self.c["push"]["on"] else thesis_tick
+        assert tick(self.record, self.data.M, self.data.J, q, v, self.log, k, 0.001 * k) == 0
         return self.c["tick"]["u"].copy()
 
     @property
