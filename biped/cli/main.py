@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from biped.base.errors import BipedError, InputError
+from biped.base.trust import trusting
 from biped.cli.arguments import parsed
 
 DONE, FAILED, BAD_INPUT, STOPPED = 0, 1, 2, 130
@@ -250,7 +251,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Runs one command; returns the exit code."""
     try:
         args = parsed(argv)
-        return _COMMANDS[args.command](args)
+        with trusting(getattr(args, "trust", False)):
+            return _COMMANDS[args.command](args)
     except BipedError as error:
         print(f"biped: {' '.join(str(error).split())}", file=sys.stderr)
         return BAD_INPUT if isinstance(error, InputError) else FAILED

@@ -299,6 +299,7 @@ class Scenario(Section, frozen=True):
         model: Name in models/ or path of an MJCF file.
         controller: Name in controllers/ or path of a gait file.
         law: A control law of the user's own, `path.py:Class`; default: the thesis's.
+        law_sha256: What the law was when results were made; written with them, so that a changed law is noticed.
         engine: `mujoco`, or `home`: the thesis's own rigid contacts.
         duration: [s].
         seed: Everything random follows from it.
@@ -311,6 +312,7 @@ class Scenario(Section, frozen=True):
     model: str = "human"
     controller: str = "normal"
     law: str | None = None
+    law_sha256: str | None = None
     engine: Literal["mujoco", "home"] = "mujoco"
     duration: Positive = 10.0
     seed: Annotated[int, Meta(ge=0)] = 0

@@ -13,25 +13,27 @@ import msgspec
 from msgspec.structs import replace
 
 from biped.base.errors import InputError
-from biped.base.files import canonical, label, layered, locate, merge, nearest
+from biped.base.files import canonical, label, layered, locate, merge
 from biped.scenario.gains import GAINS, Gains
 from biped.scenario.keys import Scenario
-from biped.scenario.valid import convert, known_keys, possible
+from biped.scenario.valid import Fail, convert, known_keys, possible
 
 COMMAND_LINE = Path("--set")
 
 
-def read_scenario(name: str, changes: Sequence[str] = ()) -> Scenario:
+def read_scenario(name: str, changes: Sequence[str] = (), looking: bool = False) -> Scenario:
     """Reads, layers, overrides and checks a scenario.
 
     Args:
         name: A scenario's name or path.
-        changes: `key.path=VALUE` strings, VALUE being TOML or a bare word.
+        changes: `key.path=VALUE` strings, VALUE being TOML or a bare word. A law among them is one that the user named:
+            it is trusted.
+        looking: It is of results that are looked at and not run: its law need be neither there nor trusted.
 
     Raises:
         InputError: Anything in it is unknown, of the wrong type, impossible or missing.
     """
-    return _checked(*_layers(name, changes))
+    return _checked(*_layers(name, changes), looking)
 
 
 def _layers(name: str, changes: Sequence[str]) -> tuple[dict[str, Any], dict[str, Path], Path]:
@@ -82,15 +84,15 @@ def source(key: str, origin: dict[str, Path], path: Path) -> str:
     return label(path)
 
 
-def _checked(data: dict[str, Any], origin: dict[str, Path], path: Path) -> Scenario:
+def _checked(data: dict[str, Any], origin: dict[str, Path], path: Path, looking: bool = False) -> Scenario:
     def fail(key: str, what: str) -> InputError:
         return InputError(f"{source(key, origin, path)}: {key}: {what}")
 
     known_keys(data, Scenario, "", fail)
     scenario = convert(data, Scenario, fail)
     possible(scenario, fail)
-    # A controller, model or law named in a file is looked for beside that file too.
-    beside = {key: origin[key].parent for key in ("model", "controller", "law") if key in origin}
+    # A controller or model named in a file is looked for beside that file too.
+    beside = {key: origin[key].parent for key in ("model", "controller") if key in origin}
 
     def named(kind: str, name: str, key: str, folder: Path | None) -> str:
         return canonical(kind, locate(kind, name, f"{source(key, origin, path)}: {key}", folder))
@@ -106,24 +108,21 @@ def _checked(data: dict[str, Any], origin: dict[str, Path], path: Path) -> Scena
             else replace(change, controller=named("controllers", gait, f"change[{i}].controller", folder))
             for i, (change, gait) in enumerate(zip(scenario.change, gaits, strict=True))
         )  # fmt: skip
-    if scenario.law is not None:
-        found["law"] = _law(scenario.law, beside.get("law"), fail)
+    if scenario.law is not None and not looking:
+        found |= _law(scenario, origin, path, fail)
     return replace(scenario, **found)
 
 
-def _law(text: str, beside: Path | None, fail) -> str:
-    file, colon, name = text.rpartition(":")
-    if not colon or not file.endswith(".py") or not name.isidentifier():
-        raise fail("law", f"expected 'path.py:Class', got '{text}'")
-    for candidate in (Path(file), (beside or Path()) / file):
-        if candidate.is_file():
-            return f"{candidate.resolve()}:{name}"
-    there = [str(p) for base in {Path(), beside or Path()} for p in sorted(base.glob("*.py"))]
-    raise fail(
-        "law",
-        f"no file '{file}'; expected a Python file, relative to the scenario or the working folder: "
-        f"{nearest(file, there)}",
-    )
+def _law(scenario: Scenario, origin: dict[str, Path], path: Path, fail: Fail) -> dict[str, str]:
+    """The scenario's law with the whole path of its file, and its digest."""
+    from biped.scenario.law import changed_since, digest, find_law
+
+    said_by = origin.get("law", path)
+    law = find_law(scenario.law or "", None if said_by == COMMAND_LINE else said_by.parent, fail)
+    # A digest is of the law that was written beside it.
+    if origin.get("law_sha256") == origin.get("law") and (changed := changed_since(law, scenario.law_sha256)):
+        raise fail("law", changed)
+    return {"law": law, "law_sha256": digest(law)}
 
 
 def read_gains(path: Path, override: Gains) -> Gains:

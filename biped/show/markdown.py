@@ -31,7 +31,7 @@ def write_report(folders: Sequence[Path], out: Path, title: str) -> None:
     parts = [f"# {title}\n"]
     for folder in folders:
         result = results_at(folder)
-        scenario = read_scenario(str(folder / "scenario.toml"))
+        scenario = read_scenario(str(folder / "scenario.toml"), looking=True)
         figures = plot_results(folder, out.with_suffix("") / folder.name)
         parts.append(_section(result, scenario, [figure.relative_to(out.parent) for figure in figures]))
     try:

@@ -30,13 +30,13 @@ def title_of(name: str) -> str:
     return path.stem if Path(known).suffix else known
 
 
-def _keep(path: Path, index: int, trajectory: Trajectory, row: campaign.Row) -> None:
-    """Keeps the last seconds of a run that fell."""
+def _keep(path: Path, more: str, index: int, trajectory: Trajectory, row: campaign.Row) -> None:
+    """Keeps the last seconds of a run that fell, and the command that makes it again, with `more` arguments."""
     if not row["fell"]:
         return
     path.mkdir(exist_ok=True)
     trajectory.last(LAST_SECONDS).save(path / f"run-{index:05d}.npz")
-    again = f"biped run {path.parent / 'scenario.toml'} --only {index}"
+    again = f"biped run {path.parent / 'scenario.toml'} --only {index}{more}"
     (path / f"run-{index:05d}.txt").write_text(f"{row['cause']}\nagain: {again}\n", encoding="utf-8")
 
 
@@ -126,7 +126,8 @@ def _ensemble(plan: Plan, indices: Sequence[int], jobs: int, where: Folder | Non
     """Rows of an ensemble in order, those an interrupted campaign left included."""
     done = {row["index"]: row for row in (where.finished() if where else [])}
     left = [index for index in indices if index not in done]
-    keep = partial(_keep, where.path / "failures") if where else None
+    trust = " --trust" if plan.scenario.law is not None else ""
+    keep = partial(_keep, where.path / "failures", trust) if where else None
     if left:
         with campaign.rows_of(plan, left, jobs, keep) as rows, progress(len(indices), len(done)) as advance:
             for row in rows:
