@@ -19,7 +19,10 @@ import pinocchio
 from biped.base.errors import InputError
 from biped.base.files import label, nearest
 from biped.robot.check import check_model, check_parts
+from biped.robot.safety import examine, packaged
+from biped.robot.sizes import check_sizes
 from biped.robot.tree import JOINTS, LINKS, PARENT, POINT_LINK, POINTS, Tree, tree_of
+from biped.robot.trial import tried
 from biped.scenario.keys import Scenario, Truth
 
 GRAVITY = 9.81
@@ -50,7 +53,15 @@ def gravity(slope: float) -> tuple[float, float]:
 
 @lru_cache(maxsize=8)
 def _spec(path: str, modified: float) -> mujoco.MjSpec:
-    """Parses and checks a model file once per version of it."""
+    """Parses and checks a model file once per version of it; first elsewhere if it may be anybody's."""
+    file = Path(path)
+    if not packaged(file):
+        examine(file)
+        tried(label(file), lambda: _survives(path))
+    return _parsed(path)[0]
+
+
+def _parsed(path: str) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
     name = label(Path(path))
     try:
         spec = mujoco.MjSpec.from_file(path)
@@ -61,7 +72,15 @@ def _spec(path: str, modified: float) -> mujoco.MjSpec:
     except (ValueError, UserWarning, mujoco.FatalError) as error:
         raise InputError(f"{name}: not a model MuJoCo can compile: {' '.join(str(error).split())}") from None
     check_model(model, name)
-    return spec
+    return spec, model
+
+
+def _survives(path: str) -> None:
+    """Everything that is ever done with a model file, once."""
+    _, model = _parsed(path)
+    check_sizes(model, label(Path(path)))
+    mujoco.mj_step(model, mujoco.MjData(model))
+    _pinocchio(path, 0.0)
 
 
 def spec_of(path: Path) -> mujoco.MjSpec:
