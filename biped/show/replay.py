@@ -28,7 +28,10 @@ DRAWN = 100
 
 
 def chosen(rows: Sequence[Mapping[str, Any]]) -> list[tuple[str, int]]:
-    """Runs worth looking at: the fastest walker, the median one, and up to three that fell: (what, index)."""
+    """Runs worth looking at: (what, index).
+
+    The fastest walker, the median one, up to three that fell, and one that did neither.
+    """
     if len(rows) == 1:
         return [("run", rows[0]["index"])]
     walkers = sorted((row for row in rows if row["walked"]), key=lambda row: row["speed"])
@@ -38,7 +41,12 @@ def chosen(rows: Sequence[Mapping[str, Any]]) -> list[tuple[str, int]]:
     if len(walkers) > 2:
         picked.append(("median", walkers[len(walkers) // 2]["index"]))
     fallen = [row["index"] for row in rows if row["fell"]][:FALLEN]
-    return picked + [(f"fell_{index}", index) for index in fallen]
+    others = [row for row in rows if not row["fell"] and not row["walked"]][:1]
+    return [
+        *picked,
+        *((f"fell_{index}", index) for index in fallen),
+        *(("stood" if row["end"] == "completed" else row["end"], row["index"]) for row in others),
+    ]
 
 
 def record_runs(path: Path, plan: Plan, result: Mapping[str, Any], known: Mapping[int, Trajectory]) -> None:
@@ -63,9 +71,11 @@ def _record(path: Path, plan: Plan, result: Mapping[str, Any], runs: Mapping[int
     text = to_toml(plan.scenario)
     rows = {row["index"]: row for row in result["runs"]}
     checks = [tuple(check.values()) for check in result["checks"]]
+    title, alone = result["scenario"], len(rows) == 1
     shown = [
         Recorded(
-            name=name,
+            name=title.replace("/", "-") if alone else name,
+            title=title if alone else f"{title}, run {index}",
             trajectory=runs[index],
             model=model,
             metrics=rows[index],

@@ -133,6 +133,7 @@ def write(comparison: Comparison, folder: Path) -> None:
         make = partial(
             Recorded,
             name=engine,
+            title=f"{comparison.scenario} in {engine}",
             trajectory=comparison.first[engine],
             model=compile_foreign(plan.model, plan.scenario, visuals=True).model,
             metrics=result["runs"][0],

@@ -118,6 +118,9 @@ def test_chosen_runs():
     rows = [row(0, True, 0.5), row(1, True, 0.9), row(2, True, 0.7), *(row(i, False) for i in range(3, 8))]
     assert chosen(rows) == [("best", 1), ("median", 2), ("fell_3", 3), ("fell_4", 4), ("fell_5", 5)]
     assert chosen(rows[3:]) == [("fell_3", 3), ("fell_4", 4), ("fell_5", 5)]
+    still = [row(i, True) | {"walked": False, "end": end} for i, end in ((8, "completed"), (9, "diverged"))]
+    assert chosen(still) == [("stood", 8)]
+    assert chosen([rows[0], *still[1:]]) == [("best", 0), ("diverged", 9)]
 
 
 def test_recording_is_made_when_it_is_looked_at(result, monkeypatch):

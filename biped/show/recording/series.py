@@ -19,6 +19,7 @@ RIGHT, LEFT = (0, 114, 178), (213, 94, 0)
 JOINT_COLOURS = ((0, 60, 110), RIGHT, (86, 180, 233), (130, 50, 0), LEFT, (240, 175, 70))
 RUN_COLOURS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (230, 159, 0), (86, 180, 233))
 _JOINTS = tuple(f"{side} {joint}" for side in ("right", "left") for joint in ("hip", "knee", "ankle"))
+_JOINT_ANGLES = "Joint angles [°]: right blue, left orange; hip dark, ankle light"
 
 LEG_STATES = {
     "1": ("1 stance", (0, 114, 178)), "2": ("2 heel off", (0, 158, 115)), "3": ("3 swing", (230, 159, 0)),
@@ -38,7 +39,7 @@ class Curves(NamedTuple):
         title: Title of the plot, with the unit.
         names: Of the curves.
         colours: Of the curves.
-        values: (n, number of curves); rows with nan are left out.
+        values: (m, number of curves) at every row that is shown; rows with nan are left out, and not all are.
     """
 
     entity: str
@@ -49,7 +50,7 @@ class Curves(NamedTuple):
 
 
 def curves(placed: Placed) -> list[Curves]:
-    """All curves of a run."""
+    """All curves of a run; one that has no value at any time (costs of a run that stays where it is) is none."""
     trajectory = placed.run.trajectory
     own = (RUN_COLOURS[placed.number % len(RUN_COLOURS)],)
 
@@ -60,18 +61,20 @@ def curves(placed: Placed) -> list[Curves]:
     def joints(entity: str, title: str, values: np.ndarray) -> Curves:
         return Curves(entity, title, _JOINTS, JOINT_COLOURS, values)
 
-    return [
+    plots = [
         single("velocity", "Forward velocity of the torso [m/s]", "velocity", trajectory.v[:, 0]),
         single("torso", "Torso angle [°], 90 is upright", "torso", np.degrees(torso_angle(trajectory))),
         single("cost", "Cost of transport so far [-]", "net cost", cost_of_transport(trajectory)),
-        joints("angle", "Joint angles [°]", np.degrees(trajectory.q[:, 3:])),
+        joints("angle", _JOINT_ANGLES, np.degrees(trajectory.q[:, 3:])),
         joints("torque", "Joint torques [N m], colours as above", trajectory.applied[:, 3:]),
         joints("power", "Joint powers [W], colours as above", joint_power(trajectory)),
         Curves(
-            "force", "Normal force under each foot [N]", ("right", "left"), (RIGHT, LEFT),
-            foot_force(trajectory),
+            "force", "Normal force under each foot [N]", ("right", "left"), (RIGHT, LEFT), foot_force(trajectory),
         ),
     ]  # fmt: skip
+    rows = every(trajectory, RATE)
+    meant = [plot._replace(values=means(plot.values, rows)) for plot in plots]
+    return [plot for plot in meant if np.isfinite(plot.values).all(axis=1).any()]
 
 
 def log_series(recording: rr.RecordingStream, placed: Placed) -> None:
@@ -88,12 +91,11 @@ def log_series(recording: rr.RecordingStream, placed: Placed) -> None:
             aggregation_policy=rr.components.AggregationPolicy.Average,
         )
         recording.log(path, style, static=True)
-        values = means(plot.values, rows)
-        shown = np.isfinite(values).all(axis=1)
+        shown = np.isfinite(plot.values).all(axis=1)
         recording.send_columns(
             path,
             indexes=[times(trajectory.time[rows[shown]])],
-            columns=rr.Scalars.columns(scalars=values[shown]),
+            columns=rr.Scalars.columns(scalars=plot.values[shown]),
         )
 
 
@@ -102,20 +104,26 @@ def log_states(recording: rr.RecordingStream, placed: Placed) -> None:
     trajectory = placed.run.trajectory
     time, end = trajectory.time, float(trajectory.time[-1]) + trajectory.tick
     phase = trajectory.phase.astype(int)
-    # Lanes are sorted by path: each leg's contacts come under its state.
+    # The viewer names lanes by their path and sorts them by it: each leg's contacts come under its state.
     for leg, side in enumerate(("right", "left")):
-        _lane(recording, placed.entity("states", side), time, end, phase[:, leg], LEG_STATES)
+        _lane(recording, placed.entity("states", f"{side}_leg"), time, end, phase[:, leg], LEG_STATES)
     for i, point in enumerate(POINTS):
         flag = trajectory.believed[:, i].astype(int)
-        _lane(recording, placed.entity("states", *point.split("_")), time, end, flag, _ON)
+        _lane(recording, placed.entity("states", _of_leg(point)), time, end, flag, _ON)
     for i, row in enumerate((*POINTS, "right_knee", "left_knee")):
         flag = trajectory.active[:, i].astype(int)
-        _lane(recording, placed.entity("constraints", *row.split("_")), time, end, flag, _IN_A)
+        _lane(recording, placed.entity("constraints", row), time, end, flag, _IN_A)
     if trajectory.pushes:
         pushed = np.zeros(len(time), int)
         for start, stop, *_ in trajectory.pushes:
             pushed |= (time > start - 1e-9) & (time < stop - 1e-9)
         _lane(recording, placed.entity("states", "push"), time, end, pushed, _PUSHING)
+
+
+def _of_leg(point: str) -> str:
+    """Name of a contact's lane: `right_toe` is below `right_leg`."""
+    side, _, part = point.partition("_")
+    return f"{side}_leg_{part}"
 
 
 def _lane(
