@@ -12,6 +12,7 @@ from biped.scenario.keys import Scenario
 from biped.scenario.reading import read_scenario
 from biped.show.replay import plot_results
 from biped.show.terminal import causes_of, number
+from biped.show.words import harmless, told
 from biped.studies.run import results_at
 
 _COLUMNS = ("speed", "cost_of_transport", "double_support")
@@ -28,9 +29,9 @@ def write_report(folders: Sequence[Path], out: Path, title: str) -> None:
     Raises:
         InputError: A folder holds no results, or the report cannot be written.
     """
-    parts = [f"# {title}\n"]
+    parts = [f"# {told(title)}\n"]
     for folder in folders:
-        result = results_at(folder)
+        result = harmless(results_at(folder))
         scenario = read_scenario(str(folder / "scenario.toml"), looking=True)
         figures = plot_results(folder, out.with_suffix("") / folder.name)
         parts.append(_section(result, scenario, [figure.relative_to(out.parent) for figure in figures]))
@@ -45,31 +46,36 @@ def _section(result: Mapping[str, Any], scenario: Scenario, figures: Sequence[Pa
     low, high = summary["walked_interval"]
     starts = "projected onto the ground" if scenario.start.settle else "as printed"
     lines = [
-        f"## {result['scenario']}\n",
-        f"{scenario.description}.\n",
-        f"`biped run {result['scenario']}`: {len(runs)} × {scenario.duration:g} s in {result['engine']}, jitter "
+        f"## {told(result['scenario'])}\n",
+        f"{told(scenario.description)}.\n",
+        f"`biped run {_code(result['scenario'])}`: {len(runs)} × {scenario.duration:g} s in {result['engine']}, jitter "
         f"{scenario.start.jitter:g} rad, contacts {scenario.actuation.contacts}, starts {starts}. "
         f"Walked {summary['walked']} of {len(runs)} (95 % interval {low:.0%} – {high:.0%}), fell {summary['falls']}.\n",
     ]
     for cause, count in causes_of(runs):
-        lines.append(f"- {count} × {cause}")
+        lines.append(f"- {count} × {told(cause)}")
     if "points" in result:
         lines.append("\n" + _points(result["points"]))
         for t in result["thresholds"]:
-            lines.append(f"- {threshold_words(t)}")
+            lines.append(f"- {told(threshold_words(t))}")
     else:
         lines.append("\n" + _numbers(summary, result["thesis"]))
     for check in result["checks"]:
         mark = "pass" if check["passed"] else "**FAIL**"
-        lines.append(f"- {mark}: {check['name']} = {number(check['value'])}, expected {check['expected']}")
+        lines.append(f"- {mark}: {check['name']} = {number(check['value'])}, expected {told(check['expected'])}")
     lines += ["", *(f"![{figure.stem}]({figure.as_posix()})" for figure in figures), ""]
     return "\n".join(lines)
+
+
+def _code(text: str) -> str:
+    """Somebody's name between backticks, which it cannot end."""
+    return text.replace("`", "'").replace("|", "/")
 
 
 def _points(points: Sequence[Mapping[str, Any]]) -> str:
     keys = list(points[0]["values"])
     head = [
-        *(f"`{key}`" for key in keys),
+        *(f"`{_code(key)}`" for key in keys),
         "walked",
         "95 % interval",
         "fell",
@@ -79,7 +85,7 @@ def _points(points: Sequence[Mapping[str, Any]]) -> str:
     for p in points:
         low, high = p["interval"]
         cells = [
-            *(number(p["values"][key]) for key in keys), f"{p['walked']}/{p['runs']}", f"{low:.0%} – {high:.0%}",
+            *(told(number(p["values"][key])) for key in keys), f"{p['walked']}/{p['runs']}", f"{low:.0%} – {high:.0%}",
             str(p["falls"]), *(number(_real(p[name])) for name in _COLUMNS),
         ]  # fmt: skip
         lines.append("| " + " | ".join(cells) + " |")

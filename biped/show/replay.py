@@ -18,6 +18,7 @@ from biped.ensemble.plan import Plan
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import compile_foreign
 from biped.scenario.reading import read_scenario, to_toml
+from biped.show.words import harmless
 from biped.studies.run import newest_recording, results_at
 
 FALLEN = 3
@@ -104,7 +105,7 @@ class Kept:
 
     def __init__(self, folder: Path):
         self._folder = folder
-        self.result = results_at(folder)
+        self.result = harmless(results_at(folder))
         self.plan = Plan(read_scenario(str(folder / "scenario.toml"), looking=True))
 
     def trajectory(self, index: int) -> Trajectory | None:

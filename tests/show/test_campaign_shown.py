@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -97,6 +99,29 @@ def test_report(result, capsys):
     for name in ("rates", "costs", "failures", "velocities"):
         assert f"](r/c/{name}.png)" in text
         assert is_picture(Path(f"r/c/{name}.png"))
+
+
+def test_words_of_a_stranger_are_text_in_a_report(result, tmp_path):
+    hostile = r"![x](http://e.example/p.png) <img src=x> `a` | $\bad c" + "\x1b[31m"
+    shutil.copytree("c", tmp_path / "c")
+    told = result | {
+        "scenario": hostile,
+        "checks": [{"name": "speed", "value": 1.0, "expected": hostile, "passed": True}],
+    }
+    told["runs"] = [run | ({"cause": hostile} if run["fell"] else {}) for run in told["runs"]]
+    told["points"] = [point | {"values": point["values"] | {"controller": hostile}} for point in told["points"]]
+    (tmp_path / "c/result.json").write_text(json.dumps(told), encoding="utf-8")
+    scenario = tmp_path / "c/scenario.toml"
+    text = scenario.read_text(encoding="utf-8")
+    line = next(line for line in text.splitlines() if line.startswith("description"))
+    scenario.write_text(text.replace(line, f"description = {json.dumps(hostile)}"), encoding="utf-8")
+    assert main(["report", str(tmp_path / "c"), "--out", "h.md", "--title", hostile]) == 0
+    page = Path("h.md").read_text(encoding="utf-8")
+    assert "http://e.example" in page
+    code = re.sub(r"`[^`\n]*`", "", page)  # between backticks all is text
+    assert "![x" not in code
+    assert "<img" not in code.replace(r"\<img", "")
+    assert all(line.isprintable() for line in page.splitlines())
 
 
 def test_report_of_a_single_run(result):

@@ -33,6 +33,7 @@ SETTINGS = {
     "axes.axisbelow": True,
     "lines.linewidth": 1.4,
     "legend.frameon": False,
+    "text.parse_math": False,  # names of scenarios may hold dollars
 }
 """Settings of matplotlib while a figure is made."""
 

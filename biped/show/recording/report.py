@@ -12,6 +12,7 @@ import rerun as rr
 from biped.base.text import plain
 from biped.measure.metrics import NAMES
 from biped.show.recording.recorded import Placed, Recorded
+from biped.show.words import told, words
 
 FIVE = {
     "speed": ("speed", "m/s"),
@@ -87,16 +88,6 @@ def numbers(run: Recorded) -> str:
         if name in run.metrics:
             lines.append(f"| {words(name)} | {_show(run.metrics[name])} | {told(meaning)} |")
     return "\n".join(lines)
-
-
-def told(text: Any) -> str:
-    """Somebody's words, of which Markdown makes nothing but text: no links, pictures or cells."""
-    return re.sub(r"([\\`*_\[\]<>|!#~])", r"\\\1", plain(text))
-
-
-def words(name: str) -> str:
-    """The name of a number, for people."""
-    return told(name.replace("_", " "))
 
 
 def plain_lines(text: str) -> str:
