@@ -7,15 +7,17 @@ of a law of somebody's own: whoever looks at results does not ask for the law to
 from __future__ import annotations
 
 import sys
+import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from biped.base.errors import InputError
 from biped.base.files import label
+from biped.base.text import plain
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
-from biped.measure.trajectory import Trajectory
+from biped.measure.trajectory import WIDTH, Trajectory
 from biped.robot.model import compile_foreign
 from biped.scenario.reading import read_scenario, to_toml
 from biped.show.words import harmless
@@ -89,6 +91,26 @@ def _record(path: Path, plan: Plan, result: Mapping[str, Any], runs: Mapping[int
     record(path, shown, title=result["scenario"])
 
 
+def _loaded(path: Path) -> Trajectory:
+    """A kept trajectory, which may be anybody's file.
+
+    Raises:
+        InputError: It is none, or would take more memory than it has bytes.
+    """
+    try:
+        with zipfile.ZipFile(path) as whole:
+            packed = [part.filename for part in whole.infolist() if part.compress_type != zipfile.ZIP_STORED]
+        if packed:
+            raise InputError(f"{path}: not a trajectory: {plain(packed[0])} is compressed")
+        trajectory = Trajectory.load(path)
+        log = trajectory.log
+        if len(log) == 0 or log.shape[1] != WIDTH or log.dtype != float or not trajectory.tick > 0.0:
+            raise InputError(f"{path}: not a trajectory: expected rows of {WIDTH} numbers")
+    except (zipfile.BadZipFile, OSError, TypeError, ValueError, KeyError, RecursionError) as error:
+        raise InputError(f"{path}: not a trajectory: {str(error)[:200]}") from None
+    return trajectory
+
+
 class Kept:
     """What a results folder kept, and what can be made again of it without running anybody's law.
 
@@ -116,10 +138,10 @@ class Kept:
         rows = self.result["runs"]
         whole, ending = self._folder / "trajectory.npz", self._folder / "failures" / f"run-{index:05d}.npz"
         if len(rows) == 1 and whole.is_file():
-            return Trajectory.load(whole)
+            return _loaded(whole)
         if self.plan.scenario.law is None:
             return campaign.simulate(self.plan.run(index))
-        return Trajectory.load(ending) if ending.is_file() else None
+        return _loaded(ending) if ending.is_file() else None
 
     def again(self, index: int) -> str:
         """What to do to see a law's run that was not kept."""

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 import py_compile
 import shutil
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from biped.base.errors import InputError
@@ -211,3 +213,28 @@ def test_load_law_is_the_last_door(sent, pristine):
     with pytest.raises(InputError, match="outside the package"):
         load_law(f"{pristine}/sent/theirs.py:Theirs")
     assert not sent.exists()
+
+
+@pytest.mark.parametrize("kind", ["compressed", "claims", "other names", "words", "pickle", "empty", "cut"])
+def test_a_trajectory_that_means_harm_is_refused(kind, sent, capsys):
+    path = Path("sent/one/trajectory.npz")
+    with np.load(path) as file:
+        arrays = dict(file)
+    n = len(arrays["time"])
+    if kind == "compressed":  # 10 MB may be 10 GB
+        np.savez_compressed(path, **arrays)
+    elif kind == "cut":
+        path.write_bytes(path.read_bytes()[:5000])
+    else:
+        about = json.loads(str(arrays["about"]))
+        changes = {
+            "claims": {"about": np.array(json.dumps(about | {"tick": 0.0}))},
+            "other names": {"about": np.array(json.dumps(about | {"tree": {"x": 1}}))},
+            "words": {"q": np.full((n, 9), "words")},
+            "pickle": {"q": np.array([Path("x")] * n, dtype=object)},
+            "empty": {name: array[:0] for name, array in arrays.items() if name != "about"},
+        }
+        np.savez(path, **(arrays | changes[kind]))
+    for name in ("plot", "view"):
+        assert main([name, "sent/one"]) == 2
+        assert "trajectory.npz: not a trajectory" in said(capsys)
