@@ -215,7 +215,7 @@ def test_the_packages_models_are_spared_and_others_are_tried_once(put_down, monk
     tried = []
     monkeypatch.setattr(models, "tried", lambda name, work: tried.append(name))
     monkeypatch.setattr(models, "examine", tried.append)
-    models._spec.cache_clear()
+    models._checked.cache_clear()
     assert packaged(folder("models") / "human.xml")
     spec_of(folder("models") / "human.xml")
     assert tried == []

@@ -14,7 +14,8 @@ import biped
 from biped.base.errors import InputError
 from biped.ensemble.plan import Plan
 from biped.robot.model import GRAVITY, spec_of
-from biped.robot.tree import POINT_LINK, motion
+from biped.robot.topology import POINT_LINK
+from biped.robot.tree import motion
 from biped.scenario.reading import read_scenario
 from biped.show.recording import record
 from biped.show.recording.scene import BODY_WEIGHT, PUSH

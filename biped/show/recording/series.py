@@ -8,7 +8,6 @@ import numpy as np
 import rerun as rr
 
 from biped.measure.signals import cost_of_transport, every, foot_force, joint_power, means, torso_angle
-from biped.robot.tree import POINTS
 from biped.show.recording.recorded import Placed, times
 
 RATE = 1000.0
@@ -18,8 +17,7 @@ RATE = 1000.0
 RIGHT, LEFT = (0, 114, 178), (213, 94, 0)
 JOINT_COLOURS = ((0, 60, 110), RIGHT, (86, 180, 233), (130, 50, 0), LEFT, (240, 175, 70))
 RUN_COLOURS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (230, 159, 0), (86, 180, 233))
-_JOINTS = tuple(f"{side} {joint}" for side in ("right", "left") for joint in ("hip", "knee", "ankle"))
-_JOINT_ANGLES = "Joint angles [°]: right blue, left orange; hip dark, ankle light"
+_JOINTS = ("hip", "knee", "ankle")
 
 LEG_STATES = {
     "1": ("1 stance", (0, 114, 178)), "2": ("2 heel off", (0, 158, 115)), "3": ("3 swing", (230, 159, 0)),
@@ -52,6 +50,9 @@ class Curves(NamedTuple):
 def curves(placed: Placed) -> list[Curves]:
     """All curves of a run; one that has no value at any time (costs of a run that stays where it is) is none."""
     trajectory = placed.run.trajectory
+    legs = trajectory.robot.legs
+    names = tuple(f"{leg} {joint}" for leg in legs for joint in _JOINTS)
+    angles = f"Joint angles [°]: {legs[0]} blue, {legs[1]} orange; hip dark, ankle light"
     own = (RUN_COLOURS[placed.number % len(RUN_COLOURS)],)
 
     def single(entity: str, title: str, name: str, values: np.ndarray) -> Curves:
@@ -59,17 +60,17 @@ def curves(placed: Placed) -> list[Curves]:
         return Curves(entity, title, (label,), own, values[:, None])
 
     def joints(entity: str, title: str, values: np.ndarray) -> Curves:
-        return Curves(entity, title, _JOINTS, JOINT_COLOURS, values)
+        return Curves(entity, title, names, JOINT_COLOURS, values)
 
     plots = [
         single("velocity", "Forward velocity of the torso [m/s]", "velocity", trajectory.v[:, 0]),
         single("torso", "Torso angle [°], 90 is upright", "torso", np.degrees(torso_angle(trajectory))),
         single("cost", "Cost of transport so far [-]", "net cost", cost_of_transport(trajectory)),
-        joints("angle", _JOINT_ANGLES, np.degrees(trajectory.q[:, 3:])),
+        joints("angle", angles, np.degrees(trajectory.q[:, 3:])),
         joints("torque", "Joint torques [N m], colours as above", trajectory.applied[:, 3:]),
         joints("power", "Joint powers [W], colours as above", joint_power(trajectory)),
         Curves(
-            "force", "Normal force under each foot [N]", ("right", "left"), (RIGHT, LEFT), foot_force(trajectory),
+            "force", "Normal force under each foot [N]", legs, (RIGHT, LEFT), foot_force(trajectory),
         ),
     ]  # fmt: skip
     rows = every(trajectory, RATE)
@@ -103,14 +104,16 @@ def log_states(recording: rr.RecordingStream, placed: Placed) -> None:
     """Logs leg states, believed contacts and the rows of A as changes."""
     trajectory = placed.run.trajectory
     time, end = trajectory.time, float(trajectory.time[-1]) + trajectory.tick
-    phase = trajectory.phase.astype(int)
+    phase, robot = trajectory.phase.astype(int), trajectory.robot
     # The viewer names lanes by their path and sorts them by it: each leg's contacts come under its state.
-    for leg, side in enumerate(("right", "left")):
+    for leg, side in enumerate(robot.legs):
         _lane(recording, placed.entity("states", f"{side}_leg"), time, end, phase[:, leg], LEG_STATES)
-    for i, point in enumerate(POINTS):
+    sides = [leg.name for leg in robot.leg for _ in leg.points]
+    for i, (side, point) in enumerate(zip(sides, robot.points, strict=True)):
         flag = trajectory.believed[:, i].astype(int)
-        _lane(recording, placed.entity("states", _of_leg(point)), time, end, flag, _ON)
-    for i, row in enumerate((*POINTS, "right_knee", "left_knee")):
+        lane = f"{side}_leg_{point.removeprefix(f'{side}_')}"
+        _lane(recording, placed.entity("states", lane), time, end, flag, _ON)
+    for i, row in enumerate((*robot.points, *robot.stops)):
         flag = trajectory.active[:, i].astype(int)
         _lane(recording, placed.entity("constraints", row), time, end, flag, _IN_A)
     if trajectory.pushes:
@@ -118,12 +121,6 @@ def log_states(recording: rr.RecordingStream, placed: Placed) -> None:
         for start, stop, *_ in trajectory.pushes:
             pushed |= (time > start - 1e-9) & (time < stop - 1e-9)
         _lane(recording, placed.entity("states", "push"), time, end, pushed, _PUSHING)
-
-
-def _of_leg(point: str) -> str:
-    """Name of a contact's lane: `right_toe` is below `right_leg`."""
-    side, _, part = point.partition("_")
-    return f"{side}_leg_{part}"
 
 
 def _lane(
