@@ -31,12 +31,11 @@ def simulate(run: Run) -> Trajectory:
 
 
 def run_one(plan: Plan, index: int) -> tuple[Trajectory, Row]:
-    """Simulates and measures run `index` of a plan."""
-    from biped.measure.metrics import measure
+    """Simulates, judges and measures run `index` of a plan."""
+    from biped.measure.metrics import assess
 
     run = plan.run(index)
-    trajectory = simulate(run)
-    numbers = measure(trajectory, run.scenario.interval)
+    trajectory, numbers = assess(simulate(run), run.scenario.interval)
     row = {
         "index": index,
         "seed": run.seed,
@@ -45,7 +44,7 @@ def run_one(plan: Plan, index: int) -> tuple[Trajectory, Row]:
         "end": trajectory.end,
         "cause": trajectory.cause,
         **numbers,
-        "walked": bool(numbers["walked"]),
+        **{name: bool(numbers[name]) for name in ("diverged", "doubtful", "walked", "stood")},
         "warnings": trajectory.warnings,
     }
     return trajectory, row

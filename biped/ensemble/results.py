@@ -22,10 +22,11 @@ from typing import Any
 from biped.base.errors import InputError
 from biped.base.statistics import wilson
 from biped.ensemble.campaign import Row
-from biped.ensemble.checks import Check, judge
+from biped.ensemble.checks import Check, judge, passed
 from biped.ensemble.plan import Plan
 from biped.ensemble.sweeps import by_point, thresholds
-from biped.measure.metrics import NAMES, aggregate
+from biped.measure.metrics import aggregate
+from biped.scenario.metrics import METRICS
 from biped.scenario.reading import to_toml
 
 
@@ -125,20 +126,18 @@ def new_folder(root: Path, name: str) -> Path:
 def result_of(name: str, plan: Plan, rows: Sequence[Row]) -> dict[str, Any]:
     """The result object of a scenario: verdict, checks, summary, runs.
 
-    It passes when all expectations hold; without expectations, when no run diverged and a single run stayed up.
+    Whether it passes is `biped.ensemble.checks.passed`.
     """
     summary = aggregate([row | {"falls": row["fell"]} for row in rows])
     checks: list[Check] = judge(plan.scenario.expect, summary)
-    diverged = any(row["end"] == "diverged" for row in rows)
-    lone_fall = not checks and len(rows) == 1 and rows[0]["fell"]
     low, high = wilson(int(summary["walked"]), len(rows))
     points = by_point(plan.scenario, rows) if plan.scenario.sweep else []
     swept = {"points": points, "thresholds": thresholds(plan.scenario, points)} if points else {}
     return {
         "scenario": name,
         "engine": plan.scenario.engine,
-        "passed": all(check.passed for check in checks) and not diverged and not lone_fall,
-        "summary": {name: summary[name] for name in NAMES} | {"runs": len(rows), "walked_interval": [low, high]},
+        "passed": passed(checks, rows),
+        "summary": {name: summary[name] for name in METRICS} | {"runs": len(rows), "walked_interval": [low, high]},
         "thesis": plan.scenario.thesis,
         "runs": list(rows),
         "checks": [check._asdict() for check in checks],

@@ -13,9 +13,9 @@ import numpy as np
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.ensemble.results import result_of
-from biped.measure.metrics import NAMES
 from biped.measure.trajectory import Trajectory
 from biped.robot.tree import absolute
+from biped.scenario.metrics import METRICS
 from biped.scenario.reading import read_scenario
 
 ENGINES = ("home", "mujoco")
@@ -45,7 +45,7 @@ class Comparison(NamedTuple):
         rows = [self.results[engine]["runs"] for engine in ENGINES]
         return {
             "scenario": self.scenario,
-            "passed": all(run["end"] != "diverged" for runs in rows for run in runs),
+            "passed": not any(run["end"] in ("diverged", "doubtful") for runs in rows for run in runs),
             "parted_at": parted_at(*(self.first[engine] for engine in ENGINES)),
             "metrics": self.metrics(),
             "results": self.results,
@@ -62,7 +62,7 @@ class Comparison(NamedTuple):
                 "gap": gap(home[name], foreign[name]),
                 **({"thesis": thesis[name]} if name in thesis else {}),
             }
-            for name in NAMES
+            for name in METRICS
         }
 
 
@@ -99,7 +99,7 @@ def compare(name: str, title: str, changes: Sequence[str], jobs: int) -> Compari
         else:
             with campaign.rows_of(plan, range(len(plan)), jobs) as finished:
                 rows = sorted(finished, key=lambda row: row["index"])
-            first[engine] = campaign.simulate(plan.run(0))
+            first[engine] = campaign.run_one(plan, 0)[0]
         results[engine] = result_of(title, plan, rows)
     return Comparison(title, description, plans, results, first)
 

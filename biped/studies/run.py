@@ -31,8 +31,8 @@ def title_of(name: str) -> str:
 
 
 def _keep(path: Path, index: int, trajectory: Trajectory, row: campaign.Row) -> None:
-    """Keeps the last seconds of a run that fell."""
-    if not row["fell"]:
+    """Keeps the last seconds of a run that fell or is doubtful."""
+    if row["end"] == "completed":
         return
     path.mkdir(exist_ok=True)
     trajectory.last(LAST_SECONDS).save(path / f"run-{index:05d}.npz")

@@ -62,12 +62,18 @@ def test_terminal(folder, monkeypatch, capsys):
 
 def test_causes_are_counted():
     runs = [
-        {"fell": True, "walked": False, "cause": "fell forward at 0.4 s"},
-        {"fell": True, "walked": False, "cause": "fell forward at 0.7 s"},
-        {"fell": False, "walked": False, "cause": ""},
-        {"fell": False, "walked": True, "cause": ""},
+        {"end": "fell", "walked": False, "cause": "fell forward at 0.400 s"},
+        {"end": "fell", "walked": False, "cause": "fell forward at 0.700 s"},
+        {"end": "completed", "walked": False, "stood": False, "flight": 0.5, "support": 0.4, "time": 10.0},
+        {"end": "completed", "walked": True, "cause": ""},
+        {"end": "doubtful", "walked": False, "cause": "energy not accounted for at 9.999 s: 3 %, at most 1 %"},
+        {"end": "doubtful", "walked": False, "cause": "energy not accounted for at 7.123 s: 4 %, at most 1 %"},
+        {"end": "diverged", "walked": False, "cause": "MuJoCo warned of badqacc before 0.024 s; fell at 0.024 s"},
     ]
-    assert causes_of(runs) == [("fell forward", 2), ("stayed up without walking on", 1)]
+    assert causes_of(runs) == [
+        ("fell forward", 2), ("doubtful: energy not accounted for", 2), ("stayed up without walking: in the air", 1),
+        ("diverged: MuJoCo warned of badqacc", 1),
+    ]  # fmt: skip
 
 
 def test_plot(result, capsys):
@@ -112,12 +118,13 @@ def test_report_below_a_file_is_refused(result, capsys):
 
 def test_chosen_runs():
     def row(index: int, walked: bool, speed: float = 0.0) -> dict:
-        return {"index": index, "walked": walked, "fell": not walked, "speed": speed}
+        end = "completed" if walked else "doubtful" if index == 4 else "fell"
+        return {"index": index, "walked": walked, "fell": end == "fell", "end": end, "speed": speed}
 
     assert chosen([row(4, True)]) == [("run", 4)]
     rows = [row(0, True, 0.5), row(1, True, 0.9), row(2, True, 0.7), *(row(i, False) for i in range(3, 8))]
-    assert chosen(rows) == [("best", 1), ("median", 2), ("fell_3", 3), ("fell_4", 4), ("fell_5", 5)]
-    assert chosen(rows[3:]) == [("fell_3", 3), ("fell_4", 4), ("fell_5", 5)]
+    assert chosen(rows) == [("best", 1), ("median", 2), ("fell_3", 3), ("doubtful_4", 4), ("fell_5", 5)]
+    assert chosen(rows[3:]) == [("fell_3", 3), ("doubtful_4", 4), ("fell_5", 5)]
 
 
 def test_recording_is_made_when_it_is_looked_at(result, monkeypatch):

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from biped.measure.metrics.gait import strikes
+from biped.measure.metrics.gait import strikes, travelled
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import GRAVITY, gravity
 from biped.robot.tree import Motion, Tree, motion
@@ -46,11 +46,16 @@ def _push_power(t: Trajectory, moved: Motion) -> np.ndarray:
     return power
 
 
-def residual(t: Trajectory) -> float:
+def residual(t: Trajectory, whole: Motion | None = None) -> float:
     """What work and losses leave unexplained of the change of energy, relative to the work put in.
 
     Change of energy = work of the actuators, pushes, knee stops, joint damping and ground forces, up to integration
-    error.
+    error. Where little work is done, as in a fall or a flight, it is relative to the largest kinetic energy of the
+    centres of mass; at least to a hundredth of the energy of the start.
+
+    Args:
+        t: The run.
+        whole: How its rows move, if that is known.
     """
     if len(t) < 2:
         return 0.0
@@ -62,8 +67,10 @@ def residual(t: Trajectory) -> float:
     ground = (t.force[:-1] * moved.point_velocity).sum(axis=(1, 2))
     e = energy(t.tree, t.q[[0, -1]], t.v[[0, -1]], t.slope)
     work = t.tick * (actuators + pushes + stops + damping + ground).sum()
-    scale = t.tick * (np.abs(actuators) + np.abs(pushes)).sum()
-    return float(abs(e[1] - e[0] - work) / max(scale, abs(e[0]) * 1e-3))
+    put_in = t.tick * (np.abs(actuators) + np.abs(pushes)).sum()
+    velocity = (motion(t.tree, t.q, t.v) if whole is None else whole).com_velocity
+    moving = 0.5 * ((velocity**2).sum(axis=-1) @ t.tree.mass).max()
+    return float(abs(e[1] - e[0] - work) / max(put_in, moving, abs(e[0]) * 1e-2))
 
 
 def loss_per_step(t: Trajectory, window: tuple[float, float]) -> float:
@@ -76,7 +83,7 @@ def loss_per_step(t: Trajectory, window: tuple[float, float]) -> float:
     work = float((t.applied[first:last] * np.diff(t.q[first : last + 1], axis=0)).sum())
     damped = float((t.tree.damping * t.v[first:last, 3:] ** 2).sum() * t.tick)
     before, after = energy(t.tree, t.q[[first, last]], t.v[[first, last]], t.slope)
-    steps = sum(first < row <= last for row, _ in strikes(t.phase))
+    steps = sum(first < row <= last for row, _ in strikes(t.phase, t.tick))
     return (work - damped - float(after - before)) / steps if steps else math.nan
 
 
@@ -87,9 +94,7 @@ def transport(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
     """
     u, rate = t.u[span], t.v[span, 3:]
     power = u * rate
-    distance = float(t.q[span, 0][-1] - t.q[span, 0][0])
-    # A walker that got nowhere has no cost of transport.
-    weight = float(t.tree.mass.sum()) * GRAVITY * abs(distance) / t.tick or math.nan
+    weight = float(t.tree.mass.sum()) * GRAVITY * travelled(t, span) / t.tick
     if t.generalized:
         # Q_d's virtual actuators: torso and thighs to the inertial frame, knees and ankles between links.
         Q, v = t.Q_d[span], t.v[span]

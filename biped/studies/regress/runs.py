@@ -84,7 +84,7 @@ def _with_digest(index: int, trajectory: Trajectory, row: campaign.Row) -> None:
 
 
 def _letter(row: dict[str, Any]) -> str:
-    return "w" if row["walked"] else {"completed": "s", "fell": "f", "diverged": "d"}[row["end"]]
+    return "w" if row["walked"] else {"completed": "s", "fell": "f", "diverged": "d", "doubtful": "?"}[row["end"]]
 
 
 def _rounded(value: float) -> float | None:
