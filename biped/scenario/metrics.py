@@ -93,6 +93,8 @@ _ALL = (
     Metric("torso_lean", "degrees", "mean lean of the torso from the vertical, forward positive", table="run"),
     Metric("torso_sway", "degrees", "standard deviation of it"),
     Metric("energy_residual", "", "energy that work and losses do not explain / work", show="share", table="run"),
+    Metric("energy_from_nowhere", "", "most energy that neither the start nor actuators nor pushes put in / work",
+           show="share"),
     Metric("momentum_residual", "", "vertical momentum that the ground, gravity and pushes do not explain / impulse",
            show="share"),
     Metric("link_speed", "m/s", "largest speed of a link's centre of mass"),

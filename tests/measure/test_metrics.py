@@ -311,3 +311,44 @@ def test_damped_joints_are_accounted_for(engine):
     assert residual(t) < 5e-3
     undamped = replace(t, tree=t.tree._replace(damping=np.zeros(6)))
     assert residual(undamped) > 10.0 * residual(t)
+
+
+@pytest.mark.parametrize("rate", [500.0, 2000.0])
+def test_metrics_count_seconds_not_rows(rate):
+    """One run, its rows taken at another rate: every duration and every step stays what it was."""
+    t = made("long")
+    other = resampled(t, rate)
+    assert len(strikes(other.phase, other.tick)) == len(strikes(t.phase, t.tick)) >= 4
+    for (row, leg), (there, same) in zip(strikes(t.phase, t.tick), strikes(other.phase, other.tick), strict=True):
+        assert leg == same
+        assert there * other.tick == pytest.approx(row * t.tick, abs=2.1e-3)
+    one, two = measure(t, (1.0, 5.0)), measure(other, (1.0, 5.0))
+    for name in ("steps", "walked", "stood", "alternation"):
+        assert two[name] == one[name], name
+    for name in ("step_length", "step_frequency", "speed", "clearance", "double_support", "cost_of_transport"):
+        assert two[name] == pytest.approx(one[name], rel=0.02), name
+
+
+def test_bounces_and_swings_are_told_apart_by_seconds():
+    """A foot 40 ms in the air has bounced, one of 60 ms stepped; a swing of 90 ms has no clearance, one of 110 has."""
+    for rate in (500, 1000, 2000, 4000):
+        for ms, stepped in ((40, 0), (60, 1)):
+            phase = np.ones((rate, 2))
+            phase[rate // 10 : rate // 10 + ms * rate // 1000, 0] = 3
+            assert len(strikes(phase, 1.0 / rate)) == stepped, (rate, ms)
+        for ms, cleared in ((90, False), (110, True)):
+            phase = np.ones((1000, 2))
+            phase[100 : 100 + ms, 0] = 3
+            t = resampled(borne(synthetic(1.0, q=[0.0, 1.3, *[0.0] * 7], phase=phase)), rate)
+            assert math.isfinite(measure(t, (0.0, 1.0))["clearance"]) == cleared, (rate, ms)
+
+
+def resampled(t: Trajectory, rate: float) -> Trajectory:
+    """The run with its rows at another rate [Hz]: every second one, or each twice."""
+    if rate * t.tick < 1.0:
+        step = round(1.0 / (rate * t.tick))
+        return replace(t, log=t.log[::step].copy(), tick=t.tick * step)
+    times = round(rate * t.tick)
+    log = np.repeat(t.log, times, axis=0)
+    log[:, 0] += np.tile(np.arange(times) * t.tick / times, len(t))
+    return replace(t, log=log, tick=t.tick / times)

@@ -34,15 +34,20 @@ class Assessed(NamedTuple):
 
 def assess(t: Trajectory, window: tuple[float, float]) -> Assessed:
     """Judges a run (`biped.measure.verdict`) and measures it; arguments as of `measure`."""
+    if t.end == "diverged":
+        # Rows from where a number stopped being finite say nothing; the last was not written.
+        sound = np.isfinite(t.log).all(axis=1) & (np.diff(t.time, prepend=-1.0) > 0.0)
+        t = replace(t, log=t.log[: max(1, int(sound.cumprod().sum()))])
     with np.errstate(all="ignore"):  # numbers of a run that blows up; what comes of them is judged
         whole = motion(t.tree, t.q, t.v)
-        fast = verdict.too_fast(t, whole)
+        squared = whole.com_velocity[..., 0] ** 2 + whole.com_velocity[..., 1] ** 2
+        fast = verdict.too_fast(t, whole, squared)
         if fast is not None:
             rows = slice(0, max(1, fast.row))
             cause = f"{fast.cause}; {t.cause}" if t.cause else fast.cause
             t = replace(t, log=t.log[rows], end="diverged", cause=cause)
-            whole = Motion(*(part[rows] for part in whole))
-        numbers = _numbers(t, whole, window)
+            whole, squared = Motion(*(part[rows] for part in whole)), squared[rows]
+        numbers = _numbers(t, whole, squared, window)
         end, cause = verdict.ending(t, numbers)
     t = replace(t, end=end, cause=cause)
     return Assessed(t, numbers | _outcome(t, numbers))
@@ -62,19 +67,20 @@ def measure(t: Trajectory, window: tuple[float, float]) -> dict[str, Any]:
     return assess(t, window).numbers
 
 
-def _numbers(t: Trajectory, whole: Motion, window: tuple[float, float]) -> dict[str, Any]:
-    """All but the outcome."""
+def _numbers(t: Trajectory, whole: Motion, squared: np.ndarray, window: tuple[float, float]) -> dict[str, Any]:
+    """All but the outcome; `squared` (n, 7) [m²/s²] are squares of the links' speeds."""
     inside = (t.time >= window[0] - 1e-9) & (t.time <= window[1] + 1e-9)
     span = slice(int(np.argmax(inside)), int(inside.size - np.argmax(inside[::-1]))) if inside.sum() > 1 else None
     out: dict[str, Any] = dict.fromkeys(METRICS, math.nan)
     out["time"] = len(t) * t.tick if t.end == "completed" else float(t.time[-1])
     out["distance"] = float(t.q[-1, 0] - t.q[0, 0])
-    out["energy_residual"] = energy.residual(t, whole)
+    out["energy_residual"] = energy.residual(t, squared)
+    out["energy_from_nowhere"] = energy.from_nowhere(t, whole, squared)
     out["momentum_residual"] = verdict.momentum_residual(t, whole)
     out["penetration"] = float(max(0.0, -whole.point[..., 1].min()))
     out["peak_force"] = float(t.force[..., 1].max())
     out["peak_torque"] = float(np.abs(t.u).max())
-    out["link_speed"] = float(np.sqrt((whole.com_velocity**2).sum(axis=-1).max()))
+    out["link_speed"] = math.sqrt(squared.max())
     if span is not None:
         out |= gait.stride(t, whole, span)
         out |= energy.transport(t, whole, span)

@@ -9,7 +9,7 @@ import numpy as np
 from biped.measure.metrics.gait import strikes, travelled
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import GRAVITY, gravity
-from biped.robot.tree import Motion, Tree, motion
+from biped.robot.tree import LINKS, Motion, Tree, motion
 
 
 def energy(tree: Tree, q: np.ndarray, v: np.ndarray, slope: float) -> np.ndarray:
@@ -32,21 +32,23 @@ def _steps(t: Trajectory) -> tuple[np.ndarray, Motion]:
 
 def _push_power(t: Trajectory, moved: Motion) -> np.ndarray:
     """Power (n - 1,) [W] of the pushes."""
-    from biped.robot.tree import LINKS
-
     power = np.zeros(len(t) - 1)
-    angle = np.radians(t.slope)
-    for start, end, forward, up, body in t.pushes:
-        if body not in LINKS:
-            continue
-        force = np.array([forward * np.cos(angle) + up * np.sin(angle), up * np.cos(angle) - forward * np.sin(angle)])
-        at = LINKS.index(body)
-        first, last = round(start / t.tick), round(end / t.tick)
+    for first, last, force, at in _pushes(t):
         power[first:last] += moved.com_velocity[first:last, at] @ force
     return power
 
 
-def residual(t: Trajectory, whole: Motion | None = None) -> float:
+def _pushes(t: Trajectory) -> list[tuple[int, int, np.ndarray, int]]:
+    """Pushes on links: first row, last row + 1, force (2,) [N] along and normal to the ground, number of the link."""
+    c, s = math.cos(math.radians(t.slope)), math.sin(math.radians(t.slope))
+    return [
+        (round(start / t.tick), round(end / t.tick), np.array([forward * c + up * s, up * c - forward * s]),
+         LINKS.index(body))
+        for start, end, forward, up, body in t.pushes if body in LINKS
+    ]  # fmt: skip
+
+
+def residual(t: Trajectory, squared: np.ndarray | None = None) -> float:
     """What work and losses leave unexplained of the change of energy, relative to the work put in.
 
     Change of energy = work of the actuators, pushes, knee stops, joint damping and ground forces, up to integration
@@ -55,22 +57,55 @@ def residual(t: Trajectory, whole: Motion | None = None) -> float:
 
     Args:
         t: The run.
-        whole: How its rows move, if that is known.
+        squared: (n, 7) [m²/s²] squares of the speeds of the links' centres of mass, if they are known.
     """
     if len(t) < 2:
         return 0.0
     mean, moved = _steps(t)
-    actuators = (t.applied[:-1] * mean).sum(axis=1)
+    applied = t.Q_d[:-1] if t.generalized else t.u[:-1]
+    actuators = np.einsum("ij,ij->i", applied, mean[:, 9 - applied.shape[1] :])
     pushes = _push_power(t, moved)
     stops = t.stop[:-1, 0] * mean[:, 4] + t.stop[:-1, 1] * mean[:, 7]
-    damping = -(t.tree.damping * mean[:, 3:] ** 2).sum(axis=1)
-    ground = (t.force[:-1] * moved.point_velocity).sum(axis=(1, 2))
+    damping = -np.einsum("j,ij,ij", t.tree.damping, mean[:, 3:], mean[:, 3:])
+    ground = np.einsum("ijk,ijk", t.force[:-1], moved.point_velocity)
     e = energy(t.tree, t.q[[0, -1]], t.v[[0, -1]], t.slope)
-    work = t.tick * (actuators + pushes + stops + damping + ground).sum()
+    work = t.tick * ((actuators + pushes + stops).sum() + damping + ground)
     put_in = t.tick * (np.abs(actuators) + np.abs(pushes)).sum()
-    velocity = (motion(t.tree, t.q, t.v) if whole is None else whole).com_velocity
-    moving = 0.5 * ((velocity**2).sum(axis=-1) @ t.tree.mass).max()
+    if squared is None:
+        squared = (motion(t.tree, t.q, t.v).com_velocity ** 2).sum(axis=-1)
+    moving = 0.5 * (squared @ t.tree.mass).max()
     return float(abs(e[1] - e[0] - work) / max(put_in, moving, abs(e[0]) * 1e-2))
+
+
+def from_nowhere(t: Trajectory, whole: Motion, squared: np.ndarray) -> float:
+    """Most energy that the biped ever had beyond what it started with and what actuators and pushes put in.
+
+    Ground, stops and joint damping only take: they may give back what they took, no more. No force of theirs is needed
+    for this, and work is exactly what was applied times how far the coordinates went, so that it holds where forces
+    are `sampled`, and where they do account for what a bad solution of the contacts gave away.
+
+    Args:
+        t: The run.
+        whole: How its rows move.
+        squared: (n, 7) [m²/s²] squares of the speeds of the links' centres of mass.
+
+    Returns:
+        A share of what was put in, of the largest kinetic energy or of a tenth of the start's energy, whichever is
+        more.
+    """
+    if len(t) < 2:
+        return 0.0
+    applied = t.Q_d[:-1] if t.generalized else t.u[:-1]
+    put_in = np.einsum("ij,ij->i", applied, np.diff(t.q[:, 9 - applied.shape[1] :], axis=0))
+    for first, last, force, at in _pushes(t):
+        put_in[first:last] += np.diff(whole.com[:, at], axis=0)[first:last] @ force
+    moving = 0.5 * (squared @ t.tree.mass)
+    spinning = 0.5 * (whole.rate**2 @ t.tree.inertia + t.v[:, 3:] ** 2 @ t.tree.armature)
+    g = np.array(gravity(t.slope))
+    level = -(t.tree.mass @ whole.com.reshape(len(t), 7, 2)) @ g
+    total = moving + spinning + level
+    most = (total[1:] - total[0] - np.cumsum(put_in)).max()
+    return float(max(most, 0.0) / max(np.abs(put_in).sum(), moving.max(), 0.1 * abs(total[0])))
 
 
 def loss_per_step(t: Trajectory, window: tuple[float, float]) -> float:
