@@ -114,3 +114,12 @@ def shown_in(table: str) -> list[Metric]:
 
 HEAD: tuple[str, ...] = tuple(metric.name for metric in shown_in("head"))
 """What every table gives: speed, net cost of transport and double support."""
+
+
+def as_markdown() -> str:
+    """The list as the table of docs/results.md."""
+    lines = ["| metric | unit | of an ensemble | meaning |", "|---|---|---|---|"]
+    for metric in _ALL:
+        meaning = metric.meaning.replace("|", "\\|")
+        lines.append(f"| `{metric.name}` | {metric.unit or '–'} | {metric.kind} | {meaning} |")
+    return "\n".join(lines)

@@ -17,7 +17,7 @@ from biped.measure.metrics.gait import MOVED
 from biped.measure.metrics.walking import kind_of, outcome
 from biped.scenario.metrics import HEAD, METRICS, shown_in
 
-NOWHERE = f"no cost of transport, no slip: moved less than {MOVED:g} m in the window, which is standing"
+NOWHERE = f"no cost of transport, no slip: moved less than {MOVED:g} m in the window"
 
 
 def console() -> Console:
