@@ -19,7 +19,7 @@ import numpy as np
 
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import gravity
-from biped.robot.tree import LINKS, Motion
+from biped.robot.tree import Motion
 
 ENERGY = 0.01
 """Energy residual beyond which a run is doubtful."""
@@ -79,7 +79,7 @@ def too_fast(t: Trajectory, whole: Motion, squared: np.ndarray) -> TooFast | Non
     along, normal = gravity(t.slope)
     height = max(float(mass @ whole.com[0, :, 1]) / float(mass.sum()), t.tree.leg)
     level = first - float(mass.sum()) * normal * height
-    body = {link: float(m) for link, m in zip(LINKS, mass, strict=True)}
+    body = {link: float(m) for link, m in zip(t.robot.links, mass, strict=True)}
     pushed = sum(
         (end - start) * math.hypot(forward, up) / math.sqrt(2.0 * body.get(name, float(mass.min())))
         for start, end, forward, up, name in t.pushes
@@ -98,7 +98,7 @@ def too_fast(t: Trajectory, whole: Motion, squared: np.ndarray) -> TooFast | Non
     row = int(np.argmax(rows))
     link = int(np.argmax(beyond[row]))
     reached = f"{math.sqrt(squared[row, link]):.3g} m/s, {abs(whole.rate[row, link]):.3g} rad/s"
-    name = LINKS[link].replace("_", " ")
+    name = t.robot.links[link].replace("_", " ")
     return TooFast(row, f"{name} faster than any fall can make it at {t.time[row]:.3f} s: {reached}")
 
 

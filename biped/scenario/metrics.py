@@ -49,8 +49,8 @@ class Metric(NamedTuple):
 
 
 _WALKED = (
-    "runs that walked: stayed up, went further than 0.2 m/s x duration and faster than 0.3 m/s in the window, by steps "
-    "that alternate, on ground that bears the weight"
+    "runs that walked: stayed up, went further (a human than 0.2 m/s x duration) and faster (0.3 m/s in the window) "
+    "than the robot's least, by steps that alternate, on ground that bears the weight"
 )
 
 _ALL = (

@@ -326,8 +326,8 @@ def test_metrics_count_seconds_not_rows(rate):
     one, two = measure(t, (1.0, 5.0)), measure(other, (1.0, 5.0))
     for name in ("steps", "alternation"):
         assert two[name] == one[name], name
-    assert walked(one, 5.0)
-    assert walked(two, 5.0)
+    assert walked(one, 5.0, t.robot.walked)
+    assert walked(two, 5.0, t.robot.walked)
     for name in ("step_length", "step_frequency", "speed", "clearance", "double_support", "cost_of_transport"):
         assert two[name] == pytest.approx(one[name], rel=0.02), name
 

@@ -97,7 +97,7 @@ def _outcome(t: Trajectory, numbers: dict[str, Any]) -> dict[str, int]:
         "falls": int(t.end in ("fell", "diverged")),
         "diverged": int(t.end == "diverged"),
         "doubtful": int(t.end == "doubtful"),
-        "walked": int(up and walking.walked(numbers, len(t) * t.tick)),
+        "walked": int(up and walking.walked(numbers, len(t) * t.tick, t.robot.walked)),
         "stood": int(up and walking.stood(numbers)),
     }
 

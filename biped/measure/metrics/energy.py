@@ -9,14 +9,15 @@ import numpy as np
 from biped.measure.metrics.gait import strikes, travelled
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import GRAVITY, gravity
-from biped.robot.tree import LINKS, Motion, Tree, motion
+from biped.robot.topology import ANKLE, BASE, HIP, KNEE, NQ, PITCH, SEGMENTS, THIGH, TORSO
+from biped.robot.tree import Motion, Tree, motion
 
 
 def energy(tree: Tree, q: np.ndarray, v: np.ndarray, slope: float) -> np.ndarray:
     """Kinetic and potential energy [J] of configurations (…, 9)."""
     m = motion(tree, q, v)
     kinetic = 0.5 * (tree.mass * (m.com_velocity**2).sum(axis=-1)).sum(axis=-1)
-    kinetic += 0.5 * (tree.inertia * m.rate**2).sum(axis=-1) + 0.5 * (tree.armature * v[..., 3:] ** 2).sum(axis=-1)
+    kinetic += 0.5 * (tree.inertia * m.rate**2).sum(axis=-1) + 0.5 * (tree.armature * v[..., BASE:] ** 2).sum(axis=-1)
     potential = -(tree.mass * (m.com @ np.array(gravity(slope)))).sum(axis=-1)
     return kinetic + potential
 
@@ -43,8 +44,8 @@ def _pushes(t: Trajectory) -> list[tuple[int, int, np.ndarray, int]]:
     c, s = math.cos(math.radians(t.slope)), math.sin(math.radians(t.slope))
     return [
         (round(start / t.tick), round(end / t.tick), np.array([forward * c + up * s, up * c - forward * s]),
-         LINKS.index(body))
-        for start, end, forward, up, body in t.pushes if body in LINKS
+         t.robot.links.index(body))
+        for start, end, forward, up, body in t.pushes if body in t.robot.links
     ]  # fmt: skip
 
 
@@ -63,10 +64,10 @@ def residual(t: Trajectory, squared: np.ndarray | None = None) -> float:
         return 0.0
     mean, moved = _steps(t)
     applied = t.Q_d[:-1] if t.generalized else t.u[:-1]
-    actuators = np.einsum("ij,ij->i", applied, mean[:, 9 - applied.shape[1] :])
+    actuators = np.einsum("ij,ij->i", applied, mean[:, NQ - applied.shape[1] :])
     pushes = _push_power(t, moved)
-    stops = t.stop[:-1, 0] * mean[:, 4] + t.stop[:-1, 1] * mean[:, 7]
-    damping = -np.einsum("j,ij,ij", t.tree.damping, mean[:, 3:], mean[:, 3:])
+    stops = t.stop[:-1, 0] * mean[:, KNEE[0]] + t.stop[:-1, 1] * mean[:, KNEE[1]]
+    damping = -np.einsum("j,ij,ij", t.tree.damping, mean[:, BASE:], mean[:, BASE:])
     ground = np.einsum("ijk,ijk", t.force[:-1], moved.point_velocity)
     e = energy(t.tree, t.q[[0, -1]], t.v[[0, -1]], t.slope)
     work = t.tick * ((actuators + pushes + stops).sum() + damping + ground)
@@ -96,13 +97,13 @@ def from_nowhere(t: Trajectory, whole: Motion, squared: np.ndarray) -> float:
     if len(t) < 2:
         return 0.0
     applied = t.Q_d[:-1] if t.generalized else t.u[:-1]
-    put_in = np.einsum("ij,ij->i", applied, np.diff(t.q[:, 9 - applied.shape[1] :], axis=0))
+    put_in = np.einsum("ij,ij->i", applied, np.diff(t.q[:, NQ - applied.shape[1] :], axis=0))
     for first, last, force, at in _pushes(t):
         put_in[first:last] += np.diff(whole.com[:, at], axis=0)[first:last] @ force
     moving = 0.5 * (squared @ t.tree.mass)
-    spinning = 0.5 * (whole.rate**2 @ t.tree.inertia + t.v[:, 3:] ** 2 @ t.tree.armature)
+    spinning = 0.5 * (whole.rate**2 @ t.tree.inertia + t.v[:, BASE:] ** 2 @ t.tree.armature)
     g = np.array(gravity(t.slope))
-    level = -(t.tree.mass @ whole.com.reshape(len(t), 7, 2)) @ g
+    level = -(t.tree.mass @ whole.com) @ g
     total = moving + spinning + level
     most = (total[1:] - total[0] - np.cumsum(put_in)).max()
     return float(max(most, 0.0) / max(np.abs(put_in).sum(), moving.max(), 0.1 * abs(total[0])))
@@ -116,7 +117,7 @@ def loss_per_step(t: Trajectory, window: tuple[float, float]) -> float:
     """
     first, last = (round(time / t.tick) for time in window)
     work = float((t.applied[first:last] * np.diff(t.q[first : last + 1], axis=0)).sum())
-    damped = float((t.tree.damping * t.v[first:last, 3:] ** 2).sum() * t.tick)
+    damped = float((t.tree.damping * t.v[first:last, BASE:] ** 2).sum() * t.tick)
     before, after = energy(t.tree, t.q[[first, last]], t.v[[first, last]], t.slope)
     steps = sum(first < row <= last for row, _ in strikes(t.phase, t.tick))
     return (work - damped - float(after - before)) / steps if steps else math.nan
@@ -127,18 +128,17 @@ def transport(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
 
     The thesis's c_mt matches |sum of joint powers|; the other two are what hardware pays.
     """
-    u, rate = t.u[span], t.v[span, 3:]
+    u, rate = t.u[span], t.v[span, BASE:]
     power = u * rate
     weight = float(t.tree.mass.sum()) * GRAVITY * travelled(t, span) / t.tick
     if t.generalized:
         # Q_d's virtual actuators: torso and thighs to the inertial frame, knees and ankles between links.
         Q, v = t.Q_d[span], t.v[span]
         rates = whole.rate[span]
-        torso = (Q[:, 2] - Q[:, 3] - Q[:, 6]) * rates[:, 0]
-        power = np.column_stack(
-            [torso, Q[:, 3] * rates[:, 1], Q[:, 4] * v[:, 4], Q[:, 5] * v[:, 5],
-             Q[:, 6] * rates[:, 4], Q[:, 7] * v[:, 7], Q[:, 8] * v[:, 8]]
-        )  # fmt: skip
+        powers = [(Q[:, PITCH] - Q[:, HIP[0]] - Q[:, HIP[1]]) * rates[:, TORSO]]
+        for hip, knee, ankle, thigh in zip(HIP, KNEE, ANKLE, THIGH, strict=True):
+            powers += [Q[:, hip] * rates[:, thigh], Q[:, knee] * v[:, knee], Q[:, ankle] * v[:, ankle]]
+        power = np.column_stack(powers)
     ground = (t.force[span] * whole.point_velocity[span]).sum(axis=(1, 2))
     jumps = np.abs(np.diff(u, axis=0)).max(axis=1)
     return {
@@ -155,12 +155,12 @@ def transport(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
 
 def per_joint(t: Trajectory, span: slice) -> dict[str, dict[str, float]]:
     """Peak and mean |torque| [N m] and peak |power| [W] of hip, knee and ankle, both legs together."""
-    u, power = np.abs(t.u[span]), np.abs(t.u[span] * t.v[span, 3:])
+    u, power = np.abs(t.u[span]), np.abs(t.u[span] * t.v[span, BASE:])
     return {
         name: {
-            "peak_torque": float(u[:, [i, i + 3]].max()),
-            "mean_torque": float(u[:, [i, i + 3]].mean()),
-            "peak_power": float(power[:, [i, i + 3]].max()),
+            "peak_torque": float(u[:, [i, i + SEGMENTS]].max()),
+            "mean_torque": float(u[:, [i, i + SEGMENTS]].mean()),
+            "peak_power": float(power[:, [i, i + SEGMENTS]].max()),
         }
         for i, name in enumerate(("hip", "knee", "ankle"))
     }

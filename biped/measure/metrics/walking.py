@@ -12,10 +12,8 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-MEAN = 0.2
-"""[m/s] above which a walker is on average of the whole run."""
-SPEED = 0.3
-"""[m/s] above which it is in the window."""
+from biped.robot.description import Walked
+
 ALTERNATION = 0.2
 """Least share of its foot strikes in the window that are the other leg's than the one before."""
 SUPPORT = (0.8, 1.2)
@@ -26,9 +24,16 @@ STILL = 0.1
 """[m] that a standing biped's torso may sway either way."""
 
 
-def walked(numbers: Mapping[str, Any], seconds: float) -> bool:
-    """Whether a run of `seconds` [s] that stayed up walked; one that lacks a number did not."""
-    return _short_of(numbers, seconds) is None
+def walked(numbers: Mapping[str, Any], seconds: float, least: Walked) -> bool:
+    """Whether a run that stayed up walked; one that lacks a number did not.
+
+    Args:
+        numbers: Its metrics.
+        seconds: [s] that it took.
+        least: How fast a robot of its kind must be.
+    """
+    forward = numbers["distance"] > least.distance * seconds and numbers["speed"] > least.speed
+    return forward and _no_steps(numbers) is None
 
 
 def stood(numbers: Mapping[str, Any]) -> bool:
@@ -50,7 +55,7 @@ def outcome(run: Mapping[str, Any]) -> str:
         return "walked"
     if run["stood"]:
         return "stood still"
-    return f"stayed up without walking: {_short_of(run, run['time'])}"
+    return f"stayed up without walking: {_no_steps(run) or 'too slow'}"
 
 
 def kind_of(run: Mapping[str, Any]) -> str:
@@ -73,16 +78,12 @@ def _borne(numbers: Mapping[str, Any]) -> str | None:
     return None
 
 
-def _short_of(numbers: Mapping[str, Any], seconds: float) -> str | None:
-    """What a run lacks of a walk; None if it is one."""
+def _no_steps(numbers: Mapping[str, Any]) -> str | None:
+    """What says that a run did not step along the ground; None if it did."""
     air = _borne(numbers)
     if air is not None:
         return air
-    if not (_real(numbers["distance"]) > MEAN * seconds and _real(numbers["speed"]) > SPEED):
-        return "too slow"
-    if not _real(numbers["alternation"]) >= ALTERNATION:
-        return "no steps of one leg after the other"
-    return None
+    return None if _real(numbers["alternation"]) >= ALTERNATION else "no steps of one leg after the other"
 
 
 def _real(value: float | None) -> float:
