@@ -27,9 +27,10 @@ MADE = 0.1
 def outcome_of(number: int) -> str:
     name, changes = extreme(number)
     try:
-        t, row = run_one(plan_of(name, changes), 0)
+        t, made = run_one(plan_of(name, changes), 0)
     except InputError:
         return "bad input"
+    row = made.as_dict()
     assert row["end"] == t.end
     assert np.isfinite(t.log).all(), (number, "rows that blew up are not kept")
     if t.end in ("doubtful", "diverged"):

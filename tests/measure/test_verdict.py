@@ -22,7 +22,8 @@ WINDOW = (0.5, 2.0)
 
 def run(name: str, *changes: str, seconds: float = 3.0) -> tuple[Trajectory, dict]:
     window = ["window.start=1.0", f"window.end={seconds}"]
-    return run_one(plan_of(name, [f"duration={seconds}", *window, *changes]), 0)
+    t, row = run_one(plan_of(name, [f"duration={seconds}", *window, *changes]), 0)
+    return t, row.as_dict()
 
 
 def fast_at(t: Trajectory) -> verdict.TooFast | None:
