@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from biped.show.terminal import console, number, table
-from biped.studies.regress.command import Outcome
 from biped.studies.regress.compare import DIGITS, GONE, NEW, PHYSICS, RUNS, SAME, Moved, Verdict, compared
+from biped.studies.regress.guard import Outcome
 from biped.studies.regress.references import METRICS
 
 _WORDS = {

@@ -6,10 +6,11 @@ import json
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from biped.base.errors import InputError
 from biped.base.files import canonical, label, locate
+from biped.base.progress import Progress, silent
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.ensemble.results import Folder, new_folder, result_of
@@ -21,6 +22,22 @@ RUNS = Path("runs")
 
 LAST_SECONDS = 3.0
 """[s] of trajectory kept of a run that fell in a campaign."""
+
+
+class Done(NamedTuple):
+    """A scenario that was run.
+
+    Attributes:
+        result: Its result object (`biped.ensemble.results`).
+        folder: Where its results are; None if nothing was written.
+        plan: What was run.
+        trajectories: Those of a single run, by its number; an ensemble's are not kept.
+    """
+
+    result: dict[str, Any]
+    folder: Path | None
+    plan: Plan
+    trajectories: dict[int, Trajectory]
 
 
 def title_of(name: str) -> str:
@@ -45,10 +62,10 @@ def run(
     changes: Sequence[str],
     jobs: int,
     out: Path | None,
-    record: bool = False,
     only: int | None = None,
     write: bool = True,
-) -> tuple[dict[str, Any], Path | None, str]:
+    progress: Progress = silent,
+) -> Done:
     """Runs one scenario and writes its results.
 
     Args:
@@ -56,12 +73,9 @@ def run(
         changes: `--set` changes.
         jobs: Number of processes.
         out: Results folder; default: a new one below `RUNS`.
-        record: Also write a recording.
         only: Replay just this run of the ensemble.
         write: Whether to write anything.
-
-    Returns:
-        The result object, the folder (None if nothing was written), the scenario's description.
+        progress: Told of every finished run of an ensemble.
 
     Raises:
         InputError: Something the user wrote cannot be used; nothing is left behind.
@@ -77,13 +91,13 @@ def run(
     indices = range(len(plan)) if only is None else [only]
     try:
         with blaming(name, changes):
-            result = _results(title, plan, indices, jobs, where, record)
+            result, trajectories = _results(title, plan, indices, jobs, where, progress)
     except BaseException as error:
         # What an interrupted campaign finished is kept; half a run, or runs of what cannot be run, are not.
         if where is not None and (isinstance(error, InputError) or not where.journal.is_file()):
             where.discard()
         raise
-    return result, None if where is None else where.path, plan.scenario.description
+    return Done(result, None if where is None else where.path, plan, trajectories)
 
 
 def plan_of(name: str, changes: Sequence[str]) -> Plan:
@@ -98,11 +112,9 @@ def plan_of(name: str, changes: Sequence[str]) -> Plan:
 
 
 def _results(
-    title: str, plan: Plan, indices: Sequence[int], jobs: int, where: Folder | None, record: bool
-) -> dict[str, Any]:
+    title: str, plan: Plan, indices: Sequence[int], jobs: int, where: Folder | None, progress: Progress
+) -> tuple[dict[str, Any], dict[int, Trajectory]]:
     """Makes the runs and writes what they leave."""
-    from biped.show.terminal import progress
-
     known: dict[int, Trajectory] = {}
     if len(indices) == 1:
         trajectory, row = campaign.run_one(plan, indices[0])
@@ -115,11 +127,7 @@ def _results(
     if where is not None:
         where.write_result(result)
         where.write_table(rows)
-        if record:
-            from biped.show.replay import record_runs
-
-            record_runs(where.path / "recording.rrd", plan, result, known)
-    return result
+    return result, known
 
 
 def _ensemble(plan: Plan, indices: Sequence[int], jobs: int, where: Folder | None, progress) -> list[campaign.Row]:

@@ -102,3 +102,8 @@ def find_cycle(P: Map, guess: np.ndarray, step: float = 1e-4, tolerance: float =
     J, fine = extrapolated(P, z, step)
     values = sorted_multipliers(J)
     return Cycle(z, float(np.abs(residual).max()), J, values, np.abs(values - matched(values, np.linalg.eigvals(fine))))
+
+
+def pairs(values: np.ndarray) -> list[list[float]]:
+    """Complex numbers as [real, imaginary]."""
+    return [[float(np.real(value)), float(np.imag(value))] for value in values]
