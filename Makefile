@@ -61,10 +61,11 @@ bench: setup ## run time against error
 	$(BIN)/biped bench walking
 	$(BIN)/biped bench mechanisms
 
-lint: setup ## ruff and the type checker
+lint: setup ## ruff, the type checker and which room may import which
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/basedpyright
+	$(BIN)/lint-imports --no-logo
 
 format: setup ## reformat the code
 	$(BIN)/ruff check --fix .

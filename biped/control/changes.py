@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from biped.control import record
-from biped.control.controller import Tick, set_gains
+from biped.control.record import set_gains
+from biped.control.tick import Tick
 from biped.robot.run import Run
 from biped.scenario.gains import Gains
 from biped.scenario.keys import ActuationChange

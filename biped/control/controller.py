@@ -5,7 +5,6 @@ A law is bound to the measured coordinates of one run and ticks through it; what
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 from typing import Protocol
 
@@ -14,11 +13,10 @@ import pinocchio
 
 from biped.base.jit import bound
 from biped.control import record
-from biped.control.tick import NOT_FINITE, log_tick, thesis_tick
+from biped.control.tick import NOT_FINITE, Tick, log_tick, thesis_tick
 from biped.robot.model import believed_model, gravity, torque_limits
 from biped.robot.run import Run
 from biped.robot.tree import Tree
-from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario
 
 WORLD = pinocchio.Convention.WORLD
@@ -37,7 +35,7 @@ def controller_record(run: Run, believed: Tree) -> np.ndarray:
     s = run.scenario
     out = record.new()
     c = out[0]
-    set_gains(c, run.gains)
+    record.set_gains(c, run.gains)
     c["point"], c["centre"], c["mass"] = believed.point, believed.com, believed.mass
     c["gravity"] = gravity(s.ground.slope)
     c["tilt"] = np.radians(s.ground.slope) if s.ground.angles == "gravity" else 0.0
@@ -63,14 +61,6 @@ def controller_record(run: Run, believed: Tree) -> np.ndarray:
     return out
 
 
-def set_gains(c, gains: Gains) -> None:
-    """Writes a gait into a controller record."""
-    c["k_d1"], c["b_d1"], c["theta_b"] = gains.k_d1, gains.b_d1, np.radians(gains.theta_b)
-    c["k"] = np.transpose([gains.k_d2, gains.k_d3, gains.k_d4])
-    c["b"] = np.transpose([gains.b_d2, gains.b_d3, gains.b_d4])
-    c["theta_l"], c["theta_a"] = np.radians(gains.theta_l), np.radians(gains.theta_a)
-
-
 def _set_sensing(c, s: Scenario) -> None:
     sensing = s.sensing
     c["contact_height"], c["knee_angle"] = sensing.contact_height, sensing.knee_angle
@@ -81,9 +71,6 @@ def _set_sensing(c, s: Scenario) -> None:
         sensing.ahead,
         np.radians(sensing.late_stance),
     )
-
-
-Tick = Callable[[int, float], int]
 
 
 class Law(Protocol):
@@ -153,12 +140,3 @@ class ThesisLaw:
             self.u[:] = bounded_torques(self.c)
             log_tick(self.record, q, v, log, k, time)
         return status
-
-
-def law_of(run: Run, believed: Tree, q: np.ndarray, v: np.ndarray, log: np.ndarray) -> Law:
-    """The control law of a run, bound to its measurements and its log."""
-    if run.scenario.law is None:
-        return ThesisLaw(run, believed, q, v, log)
-    from biped.control.user import UserLaw
-
-    return UserLaw(run, believed, q, v, log)

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from biped.scenario.gains import Gains
+
 # Row i of A: normal and tangential row of each point (right toe, right heel, left toe, left heel), then the knee stops.
 ROWS = 10
 STATES = 4
@@ -62,3 +64,11 @@ CONTROL = np.dtype(
 def new() -> np.ndarray:
     """A zeroed controller record, (1,)."""
     return np.zeros(1, CONTROL)
+
+
+def set_gains(c, gains: Gains) -> None:
+    """Writes a gait into a controller record."""
+    c["k_d1"], c["b_d1"], c["theta_b"] = gains.k_d1, gains.b_d1, np.radians(gains.theta_b)
+    c["k"] = np.transpose([gains.k_d2, gains.k_d3, gains.k_d4])
+    c["b"] = np.transpose([gains.b_d2, gains.b_d3, gains.b_d4])
+    c["theta_l"], c["theta_a"] = np.radians(gains.theta_l), np.radians(gains.theta_a)

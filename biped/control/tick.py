@@ -6,6 +6,7 @@ The log row is written here because every number in it is at hand; its columns a
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from biped.base.jit import kernel
 from biped.control.allocation import joint_torques
@@ -18,6 +19,9 @@ from biped.robot.tree import POINT_RADIUS
 
 GOING, LOW, TILTED, NOT_FINITE = 0, 1, 2, 3
 """What a tick reports: the run goes on, the torso is too low, it leans too far, a number is not finite."""
+
+Tick = Callable[[int, float], int]
+"""One control tick (k, time [s]) of any law, bound to a run; returns what it reports."""
 
 
 @kernel

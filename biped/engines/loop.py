@@ -11,7 +11,8 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import nearest
-from biped.control.controller import Law, law_of
+from biped.control.controller import Law
+from biped.control.law import law_of
 from biped.control.tick import GOING, LOW, TILTED
 from biped.measure.trajectory import Q_D, WIDTH, Q, Trajectory, U, V
 from biped.robot.model import torque_limits, tree_at
