@@ -10,6 +10,7 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import locate, nearest
+from biped.control.given import Factory
 from biped.control.record import ROWS
 from biped.robot.model import bodies_of, posture_of, tree_at, true_tree
 from biped.robot.posture import project
@@ -29,6 +30,7 @@ class Plan:
 
     Args:
         scenario: A checked scenario.
+        law: Makes the law of every run; default: what the scenario says.
 
     Attributes:
         scenario: The same, effective: its gains written out.
@@ -38,7 +40,8 @@ class Plan:
         InputError: Model, gait, start posture, sweep or draws cannot be used.
     """
 
-    def __init__(self, scenario: Scenario):
+    def __init__(self, scenario: Scenario, law: Factory | None = None):
+        self.law = law
         self._models: dict[str, tuple[Path, Tree]] = {}
         self._gaits: dict[tuple[str, Gains], Gains] = {}
         self._starts: dict[tuple[str, Start, bytes], np.ndarray] = {}
@@ -81,6 +84,7 @@ class Plan:
             v=np.linalg.solve(ABSOLUTE_FROM_JOINT, np.array(s.start.v)),
             mass_factor=_factors(random.controller_mass_matrix, seed, "controller_mass_matrix", (9, 9)),
             row_factor=_factors(random.controller_constraints, seed, "controller_constraints", (ROWS, 9)),
+            law=self.law,
         )
 
     def _model(self, name: str) -> tuple[Path, Tree]:

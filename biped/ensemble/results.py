@@ -17,7 +17,7 @@ import math
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from biped.base.errors import InputError
 from biped.base.statistics import wilson
@@ -27,6 +27,9 @@ from biped.ensemble.plan import Plan
 from biped.ensemble.sweeps import by_point, thresholds
 from biped.measure.metrics import NAMES, aggregate
 from biped.scenario.reading import to_toml
+
+if TYPE_CHECKING:
+    import pyarrow
 
 
 class Folder:
@@ -104,13 +107,18 @@ class Folder:
 
     def write_table(self, rows: Sequence[Row]) -> None:
         """Writes runs.parquet, one flat row per run."""
-        import pyarrow
         import pyarrow.parquet
 
-        flat = [_flat(row) for row in rows]
-        names = list(dict.fromkeys(name for row in flat for name in row))
-        table = pyarrow.table({name: [row.get(name) for row in flat] for name in names})
-        pyarrow.parquet.write_table(table, self.path / "runs.parquet")
+        pyarrow.parquet.write_table(table_of(rows), self.path / "runs.parquet")
+
+
+def table_of(rows: Sequence[Row]) -> pyarrow.Table:
+    """Rows as an Arrow table: one flat row each; what a row lacks is null."""
+    import pyarrow
+
+    flat = [_flat(row) for row in rows]
+    names = list(dict.fromkeys(name for row in flat for name in row))
+    return pyarrow.table({name: [row.get(name) for row in flat] for name in names})
 
 
 def new_folder(root: Path, name: str) -> Path:

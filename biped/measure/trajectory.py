@@ -35,6 +35,14 @@ COLUMNS = {
 }  # fmt: skip
 
 
+UNITS = {
+    "time": "s", "q": "m, m, rad, then rad", "v": "m/s, m/s, rad/s, then rad/s", "u": "N m",
+    "Q_d": "N, N, N m, then N m", "phase": "leg state 1 … 4", "believed": "0 or 1", "active": "0 or 1",
+    "height": "m", "force": "N", "stop": "N m",
+}  # fmt: skip
+"""Units of the quantities of `COLUMNS`."""
+
+
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """One run.
@@ -72,6 +80,11 @@ class Trajectory:
         if not shape:
             return self.log[:, first]
         return self.log[:, first : first + int(np.prod(shape))].reshape(len(self.log), *shape)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of each array by its name; vectors of coordinates: torso x, z, pitch, then the joints."""
+        return UNITS
 
     @property
     def time(self) -> np.ndarray:

@@ -8,14 +8,19 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from msgspec.structs import replace
+
 from biped.base.errors import InputError
 from biped.base.files import canonical, label, locate
 from biped.base.progress import Progress, silent
+from biped.control.given import Factory
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.ensemble.results import Folder, new_folder, result_of
 from biped.measure.trajectory import Trajectory
+from biped.scenario.keys import Scenario
 from biped.scenario.reading import blaming, read_scenario
+from biped.scenario.valid import possible
 
 RUNS = Path("runs")
 """Where results go unless --out says otherwise, below the working folder."""
@@ -100,15 +105,57 @@ def run(
     return Done(result, None if where is None else where.path, plan, trajectories)
 
 
-def plan_of(name: str, changes: Sequence[str]) -> Plan:
+def plan_of(name: str, changes: Sequence[str], law: Factory | None = None) -> Plan:
     """Reads and plans a scenario.
+
+    Args:
+        name: Name or path of the scenario.
+        changes: `--set` changes.
+        law: A control law handed over as an object; default: what the scenario says.
 
     Raises:
         InputError: Something in it, or in a file that it names, cannot be used.
     """
     scenario = read_scenario(name, changes)
     with blaming(name, changes):
-        return Plan(scenario)
+        return Plan(scenario if law is None else with_law(scenario, law), law)
+
+
+def with_law(scenario: Scenario, law: Factory) -> Scenario:
+    """The scenario with the name of a law that was handed over.
+
+    Raises:
+        InputError: It asks for what only the thesis's law does.
+    """
+    scenario = replace(scenario, law=law.name)
+    possible(scenario, lambda key, what: InputError(f"{key}: {what}", key))
+    return scenario
+
+
+def run_plan(title: str, plan: Plan, jobs: int, progress: Progress = silent) -> Done:
+    """Makes all runs of a plan and writes nothing."""
+    result, trajectories = _results(title, plan, range(len(plan)), jobs, None, progress)
+    return Done(result, None, plan, trajectories)
+
+
+def save(done: Done, folder: Path) -> Path:
+    """Writes what was run and not written into a results folder; returns it.
+
+    Raises:
+        InputError: The folder holds something else, or cannot be written.
+    """
+    where = Folder(folder, done.plan)
+    _write(where, done.result, done.trajectories)
+    return where.path
+
+
+def _write(where: Folder, result: dict[str, Any], trajectories: dict[int, Trajectory]) -> None:
+    """Writes results; of an ensemble no trajectory."""
+    if len(result["runs"]) == 1:
+        for trajectory in trajectories.values():
+            trajectory.save(where.path / "trajectory.npz")
+    where.write_result(result)
+    where.write_table(result["runs"])
 
 
 def _results(
@@ -119,14 +166,11 @@ def _results(
     if len(indices) == 1:
         trajectory, row = campaign.run_one(plan, indices[0])
         rows, known = [row], {row["index"]: trajectory}
-        if where is not None:
-            trajectory.save(where.path / "trajectory.npz")
     else:
         rows = _ensemble(plan, indices, jobs, where, partial(progress, title))
     result = result_of(title, plan, rows)
     if where is not None:
-        where.write_result(result)
-        where.write_table(rows)
+        _write(where, result, known)
     return result, known
 
 
