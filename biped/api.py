@@ -21,10 +21,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from biped.base.errors import InputError
 from biped.base.progress import Progress, silent
-from biped.control.given import Factory, factory_of
 from biped.ensemble import campaign
 from biped.ensemble.results import table_of
 from biped.measure.trajectory import Trajectory
+from biped.robot.given import Factory, factory_of
 from biped.scenario.inline import setting
 from biped.scenario.keys import Scenario
 from biped.studies import comparison

@@ -4,9 +4,15 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from numba import config, njit, typeof
+import numba
+import numba.core.config
+from numba import typeof
 
 from biped.base.kernels import cache_folder
+
+# numba's types know neither its settings nor what its decorators take.
+config: Any = numba.core.config
+njit: Any = numba.njit
 
 
 @contextmanager

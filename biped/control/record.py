@@ -6,6 +6,8 @@ is one thing that can be copied, saved and compared.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from biped.scenario.gains import Gains
@@ -67,8 +69,9 @@ def new() -> np.ndarray:
 
 
 def set_gains(c, gains: Gains) -> None:
-    """Writes a gait into a controller record."""
-    c["k_d1"], c["b_d1"], c["theta_b"] = gains.k_d1, gains.b_d1, np.radians(gains.theta_b)
-    c["k"] = np.transpose([gains.k_d2, gains.k_d3, gains.k_d4])
-    c["b"] = np.transpose([gains.b_d2, gains.b_d3, gains.b_d4])
-    c["theta_l"], c["theta_a"] = np.radians(gains.theta_l), np.radians(gains.theta_a)
+    """Writes a gait, complete, into a controller record."""
+    g: Any = gains
+    c["k_d1"], c["b_d1"], c["theta_b"] = g.k_d1, g.b_d1, np.radians(g.theta_b)
+    c["k"] = np.transpose([g.k_d2, g.k_d3, g.k_d4])
+    c["b"] = np.transpose([g.b_d2, g.b_d3, g.b_d4])
+    c["theta_l"], c["theta_a"] = np.radians(g.theta_l), np.radians(g.theta_a)

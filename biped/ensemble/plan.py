@@ -10,8 +10,8 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import locate, nearest
-from biped.control.given import Factory
 from biped.control.record import ROWS
+from biped.robot.given import Factory
 from biped.robot.model import bodies_of, posture_of, tree_at, true_tree
 from biped.robot.posture import project
 from biped.robot.run import Run

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -160,7 +161,7 @@ class Trajectory:
             "end": self.end, "cause": self.cause, "warnings": self.warnings,
             "tree": {name: value.tolist() for name, value in self.tree._asdict().items()},
         }  # fmt: skip
-        arrays = {name: self.column(name) for name in COLUMNS}
+        arrays: dict[str, Any] = {name: self.column(name) for name in COLUMNS}
         with open(path, "wb") as file:
             np.savez(file, about=np.array(json.dumps(rest)), **arrays)
 

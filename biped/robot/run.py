@@ -2,28 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from biped.robot.given import Factory
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario
-
-
-class Given(Protocol):
-    """A law handed over as an object (`biped.control.given`)."""
-
-    @property
-    def make(self) -> Callable[[Any], Any]:
-        """Called with what a law is told before every run."""
-        ...
-
-    @property
-    def file(self) -> str:
-        """The file that its lines are in; empty if there is none."""
-        ...
 
 
 class Run(NamedTuple):
@@ -40,7 +26,7 @@ class Run(NamedTuple):
         v: (9,) joint velocities it starts with.
         mass_factor: (9, 9) elementwise factors of the controller's M, or None.
         row_factor: (10, 9) elementwise factors of the controller's A, or None.
-        law: Makes the run's own law where one was handed over as an object (`biped.control.given`).
+        law: Makes the run's own law where one was handed over as an object (`biped.robot.given`).
     """
 
     scenario: Scenario
@@ -53,4 +39,4 @@ class Run(NamedTuple):
     v: np.ndarray
     mass_factor: np.ndarray | None
     row_factor: np.ndarray | None
-    law: Given | None = None
+    law: Factory | None = None

@@ -13,11 +13,11 @@ from msgspec.structs import replace
 from biped.base.errors import InputError
 from biped.base.files import canonical, label, locate
 from biped.base.progress import Progress, silent
-from biped.control.given import Factory
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.ensemble.results import Folder, new_folder, result_of
 from biped.measure.trajectory import Trajectory
+from biped.robot.given import Factory
 from biped.scenario.keys import Scenario
 from biped.scenario.reading import blaming, read_scenario
 from biped.scenario.valid import possible

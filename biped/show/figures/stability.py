@@ -41,7 +41,7 @@ def plot_stability(studied: Studied, folder: Path) -> Path:
         circle.plot(np.cos(turn), np.sin(turn), color=QUIET)
         for _, measured, colour in walking:
             multipliers = measured.kicked.fit.multipliers
-            circle.plot(multipliers.real, multipliers.imag, "o", color=colour, markersize=4.0)
+            circle.plot(np.real(multipliers), np.imag(multipliers), "o", color=colour, markersize=4.0)
         circle.set(aspect="equal", xlabel="real", ylabel="imaginary", title="multipliers of the fitted map")
         return save(page, folder / "stability.png")
 

@@ -180,7 +180,11 @@ def _prepared(prepare: Callable[[float], peers.Run], setting: float) -> peers.Ru
 
 def ratios(points: Sequence[Point]) -> dict[str, list[float]]:
     """How many times our CPU time each peer takes, least and largest over its runs, at equal error or less."""
-    ours = [(p.error, p.cpu) for p in points if p.ours and p.problem == FOUR_BARS and p.error is not None]
+    ours = [
+        (p.error, p.cpu)
+        for p in points
+        if p.ours and p.problem == FOUR_BARS and p.error is not None and p.cpu is not None
+    ]
     found: dict[str, list[float]] = {}
     for name in dict.fromkeys(peer[1] for peer in PEERS):
         all_ratios = [
@@ -189,6 +193,7 @@ def ratios(points: Sequence[Point]) -> dict[str, list[float]]:
             if p.method == name
             and p.problem == FOUR_BARS
             and p.error is not None
+            and p.cpu is not None
             and p.error < 0.1  # beyond a tenth of the length the solution is lost, and so is its price
             and any(error <= p.error for error, _ in ours)
         ]

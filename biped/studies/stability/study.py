@@ -78,7 +78,8 @@ def steady_strides(plan: Plan, mapped: Mapped) -> Steady:
             f"no steady gait: {fell} of {len(plan)} walks of {plan.scenario.duration:g} s fell, and fewer than five "
             f"strides came after the first {SETTLING} of the others"
         )
-    return Steady(section, *(np.concatenate(part) for part in zip(*walks, strict=True)), fell, len(plan))
+    states, periods = (np.concatenate(part) for part in zip(*walks, strict=True))
+    return Steady(section, states, periods, fell, len(plan))
 
 
 def kicked_returns(gait: Steady, seconds: float, rng: np.random.Generator, mapped: Mapped) -> tuple[Returns, int]:
