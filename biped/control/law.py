@@ -1,18 +1,32 @@
-"""Which law a run has: the thesis's, or a user's own."""
+"""What an engine needs of any control law, the thesis's or a user's own."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Protocol
+
 import numpy as np
+import pinocchio
 
-from biped.control.controller import Law, ThesisLaw
-from biped.robot.run import Run
-from biped.robot.tree import Tree
+WORLD = pinocchio.Convention.WORLD
+
+Tick = Callable[[int, float], int]
 
 
-def law_of(run: Run, believed: Tree, q: np.ndarray, v: np.ndarray, log: np.ndarray) -> Law:
-    """The control law of a run, bound to its measurements and its log."""
-    if run.scenario.law is None and run.law is None:
-        return ThesisLaw(run, believed, q, v, log)
-    from biped.control.user import UserLaw
+class Law(Protocol):
+    """What an engine needs of a control law.
 
-    return UserLaw(run, believed, q, v, log)
+    A law is bound to the measured coordinates of one run and ticks through it; what it wants is left in `u` and `Q_d`.
+
+    Attributes:
+        u: (6,) joint torques of the latest tick [N m].
+        Q_d: (9,) desired generalized forces of the latest tick.
+    """
+
+    u: np.ndarray
+    Q_d: np.ndarray
+
+    @property
+    def tick(self) -> Tick:
+        """One control tick (k, time [s]) from the bound measurements; returns a status of `biped.control.tick`."""
+        ...
