@@ -4,8 +4,7 @@ A walking controller is put through level walking, pushes, slopes and randomised
 never tuned in (MuJoCo) and in the one it comes from (the constrained dynamics of Braun, 2009).
 """
 
-from typing import TYPE_CHECKING
-
+TYPE_CHECKING = False  # as type checkers know it: importing typing would take longer than all else here
 if TYPE_CHECKING:
     from biped.api import Compared, Loaded, Result, compare, load, run, sweep
 

@@ -31,7 +31,7 @@ def folder(tmp_path, monkeypatch):
 def test_the_page_runs_as_printed():
     text = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    assert len(blocks) == 6
+    assert len(blocks) == 7
     names: dict = {"__name__": "notebook"}
     for block in blocks:
         exec(compile(block, "docs/python.md", "exec"), names)
