@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -57,7 +58,7 @@ def one_folder(args: argparse.Namespace) -> None:
 
 def print_json(result: Mapping[str, Any]) -> None:
     """Prints one object."""
-    from biped.ensemble.results import dumps
+    from biped.base.json import dumps
 
     print(dumps(result))
 
@@ -66,3 +67,8 @@ def print_all(results: Sequence[Mapping[str, Any]]) -> None:
     """Prints one object: a scenario's result, or those of several with their common verdict."""
     passed = all(result["passed"] for result in results)
     print_json(results[0] if len(results) == 1 else {"passed": passed, "results": results})
+
+
+def warn(words: str) -> None:
+    """Says on stderr what a person should know although nothing failed."""
+    print(f"biped: {words}", file=sys.stderr)

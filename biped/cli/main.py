@@ -12,11 +12,20 @@ from biped.cli.arguments import parsed
 from biped.cli.common import BAD_INPUT, DONE, FAILED, STOPPED
 
 
+def _somewhere() -> None:
+    """Complains once where everything would: names of files mean nothing in a folder that was deleted."""
+    try:
+        os.getcwd()
+    except OSError:
+        raise InputError("the working folder was deleted; expected to be called from one that exists") from None
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs one command; returns the exit code."""
     # 9x9 problems gain nothing from BLAS threads and lose milliseconds under load; must precede numpy's import.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
+        _somewhere()
         args = parsed(argv)
         return import_module(f"biped.cli.commands.{args.command}").command(args)
     except BipedError as error:

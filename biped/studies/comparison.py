@@ -10,9 +10,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from biped.base.errors import InputError
+from biped.base.json import dumps
+from biped.base.writing import write_text
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
-from biped.ensemble.results import dumps, result_of
+from biped.ensemble.results import result_of
+from biped.ensemble.rows import LOST
 from biped.measure.metrics import NAMES
 from biped.measure.trajectory import Trajectory
 from biped.robot.tree import absolute
@@ -45,7 +48,7 @@ class Comparison(NamedTuple):
         rows = [self.results[engine]["runs"] for engine in ENGINES]
         return {
             "scenario": self.scenario,
-            "passed": all(run["end"] != "diverged" for runs in rows for run in runs),
+            "passed": all(run["end"] not in ("diverged", LOST) for runs in rows for run in runs),
             "parted_at": parted_at(*(self.first[engine] for engine in ENGINES)),
             "metrics": self.metrics(),
             "results": self.results,
@@ -98,7 +101,7 @@ def compare(name: str, title: str, changes: Sequence[str], jobs: int) -> Compari
             rows = [row]
         else:
             with campaign.rows_of(plan, range(len(plan)), jobs) as finished:
-                rows = sorted(finished, key=lambda row: row["index"])
+                rows = sorted(finished, key=lambda row: row.index)
             first[engine] = campaign.simulate(plan.run(0))
         results[engine] = result_of(title, plan, rows)
     return Comparison(title, description, plans, results, first)
@@ -116,6 +119,6 @@ def write(comparison: Comparison, folder: Path) -> None:
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "comparison.json").write_text(dumps(comparison.as_dict(), indent=1), encoding="utf-8")
+        write_text(folder / "comparison.json", dumps(comparison.as_dict(), indent=1))
     except OSError as error:
         raise InputError(f"{folder}: cannot be written: {error.strerror}; choose another folder") from None

@@ -6,7 +6,7 @@ import argparse
 
 from biped.base.errors import InputError
 from biped.cli.common import DONE, FAILED, jobs_of, one_folder, print_all
-from biped.ensemble.results import new_folder
+from biped.ensemble.folder import new_folder
 from biped.show.side_by_side import draw, show
 from biped.studies.comparison import compare, write
 from biped.studies.run import RUNS, title_of
@@ -21,7 +21,7 @@ def command(args: argparse.Namespace) -> int:
     for name in args.scenario:
         title = title_of(name)
         made.append(compare(name, title, args.changes, jobs_of(args)))
-        where = args.out or new_folder(RUNS, f"compare-{title.replace('/', '-')}")
+        where = args.out or new_folder(RUNS, f"compare-{title}")
         write(made[-1], where)
         draw(made[-1], where)
         if not args.json:

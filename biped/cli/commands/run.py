@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
+from typing import Any
 
-from biped.cli.common import DONE, FAILED, changes_of, jobs_of, one_folder, print_all
+from biped.cli.common import DONE, FAILED, changes_of, jobs_of, one_folder, print_all, warn
+from biped.ensemble.plan import Plan
+from biped.measure.trajectory import Trajectory
 from biped.show.terminal import progress, show_result
 from biped.studies.run import plan_of, run
 
@@ -18,15 +22,20 @@ def command(args: argparse.Namespace) -> int:
             plan_of(name, changes_of(args))
     results = []
     for name in args.scenario:
-        done = run(name, changes_of(args), jobs, args.out, only=args.only, progress=progress)
+        done = run(
+            name, changes_of(args), jobs, args.out, _record if args.record else None, args.only,
+            progress=progress, tell=warn,
+        )  # fmt: skip
         results.append(done.result)
-        if args.record and done.folder is not None:
-            from biped.show.replay import record_runs
-
-            record_runs(done.folder / "recording.rrd", done.plan, done.result, done.trajectories)
         if not args.json:
             show_result(done.result, done.plan.scenario.description)
             print(f"  results in {done.folder}/")
     if args.json:
         print_all(results)
     return DONE if all(result["passed"] for result in results) else FAILED
+
+
+def _record(path: Path, plan: Plan, result: dict[str, Any], trajectories: dict[int, Trajectory]) -> None:
+    from biped.show.replay import record_runs
+
+    record_runs(path, plan, result, trajectories)

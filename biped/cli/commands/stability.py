@@ -28,7 +28,9 @@ def _reference(args: argparse.Namespace) -> int:
 
 
 def _gait(args: argparse.Namespace) -> int:
-    from biped.ensemble.results import dumps, new_folder
+    from biped.base.json import dumps
+    from biped.base.writing import write_text
+    from biped.ensemble.folder import complaining, new_folder
     from biped.show.figures.stability import plot_stability
     from biped.show.stability import show
     from biped.studies.run import RUNS
@@ -39,13 +41,14 @@ def _gait(args: argparse.Namespace) -> int:
     result = studied.as_dict()
     folder = args.out
     if folder is None:
-        folder = new_folder(RUNS, f"{studied.scenario.replace('/', '-')}-stability")
+        folder = new_folder(RUNS, f"{studied.scenario}-stability")
     plot_stability(studied, folder)
     if args.basin:
         from biped.show.figures.basin import plot_basin
 
         plot_basin(studied, folder)
-    (folder / "stability.json").write_text(dumps(result, indent=1), encoding="utf-8")
+    with complaining(folder / "stability.json"):
+        write_text(folder / "stability.json", dumps(result, indent=1))
     if args.json:
         print_json(result)
     else:
