@@ -1,27 +1,20 @@
-"""From a results folder to what is looked at: recordings and figures of its runs, simulated again where needed.
-
-A run is replayed from its scenario and its number, which is exact and cheaper than keeping every trajectory. Except one
-of a law of somebody's own: whoever looks at results does not ask for the law to be run, so only what was kept is shown.
-"""
+"""From a results folder to what is looked at: recordings and figures of its runs, simulated again where needed."""
 
 from __future__ import annotations
 
 import sys
-import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from biped.base.errors import InputError
-from biped.base.files import label
-from biped.base.text import plain
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
-from biped.measure.trajectory import WIDTH, Trajectory
+from biped.measure.trajectory import Trajectory
 from biped.robot.model import compile_foreign
-from biped.scenario.reading import read_scenario, to_toml
-from biped.show.words import harmless
-from biped.studies.run import newest_recording, results_at
+from biped.scenario.reading import to_toml
+from biped.show.kept import Kept
+from biped.studies.run import newest_recording
 
 FALLEN = 3
 """Most runs that fell shown in one recording."""
@@ -33,7 +26,7 @@ DRAWN = 100
 def chosen(rows: Sequence[Mapping[str, Any]]) -> list[tuple[str, int]]:
     """Runs worth looking at: (what, index).
 
-    The fastest walker, the median one, up to three that fell, and one that did neither.
+    The fastest walker, the median one, up to three that did not stay up, and one that did without walking.
     """
     if len(rows) == 1:
         return [("run", rows[0]["index"])]
@@ -43,13 +36,15 @@ def chosen(rows: Sequence[Mapping[str, Any]]) -> list[tuple[str, int]]:
         picked.append(("best", walkers[-1]["index"]))
     if len(walkers) > 2:
         picked.append(("median", walkers[len(walkers) // 2]["index"]))
-    fallen = [row["index"] for row in rows if row["fell"]][:FALLEN]
-    others = [row for row in rows if not row["fell"] and not row["walked"]][:1]
-    return [
-        *picked,
-        *((f"fell_{index}", index) for index in fallen),
-        *(("stood" if row["end"] == "completed" else row["end"], row["index"]) for row in others),
-    ]
+    fallen = [("fell" if row["fell"] else "doubtful", row["index"]) for row in rows if row["end"] != "completed"]
+    still = [("stayed_up", row["index"]) for row in rows if row["end"] == "completed" and not row["walked"]]
+    return picked + [(f"{how}_{index}", index) for how, index in (*fallen[:FALLEN], *still[:1])]
+
+
+def spread(rows: Sequence[Any], most: int) -> list[Any]:
+    """At most so many of the rows, evenly spread over all of them."""
+    count = min(most, len(rows))
+    return [rows[i * len(rows) // count] for i in range(count)]
 
 
 def record_runs(path: Path, plan: Plan, result: Mapping[str, Any], known: Mapping[int, Trajectory]) -> None:
@@ -61,7 +56,7 @@ def record_runs(path: Path, plan: Plan, result: Mapping[str, Any], known: Mappin
         result: Its result object.
         known: Trajectories that need not be simulated again, by run number.
     """
-    runs = {index: known[index] if index in known else campaign.simulate(plan.run(index))
+    runs = {index: known[index] if index in known else campaign.run_one(plan, index)[0]
             for _, index in chosen(result["runs"])}  # fmt: skip
     _record(path, plan, result, runs)
 
@@ -89,67 +84,6 @@ def _record(path: Path, plan: Plan, result: Mapping[str, Any], runs: Mapping[int
         if index in runs
     ]
     record(path, shown, title=result["scenario"])
-
-
-def _loaded(path: Path) -> Trajectory:
-    """A kept trajectory, which may be anybody's file.
-
-    Raises:
-        InputError: It is none, or would take more memory than it has bytes.
-    """
-    try:
-        with zipfile.ZipFile(path) as whole:
-            packed = [part.filename for part in whole.infolist() if part.compress_type != zipfile.ZIP_STORED]
-        if packed:
-            raise InputError(f"{path}: not a trajectory: {plain(packed[0])} is compressed")
-        trajectory = Trajectory.load(path)
-        log = trajectory.log
-        if len(log) == 0 or log.shape[1] != WIDTH or log.dtype != float or not trajectory.tick > 0.0:
-            raise InputError(f"{path}: not a trajectory: expected rows of {WIDTH} numbers")
-    except (zipfile.BadZipFile, OSError, TypeError, ValueError, KeyError, RecursionError) as error:
-        raise InputError(f"{path}: not a trajectory: {str(error)[:200]}") from None
-    return trajectory
-
-
-class Kept:
-    """What a results folder kept, and what can be made again of it without running anybody's law.
-
-    Args:
-        folder: The results folder.
-
-    Attributes:
-        plan: The plan of its scenario.
-        result: Its result object.
-
-    Raises:
-        InputError: It is no results folder.
-    """
-
-    def __init__(self, folder: Path):
-        self._folder = folder
-        self.result = harmless(results_at(folder))
-        self.plan = Plan(read_scenario(str(folder / "scenario.toml"), looking=True))
-
-    def trajectory(self, index: int) -> Trajectory | None:
-        """The trajectory of a run: kept, or made again; None of a law's run that was not kept.
-
-        Of a run of a campaign that fell, only the last seconds were kept.
-        """
-        rows = self.result["runs"]
-        whole, ending = self._folder / "trajectory.npz", self._folder / "failures" / f"run-{index:05d}.npz"
-        if len(rows) == 1 and whole.is_file():
-            return _loaded(whole)
-        if self.plan.scenario.law is None:
-            return campaign.simulate(self.plan.run(index))
-        return _loaded(ending) if ending.is_file() else None
-
-    def again(self, index: int) -> str:
-        """What to do to see a law's run that was not kept."""
-        return (
-            f"{label(self._folder)}: run {index} is of the law {self.plan.scenario.law}, which is not run for a look, "
-            f"and its trajectory was not kept; to make it again, if you trust the law: biped run "
-            f"{self._folder / 'scenario.toml'} --only {index} --record --trust"
-        )
 
 
 def recording_of(path: Path | None) -> Path:
@@ -204,8 +138,10 @@ def plot_results(folder: Path, out: Path | None = None) -> list[Path]:
     if kept.plan.scenario.law is not None:
         print(f"biped: no velocities.png: {kept.again(rows[0]['index'])}", file=sys.stderr)
         return files
-    drawn = rows[:: max(1, len(rows) // DRAWN)][:DRAWN]
-    trajectories = [campaign.simulate(kept.plan.run(row["index"])) for row in drawn]
+    trajectories = [campaign.run_one(kept.plan, row["index"])[0] for row in spread(rows, DRAWN)]
     files.append(out / "velocities.png")
-    figures.plot_ensemble(trajectories, files[-1], title=result["scenario"])
+    title = f"{result['scenario']}: {result['summary']['walked']} of {len(rows)} walked"
+    if len(trajectories) < len(rows):
+        title += f" ({len(trajectories)} drawn)"
+    figures.plot_ensemble(trajectories, files[-1], title=title)
     return files

@@ -71,10 +71,10 @@ def test_only_the_thigh_of_a_leg_that_steps_back_has_another_couple():
 
 @pytest.mark.slow
 def test_stepping_back_keeps_it_up_on_eight_degrees():
-    """Without it about six of ten walk up 8°, with it nine or more (docs/robust.md)."""
+    """Without it about six of ten walk up 8°, with it nine or more (docs/notes/robust-search.md)."""
     walked = {}
     for name, changes in (("off", []), ("on", ["backstep={}"])):
         plan = Plan(read_scenario("robust/own", ["ground.slope=8.0", "randomise.runs=24", *changes]))
         with campaign.rows_of(plan, range(len(plan)), campaign.cores()) as rows:
-            walked[name] = sum(row["walked"] for row in rows)
+            walked[name] = sum(row.walked for row in rows)
     assert walked["on"] >= walked["off"] + 3

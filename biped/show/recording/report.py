@@ -10,18 +10,13 @@ from typing import Any
 import rerun as rr
 
 from biped.base.text import plain
-from biped.measure.metrics import NAMES
+from biped.measure.metrics.walking import outcome
+from biped.scenario.metrics import METRICS
 from biped.show.recording.recorded import Placed, Recorded
 from biped.show.words import told, words
 
-FIVE = {
-    "speed": ("speed", "m/s"),
-    "cost_of_transport": ("net cost of transport", ""),
-    "double_support": ("double support", "%"),
-    "step_length": ("step length", "m"),
-    "peak_torque": ("peak torque", "N m"),
-}
-"""What is looked at first: metric, what people call it, unit."""
+FIVE = ("speed", "cost_of_transport", "double_support", "step_length", "peak_torque")
+"""What is looked at first."""
 
 
 def log_report(recording: rr.RecordingStream, placed: Placed) -> None:
@@ -56,7 +51,7 @@ def result(run: Recorded) -> str:
     shown = [name for name in FIVE if name in run.metrics]
     if shown:
         lines += ["", "| in the window | |", "|---|---|"]
-        lines += [f"| {FIVE[name][0]} | {_with_unit(run.metrics[name], FIVE[name][1])} |" for name in shown]
+        lines += [f"| {words(name)} | {_with_unit(name, run.metrics[name])} |" for name in shown]
     if run.checks:
         failed = [words(name) for name, _, _, passed in run.checks if not passed]
         outcome = f"**FAILED**: {', '.join(failed)}" if failed else "**passed**: all expectations met"
@@ -69,11 +64,9 @@ def result(run: Recorded) -> str:
 
 def verdict(run: Recorded) -> str:
     """How the run ended, in words."""
-    if run.trajectory.cause:
-        return run.trajectory.cause
-    if "walked" not in run.metrics:
-        return "stayed up to the end"
-    return "walked" if run.metrics["walked"] else "stayed up without walking on"
+    if "end" in run.metrics:
+        return outcome(run.metrics)
+    return run.trajectory.cause or "stayed up to the end"
 
 
 def numbers(run: Recorded) -> str:
@@ -84,9 +77,9 @@ def numbers(run: Recorded) -> str:
     for key, value in (drawn | (dict(values) if isinstance(values, Mapping) else {})).items():
         lines.append(f"- {told(key)}: {_show(value)}")
     lines += ["", "| number | value | |", "|---|---|---|"]
-    for name, meaning in NAMES.items():
+    for name, metric in METRICS.items():
         if name in run.metrics:
-            lines.append(f"| {words(name)} | {_show(run.metrics[name])} | {told(meaning)} |")
+            lines.append(f"| {words(name)} | {_with_unit(name, run.metrics[name])} | {told(metric.meaning)} |")
     return "\n".join(lines)
 
 
@@ -95,10 +88,9 @@ def plain_lines(text: str) -> str:
     return "\n".join(plain(line) for line in text.split("\n"))
 
 
-def _with_unit(value: Any, unit: str) -> str:
-    if not isinstance(value, float | int) or not math.isfinite(value):
-        return "–"
-    return f"{100.0 * value:.0f} %" if unit == "%" else f"{value:.3g} {unit}".strip()
+def _with_unit(name: str, value: Any) -> str:
+    text, unit = METRICS[name].text(value), METRICS[name].unit
+    return f"{text} {unit}" if unit and text != "–" else text
 
 
 def _show(value: Any) -> str:
