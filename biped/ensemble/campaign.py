@@ -27,7 +27,8 @@ def simulate(run: Run) -> Trajectory:
     else:
         from biped.engines import mujoco as engine
 
-    return engine.simulate(run)
+    with run.origin.naming():
+        return engine.simulate(run)
 
 
 def run_one(plan: Plan, index: int) -> tuple[Trajectory, Row]:
@@ -83,7 +84,7 @@ def rows_of(
 
 def _start(scenario: Scenario, keep: Callable[[int, Trajectory, Row], None] | None, plan: Plan | None = None) -> None:
     global _plan, _keep
-    _plan = Plan(scenario) if plan is None else plan
+    _plan = Plan(scenario, checked=True) if plan is None else plan
     _keep = keep
 
 

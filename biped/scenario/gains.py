@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from biped.scenario.section import NonNegative, Positive, Section
+from biped.scenario.section import Degrees, Four, NonNegative, Positive, Section, Springs
 
 
 class Gains(Section, frozen=True):
@@ -13,16 +13,16 @@ class Gains(Section, frozen=True):
     """
 
     k_d1: NonNegative | None = None
-    k_d2: tuple[NonNegative, NonNegative, NonNegative, NonNegative] | None = None
-    k_d3: tuple[NonNegative, NonNegative, NonNegative, NonNegative] | None = None
-    k_d4: tuple[NonNegative, NonNegative, NonNegative, NonNegative] | None = None
+    k_d2: Springs | None = None
+    k_d3: Springs | None = None
+    k_d4: Springs | None = None
     b_d1: NonNegative | None = None
-    b_d2: tuple[NonNegative, NonNegative, NonNegative, NonNegative] | None = None
-    b_d3: tuple[NonNegative, NonNegative, NonNegative, NonNegative] | None = None
-    b_d4: tuple[NonNegative, NonNegative, NonNegative, NonNegative] | None = None
-    theta_b: float | None = None
-    theta_l: tuple[float, float, float, float] | None = None
-    theta_a: tuple[float, float, float, float] | None = None
+    b_d2: Springs | None = None
+    b_d3: Springs | None = None
+    b_d4: Springs | None = None
+    theta_b: Degrees | None = None
+    theta_l: Four | None = None
+    theta_a: Four | None = None
     speed: Positive | None = None
 
     def replaced(self, by: Gains) -> Gains:

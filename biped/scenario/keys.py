@@ -11,7 +11,20 @@ from typing import Annotated, Literal
 from msgspec import Meta, field
 
 from biped.scenario.gains import Gains
-from biped.scenario.section import Nine, NonNegative, Positive, Section, Seven, Six, Vector
+from biped.scenario.section import (
+    Count,
+    Degrees,
+    Hold,
+    Name,
+    Nine,
+    NonNegative,
+    Positive,
+    Real,
+    Section,
+    Seven,
+    Six,
+    Vector,
+)  # fmt: skip
 from biped.scenario.tune import Tune
 
 
@@ -27,10 +40,10 @@ class Start(Section, frozen=True):
         jitter: Standard deviation [rad] of noise on the seven angles, before settling.
     """
 
-    posture: str = "flat"
+    posture: Name = "flat"
     q: Nine | None = None
     v: Nine = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    contacts: tuple[str, ...] | None = None
+    contacts: Annotated[tuple[Name, ...], Meta(max_length=16)] | None = None
     settle: bool = True
     jitter: NonNegative = 0.0
 
@@ -48,9 +61,9 @@ class Ground(Section, frozen=True):
 
     slope: Annotated[float, Meta(gt=-45, lt=45)] = 0.0
     angles: Literal["gravity", "slope"] = "gravity"
-    friction: NonNegative = 3.0
-    contact_time: Positive = 0.004
-    damping_ratio: Positive = 1.0
+    friction: Annotated[float, Meta(ge=0, le=1e6)] = 3.0
+    contact_time: Annotated[float, Meta(gt=0, le=1000)] = 0.004
+    damping_ratio: Annotated[float, Meta(ge=1e-6, le=1e6)] = 1.0
 
 
 class Actuation(Section, frozen=True):
@@ -77,7 +90,7 @@ class Actuation(Section, frozen=True):
     null_torque: Six | None = None
     single_tangential: bool = False
     rank_tolerance: Annotated[float, Meta(gt=0, lt=1)] = 1e-4
-    lag: NonNegative = 0.0
+    lag: Hold = 0.0
 
 
 class Sensing(Section, frozen=True):
@@ -97,13 +110,13 @@ class Sensing(Section, frozen=True):
 
     contact_height: Positive = 0.001
     knee_angle: NonNegative = 0.02
-    heel_on: NonNegative = 0.006
-    heel_off: NonNegative = 0.004
-    toe_on: NonNegative = 0.003
-    toe_off: NonNegative = 0.003
+    heel_on: Hold = 0.006
+    heel_off: Hold = 0.004
+    toe_on: Hold = 0.003
+    toe_off: Hold = 0.003
     extended: NonNegative = 0.05
-    ahead: float = 0.1
-    late_stance: Positive = 100.0
+    ahead: Real = 0.1
+    late_stance: Annotated[float, Meta(gt=0, le=36000)] = 100.0
 
 
 class Backstep(Section, frozen=True):
@@ -119,8 +132,8 @@ class Backstep(Section, frozen=True):
         b_d2: [N m s/rad] of its damper.
     """
 
-    margin: float = 0.04
-    theta_l: float = 60.0
+    margin: Real = 0.04
+    theta_l: Degrees = 60.0
     k_d2: NonNegative = 300.0
     b_d2: NonNegative = 10.0
 
@@ -138,13 +151,13 @@ class Simulation(Section, frozen=True):
         iterations: Most solver iterations a step.
     """
 
-    timestep: Positive = 0.001
-    control_rate: Positive = 1000.0
+    timestep: Annotated[float, Meta(ge=1e-7, le=0.1)] = 0.001
+    control_rate: Annotated[float, Meta(ge=1, le=1e6)] = 1000.0
     integrator: Literal["Euler", "implicitfast", "implicit", "RK4", "discrete"] = "Euler"
     cone: Literal["elliptic", "pyramidal"] = "elliptic"
-    impratio: Positive = 10.0
-    tolerance: NonNegative = 1e-10
-    iterations: Annotated[int, Meta(ge=1)] = 100
+    impratio: Annotated[float, Meta(ge=1e-6, le=1e9)] = 10.0
+    tolerance: Annotated[float, Meta(ge=0, le=1)] = 1e-10
+    iterations: Annotated[int, Meta(ge=1, le=10_000)] = 100
 
 
 class Push(Section, frozen=True):
@@ -160,7 +173,7 @@ class Push(Section, frozen=True):
     at: NonNegative
     duration: Positive
     force: Vector
-    body: str = "torso"
+    body: Name = "torso"
 
 
 class Fall(Section, frozen=True):
@@ -189,7 +202,7 @@ class Sensors(Section, frozen=True):
     angle_noise: NonNegative = 0.0
     rate_noise: NonNegative = 0.0
     height_noise: NonNegative = 0.0
-    delay: NonNegative = 0.0
+    delay: Hold = 0.0
     quantisation: NonNegative = 0.0
 
 
@@ -224,8 +237,8 @@ class Distribution(Section, frozen=True):
         grid: Values that runs take in turn.
     """
 
-    normal: tuple[float, NonNegative] | None = None
-    uniform: tuple[float, float] | None = None
+    normal: tuple[Real, NonNegative] | None = None
+    uniform: tuple[Real, Real] | None = None
     choice: tuple[bool | float | str, ...] | None = None
     grid: tuple[bool | float | str, ...] | None = None
 
@@ -240,9 +253,9 @@ class Randomise(Section, frozen=True):
         draw: Dotted scenario key, e.g. "ground.friction" or "push.0.at", to its distribution.
     """
 
-    runs: Annotated[int, Meta(ge=1)] = 1
-    controller_mass_matrix: NonNegative = 0.0
-    controller_constraints: NonNegative = 0.0
+    runs: Count = 1
+    controller_mass_matrix: Annotated[float, Meta(ge=0, le=1000)] = 0.0
+    controller_constraints: Annotated[float, Meta(ge=0, le=1000)] = 0.0
     draw: dict[str, Distribution] = field(default_factory=dict)
 
 
@@ -286,7 +299,7 @@ class Change(Section, frozen=True):
 
     at: NonNegative
     over: NonNegative = 0.0
-    controller: str | None = None
+    controller: Name | None = None
     gains: Gains = Gains()
     actuation: ActuationChange = ActuationChange()
 
@@ -307,13 +320,13 @@ class Scenario(Section, frozen=True):
         tune: What `biped tune` searches for; other commands take no notice of it.
     """
 
-    description: str = ""
-    model: str = "human"
-    controller: str = "normal"
-    law: str | None = None
+    description: Name = ""
+    model: Name = "human"
+    controller: Name = "normal"
+    law: Name | None = None
     engine: Literal["mujoco", "home"] = "mujoco"
     duration: Positive = 10.0
-    seed: Annotated[int, Meta(ge=0)] = 0
+    seed: Annotated[int, Meta(ge=0, le=2**63 - 1)] = 0
     start: Start = Start()
     ground: Ground = Ground()
     actuation: Actuation = Actuation()
@@ -321,8 +334,8 @@ class Scenario(Section, frozen=True):
     backstep: Backstep | None = None
     simulation: Simulation = Simulation()
     gains: Gains = Gains()
-    change: tuple[Change, ...] = ()
-    push: tuple[Push, ...] = ()
+    change: Annotated[tuple[Change, ...], Meta(max_length=100)] = ()
+    push: Annotated[tuple[Push, ...], Meta(max_length=100)] = ()
     fall: Fall = Fall()
     sensors: Sensors = Sensors()
     truth: Truth = Truth()

@@ -16,7 +16,7 @@ from biped.ensemble.results import result_of
 from biped.measure.metrics import NAMES
 from biped.measure.trajectory import Trajectory
 from biped.robot.tree import absolute
-from biped.scenario.reading import read_scenario
+from biped.studies.run import plan_of
 
 ENGINES = ("home", "mujoco")
 PARTED = 0.05
@@ -90,9 +90,8 @@ def compare(name: str, title: str, changes: Sequence[str], jobs: int) -> Compari
     plans, results, first = {}, {}, {}
     description = ""
     for engine in ENGINES:
-        scenario = read_scenario(name, [*changes, f"engine={engine}"])
-        description = scenario.description
-        plan = plans[engine] = Plan(scenario)
+        plan = plans[engine] = plan_of(name, [*changes, f"engine={engine}"])
+        description = plan.scenario.description
         if len(plan) == 1:
             first[engine], row = campaign.run_one(plan, 0)
             rows = [row]

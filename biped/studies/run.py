@@ -14,7 +14,7 @@ from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.ensemble.results import Folder, new_folder, result_of
 from biped.measure.trajectory import Trajectory
-from biped.scenario.reading import blaming, read_scenario
+from biped.scenario.reading import read
 
 RUNS = Path("runs")
 """Where results go unless --out says otherwise, below the working folder."""
@@ -76,8 +76,7 @@ def run(
         where = Folder(out if out is not None else new_folder(RUNS, suffix), plan)
     indices = range(len(plan)) if only is None else [only]
     try:
-        with blaming(name, changes):
-            result = _results(title, plan, indices, jobs, where, record)
+        result = _results(title, plan, indices, jobs, where, record)
     except BaseException as error:
         # What an interrupted campaign finished is kept; half a run, or runs of what cannot be run, are not.
         if where is not None and (isinstance(error, InputError) or not where.journal.is_file()):
@@ -92,9 +91,7 @@ def plan_of(name: str, changes: Sequence[str]) -> Plan:
     Raises:
         InputError: Something in it, or in a file that it names, cannot be used.
     """
-    scenario = read_scenario(name, changes)
-    with blaming(name, changes):
-        return Plan(scenario)
+    return Plan(*read(name, changes))
 
 
 def _results(

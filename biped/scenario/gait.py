@@ -1,0 +1,113 @@
+"""A gait file: gains, perhaps a family of them, and the settings that they were made for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from msgspec.structs import replace
+
+from biped.base.errors import InputError
+from biped.base.files import label, layered
+from biped.scenario.gains import GAINS, Gains
+from biped.scenario.keys import Actuation, Scenario, Sensing
+from biped.scenario.origin import Origin
+from biped.scenario.valid import convert, known_keys
+
+SETTINGS: dict[str, type] = {"sensing": Sensing, "actuation": Actuation}
+"""Tables of a scenario that a gait file may have too."""
+
+Settings = dict[str, dict[str, Any]]
+"""What a gait was made for: table, key, value."""
+
+
+def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any], Any, Origin]:
+    """Gains, settings and family of a gait file, as written."""
+    data, keys = layered(path, "controllers")
+    for word in ("description", "source"):
+        data.pop(word, None)
+    settings = {name: data.pop(name) for name in SETTINGS if name in data}
+    return data, settings, data.pop("speeds", ()), Origin(path, keys)
+
+
+def read_gains(path: Path, override: Gains) -> Gains:
+    """Reads a controller file (and what it extends) and lays a scenario's own gains over it.
+
+    Raises:
+        InputError: A gain is missing, unknown or of the wrong type.
+    """
+    data, _, speeds, origin = _read(path)
+    known_keys(data, Gains, "", origin.fault)
+    gains = convert(data, Gains, origin.fault)
+    if override.speed is not None:
+        from biped.scenario.family import Knot, gains_at
+
+        knots = convert(speeds, tuple[Knot, ...], lambda key, what: origin.fault(f"speeds{key}", what))
+        gains = replace(gains, **gains_at(knots, override.speed, origin.fault))
+    gains = gains.replaced(override)
+    missing = [name for name in GAINS if getattr(gains, name) is None]
+    if missing:
+        raise InputError(f"{label(path)}: {missing[0]}: missing; a gait has {', '.join(GAINS)}")
+    return gains
+
+
+def read_settings(path: Path) -> tuple[Settings, Origin]:
+    """Reads the settings that a gait was made for, and where each was written.
+
+    Raises:
+        InputError: A setting is unknown, of the wrong type or impossible.
+    """
+    _, tables, _, origin = _read(path)
+    known_keys(tables, Scenario, "", origin.fault)
+    settings = {}
+    for name, table in tables.items():
+        section = convert(table, SETTINGS[name], lambda key, what, at=name: origin.fault(f"{at}.{key}", what))
+        settings[name] = {key: getattr(section, key) for key in table}
+    return settings, origin
+
+
+def lay_below(data: dict[str, Any], origin: dict[str, Path], path: Path) -> None:
+    """Lays a gait's settings below what a scenario says itself, in place.
+
+    Args:
+        data: The scenario as plain data.
+        origin: Where each of its keys was written.
+        path: The gait file.
+
+    Raises:
+        InputError: A setting is unknown, of the wrong type or impossible.
+    """
+    settings, theirs = read_settings(path)
+    for name, table in settings.items():
+        mine = data.setdefault(name, {})
+        if not isinstance(mine, dict):
+            continue  # the scenario's own fault, for which it is blamed
+        for key, value in table.items():
+            if key not in mine:
+                mine[key] = value
+                origin[f"{name}.{key}"] = theirs.keys[f"{name}.{key}"]
+
+
+def resettled(s: Scenario, old: Settings, new: Settings, varied: set[str]) -> Scenario:
+    """A scenario whose gait was exchanged, with the new gait's settings instead of the old one's.
+
+    What the scenario says itself stays: a setting other than the old gait's (or the default), or one that varies.
+
+    Args:
+        s: The scenario, which names the new gait.
+        old: Settings of the gait it was read with.
+        new: Settings of the gait it names.
+        varied: Dotted keys that have values of their own.
+    """
+    tables = {}
+    for name, kind in SETTINGS.items():
+        defaults, mine = kind(), getattr(s, name)
+        before, after = old.get(name, {}), new.get(name, {})
+        moved = {
+            key: after.get(key, getattr(defaults, key))
+            for key in before.keys() | after.keys()
+            if getattr(mine, key) == before.get(key, getattr(defaults, key)) and f"{name}.{key}" not in varied
+        }
+        if moved:
+            tables[name] = replace(mine, **moved)
+    return replace(s, **tables) if tables else s
