@@ -7,8 +7,10 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from biped.base.errors import BipedError, InputError
+from biped.base.errors import InputError
 from biped.cli.arguments import parsed
+from biped.cli.ending import DEBUG, complain
+from biped.cli.streams import safe_streams
 
 DONE, FAILED, BAD_INPUT, STOPPED = 0, 1, 2, 130
 
@@ -248,18 +250,23 @@ _COMMANDS = {
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs one command; returns the exit code."""
+    with safe_streams():
+        return _main(list(sys.argv[1:] if argv is None else argv))
+
+
+def _main(argv: list[str]) -> int:
+    debug = DEBUG in argv
     try:
-        args = parsed(argv)
-        return _COMMANDS[args.command](args)
-    except BipedError as error:
-        print(f"biped: {' '.join(str(error).split())}", file=sys.stderr)
-        return BAD_INPUT if isinstance(error, InputError) else FAILED
+        args = parsed([word for word in argv if word != DEBUG])
+        code = _COMMANDS[args.command](args)
+        sys.stdout.flush()  # here, where it can be said if the disk is full
+        return code
     except KeyboardInterrupt:
         print("biped: stopped; what was finished is kept, and the same command with --out goes on from there",
               file=sys.stderr)  # fmt: skip
         return STOPPED
-    except BrokenPipeError:
-        return DONE
+    except Exception as error:  # the last handler: whatever went wrong, nobody gets a traceback who did not ask
+        return BAD_INPUT if complain(error, debug) else FAILED
 
 
 if __name__ == "__main__":
