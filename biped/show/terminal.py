@@ -13,6 +13,7 @@ from rich.table import Table
 
 from biped.ensemble.sweeps import threshold_words
 from biped.measure.metrics import NAMES
+from biped.show.safe import SafeConsole
 
 _MAIN = (
     "speed", "cost_of_transport", "cost_of_transport_absolute", "cost_of_transport_positive", "double_support",
@@ -23,7 +24,7 @@ _MAIN = (
 
 def console() -> Console:
     """The terminal; plain and wide enough for tables when it is a file or a pipe."""
-    return Console(width=None if sys.stdout.isatty() else 120, highlight=False)
+    return SafeConsole(width=None if sys.stdout.isatty() else 120)
 
 
 def number(value: Any) -> str:
@@ -130,7 +131,7 @@ def progress(title: str, total: int, done: int) -> Iterator[Any]:
         bar.TextColumn("{task.description}"), bar.BarColumn(), bar.MofNCompleteColumn(),
         bar.TextColumn("{task.fields[rate]}"), bar.TimeRemainingColumn(),
     )  # fmt: skip
-    with bar.Progress(*columns, console=Console(stderr=True), transient=True) as shown:
+    with bar.Progress(*columns, console=SafeConsole(stderr=True), transient=True) as shown:
         task = shown.add_task(title, total=total, completed=done, rate="")
 
         def advance() -> None:
