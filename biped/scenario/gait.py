@@ -9,12 +9,14 @@ from msgspec.structs import replace
 
 from biped.base.errors import InputError
 from biped.base.files import label, layered
+from biped.base.text import echo
 from biped.scenario.gains import GAINS, Gains
 from biped.scenario.keys import Actuation, Scenario, Sensing
 from biped.scenario.origin import Origin
+from biped.scenario.section import Section
 from biped.scenario.valid import convert, known_keys
 
-SETTINGS: dict[str, type] = {"sensing": Sensing, "actuation": Actuation}
+SETTINGS: dict[str, type[Section]] = {"sensing": Sensing, "actuation": Actuation}
 """Tables of a scenario that a gait file may have too."""
 
 Settings = dict[str, dict[str, Any]]
@@ -61,6 +63,8 @@ def read_settings(path: Path) -> tuple[Settings, Origin]:
     known_keys(tables, Scenario, "", origin.fault)
     settings = {}
     for name, table in tables.items():
+        if not isinstance(table, dict):
+            raise origin.fault(name, f"expected a table, got {echo(table)}")
         section = convert(table, SETTINGS[name], lambda key, what, at=name: origin.fault(f"{at}.{key}", what))
         settings[name] = {key: getattr(section, key) for key in table}
     return settings, origin
@@ -86,6 +90,19 @@ def lay_below(data: dict[str, Any], origin: dict[str, Path], path: Path) -> None
             if key not in mine:
                 mine[key] = value
                 origin[f"{name}.{key}"] = theirs.keys[f"{name}.{key}"]
+
+
+def made_for(s: Scenario) -> Settings:
+    """The settings of a scenario that a gait found in it was made for: those that are not the defaults."""
+    tables = {}
+    for name, kind in SETTINGS.items():
+        defaults, mine = kind(), getattr(s, name)
+        own = {
+            key: getattr(mine, key) for key in kind.__struct_fields__ if getattr(mine, key) != getattr(defaults, key)
+        }
+        if own:
+            tables[name] = own
+    return tables
 
 
 def resettled(s: Scenario, old: Settings, new: Settings, varied: set[str]) -> Scenario:

@@ -27,11 +27,12 @@ class Origin(NamedTuple):
 
     def of(self, key: str) -> str:
         """The file (or --set) that a dotted key comes from; the scenario file if nobody wrote it."""
-        key = key.partition("[")[0].replace('"', "")
-        while key:
-            if key in self.keys:
-                return label(self.keys[key])
-            key = key.rpartition(".")[0]
+        asked = at = key.partition("[")[0].replace('"', "")
+        while at:
+            # Whoever wrote another key of a table did not write this one.
+            if at in self.keys and (at == asked or not any(key.startswith(f"{at}.") for key in self.keys)):
+                return label(self.keys[at])
+            at = at.rpartition(".")[0]
         return "scenario" if self.file is None else label(self.file)
 
     def fault(self, key: str, what: str) -> InputError:
