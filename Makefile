@@ -12,7 +12,7 @@ KERNEL_TESTS := tests/control tests/engines/rigid tests/numerics tests/engines/t
 export OPENBLAS_NUM_THREADS := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help setup run view test test-all stress coverage check regress bench lint format lock clean
+.PHONY: docs help setup run view test test-all stress coverage check regress bench lint format lock clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -74,6 +74,9 @@ lock: setup ## refresh requirements.lock from pyproject.toml
 	$(BIN)/python -m pip install --quiet uv
 	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
 		--extra dev --extra tune pyproject.toml -o requirements.lock
+
+docs: setup ## write the pages that are made from the code
+	$(BIN)/python -m biped.scenario.reference
 
 clean: ## remove the environment and caches (never runs/)
 	rm -rf $(VENV) .pytest_cache .ruff_cache

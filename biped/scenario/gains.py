@@ -9,6 +9,17 @@ class Gains(Section, frozen=True):
     """Gains that replace those of the controller file; same keys.
 
     Attributes:
+        k_d1: [N m/rad] of the torso's spring.
+        k_d2: [N m/rad] of the thighs' springs in leg states 1 to 4.
+        k_d3: The same of the knees.
+        k_d4: The same of the ankles.
+        b_d1: [N m s/rad] of the torso's damper.
+        b_d2: [N m s/rad] of the thighs' dampers in leg states 1 to 4.
+        b_d3: The same of the knees.
+        b_d4: The same of the ankles.
+        theta_b: Degrees, where the torso's spring is at rest.
+        theta_l: Degrees, where the thighs' springs are at rest in leg states 1 to 4.
+        theta_a: Degrees, where the ankles' springs are at rest in leg states 1 to 4.
         speed: [m/s] of a gait file that is a family; its gains at that speed come first, the other keys replace them.
     """
 
