@@ -12,7 +12,7 @@ KERNEL_TESTS := tests/control tests/engines/rigid tests/numerics tests/engines/t
 export OPENBLAS_NUM_THREADS := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: docs help setup run view test test-all stress coverage check regress bench lint format lock clean
+.PHONY: docs fuzz help setup run view test test-all stress coverage check regress bench lint format lock clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -40,6 +40,9 @@ test-all: setup ## every test, the slow ones too
 
 stress: setup ## extremes: steps, contacts, masses, starts, pushes, sensors; random physical models
 	$(BIN)/python -m pytest tests/test_stress.py tests/test_properties.py -m "slow or not slow"
+
+fuzz: setup ## ten thousand hostile scenarios, gaits, models, command lines, results folders and journals
+	$(BIN)/python -m tests.fuzz
 
 coverage: setup ## the default tests, those of kernels once more as plain Python; fails below 90 % of lines
 	$(BIN)/coverage erase

@@ -104,7 +104,12 @@ def _draw(d: Distribution, seed: int, key: str, index: int, size: int | None) ->
     rng = stream(seed, f"draw.{key}")
     if d.choice is not None:
         return d.choice[int(rng.integers(len(d.choice)))]
-    value = rng.normal(*d.normal, size) if d.normal is not None else rng.uniform(*d.uniform, size)
+    if d.normal is not None:
+        mean, deviation = d.normal
+        value = rng.normal(mean, abs(deviation), size)  # numpy takes -0.0 for less than zero
+    else:
+        assert d.uniform is not None
+        value = rng.uniform(*d.uniform, size)
     return value.tolist() if size is not None else float(value)
 
 

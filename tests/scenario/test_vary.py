@@ -82,3 +82,8 @@ def test_contacts_of_a_rigid_ground_have_no_time():
     possible(Scenario(engine="home", ground=ground), fail)
     with pytest.raises(InputError, match="two time steps"):
         possible(Scenario(ground=ground), fail)
+
+
+def test_a_deviation_of_minus_zero_is_none():
+    scenario = Scenario(randomise=Randomise(draw={"ground.slope": Distribution(normal=(2.0, -0.0))}))
+    assert drawn(scenario, 0, 0) == {"ground.slope": 2.0}
