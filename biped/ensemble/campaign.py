@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
+
 from biped.ensemble.plan import Plan
 from biped.ensemble.processes import FORKS, pool
 from biped.measure.trajectory import Trajectory
@@ -36,8 +38,9 @@ def run_one(plan: Plan, index: int) -> tuple[Trajectory, Row]:
     from biped.measure.metrics import measure
 
     run = plan.run(index)
-    trajectory = simulate(run)
-    numbers = measure(trajectory, run.scenario.interval)
+    with np.errstate(all="ignore"):  # what blows up overflows, and is called so
+        trajectory = simulate(run)
+        numbers = measure(trajectory, run.scenario.interval)
     row = {
         "index": index,
         "seed": run.seed,

@@ -158,7 +158,7 @@ class Simulation(Section, frozen=True):
     integrator: Literal["Euler", "implicitfast", "implicit", "RK4", "discrete"] = "Euler"
     cone: Literal["elliptic", "pyramidal"] = "elliptic"
     impratio: Annotated[float, Meta(ge=1e-6, le=1e9)] = 10.0
-    tolerance: Annotated[float, Meta(ge=0, le=1)] = 1e-10
+    tolerance: Annotated[float, Meta(ge=0, le=100)] = 1e-10
     iterations: Annotated[int, Meta(ge=1, le=10_000)] = 100
 
 

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from tests.fuzz.words import KEYS, NUMBERS, OTHERS, TEXTS, anything, plausible, quoted, scrambled, toml_of
+from tests.fuzz.words import KEYS, KNOWN, NUMBERS, OTHERS, TEXTS, anything, plausible, quoted, scrambled, toml_of
 
 ROOT = Path(__file__).parents[2]
 HUMAN = (ROOT / "models" / "human.xml").read_bytes()
@@ -38,7 +38,7 @@ def _values(r: random.Random, hostile: float) -> dict[str, str]:
     """Some keys of a scenario, each with a value that is hostile or only extreme."""
     values: dict[str, str] = {"engine": quoted(r.choice(("mujoco", "mujoco", "home")))}
     for _ in range(r.choice((1, 1, 2, 3, 6))):
-        key = r.choice(list(KEYS))
+        key = r.choice([key for key in KEYS if key != "law" or r.random() < 0.1])
         if key.startswith(("push.", "change.")):
             values |= _table(r, key.partition(".")[0], hostile)
         elif key == "sweep":
@@ -63,7 +63,9 @@ def _values(r: random.Random, hostile: float) -> dict[str, str]:
 
 
 def _value(r: random.Random, key: str, hostile: float) -> str:
-    return anything(r) if r.random() < hostile else plausible(r, KEYS[key])
+    if r.random() < hostile:
+        return anything(r)
+    return plausible(r, KEYS[key], KNOWN.get(key, TEXTS) if r.random() < 0.9 else TEXTS)
 
 
 def _table(r: random.Random, name: str, hostile: float) -> dict[str, str]:

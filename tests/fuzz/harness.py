@@ -124,7 +124,8 @@ def fault(case: Case, seconds: float = SECONDS) -> tuple[str, str | None]:
 def _wrong(code: int, out: str, err: str, before: dict[str, bytes], after: dict[str, bytes]) -> str | None:
     if "Traceback" in err or "a defect of biped" in err or "out of memory" in err:
         return err.strip()
-    if err and not (err.startswith("biped: ") and err.count("\n") == 1):
+    lines = err.splitlines()
+    if any(not line.startswith("biped: ") for line in lines) or (code == 2 and len(lines) != 1):
         return f"not one paragraph: {err!r}"
     if any(mark in text for text in (out, err) for mark in ("\x1b", "\x07", "\x00")):
         return "a control character was printed"
@@ -132,8 +133,6 @@ def _wrong(code: int, out: str, err: str, before: dict[str, bytes], after: dict[
         return f"{len(err)} characters of complaint"
     if code not in (0, 1, 2):
         return f"exit code {code}"
-    if (code == 2) != bool(err) and code != 1:
-        return f"exit code {code} with {err!r}"
     if code == 1 and err:
         return f"failed: {err.strip()}"
     changed = {name for name in before.keys() | after.keys() if before.get(name) != after.get(name)}

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 import msgspec
 
 from biped.scenario.keys import Scenario
 
+KNOWN = {
+    "model": ("human",), "controller": ("normal", "fast", "robust", "tuned", "stop"),
+    "start.posture": ("flat", "heel_toe", "single"), "push.body": ("torso", "left_shank", "right_foot"),
+    "change.controller": ("normal", "robust"), "start.contacts": ("right_toe", "left_heel"),
+}  # fmt: skip
+"""Words that mean something, by key."""
 NUMBERS = (
     "0", "-0.0", "1", "-1", "0.5", "2", "1e-3", "1e-9", "1e-300", "5e-324", "1e9", "1e15", "1.1e15", "-1e15", "1e300",
     "1.7976931348623157e308", "nan", "-nan", "inf", "-inf", "9223372036854775807", "9223372036854775808",
@@ -78,8 +84,8 @@ def _kinds(hint: Any) -> list[Any]:
 KEYS = keys()
 
 
-def plausible(r: random.Random, hint: Any) -> str:
-    """A value of the right type, within its bounds, of any size."""
+def plausible(r: random.Random, hint: Any, words: Sequence[str] = TEXTS) -> str:
+    """A value of the right type, within its bounds, of any size; or one of the words."""
     bounds = [meta for part in (hint, *get_args(hint)) for meta in get_args(part)[1:] if isinstance(meta, msgspec.Meta)]
     kinds = _kinds(hint)
     for kind in kinds:
@@ -88,7 +94,7 @@ def plausible(r: random.Random, hint: Any) -> str:
         if get_origin(kind) is tuple:
             parts = get_args(kind)
             size = len(parts) if parts[-1] is not Ellipsis else next((b.min_length for b in bounds if b.min_length), 2)
-            return "[" + ", ".join(plausible(r, parts[0]) for _ in range(size or 2)) + "]"
+            return "[" + ", ".join(plausible(r, parts[0], words) for _ in range(size or 2)) + "]"
     if bool in kinds:
         return r.choice(("true", "false"))
     if int in kinds:
@@ -99,7 +105,7 @@ def plausible(r: random.Random, hint: Any) -> str:
         size = 10 ** r.uniform(-12, 15) if r.random() < 0.3 else 10 ** r.uniform(-3, 1)
         value = min(max(size * r.choice((1, 1, 1, -1)), low), high)
         return repr(float(r.choice((low, high, *(value,) * 8))))
-    return quoted(r.choice(TEXTS))
+    return quoted(r.choice(words))
 
 
 def toml_of(values: Mapping[str, str]) -> str:
