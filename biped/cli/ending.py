@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 
 from biped.base.errors import BipedError, InputError
@@ -35,19 +34,9 @@ def _words(error: Exception) -> str:
     if isinstance(error, MemoryError):
         return f"out of memory: {error or 'expected'} a shorter run, a slower control rate or fewer --jobs"
     if isinstance(error, OSError):
-        if not _has_folder():
-            return "the working folder no longer exists; change to one that does"
         files = ", ".join(str(name) for name in (error.filename, error.filename2) if name is not None)
         return f"{files or 'the system'}: {(error.strerror or str(error) or type(error).__name__).lower()}"
     return (
         f"a defect of biped, not of what you wrote: {type(error).__name__}: {error}; "
         f"the same command with {DEBUG} shows where, for a report"
     )
-
-
-def _has_folder() -> bool:
-    try:
-        os.getcwd()
-    except OSError:
-        return False
-    return True

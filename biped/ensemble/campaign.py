@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
-from biped.ensemble.processes import FORKS, pool
 from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
 from biped.scenario.keys import Scenario
+from biped.scenario.origin import Origin
 
 Row = dict[str, Any]
 """One run's numbers: index, seed, what it drew, how it ended, then every metric."""
 
-_plan: Plan | None = None
-_keep: Callable[[int, Trajectory, Row], None] | None = None
+Keep = Callable[[int, Trajectory, Row], None]
+"""Called where a run was made with (index, trajectory, row), for what must be kept of it."""
+
+LOST = "lost"
+"""How a run ended that cost two workers: neither walked nor fell, its numbers are nan."""
 
 
 def simulate(run: Run) -> Trajectory:
@@ -61,39 +67,63 @@ def cores() -> int:
 
 
 @contextmanager
-def rows_of(
-    plan: Plan, indices: Iterable[int], jobs: int, keep: Callable[[int, Trajectory, Row], None] | None = None
-) -> Iterator[Iterator[Row]]:
+def rows_of(plan: Plan, indices: Iterable[int], jobs: int, keep: Keep | None = None) -> Iterator[Iterator[Row]]:
     """Rows of the given runs, as they are finished.
 
     Args:
         plan: The ensemble.
         indices: Which runs.
         jobs: Number of processes; 1 stays in this one.
-        keep: Called where the run was made with (index, trajectory, row), for what must be kept of it.
+        keep: What must be kept of a run, where it was made.
 
     Yields:
         An iterator over rows, in any order.
     """
     indices = list(indices)
-    jobs = max(1, min(jobs, len(indices)))
-    _start(plan.scenario, keep, plan)
-    if jobs == 1:
-        yield map(_work, indices)
-        return
-    with pool(jobs, _start, (plan.scenario, keep, plan if FORKS else None)) as workers:
-        yield workers.imap_unordered(_work, indices)
+    with workers(Making(plan, keep), min(jobs, len(indices))) as carried_out:
+        yield carried_out(indices, ordered=False, lost=partial(_lost, plan))
 
 
-def _start(scenario: Scenario, keep: Callable[[int, Trajectory, Row], None] | None, plan: Plan | None = None) -> None:
-    global _plan, _keep
-    _plan = Plan(scenario, checked=True) if plan is None else plan
-    _keep = keep
+class Making:
+    """Makes runs of a plan by number, wherever it is sent to: there the plan is made anew from its scenario.
+
+    Args:
+        plan: The ensemble.
+        keep: What must be kept of a run, where it was made.
+    """
+
+    def __init__(self, plan: Plan, keep: Keep | None):
+        self._plan, self._keep = plan, keep
+
+    def __call__(self, index: int) -> Row:
+        """The row of run `index`."""
+        trajectory, row = run_one(self._plan, index)
+        if self._keep is not None:
+            self._keep(index, trajectory, row)
+        return row
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _making, (self._plan.scenario, self._plan.origin, self._keep)
 
 
-def _work(index: int) -> Row:
-    assert _plan is not None
-    trajectory, row = run_one(_plan, index)
-    if _keep is not None:
-        _keep(index, trajectory, row)
-    return row
+def _making(scenario: Scenario, origin: Origin, keep: Keep | None) -> Making:
+    return Making(Plan(scenario, origin, checked=True), keep)
+
+
+def _lost(plan: Plan, index: int, error: BaseException) -> Row:
+    from biped.measure.metrics import NAMES
+
+    run = plan.run(index)
+    return {
+        "index": index,
+        "seed": run.seed,
+        "values": run.values,
+        "fell": False,
+        "end": LOST,
+        "cause": f"lost: {error}, and so was the next",
+        **dict.fromkeys((name for name in NAMES if name != "falls"), math.nan),
+        "walked": False,
+        "stood": 0,
+        "time": 0.0,
+        "warnings": {},
+    }

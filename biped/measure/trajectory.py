@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import zlib
 from dataclasses import dataclass, replace
 from pathlib import Path
 from zipfile import BadZipFile
@@ -163,9 +164,15 @@ class Trajectory:
                 rest = json.loads(str(file["about"]))
                 n = len(file["time"])
                 log = np.hstack([file[name].reshape(n, -1) for name in COLUMNS])
-        except (OSError, EOFError, KeyError, TypeError, ValueError, BadZipFile) as error:
-            raise InputError(f"{path}: not a trajectory: {error}") from None
-        rest["tree"] = Tree(**{name: np.array(value) for name, value in rest["tree"].items()})
-        rest["torque_limit"] = tuple(rest["torque_limit"])
-        rest["pushes"] = tuple(tuple(push) for push in rest["pushes"])
-        return cls(log=log, **rest)
+            rest["tree"] = Tree(**{name: np.array(value, dtype=float) for name, value in rest["tree"].items()})
+            rest["torque_limit"] = tuple(rest["torque_limit"])
+            rest["pushes"] = tuple(tuple(push) for push in rest["pushes"])
+            loaded = cls(log=log, **rest)
+            if log.shape != (n, WIDTH) or log.dtype != np.float64 or n == 0 or not loaded.tick > 0.0:
+                raise ValueError(f"arrays of {log.shape}, {log.dtype}")
+        except (OSError, EOFError, KeyError, TypeError, ValueError, AttributeError, BadZipFile, MemoryError, zlib.error,
+                NotImplementedError, RecursionError) as error:  # fmt: skip
+            raise InputError(
+                f"{path}: not a trajectory: {' '.join(str(error).split())[:200]}; remove it to have it simulated again"
+            ) from None
+        return loaded

@@ -45,7 +45,7 @@ class Comparison(NamedTuple):
         rows = [self.results[engine]["runs"] for engine in ENGINES]
         return {
             "scenario": self.scenario,
-            "passed": all(run["end"] != "diverged" for runs in rows for run in runs),
+            "passed": all(run["end"] not in ("diverged", campaign.LOST) for runs in rows for run in runs),
             "parted_at": parted_at(*(self.first[engine] for engine in ENGINES)),
             "metrics": self.metrics(),
             "results": self.results,
@@ -114,7 +114,8 @@ def write(comparison: Comparison, folder: Path) -> None:
         InputError: It cannot be written.
     """
     from biped.base.errors import InputError
-    from biped.ensemble.results import dumps
+    from biped.base.json import dumps
+    from biped.base.writing import write_text
     from biped.robot.model import compile_foreign
     from biped.scenario.reading import to_toml
     from biped.show.figures import plot_overlay
@@ -122,7 +123,7 @@ def write(comparison: Comparison, folder: Path) -> None:
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "comparison.json").write_text(dumps(comparison.as_dict(), indent=1), encoding="utf-8")
+        write_text(folder / "comparison.json", dumps(comparison.as_dict(), indent=1))
     except OSError as error:
         raise InputError(f"{folder}: cannot be written: {error.strerror}; choose another folder") from None
     plot_overlay(comparison.first, folder / "overlay.png", comparison.scenario)

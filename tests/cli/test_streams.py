@@ -75,13 +75,6 @@ def test_a_locale_without_our_letters():
     assert json.loads(out)["scenario"] == "ü"
 
 
-def test_a_working_folder_that_is_gone():
-    Path("gone").mkdir()
-    code, out, err = shell(f"cd gone; rmdir ../gone; {BIPED} run level_normal --set duration=0.1")
-    assert (code, out) == (1, "")
-    assert err == "biped: the working folder no longer exists; change to one that does\n"
-
-
 def raising(error: BaseException):
     def command(_args):
         raise error

@@ -226,7 +226,7 @@ def run(name: str = SCENARIO, json: bool = False, out: Path | None = None) -> di
 
         plot_walking(result, out)
     if json:
-        from biped.ensemble.results import dumps
+        from biped.base.json import dumps
 
         print(dumps(result))
     else:

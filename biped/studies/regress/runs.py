@@ -14,6 +14,7 @@ from typing import Any
 
 import msgspec
 
+from biped.base.errors import RunError
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.measure.trajectory import Trajectory
@@ -61,6 +62,8 @@ def measured(plan: Plan, jobs: int, date: str, platform: str, advance: Callable[
     rows = []
     with campaign.rows_of(plan, numbers, jobs, _with_digest) as finished:
         for row in finished:
+            if row["end"] == campaign.LOST:
+                raise RunError(f"run {row['index']}: {row['cause']}; nothing can be said of it")
             rows.append(row)
             advance()
     rows.sort(key=lambda row: row["index"])
