@@ -82,6 +82,12 @@ def is_file(path: Path) -> bool:
         return False
 
 
+def description_of(model: Path) -> Path:
+    """The file that describes a model file: the TOML file of its name beside it, or else the human's."""
+    own = model.with_suffix(".toml")
+    return own if is_file(own) else folder("models") / "human.toml"
+
+
 def canonical(kind: str, path: Path) -> str:
     """The name of a file in the folder of its kind, or the absolute path of one elsewhere."""
     try:

@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 _MARKS = (b"njit", b"biped.base.jit")
-_CONSTANTS = ("trajectory.py",)
+_CONSTANTS = ("trajectory.py", "topology.py", "leg_states.py")
 """Files without kernels whose numbers kernels take in."""
 
 

@@ -13,13 +13,14 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.base.files import locate, nearest
 from biped.base.text import echo, said
-from biped.control.record import ROWS
+from biped.robot.description import robot_at
 from biped.robot.model import bodies_of, posture_of, tree_at, true_tree
 from biped.robot.posture import project
 from biped.robot.run import Run
-from biped.robot.tree import ABSOLUTE_FROM_JOINT, LINKS, POINTS, Tree, absolute, from_absolute
+from biped.robot.topology import N_ANGLES, N_ROWS, NQ, PITCH
+from biped.robot.tree import ABSOLUTE_FROM_JOINT, Tree, absolute, from_absolute
 from biped.scenario.gains import Gains
-from biped.scenario.gait import Settings, read_gains, read_settings, resettled
+from biped.scenario.gait import Settings, read_gains, resettled, settings_on
 from biped.scenario.keys import Scenario, Start, Truth
 from biped.scenario.origin import UNKNOWN, Origin
 from biped.scenario.vary import DRAW, SWEEP, drawn, points_of, run_seed, stream, with_values
@@ -55,7 +56,7 @@ class Plan:
         self.origin = origin
         self._models: dict[str, tuple[Path, Tree]] = {}
         self._gaits: dict[tuple[str, Gains], Gains] = {}
-        self._settings: dict[str, Settings] = {}
+        self._settings: dict[tuple[str, str], Settings] = {}
         self._starts: dict[tuple[str, Start, tuple[float, ...]], np.ndarray] = {}
         self._point: tuple[int, Scenario] | None = None
         with origin.naming():
@@ -85,6 +86,7 @@ class Plan:
         s, values, seed = self._drawn(index)
         random = s.randomise
         path, _ = self._model(s.model)
+        s = self._pushable(s, path)
         return Run(
             scenario=s,
             model=path,
@@ -94,8 +96,8 @@ class Plan:
             values=values,
             q=self._start(s, seed),
             v=np.linalg.solve(ABSOLUTE_FROM_JOINT, np.array(s.start.v)),
-            mass_factor=_factors(random.controller_mass_matrix, seed, "controller_mass_matrix", (9, 9)),
-            row_factor=_factors(random.controller_constraints, seed, "controller_constraints", (ROWS, 9)),
+            mass_factor=_factors(random.controller_mass_matrix, seed, "controller_mass_matrix", (NQ, NQ)),
+            row_factor=_factors(random.controller_constraints, seed, "controller_constraints", (N_ROWS, NQ)),
             origin=self.origin,
         )
 
@@ -116,12 +118,14 @@ class Plan:
         """The scenario with the settings of its gait, where that is another than before."""
         if s.controller == before.controller:
             return s
-        return resettled(s, self._made_for(before.controller), self._made_for(s.controller), set(varied))
+        old, new = (self._made_for(s.model, controller) for controller in (before.controller, s.controller))
+        return resettled(s, old, new, set(varied))
 
-    def _made_for(self, controller: str) -> Settings:
-        if controller not in self._settings:
-            self._settings[controller] = read_settings(locate("controllers", controller, "controller"))[0]
-        return self._settings[controller]
+    def _made_for(self, model: str, controller: str) -> Settings:
+        if (model, controller) not in self._settings:
+            gait = locate("controllers", controller, "controller")
+            self._settings[model, controller] = settings_on(self._model(model)[0], gait)
+        return self._settings[model, controller]
 
     def _different(self) -> int:
         """How many runs of each point may differ in more than their random numbers."""
@@ -142,7 +146,7 @@ class Plan:
                 s, values, _ = self._drawn(index)
                 try:
                     self._gait(s)
-                    self._pushable(s)
+                    self._pushable(s, self._model(s.model)[0])
                     self._solid(s)
                     self._settled(s)
                 except InputError as error:
@@ -158,14 +162,23 @@ class Plan:
             self._models[name] = path, tree_at(path)
         return self._models[name]
 
-    def _pushable(self, s: Scenario) -> None:
+    def _pushable(self, s: Scenario, path: Path) -> Scenario:
+        """The scenario with pushes on bodies of its robot; the torso is one whatever it is called."""
+        if not s.push:
+            return s
+        torso, pushes = robot_at(path).base.link, []
         for i, push in enumerate(s.push):
-            bodies = bodies_of(self._model(s.model)[0]) if push.body != "torso" else ["torso"]
+            if push.body in ("torso", torso):
+                pushes.append(push if push.body == torso else msgspec.structs.replace(push, body=torso))
+                continue
+            bodies = bodies_of(path)
             if push.body not in bodies:
                 raise InputError(
                     f"push[{i}].body: model '{s.model}' has no body '{said(push.body)}'; {nearest(push.body, bodies)}",
                     f"push[{i}].body",
                 )
+            pushes.append(push)
+        return msgspec.structs.replace(s, push=tuple(pushes))
 
     def _gait(self, s: Scenario) -> Gains:
         key = s.controller, s.gains
@@ -190,8 +203,8 @@ class Plan:
         if s.truth == Truth():
             return
         tree, truth = self._model(s.model)[1], s.truth
-        true = true_tree(tree, truth)
-        for link, mass, inertia in zip(LINKS, true.mass, true.inertia, strict=True):
+        true, links = true_tree(tree, truth), robot_at(self._model(s.model)[0]).links
+        for link, mass, inertia in zip(links, true.mass, true.inertia, strict=True):
             if min(mass, inertia) < LEAST_INERTIA:
                 raise InputError(
                     f"truth: {link}: expected a mass and a moment of inertia of at least {LEAST_INERTIA:g}, got "
@@ -203,10 +216,10 @@ class Plan:
         q, start = self._settled(s), s.start
         if start.jitter > 0.0:
             q = absolute(q)
-            q[2:] += start.jitter * stream(seed, "start.jitter").standard_normal(7)
+            q[PITCH:] += start.jitter * stream(seed, "start.jitter").standard_normal(N_ANGLES)
             q = from_absolute(q)
             if start.settle:
-                q = project(self._true_tree(s), q, ())
+                q = project(self._true_tree(s), q, (), robot_at(self._model(s.model)[0]).points)
         return q
 
     def _true_tree(self, s: Scenario) -> Tree:
@@ -214,7 +227,7 @@ class Plan:
         return tree if s.truth == Truth() else true_tree(tree, s.truth)
 
     def _settled(self, s: Scenario) -> np.ndarray:
-        start = s.start
+        start, points = s.start, robot_at(self._model(s.model)[0]).points
         key = s.model, start, s.truth.length
         if key not in self._starts:
             if start.q is not None:
@@ -223,14 +236,14 @@ class Plan:
                 q, contacts = posture_of(self._model(s.model)[0], start.posture)
             contacts = contacts if start.contacts is None else start.contacts
             for name in contacts:
-                if name not in POINTS:
+                if name not in points:
                     raise InputError(
-                        f"start.contacts: '{said(name)}' is no contact point; {nearest(name, list(POINTS))}",
+                        f"start.contacts: '{said(name)}' is no contact point; {nearest(name, list(points))}",
                         "start.contacts",
                     )
             if len(self._starts) >= STARTS:
                 self._starts.clear()
-            self._starts[key] = project(self._true_tree(s), q, contacts) if start.settle else q
+            self._starts[key] = project(self._true_tree(s), q, contacts, points) if start.settle else q
         return self._starts[key]
 
 

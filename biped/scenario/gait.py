@@ -8,7 +8,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from biped.base.errors import InputError
-from biped.base.files import label, layered
+from biped.base.files import description_of, label, layered, read_toml
 from biped.base.text import echo
 from biped.scenario.gains import GAINS, Gains
 from biped.scenario.keys import Actuation, Scenario, Sensing
@@ -70,6 +70,27 @@ def read_settings(path: Path) -> tuple[Settings, Origin]:
     return settings, origin
 
 
+def habits_of(model: Path) -> tuple[dict[str, Any], Path]:
+    """What the description of a robot says of scenarios, as written, and the file that says it."""
+    path = description_of(model)
+    habits = read_toml(path).get("scenario", {})
+    if not isinstance(habits, dict):
+        raise InputError(f"{label(path)}: scenario: expected a table, [scenario], got {echo(habits)}")
+    return habits, path
+
+
+def settings_on(model: Path, controller: Path) -> Settings:
+    """The settings of a robot with a gait: what its description says, and over that what the gait was made for."""
+    habits, path = habits_of(model)
+    settings, _ = read_settings(controller)
+    origin = Origin(path)
+    for name, kind in SETTINGS.items():
+        table = habits.get(name, {})
+        section = convert(table, kind, lambda key, what, at=name: origin.fault(f"scenario.{at}.{key}", what))
+        settings[name] = {key: getattr(section, key) for key in table} | settings.get(name, {})
+    return settings
+
+
 def lay_below(data: dict[str, Any], origin: dict[str, Path], path: Path) -> None:
     """Lays a gait's settings below what a scenario says itself, in place.
 
@@ -112,8 +133,8 @@ def resettled(s: Scenario, old: Settings, new: Settings, varied: set[str]) -> Sc
 
     Args:
         s: The scenario, which names the new gait.
-        old: Settings of the gait it was read with.
-        new: Settings of the gait it names.
+        old: Settings of its robot with the gait it was read with.
+        new: Settings of its robot with the gait it names.
         varied: Dotted keys that have values of their own.
     """
     tables = {}

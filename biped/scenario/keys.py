@@ -1,7 +1,8 @@
 """What a user writes: a scenario file, typed. Reading and checking it is `biped.scenario.reading`.
 
 Every field of these records is a key of the TOML file; the defaults are the settings of the published results in
-docs/. Units are SI; angles in files are degrees where the key says so and radians otherwise.
+docs/, obtained with the human; a robot's description may say otherwise (`[scenario]` in models/*.toml). Units are SI;
+angles in files are degrees where the key says so and radians otherwise.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from biped.base.errors import InputError
 from biped.base.files import DEEPEST, canonical, is_file, layered, locate, merge, nearest, parse_toml
 from biped.base.text import said
-from biped.scenario.gait import lay_below
+from biped.scenario.gait import habits_of, lay_below
 from biped.scenario.keys import Scenario
 from biped.scenario.origin import COMMAND_LINE, Origin
 from biped.scenario.valid import convert, known_keys, possible
@@ -53,6 +53,31 @@ def read_scenario(name: str, changes: Sequence[str] = ()) -> Scenario:
     return read(name, changes).scenario
 
 
+def _on_robot(data: dict[str, Any], origin: dict[str, Path]) -> None:
+    """Lays what the robot's description says of scenarios under what this one and its gait say.
+
+    The step back is none of a robot's habits: its numbers are the robot's, but a scenario asks for it.
+    """
+    name = data.get("model", Scenario().model)
+    beside = origin["model"].parent if "model" in origin else None
+    try:
+        model = locate("models", name, "", beside)
+    except (InputError, AttributeError):
+        return  # a model that is not there, or no name at all, is refused where the scenario is checked
+    habits, path = habits_of(model)
+    if "backstep" not in data:
+        habits.pop("backstep", None)
+    _lay_under(data, habits, origin, path)
+
+
+def _lay_under(data: dict[str, Any], below: dict[str, Any], origin: dict[str, Path], path: Path, at: str = "") -> None:
+    for key, value in below.items():
+        if key not in data:
+            merge(data, {key: value}, origin, path, at)
+        elif isinstance(value, dict) and isinstance(data[key], dict):
+            _lay_under(data[key], value, origin, path, f"{at}{key}.")
+
+
 def _change(text: str) -> dict[str, Any]:
     key, equals, value = text.partition("=")
     key, shown = key.strip(), said(text)
@@ -89,6 +114,8 @@ def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path) -> Read:
     gait = data.get("controller", Scenario().controller)
     if isinstance(gait, str):  # otherwise the conversion says so
         lay_below(data, keys, found("controllers", gait, "controller", beside.get("controller")))
+    _on_robot(data, keys)
+    known_keys(data, Scenario, "", fail)
     scenario = convert(data, Scenario, fail)
     possible(scenario, fail)
     named: dict[str, Any] = {
