@@ -67,7 +67,7 @@ def test_the_harness_notices(monkeypatch):
     assert "no answer" in tried(hang)
     assert "control character" in tried(prints("\x1b[2J"))
     assert "exit code 3" in tried(prints("", 3))
-    assert "exit code 2" in tried(prints("", 2))
+    assert "paragraph" in tried(prints("", 2))
     assert "outside" in tried(lambda _: (Path("stray").write_text("") and 0) or 0)
     assert "outside" in tried(lambda _: (Path("../stray").write_text("") and 0) or 0)
     assert "outside" in tried(lambda _: Path("a").unlink() or 0)
