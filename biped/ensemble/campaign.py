@@ -2,41 +2,39 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
+from biped.ensemble.rows import LOST, Row
 from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
 from biped.scenario.keys import Scenario
 from biped.scenario.origin import Origin
 
-Row = dict[str, Any]
-"""One run's numbers: index, seed, what it drew, how it ended, then every metric."""
-
 Keep = Callable[[int, Trajectory, Row], None]
 """Called where a run was made with (index, trajectory, row), for what must be kept of it."""
-
-LOST = "lost"
-"""How a run ended that cost two workers: neither walked nor fell, its numbers are nan."""
 
 
 def simulate(run: Run) -> Trajectory:
     """Simulates a run in the engine that its scenario names."""
-    if run.scenario.engine == "home":
+    with run.origin.naming():
+        return _engine(run.scenario).simulate(run)
+
+
+def _engine(scenario: Scenario) -> ModuleType:
+    if scenario.engine == "home":
         from biped.engines import home as engine
     else:
         from biped.engines import mujoco as engine
-
-    with run.origin.naming():
-        return engine.simulate(run)
+    return engine
 
 
 def run_one(plan: Plan, index: int) -> tuple[Trajectory, Row]:
@@ -47,17 +45,18 @@ def run_one(plan: Plan, index: int) -> tuple[Trajectory, Row]:
     with np.errstate(all="ignore"):  # what blows up overflows, and is called so
         trajectory = simulate(run)
         numbers = measure(trajectory, run.scenario.interval)
-    row = {
-        "index": index,
-        "seed": run.seed,
-        "values": run.values,
-        "fell": bool(numbers.pop("falls")),
-        "end": trajectory.end,
-        "cause": trajectory.cause,
+    fell, walked = bool(numbers.pop("falls")), bool(numbers.pop("walked"))
+    row = Row(
+        index=index,
+        seed=run.seed,
+        values=run.values,
+        fell=fell,
+        end=trajectory.end,
+        cause=trajectory.cause,
+        walked=walked,
+        warnings=trajectory.warnings,
         **numbers,
-        "walked": bool(numbers["walked"]),
-        "warnings": trajectory.warnings,
-    }
+    )
     return trajectory, row
 
 
@@ -80,6 +79,11 @@ def rows_of(plan: Plan, indices: Iterable[int], jobs: int, keep: Keep | None = N
         An iterator over rows, in any order.
     """
     indices = list(indices)
+    if min(jobs, len(indices)) > 1:
+        # Forked workers share what is imported here: whoever takes a killed one's place is at work at once.
+        from biped.measure import metrics  # noqa: F401
+
+        _engine(plan.scenario)
     with workers(Making(plan, keep), min(jobs, len(indices))) as carried_out:
         yield carried_out(indices, ordered=False, lost=partial(_lost, plan))
 
@@ -111,19 +115,16 @@ def _making(scenario: Scenario, origin: Origin, keep: Keep | None) -> Making:
 
 
 def _lost(plan: Plan, index: int, error: BaseException) -> Row:
-    from biped.measure.metrics import NAMES
-
     run = plan.run(index)
-    return {
-        "index": index,
-        "seed": run.seed,
-        "values": run.values,
-        "fell": False,
-        "end": LOST,
-        "cause": f"lost: {error}, and so was the next",
-        **dict.fromkeys((name for name in NAMES if name != "falls"), math.nan),
-        "walked": False,
-        "stood": 0,
-        "time": 0.0,
-        "warnings": {},
-    }
+    cause = f"lost: {error}, and so was the next"
+    return Row(
+        index=index,
+        seed=run.seed,
+        values=run.values,
+        fell=False,
+        end=LOST,
+        cause=cause,
+        walked=False,
+        stood=0,
+        time=0.0,
+    )

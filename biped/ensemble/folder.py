@@ -107,20 +107,6 @@ class Folder:
                 return cls(path, plan, runs, fresh=True)
         raise AssertionError
 
-    def keep(self, number: int, cause: str, trajectory: Trajectory) -> None:
-        """Keeps a trajectory of run `number` in failures/, wherever the run was made, and how to see it again.
-
-        Raises:
-            RunError: It cannot be written.
-        """
-        folder = self.path / FAILURES
-        again = f"biped run {shlex.quote(label(self.path / 'scenario.toml'))} --only {number}"
-        with complaining(folder):
-            folder.mkdir(exist_ok=True)
-            with written(folder / f"run-{number:05d}.npz") as part:
-                trajectory.save(part)
-            write_text(folder / f"run-{number:05d}.txt", f"{cause}\nagain: {again}\n")
-
     def _make(self, folder: Path, exist_ok: bool = True) -> None:
         try:
             folder.mkdir()
@@ -208,6 +194,21 @@ class Folder:
         if self._kept_before or not (self.path / FAILURES).is_dir():
             return []
         return [path for path in (self.path / FAILURES).iterdir() if _KEPT.fullmatch(path.name)]
+
+
+def keep(folder: Path, number: int, cause: str, trajectory: Trajectory) -> None:
+    """Keeps a trajectory of run `number` of a results folder, wherever it was made, and how to see it again.
+
+    Raises:
+        RunError: It cannot be written.
+    """
+    kept = folder / FAILURES
+    again = f"biped run {shlex.quote(label(folder / 'scenario.toml'))} --only {number}"
+    with complaining(kept):
+        kept.mkdir(exist_ok=True)
+        with written(kept / f"run-{number:05d}.npz") as part:
+            trajectory.save(part)
+        write_text(kept / f"run-{number:05d}.txt", f"{cause}\nagain: {again}\n")
 
 
 def _holds_something_else(path: Path, text: str) -> bool:

@@ -150,7 +150,7 @@ def _serve(pipe: Connection, work: Callable[[Any], Any], inherited: list[Connect
     while True:
         try:
             item = pipe.recv()
-        except EOFError:
+        except (EOFError, OSError):  # the parent is gone
             return
         if item is _Stop:
             return
@@ -161,7 +161,7 @@ def _serve(pipe: Connection, work: Callable[[Any], Any], inherited: list[Connect
             answer = None, error
         try:
             pipe.send(answer)
-        except BrokenPipeError:
+        except OSError:
             return
         except Exception as error:  # what cannot be pickled cannot be handed over
             pipe.send((None, RunError(f"{answer[1] or type(answer[0]).__name__}: cannot be handed over: {error}")))

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from biped.base.statistics import wilson
-from biped.ensemble.campaign import LOST, Row
 from biped.ensemble.checks import Check, judge
 from biped.ensemble.plan import Plan
+from biped.ensemble.rows import Row
 from biped.ensemble.sweeps import by_point, thresholds
 from biped.measure.metrics import NAMES, aggregate
 
@@ -21,12 +21,13 @@ def result_of(name: str, plan: Plan, rows: Sequence[Row]) -> dict[str, Any]:
     It passes when all expectations hold; without expectations, when a single run stayed up; never if a run diverged or
     was lost.
     """
-    summary = aggregate([row | {"falls": row["fell"]} for row in rows])
+    runs = [row.as_dict() for row in rows]
+    summary = aggregate([run | {"falls": run["fell"]} for run in runs])
     checks: list[Check] = judge(plan.scenario.expect, summary)
-    failed = any(row["end"] in ("diverged", LOST) for row in rows)
-    lone_fall = not checks and len(rows) == 1 and rows[0]["fell"]
+    failed = any(row.lost or row.end == "diverged" for row in rows)
+    lone_fall = not checks and len(rows) == 1 and rows[0].fell
     low, high = wilson(int(summary["walked"]), len(rows))
-    points = by_point(plan.scenario, rows) if plan.scenario.sweep else []
+    points = by_point(plan.scenario, runs) if plan.scenario.sweep else []
     swept = {"points": points, "thresholds": thresholds(plan.scenario, points)} if points else {}
     return {
         "scenario": name,
@@ -34,7 +35,7 @@ def result_of(name: str, plan: Plan, rows: Sequence[Row]) -> dict[str, Any]:
         "passed": all(check.passed for check in checks) and not failed and not lone_fall,
         "summary": {name: summary[name] for name in NAMES} | {"runs": len(rows), "walked_interval": [low, high]},
         "thesis": plan.scenario.thesis,
-        "runs": list(rows),
+        "runs": runs,
         "checks": [check._asdict() for check in checks],
         **swept,
     }
@@ -45,13 +46,13 @@ def write_table(path: Path, rows: Sequence[Row]) -> None:
     import pyarrow
     import pyarrow.parquet
 
-    flat = [_flat(row) for row in rows]
+    flat = [_flat(row.as_dict()) for row in rows]
     names = list(dict.fromkeys(name for row in flat for name in row))
     table = pyarrow.table({name: [row.get(name) for row in flat] for name in names})
     pyarrow.parquet.write_table(table, path)
 
 
-def _flat(row: Row) -> dict[str, Any]:
+def _flat(row: dict[str, Any]) -> dict[str, Any]:
     flat: dict[str, Any] = {}
     for key, value in row.items():
         if isinstance(value, dict):

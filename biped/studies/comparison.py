@@ -13,6 +13,7 @@ import numpy as np
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.ensemble.results import result_of
+from biped.ensemble.rows import LOST
 from biped.measure.metrics import NAMES
 from biped.measure.trajectory import Trajectory
 from biped.robot.tree import absolute
@@ -45,7 +46,7 @@ class Comparison(NamedTuple):
         rows = [self.results[engine]["runs"] for engine in ENGINES]
         return {
             "scenario": self.scenario,
-            "passed": all(run["end"] not in ("diverged", campaign.LOST) for runs in rows for run in runs),
+            "passed": all(run["end"] not in ("diverged", LOST) for runs in rows for run in runs),
             "parted_at": parted_at(*(self.first[engine] for engine in ENGINES)),
             "metrics": self.metrics(),
             "results": self.results,
@@ -97,7 +98,7 @@ def compare(name: str, title: str, changes: Sequence[str], jobs: int) -> Compari
             rows = [row]
         else:
             with campaign.rows_of(plan, range(len(plan)), jobs) as finished:
-                rows = sorted(finished, key=lambda row: row["index"])
+                rows = sorted(finished, key=lambda row: row.index)
             first[engine] = campaign.simulate(plan.run(0))
         results[engine] = result_of(title, plan, rows)
     return Comparison(title, description, plans, results, first)

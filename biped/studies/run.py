@@ -12,9 +12,10 @@ from biped.base.errors import InputError
 from biped.base.files import canonical, label, locate
 from biped.base.json import dumps
 from biped.ensemble import campaign
-from biped.ensemble.folder import Folder
+from biped.ensemble.folder import Folder, keep
 from biped.ensemble.plan import Plan
 from biped.ensemble.results import result_of, write_table
+from biped.ensemble.rows import Row
 from biped.measure.trajectory import Trajectory
 from biped.scenario.reading import read
 from biped.scenario.vary import run_seed
@@ -33,10 +34,10 @@ def title_of(name: str) -> str:
     return path.stem if Path(known).suffix else known
 
 
-def _keep(folder: Folder, index: int, trajectory: Trajectory, row: campaign.Row) -> None:
+def _keep(folder: Path, index: int, trajectory: Trajectory, row: Row) -> None:
     """Keeps the last seconds of a run that fell."""
-    if row["fell"]:
-        folder.keep(index, row["cause"], trajectory.last(LAST_SECONDS))
+    if row.fell:
+        keep(folder, index, row.cause, trajectory.last(LAST_SECONDS))
 
 
 def run(
@@ -106,7 +107,7 @@ def _results(
     known: dict[int, Trajectory] = {}
     if len(indices) == 1:
         trajectory, row = campaign.run_one(plan, indices[0])
-        rows, known = [row], {row["index"]: trajectory}
+        rows, known = [row], {row.index: trajectory}
         if where is not None:
             with where.saving("trajectory.npz") as part:
                 trajectory.save(part)
@@ -125,29 +126,30 @@ def _results(
     return result
 
 
-def _ensemble(plan: Plan, indices: Sequence[int], jobs: int, where: Folder | None, progress) -> list[campaign.Row]:
+def _ensemble(plan: Plan, indices: Sequence[int], jobs: int, where: Folder | None, progress) -> list[Row]:
     """Rows of an ensemble in order, those an interrupted campaign left included."""
     done = _finished(plan, where) if where else {}
     left = [index for index in indices if index not in done]
-    keep = partial(_keep, where) if where else None
+    kept = partial(_keep, where.path) if where else None
     if left:
-        with campaign.rows_of(plan, left, jobs, keep) as rows, progress(len(indices), len(done)) as advance:
+        with campaign.rows_of(plan, left, jobs, kept) as rows, progress(len(indices), len(done)) as advance:
             for row in rows:
-                done[row["index"]] = row if where is None else where.note(row)
+                # What goes on from a journal must not be told from what was never stopped.
+                done[row.index] = row if where is None else Row.of(where.note(row.as_dict()))
                 advance()
     return [done[index] for index in indices]
 
 
-def _finished(plan: Plan, where: Folder) -> dict[int, campaign.Row]:
+def _finished(plan: Plan, where: Folder) -> dict[int, Row]:
     """Rows by number that are done with; a lost run is made again, and so is one whose seed is not the plan's."""
     seeds = [run_seed(plan.scenario.seed, number) for number in range(plan.scenario.randomise.runs)]
-    rows = where.finished()
+    rows = [Row.of(record) for record in where.finished()]
     for words in where.notes:
         print(f"biped: {words}", file=sys.stderr)
     return {
-        row["index"]: row
+        row.index: row
         for row in rows
-        if row["end"] != campaign.LOST and row["index"] < len(plan) and row["seed"] == seeds[row["index"] % len(seeds)]
+        if not row.lost and row.index < len(plan) and row.seed == seeds[row.index % len(seeds)]
     }
 
 

@@ -60,7 +60,7 @@ def ensemble_costs(name: str = "level_normal", jobs: int | None = None) -> dict[
         bare = (time.perf_counter() - start) / (ENSEMBLE * len(trajectory))
     start = time.perf_counter()
     with campaign.rows_of(plan, range(ENSEMBLE), jobs) as rows:
-        ticks = sum(round(row["time"] * plan.scenario.simulation.control_rate) for row in rows)
+        ticks = sum(round(row.time * plan.scenario.simulation.control_rate) for row in rows)
     wall = time.perf_counter() - start
     return {
         "runs": ENSEMBLE,
