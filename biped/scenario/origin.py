@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from types import MappingProxyType
 from typing import NamedTuple
 
 from biped.base.errors import InputError
@@ -23,7 +22,7 @@ class Origin(NamedTuple):
     """
 
     file: Path | None = None
-    keys: Mapping[str, Path] = MappingProxyType({})
+    keys: Mapping[str, Path] = {}
 
     def of(self, key: str) -> str:
         """The file (or --set) that a dotted key comes from; the scenario file if nobody wrote it."""
