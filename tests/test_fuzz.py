@@ -48,11 +48,11 @@ def test_the_harness_notices(monkeypatch):
     """A fault of every sort that the harness looks for is found."""
     from pathlib import Path
 
-    from biped.cli import main as cli
+    from biped.cli.commands import list as listing
     from tests.fuzz.cases import Case
 
     def tried(command) -> str:
-        monkeypatch.setitem(cli._COMMANDS, "list", command)
+        monkeypatch.setattr(listing, "command", command)
         return fault(Case(("list",), {"a": b""}), seconds=0.5)[1] or ""
 
     def hang(_):

@@ -19,7 +19,7 @@ def safe_streams() -> Iterator[None]:
     """
     codecs.register_error("biped", _by_number)
     whole = sys.stdout, sys.stderr
-    opened = []
+    opened, pipes = [], []
     for name, number in (("stdout", 1), ("stderr", 2)):
         stream = getattr(sys, name)
         if stream is None:  # closed; its number must not become that of a results file
@@ -29,11 +29,12 @@ def safe_streams() -> Iterator[None]:
                 os.dup2(stream.fileno(), number)
         elif hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="biped")
-        setattr(sys, name, _Pipe(stream))
+        pipes.append(_Pipe(stream))
+        setattr(sys, name, pipes[-1])
     try:
         yield
     finally:
-        for stream in (sys.stdout, sys.stderr):
+        for stream in pipes:
             try:
                 stream.flush()
             except OSError:  # a full disk, which was said where it could be

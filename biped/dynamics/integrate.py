@@ -95,7 +95,7 @@ def integrate(
         np.full(samples, system.m),
         np.zeros(5, np.int64),
     )
-    loop = compiled_march() if system.compiled else march.march
+    loop: Any = compiled_march() if system.compiled else march.march
     grid = march.Grid(float(t), float(dt), steps, every)
     room = stages.room(system.n, system.m, scheme.tableau.b.size)
     code, when = loop(*system.functions, system.p, grid, scheme.settings(), scheme.tableau, q, v, room, out)

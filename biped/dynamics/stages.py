@@ -35,7 +35,7 @@ class Room(NamedTuple):
 def room(n: int, m: int, stages: int) -> Room:
     """Room for a system of n coordinates and m constraints under a scheme of so many stages."""
     shapes = ((n, n), (m, n), n, m, m, m, m, n, n, n, n, (stages, n), (stages, n), n, n)
-    return Room(*(np.zeros(shape) for shape in shapes), workspace(n, m))
+    return Room._make([*(np.zeros(shape) for shape in shapes), workspace(n, m)])
 
 
 @kernel

@@ -10,6 +10,7 @@ from numba import float64, njit, types
 from numba.core.errors import NumbaError
 
 from biped.base.errors import InputError
+from biped.base.jit import cached
 
 _V, _M = float64[::1], float64[:, ::1]
 VECTOR = types.void(float64, _V, _V, _V, _V)
@@ -161,6 +162,7 @@ def _compile(system: str, name: str, function: Callable[..., Any]) -> Callable[.
 
 def _jit(function: Callable[..., Any], signature: Any) -> Callable[..., Any]:
     try:
-        return njit(signature, cache=True, error_model="numpy")(function)
+        with cached():
+            return njit(signature, cache=True, error_model="numpy")(function)
     except RuntimeError:  # no file to keep the compiled code beside: a prompt, a notebook, exec
         return njit(signature, error_model="numpy")(function)

@@ -14,6 +14,7 @@ from biped.base.errors import InputError
 from biped.base.files import locate, nearest
 from biped.base.text import echo, said
 from biped.robot.description import robot_at
+from biped.robot.given import Factory
 from biped.robot.model import bodies_of, posture_of, tree_at, true_tree
 from biped.robot.posture import project
 from biped.robot.run import Run
@@ -42,6 +43,7 @@ class Plan:
         scenario: A checked scenario.
         origin: Where its keys were written, so that errors name the file.
         checked: Whether all draws were checked before, so that only the first run at each point is.
+        law: Makes the law of every run; default: what the scenario says.
 
     Attributes:
         scenario: The same, effective: its gains written out.
@@ -52,8 +54,8 @@ class Plan:
         InputError: Model, gait, start posture, sweep or draws cannot be used.
     """
 
-    def __init__(self, scenario: Scenario, origin: Origin = UNKNOWN, checked: bool = False):
-        self.origin = origin
+    def __init__(self, scenario: Scenario, origin: Origin = UNKNOWN, checked: bool = False, law: Factory | None = None):
+        self.origin, self.law = origin, law
         self._models: dict[str, tuple[Path, Tree]] = {}
         self._gaits: dict[tuple[str, Gains], Gains] = {}
         self._settings: dict[tuple[str, str], Settings] = {}
@@ -99,6 +101,7 @@ class Plan:
             mass_factor=_factors(random.controller_mass_matrix, seed, "controller_mass_matrix", (NQ, NQ)),
             row_factor=_factors(random.controller_constraints, seed, "controller_constraints", (N_ROWS, NQ)),
             origin=self.origin,
+            law=self.law,
         )
 
     def _drawn(self, index: int) -> tuple[Scenario, dict[str, object], int]:

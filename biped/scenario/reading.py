@@ -13,6 +13,7 @@ from msgspec.structs import replace
 from biped.base.errors import InputError
 from biped.base.files import DEEPEST, canonical, is_file, layered, locate, merge, nearest, parse_toml
 from biped.base.text import said
+from biped.scenario import thesis
 from biped.scenario.gait import habits_of, lay_below
 from biped.scenario.keys import Scenario
 from biped.scenario.origin import COMMAND_LINE, Origin
@@ -32,7 +33,7 @@ class Read(NamedTuple):
 
 
 def read(name: str, changes: Sequence[str] = ()) -> Read:
-    """Reads, layers, overrides and checks a scenario.
+    """Reads, layers, overrides and checks a scenario; the thesis's numbers of another gait or place are left out.
 
     Args:
         name: A scenario's name or path.
@@ -45,7 +46,8 @@ def read(name: str, changes: Sequence[str] = ()) -> Read:
     data, origin = layered(path, "scenarios")
     for change in changes:
         merge(data, _change(change), origin, COMMAND_LINE)
-    return _checked(data, origin, path)
+    scenario, whence = _checked(data, origin, path)
+    return Read(replace(scenario, thesis=thesis.about(data, origin)) if scenario.thesis else scenario, whence)
 
 
 def read_scenario(name: str, changes: Sequence[str] = ()) -> Scenario:

@@ -72,7 +72,7 @@ class Points(Sequence[dict[str, Any]]):
             raise IndexError(index)
         index %= len(self)
         point = {}
-        for key, values in reversed(self._sweep.items()):
+        for key, values in reversed(list(self._sweep.items())):
             index, place = divmod(index, len(values))
             point[key] = values[place]
         return {key: point[key] for key in self._sweep}

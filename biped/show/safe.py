@@ -31,7 +31,7 @@ class SafeConsole(Console):
         try:
             return super().render_str(_OPENING.sub(_escaped, text), **settings)
         except MarkupError:  # a style that ends without having begun
-            return super().render_str(text, **settings | {"markup": False})
+            return super().render_str(text, **{**settings, "markup": False})
 
 
 def _escaped(found: re.Match[str]) -> str:
