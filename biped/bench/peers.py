@@ -179,7 +179,7 @@ def ida_stabilised(system: Any, start: tuple[np.ndarray, np.ndarray], rtol: floa
     n, m = system.n, system.m
     M, Q, A = np.zeros((n, n)), np.zeros(n), np.zeros((m, n))
     phi, b_q = np.zeros(m), np.zeros(m)
-    mass, force, fill_phi, fill_A, fill_b_q, _, _ = system.functions
+    mass, force, fill_phi, fill_A, fill_b_q = system.functions[:5]
     p = system.p
 
     def residual(t, y, yp, res):
