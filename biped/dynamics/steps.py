@@ -87,6 +87,7 @@ def advance(f, t, p, h, rest, longest, cuts, ratio, rank, settings, tableau, q, 
     """
     adaptive = settings.rtol > 0.0
     step = min(h, rest) if adaptive else rest
+    failed, when = TOO_MANY_RETRIES, t
     for tries in range(RETRIES):
         code, ts, step, nearest, parted = part(f, t, p, step, cuts, ratio, rank, settings, tableau, q, v, room)
         if code == OK and not leave_step(step, tableau, q, v, room):
@@ -98,8 +99,10 @@ def advance(f, t, p, h, rest, longest, cuts, ratio, rank, settings, tableau, q, 
         if error <= (CROSSING if near else 1.0):
             longer = step * min(5.0, 0.9 * max(error, 1e-12) ** (-1.0 / 8.0))
             return OK, ts, step, max(h, longer) if tries == 0 and step < h else longer, 0
+        if code != OK and failed == TOO_MANY_RETRIES:  # what the longest step met says more than the last does
+            failed, when = code, ts
         room.seen[REFUSED] += 1
         step *= max(0.2, 0.9 * error ** (-1.0 / 8.0))
         if step < 1e-14 * max(abs(t), rest) or (near and step < SHORTEST * longest):
             break
-    return TOO_MANY_RETRIES, t, step, h, 0
+    return failed, when, step, h, 0
