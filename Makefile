@@ -6,8 +6,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 # Short tests of compiled kernels: `make coverage` runs them as plain Python too.
-KERNEL_TESTS := tests/control tests/rigid tests/engines/test_mujoco.py tests/dynamics/test_linalg.py \
-	tests/test_posture.py tests/test_kernels.py::test_compiled_kernels_do_what_they_do_as_plain_python
+KERNEL_TESTS := tests/control tests/engines/rigid tests/numerics tests/engines/test_mujoco.py tests/dynamics/test_linalg.py \
+	tests/robot/test_posture.py tests/base/test_kernels.py::test_compiled_kernels_do_what_they_do_as_plain_python
 # One BLAS thread: 9x9 problems gain nothing from more and can lose milliseconds.
 export OPENBLAS_NUM_THREADS := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1

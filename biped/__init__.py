@@ -6,7 +6,7 @@ never tuned in (MuJoCo) and in the one it comes from (the constrained dynamics o
 
 import os
 
-from biped.kernels import place_cache
+from biped.base.kernels import place_cache
 
 # 9x9 problems gain nothing from BLAS threads and lose milliseconds under load; must precede numpy's import.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

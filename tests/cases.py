@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from biped.cli import main
+from biped.cli.main import main
 
 SHORT = """description = "Half a second"
 duration = 0.5

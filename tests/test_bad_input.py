@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from biped.cli import main
+from biped.cli.main import main
 from tests.bad import HUMAN, KINDS, LAWS, Bad
 
 
@@ -63,7 +63,7 @@ def test_bad_input_of_the_real_command(name, tmp_path):
     there = prepared(bad, tmp_path)
     root = Path(__file__).parent.parent
     done = subprocess.run(
-        [sys.executable, "-m", "biped.cli", *bad.argv],
+        [sys.executable, "-m", "biped.cli.main", *bad.argv],
         cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(root)}, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert_good_answer(bad, done.returncode, done.stdout, done.stderr)
@@ -71,13 +71,17 @@ def test_bad_input_of_the_real_command(name, tmp_path):
 
 
 def test_law_that_fails_in_a_worker(tmp_path, monkeypatch, capsys):
-    """The complaint crosses from the process that found it, and the journal of the others goes."""
+    """The complaint crosses from the process that found it; what was finished before is kept, and nothing else."""
     bad = next(bad for bad in LAWS if bad.name == "law that raises in one run of many")
     prepared(bad, tmp_path)
     monkeypatch.chdir(tmp_path)
     code = main(["run", "s.toml", "--jobs", "2", "--out", "deep/down"])
-    assert_good_answer(bad, code, *capsys.readouterr())
-    assert not Path("deep").exists()
+    answer = capsys.readouterr()
+    assert_good_answer(bad, code, *answer)
+    noted = Path("deep/down/runs.jsonl").exists()
+    assert noted == ("finished runs are kept in deep/down/" in answer.err)
+    kept = {path.name for path in Path().glob("deep/down/*")}
+    assert kept - {"failures"} == ({"scenario.toml", "runs.jsonl"} if noted else set())
 
 
 def test_good_input_is_not_refused(tmp_path, monkeypatch, capsys):

@@ -13,13 +13,13 @@ import re
 import numpy as np
 import pytest
 
-from biped.campaign import simulate
-from biped.commands import plan_of
-from biped.geometry import motion
-from biped.metrics.energy import residual
-from biped.model import GRAVITY
-from biped.sensors import Sensors
-from biped.trajectory import Trajectory
+from biped.control.sensors import Sensors
+from biped.ensemble.campaign import simulate
+from biped.measure.metrics.energy import residual
+from biped.measure.trajectory import Trajectory
+from biped.robot.model import GRAVITY
+from biped.robot.tree import motion
+from biped.studies.run import plan_of
 
 SOUND, FLAGGED, FAILED = "sound", "flagged", "failed"
 CLOSES = 0.02

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from biped import campaign
-from biped.metrics import measure
-from biped.plan import Plan
-from biped.reading import read_scenario
-from biped.results import result_of
+from biped.ensemble import campaign
+from biped.ensemble.plan import Plan
+from biped.ensemble.results import result_of
+from biped.measure.metrics import measure
+from biped.scenario.reading import read_scenario
 
 
 @pytest.mark.parametrize(("gait", "speed"), [("slow", 0.755), ("normal", 0.90), ("fast", 1.05), ("style", 1.13)])
@@ -47,7 +47,7 @@ def test_published_gains_with_the_release_test_walk_and_without_it_walk_less():
         # All 50 starts of each cell: the slow gait's speed lies 0.6 % within its band, and 20 starts scatter by 2 %.
         plan = Plan(read_scenario(f"thesis/{name}", ['sweep.controller=["slow","normal","fast"]']))
         with campaign.rows_of(plan, range(len(plan)), campaign.cores()) as rows:
-            result = result_of(name, plan, sorted(rows, key=lambda row: row["index"]))
+            result = result_of(name, plan, sorted(rows, key=lambda row: row.index))
         rates[name] = result["summary"]["walked"] / 450
         if name == "level":
             for gait, speed, cost in (("slow", 0.57, 0.21), ("normal", 0.70, 0.21), ("fast", 0.80, 0.23)):

@@ -7,14 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from biped.control import record
-from biped.control.controller import Tick, set_gains
-from biped.gains import Gains
-from biped.plan import Run
-from biped.scenario import ActuationChange
-
-GAIT = ("k_d1", "b_d1", "theta_b", "k", "b", "theta_l", "theta_a")
-"""Fields of the record that are the gait."""
+from biped.control.law import Tick
+from biped.control.record import GAIT
+from biped.control.setup import set_gains
+from biped.robot.run import Run
+from biped.scenario.gains import Gains
+from biped.scenario.keys import ActuationChange
 
 
 class _Step(NamedTuple):
@@ -23,8 +21,8 @@ class _Step(NamedTuple):
     Attributes:
         first: The tick it begins with.
         count: Ticks until its gains hold.
-        before: Record of the gains that it begins at.
-        after: Record of the gains that it ends at.
+        before: The gait that it begins at.
+        after: The gait that it ends at.
         actuation: Settings that change with the first tick.
     """
 
@@ -63,18 +61,18 @@ def _steps(run: Run) -> list[_Step]:
 
 
 def _as_record(gains: Gains) -> np.void:
-    c = record.new()[0]
-    set_gains(c, gains)
-    return c
+    gait = np.zeros(1, GAIT)[0]
+    set_gains(gait, gains)
+    return gait
 
 
 def _applied(c: np.void, step: _Step, k: int) -> bool:
     """Brings the record to tick k of a change; returns whether the change is complete."""
     share = min(1.0, (k - step.first + 1) / step.count)
-    for name in GAIT:
-        c[name] = (1.0 - share) * step.before[name] + share * step.after[name]
+    for name in GAIT.fields or ():
+        c["gait"][name] = (1.0 - share) * step.before[name] + share * step.after[name]
     if step.actuation.contacts is not None:
-        c["release"] = step.actuation.contacts == "released"
+        c["actuation"]["release"] = step.actuation.contacts == "released"
     if step.actuation.release_force is not None:
-        c["release_force"] = step.actuation.release_force
+        c["actuation"]["release_force"] = step.actuation.release_force
     return share == 1.0

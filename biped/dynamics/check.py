@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
+from biped.base.errors import InputError
 from biped.dynamics.system import ConstrainedSystem
-from biped.errors import InputError
 
 STEP = 1e-6
 

@@ -1,10 +1,10 @@
 """Where within a step an event function passes through zero."""
 
+from biped.base.jit import kernel
 from biped.dynamics.compiled import shared
 from biped.dynamics.linalg import copy
 from biped.dynamics.room import FIRED, PLACE, SPEED
 from biped.dynamics.stages import NOT_FINITE, OK, attempt, leave_step
-from biped.jit import kernel
 
 TRIALS = 100  # steps that may be spent on finding one event
 WITHIN = 1e-13  # part of the step that its time is found to

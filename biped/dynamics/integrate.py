@@ -7,6 +7,8 @@ import numpy as np
 from numba import float64, typeof, types
 from numpy.typing import ArrayLike
 
+from biped.base.errors import InputError, RunError
+from biped.base.jit import kernel
 from biped.dynamics import march, pattern, stages
 from biped.dynamics import rank as ranks
 from biped.dynamics import room as rooms
@@ -15,8 +17,6 @@ from biped.dynamics.schemes import RK4, Scheme
 from biped.dynamics.sparse import Sparse, dense
 from biped.dynamics.system import SIGNATURES, ConstrainedSystem
 from biped.dynamics.trajectory import Trajectory
-from biped.errors import InputError, RunError
-from biped.jit import kernel
 
 MOST_VALUES = 500_000_000
 """Numbers a trajectory may hold (4 GB)."""

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from biped.jit import kernel
+from biped.base.jit import kernel
 
 RANK_TOLERANCE = 1e-12
 """A row of C closer than this (relative, rows scaled to length one) to the span of the others is dependent.

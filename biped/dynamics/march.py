@@ -2,13 +2,13 @@
 
 import numpy as np
 
+from biped.base.jit import kernel
 from biped.dynamics.events import happened, locate
 from biped.dynamics.linalg import copy
 from biped.dynamics.room import PLACE, SPEED, SPLIT, TAKEN, Functions, keep, largest
 from biped.dynamics.sparse import spilled
 from biped.dynamics.stages import EVENT, OK, SPILLED, TOO_MANY_RETRIES, UNSETTLED, begin
 from biped.dynamics.steps import advance
-from biped.jit import kernel
 
 FIRST = 1e-3  # an adaptive scheme's first step, as a part of its longest
 LARGE = 0.1  # correction, as a part of the step's motion, that must shrink

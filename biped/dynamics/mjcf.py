@@ -7,8 +7,8 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
+from biped.base.errors import InputError
 from biped.dynamics.system import ConstrainedSystem
-from biped.errors import InputError
 
 
 class Mechanism(NamedTuple):

@@ -4,9 +4,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from biped.base.jit import kernel
 from biped.dynamics.linalg import Workspace, copy, workspace
 from biped.dynamics.sparse import Sparse, dense
-from biped.jit import kernel
 
 KEPT, TAKEN = range(2)
 """What `Samples.count` counts."""

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from biped.base.errors import InputError
 from biped.dynamics import dop853
-from biped.errors import InputError
 
 LEAST_RTOL = 1e-14
 """Relative tolerance below which every step would fail: rounding alone is larger."""

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from biped.jit import kernel
+from biped.base.jit import kernel
 
 REFINED = 1e-2
 """Pivot ratio below which a solution is refined: the factors alone lose as many digits as its square has."""

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from biped.base.jit import kernel
 from biped.dynamics.compiled import shared
 from biped.dynamics.linalg import SAFE_RATIO, apply_w, choose_rows, copy, dot, factor, solve_mass
 from biped.dynamics.room import (
@@ -23,7 +24,6 @@ from biped.dynamics.room import (
 )
 from biped.dynamics.schemes import Correction
 from biped.dynamics.sparse import SPARSE_RATIO, activate, clear, factor_sparse, row_products, solve_sparse
-from biped.jit import kernel
 
 NONE, EMBEDDED, BAUMGARTE, PROJECTED = (int(c) for c in Correction)
 

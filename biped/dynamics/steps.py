@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from biped.base.jit import kernel
 from biped.dynamics.compiled import shared
 from biped.dynamics.room import PLACE, REFUSED, SPEED
 from biped.dynamics.stages import NOT_FINITE, OK, TOO_MANY_RETRIES, attempt, leave_step
-from biped.jit import kernel
 
 RETRIES = 30  # refusals of one adaptive step
 CUTS = (0.382, 0.618, 0.236, 0.764)  # where a step is parted to keep its stages off a singularity

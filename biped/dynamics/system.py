@@ -9,7 +9,7 @@ import numpy as np
 from numba import float64, njit, types
 from numba.core.errors import NumbaError
 
-from biped.errors import InputError
+from biped.base.errors import InputError
 
 _V, _M = float64[::1], float64[:, ::1]
 VECTOR = types.void(float64, _V, _V, _V, _V)

@@ -11,12 +11,13 @@ from dataclasses import replace
 import numpy as np
 
 from biped.engines.loop import drive
-from biped.geometry import LINKS
-from biped.model import tree_at, true_tree
-from biped.plan import Run
-from biped.rigid.events import advance, touch_down
-from biped.rigid.record import rigid_record
-from biped.trajectory import FORCE, STOP, Trajectory
+from biped.engines.rigid.events import advance, touch_down
+from biped.engines.rigid.record import rigid_record
+from biped.measure.trajectory import FORCE, STOP, WIDTH, Trajectory
+from biped.robot.description import robot_at
+from biped.robot.model import tree_at, true_tree
+from biped.robot.run import Run
+from biped.robot.topology import BASE, STOP_ROW
 
 
 def simulate(run: Run) -> Trajectory:
@@ -42,22 +43,22 @@ def simulate_with_ledger(run: Run) -> tuple[Trajectory, np.ndarray]:
     q, v = np.array(run.q), np.array(run.v)
     rigid = rigid_record(run.model, s.ground.slope, s.truth)
     w = rigid[0]
-    impulse = w["impulse"]
+    impulse = w["ledger"]["impulse"]
     touch_down(rigid, q, v)
 
     def push(forces: np.ndarray) -> None:
-        w["push"], w["pushed"] = forces, forces.any()
+        w["acting"]["push"], w["acting"]["pushed"] = forces, forces.any()
 
     def step(k: int, log: np.ndarray) -> None:
         advance(rigid, q, v, tick / steps, steps)
         # Rows come normal first; the log wants (forward, normal). A stop's torque bends the knee: negative.
         line = log[k]
-        line[FORCE : FORCE + 8 : 2] = impulse[1:8:2] / tick
-        line[FORCE + 1 : FORCE + 8 : 2] = impulse[0:8:2] / tick
-        line[STOP : STOP + 2] = impulse[8:] / -tick
+        line[FORCE:STOP:2] = impulse[1:STOP_ROW:2] / tick
+        line[FORCE + 1 : STOP : 2] = impulse[0:STOP_ROW:2] / tick
+        line[STOP:WIDTH] = impulse[STOP_ROW:] / -tick
 
-    applied = w["Q"] if s.actuation.mode == "generalized" else w["Q"][3:]
+    applied = w["acting"]["Q"] if s.actuation.mode == "generalized" else w["acting"]["Q"][BASE:]
     tree = true_tree(tree_at(run.model), s.truth)
-    trajectory = drive(run, tree, q, v, applied, LINKS, push, step)
-    capped = int(w["capped"])
+    trajectory = drive(run, tree, q, v, applied, robot_at(run.model).links, push, step)
+    capped = int(w["ledger"]["capped"])
     return replace(trajectory, warnings={"chattering_steps": capped} if capped else {}), rigid

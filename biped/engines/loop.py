@@ -9,19 +9,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from biped.control.controller import Law, law_of
+from biped.base.errors import InputError
+from biped.base.files import nearest
+from biped.control.controller import law_of
+from biped.control.law import Law
 from biped.control.tick import GOING, LOW, TILTED
-from biped.errors import InputError
-from biped.files import nearest
-from biped.geometry import JOINTS, Tree
-from biped.model import torque_limits, tree_at
-from biped.plan import Run
-from biped.scenario import Scenario
-from biped.scenario import Sensors as SensorKeys
-from biped.trajectory import Q_D, WIDTH, Q, Trajectory, U, V
+from biped.measure.trajectory import Q_D, WIDTH, Q, Trajectory, U, V
+from biped.robot.description import Robot, robot_at
+from biped.robot.model import torque_limits, tree_at
+from biped.robot.run import Run
+from biped.robot.topology import NQ, NU, PITCH, X
+from biped.robot.tree import Tree
+from biped.scenario.keys import Scenario
+from biped.scenario.keys import Sensors as SensorKeys
 
 if TYPE_CHECKING:
-    from biped.sensors import Sensors
+    from biped.control.sensors import Sensors
 
 NO_SENSORS = SensorKeys()
 
@@ -65,7 +68,7 @@ def drive(
     law = law_of(run, tree_at(run.model), *((q, v) if sensors is None else (sensors.q, sensors.v)), log)
     generalized = s.actuation.mode == "generalized"
     wanted = law.Q_d if generalized else law.u
-    logged = slice(Q_D, Q_D + 9) if generalized else slice(U, U + 6)
+    logged = slice(Q_D, Q_D + NQ) if generalized else slice(U, U + NU)
     next_tick = law.tick
     if sensors is not None:
         next_tick = partial(_measured_tick, sensors, law, q, v, log)
@@ -86,7 +89,8 @@ def drive(
             step(k, log)
         if status != GOING:
             break
-    end, cause = _ending(status, log[:done])
+    robot = robot_at(run.model)
+    end, cause = _ending(status, log[:done], robot)
     return Trajectory(
         log=log[:done],
         tick=tick,
@@ -98,6 +102,7 @@ def drive(
         end=end,
         cause=cause,
         warnings={},
+        robot=robot,
     )
 
 
@@ -105,7 +110,7 @@ def _sensors(run: Run, q: np.ndarray, v: np.ndarray, count: int) -> Sensors | No
     """The run's sensors, or None if the controller reads the state itself."""
     if run.scenario.sensors == NO_SENSORS:
         return None
-    from biped.sensors import Sensors
+    from biped.control.sensors import Sensors
 
     return Sensors(run, q, v, count)
 
@@ -116,8 +121,8 @@ def _measured_tick(
     """A tick through sensors; the log keeps the true coordinates."""
     sensors.measure(k)
     status = law.tick(k, time)
-    log[k, Q : Q + 9] = q
-    log[k, V : V + 9] = v
+    log[k, Q : Q + NQ] = q
+    log[k, V : V + NQ] = v
     return status
 
 
@@ -159,17 +164,17 @@ def push_spans(s: Scenario, bodies: Sequence[str], count: int, tick: float) -> l
     return out
 
 
-def _ending(status: int, log: np.ndarray) -> tuple[str, str]:
+def _ending(status: int, log: np.ndarray, robot: Robot) -> tuple[str, str]:
     if status == GOING:
         return "completed", ""
     time = log[-1, 0] if len(log) > 1 else 0.0
     if status in (LOW, TILTED):
         # A torso held upright over toppling legs falls the way it moves; otherwise the way it leans.
-        way = log[-1, V] if status == LOW else -log[-1, Q + 2]
+        way = log[-1, V + X] if status == LOW else -log[-1, Q + PITCH]
         way = "collapsed" if abs(way) < _STILL else "fell forward" if way > 0.0 else "fell backward"
         return "fell", f"{way} at {time:.3f} s"
-    before = log[-2, Q : Q + 9] if len(log) > 1 else log[0, Q : Q + 9]
-    worst = JOINTS[int(np.argmax(np.abs(before)))]
+    before = log[-2, Q : Q + NQ] if len(log) > 1 else log[0, Q : Q + NQ]
+    worst = robot.joints[int(np.argmax(np.abs(before)))]
     return (
         "diverged",
         f"a coordinate stopped being finite after {log[max(len(log) - 2, 0), 0]:.3f} s (largest: {worst})",

@@ -7,12 +7,13 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
-from biped.control.tick import log_forces
+from biped.base.jit import bound
+from biped.engines.forces import log_forces
 from biped.engines.loop import drive
-from biped.jit import bound
-from biped.model import compile_foreign
-from biped.plan import Run
-from biped.trajectory import WIDTH, Trajectory
+from biped.measure.trajectory import WIDTH, Trajectory
+from biped.robot.description import robot_at
+from biped.robot.model import compile_foreign
+from biped.robot.run import Run
 
 _LEAST_FRICTION = 1e-5
 """MuJoCo's smallest coefficient of friction."""
@@ -33,23 +34,37 @@ def simulate(run: Run) -> Trajectory:
     s = run.scenario
     foreign = compile_foreign(run.model, s)
     model, data = foreign.model, mujoco.MjData(foreign.model)
-    data.qpos[:], data.qvel[:] = run.q, run.v
+    order, robot = foreign.order, robot_at(run.model)
+    data.qpos[order.joints], data.qvel[order.joints] = run.q, run.v
     substeps = round(1.0 / s.simulation.control_rate / s.simulation.timestep)
-    place, points, mj_step = data.geom_xpos, foreign.points, mujoco.mj_step
+    place, mj_step = data.geom_xpos, mujoco.mj_step
+    where = order.points, robot.contact.radius, order.contacts, order.stops
     pyramid = max(s.ground.friction, _LEAST_FRICTION) if s.simulation.cone == "pyramidal" else 0.0
 
     def push(forces: np.ndarray) -> None:
         data.xfrc_applied[1:, [0, 2]] = forces
 
-    log_of_step = bound(log_forces, np.empty((1, WIDTH)), 0, data.efc_force, place, points, pyramid)
+    log_of_step = bound(log_forces, np.empty((1, WIDTH)), 0, data.efc_force, place, *where, pyramid)
 
     def step(k: int, log: np.ndarray) -> None:
         mj_step(model, data, substeps)
-        log_of_step(log, k, data.efc_force, place, points, pyramid)
+        log_of_step(log, k, data.efc_force, place, *where, pyramid)
 
-    applied = data.qfrc_applied if s.actuation.mode == "generalized" else data.ctrl
+    generalized = s.actuation.mode == "generalized"
+    applied = data.qfrc_applied if generalized else data.ctrl
     bodies = [model.body(i).name for i in range(1, model.nbody)]
-    trajectory = drive(run, foreign.tree, data.qpos, data.qvel, applied, bodies, push, step)
+    if order.canonical:
+        trajectory = drive(run, foreign.tree, data.qpos, data.qvel, applied, bodies, push, step)
+    else:
+        q, v, wanted = np.array(run.q), np.array(run.v), np.zeros(applied.size)
+        places = order.joints if generalized else order.actuators
+
+        def reordered(k: int, log: np.ndarray) -> None:
+            applied[places] = wanted
+            step(k, log)
+            q[:], v[:] = data.qpos[order.joints], data.qvel[order.joints]
+
+        trajectory = drive(run, foreign.tree, q, v, wanted, bodies, push, reordered)
     warnings = {
         mujoco.mjtWarning(i).name.removeprefix("mjWARN_").lower(): int(w.number)
         for i, w in enumerate(data.warning)

@@ -9,16 +9,18 @@ import mujoco
 import numpy as np
 import pinocchio
 
-from biped.control.controller import WORLD, controller_record
+from biped.base.files import folder
+from biped.control.law import WORLD
+from biped.control.setup import controller_record
 from biped.control.tick import thesis_tick
-from biped.files import folder
-from biped.geometry import POINTS
-from biped.model import believed_model, compile_foreign, tree_at
-from biped.plan import Plan
-from biped.scenario import Actuation, Ground, Scenario
-from biped.trajectory import WIDTH
+from biped.ensemble.plan import Plan
+from biped.measure.trajectory import WIDTH
+from biped.robot.description import robot_at
+from biped.robot.model import believed_model, compile_foreign, tree_at
+from biped.scenario.keys import Actuation, Ground, Scenario
 
 HUMAN = folder("models") / "human.xml"
+POINTS = robot_at(HUMAN).points
 E = np.vstack([np.zeros((3, 6)), np.eye(6)])
 
 # Joint coordinates of the thesis's absolute ones, written down from its definitions: pitch θ - π/2, hip θ1 - θ,
@@ -87,7 +89,7 @@ class Bench:
         self.run = Plan(scenario).run(0)
         self.record = controller_record(self.run, tree_at(self.run.model))
         self.c = self.record[0]
-        self.c["fall_height"], self.c["fall_tilt"] = -1e9, 1e9
+        self.c["fall"]["height"], self.c["fall"]["tilt"] = -1e9, 1e9
         self.model = believed_model(self.run.model, scenario.ground.slope)
         self.data = self.model.createData()
         self.log = np.zeros((2, WIDTH))
@@ -96,11 +98,11 @@ class Bench:
         """One tick; returns the torques."""
         pinocchio.crba(self.model, self.data, q, WORLD)
         assert thesis_tick(self.record, self.data.M, self.data.J, q, v, self.log, k, 0.001 * k) == 0
-        return self.c["u"].copy()
+        return self.c["tick"]["u"].copy()
 
     @property
     def active(self) -> tuple[int, ...]:
-        return tuple(self.c["active"])
+        return tuple(self.c["tick"]["active"])
 
 
 def states(count: int, seed: int, speed: float = 2.0):

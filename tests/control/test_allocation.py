@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import lsq_linear
 
 from biped.control.bounded import bounded_torques
-from biped.scenario import Actuation, Ground, Randomise, Scenario
+from biped.scenario.keys import Actuation, Ground, Randomise, Scenario
 from tests.control.bench import Bench, E, S, dynamics, jdot_v, rows_of, states, torques, well_ranked
 
 FREE = Actuation(torque_limit=1e9, contacts="touching")
@@ -27,7 +27,7 @@ def solved(bench: Bench, count: int, seed: int):
 def test_torques_equal_the_printed_formula():
     bench, sets, worst = Bench(Scenario(actuation=FREE)), set(), 0.0
     for _, _, d, A, u in solved(bench, 600, 1):
-        oracle = torques(d.M, A, bench.c["Q_d"], 1e-4)
+        oracle = torques(d.M, A, bench.c["tick"]["Q_d"], 1e-4)
         worst = max(worst, np.abs(u - oracle).max() / max(1.0, np.abs(oracle).max()))
         sets.add(bench.active)
     assert worst < 1e-10
@@ -37,7 +37,7 @@ def test_torques_equal_the_printed_formula():
 def test_torques_do_not_depend_on_gravity_or_coriolis():
     """(3.15) has neither h nor b_v: only which rows are in A may depend on them."""
     level, tilted = Bench(Scenario(actuation=FREE)), Bench(Scenario(actuation=FREE, ground=Ground(slope=20.0)))
-    tilted.c["tilt"] = 0.0
+    tilted.c["belief"]["tilt"] = 0.0
     for q, v, _, _, u in solved(level, 50, 2):
         np.testing.assert_allclose(tilted.tick(q, v), u, rtol=1e-9, atol=1e-9)
 
@@ -57,7 +57,7 @@ def test_torques_minimise_the_acceleration_energy():
         if np.linalg.matrix_rank(A, tol=1e-6) < len(A):
             # Dependent rows must agree on their right-hand side for KKT to have a solution; any consistent one serves.
             b = A @ np.linalg.lstsq(A, b, rcond=1e-6)[0]
-        wanted = accelerations(d, A, b, bench.c["Q_d"])
+        wanted = accelerations(d, A, b, bench.c["tick"]["Q_d"])
 
         def gap(torque, d=d, A=A, b=b, wanted=wanted):
             return accelerations(d, A, b, E @ torque) - wanted
@@ -87,7 +87,7 @@ def test_general_solution_with_u_0():
     bench = Bench(Scenario(actuation=Actuation(torque_limit=1e9, contacts="touching", null_torque=u_0)))
     differs = same = 0
     for q, v, d, A, u in solved(bench, 200, 4):
-        oracle = torques(d.M, A, bench.c["Q_d"], 1e-4, np.array(u_0))
+        oracle = torques(d.M, A, bench.c["tick"]["Q_d"], 1e-4, np.array(u_0))
         np.testing.assert_allclose(u, oracle, atol=1e-10 * max(1.0, np.abs(oracle).max()))
         moved = np.abs(u - plain.tick(q, v)).max()
         differs, same = differs + (moved > 1.0), same + (moved < 1e-7)
@@ -103,8 +103,8 @@ def test_one_tangential_row_per_flat_foot_says_the_same():
     for q, v, d, _, u in solved(double, 500, 5):
         lone = single.tick(q, v)
         feet = sum(double.active[i] and double.active[i + 1] for i in (0, 2))
-        assert single.c["rows"] == double.c["rows"] - feet
-        rows = list(single.c["row"][: single.c["rows"]])
+        assert single.c["tick"]["rows"] == double.c["tick"]["rows"] - feet
+        rows = list(single.c["work"]["row"][: single.c["tick"]["rows"]])
         for i in (0, 2):
             if double.active[i] and double.active[i + 1]:
                 assert 2 * i + 1 not in rows
@@ -125,8 +125,8 @@ def test_clipping():
     over = 0
     for q, v, _, _, u in solved(free, 50, 6):
         np.testing.assert_array_equal(clipped.tick(q, v), np.clip(u, -np.array(limits), limits))
-        assert bool(clipped.c["over"]) == bool((np.abs(u) > limits).any())
-        over += bool(clipped.c["over"])
+        assert bool(clipped.c["tick"]["over"]) == bool((np.abs(u) > limits).any())
+        over += bool(clipped.c["tick"]["over"])
     assert over > 20
 
 
@@ -134,17 +134,17 @@ def test_bounded_form_against_an_active_set_solver():
     bench = Bench(Scenario(actuation=Actuation(torque_limit=40.0, contacts="touching", limit="bounded")))
     unique = compared = 0
     for _, _, d, A, _ in solved(bench, 60, 7):
-        if not bench.c["over"]:
+        if not bench.c["tick"]["over"]:
             continue
         u = bounded_torques(bench.c)
         assert np.abs(u).max() <= 40.0
         R = np.linalg.cholesky(d.M).T
         C = A @ np.linalg.inv(R)
         N = np.eye(9) - np.linalg.pinv(C, rcond=1e-4) @ C if len(A) else np.eye(9)
-        B, wanted = N @ np.linalg.inv(R).T @ E, N @ np.linalg.inv(R).T @ bench.c["Q_d"]
+        B, wanted = N @ np.linalg.inv(R).T @ E, N @ np.linalg.inv(R).T @ bench.c["tick"]["Q_d"]
         best = lsq_linear(B, wanted, (-40.0, 40.0), method="bvls", tol=1e-14)
         cost = 0.5 * np.sum((B @ u - wanted) ** 2)
-        clipped = np.clip(torques(d.M, A, bench.c["Q_d"], 1e-4), -40.0, 40.0)
+        clipped = np.clip(torques(d.M, A, bench.c["tick"]["Q_d"], 1e-4), -40.0, 40.0)
         assert cost <= best.cost * (1 + 1e-4) + 1e-6 * wanted @ wanted
         assert cost <= 0.5 * np.sum((B @ clipped - wanted) ** 2) * (1 + 1e-6) + 1e-9
         s = np.linalg.svd(B, compute_uv=False)
@@ -178,11 +178,11 @@ def test_model_error_is_elementwise_in_absolute_coordinates(seed):
         numbers = [2 * i + j for i in range(4) if bench.active[i] for j in range(2)]
         numbers += [8 + leg for leg in range(2) if bench.active[4 + leg]]
         A = ((A @ S) * rows[numbers]) @ T
-        np.testing.assert_allclose(bench.c["A"][: len(A)], A, atol=1e-12)
-        R = bench.c["R"]
+        np.testing.assert_allclose(bench.c["work"]["A"][: len(A)], A, atol=1e-12)
+        R = bench.c["work"]["R"]
         np.testing.assert_allclose(np.triu(R).T @ np.triu(R), M, atol=1e-10)
         if well_ranked(M, A):
-            oracle = torques(M, A, bench.c["Q_d"], 1e-4)
+            oracle = torques(M, A, bench.c["tick"]["Q_d"], 1e-4)
             np.testing.assert_allclose(u, oracle, atol=1e-9 * max(1.0, np.abs(oracle).max()))
             compared += 1
     assert compared > 15

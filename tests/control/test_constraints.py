@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from biped.engines.mujoco import simulate
-from biped.plan import Plan
-from biped.scenario import Actuation, Ground, Scenario, Start
+from biped.ensemble.plan import Plan
+from biped.scenario.keys import Actuation, Ground, Scenario, Start
 from tests.control.bench import Bench, dynamics, jdot_v, rows_of, states, torques, well_ranked
 
 FREE = Actuation(torque_limit=1e9)
@@ -19,18 +19,19 @@ def test_candidates_are_low_points_and_straight_knees():
         bench.tick(q, v)
         d = dynamics(q, v)
         assert bench.active == (*(d.height < 0.001), -q[4] < 0.02, -q[7] < 0.02)
-        np.testing.assert_allclose(bench.c["height"], d.height, atol=1e-13)
+        np.testing.assert_allclose(bench.c["tick"]["height"], d.height, atol=1e-13)
 
 
 def test_rows_and_their_accelerations():
     """A equals MuJoCo's Jacobians, b_v = -J̇v the finite differences of them."""
-    bench = Bench(Scenario(actuation=TOUCHING))
+    # A release test that drops nothing: b_v is its alone.
+    bench = Bench(Scenario(actuation=Actuation(torque_limit=1e9, release_force=1e12)))
     for q, v in states(60, 21, speed=5.0):
         bench.tick(q, v)
         A, b = rows_of(bench.active, dynamics(q, v), jdot_v(q, v))
-        m = bench.c["rows"]
-        np.testing.assert_allclose(bench.c["A"][:m], A, atol=1e-13)
-        np.testing.assert_allclose(bench.c["b_v"][:m], b, atol=1e-6 * max(1.0, np.abs(b).max(initial=0.0)))
+        m = bench.c["tick"]["rows"]
+        np.testing.assert_allclose(bench.c["work"]["A"][:m], A, atol=1e-13)
+        np.testing.assert_allclose(bench.c["work"]["b_v"][:m], b, atol=1e-6 * max(1.0, np.abs(b).max(initial=0.0)))
 
 
 def released(d, jv, q, Q_d, pull: float):
@@ -66,11 +67,11 @@ def compare(bench: Bench, states, slope: float = 0.0) -> tuple[int, int]:
     for q, v in states:
         u = bench.tick(q, v)
         d, jv = dynamics(q, v, slope), jdot_v(q, v)
-        active, clear = released(d, jv, q, bench.c["Q_d"], pull)
+        active, clear = released(d, jv, q, bench.c["tick"]["Q_d"], pull)
         if not clear:
             continue
         assert bench.active == tuple(active)
-        oracle = torques(d.M, rows_of(active, d, jv)[0], bench.c["Q_d"], 1e-4)
+        oracle = torques(d.M, rows_of(active, d, jv)[0], bench.c["tick"]["Q_d"], 1e-4)
         np.testing.assert_allclose(u, oracle, atol=1e-9 * max(1.0, np.abs(oracle).max()))
         compared += 1
         dropped += (np.array(active[:4]) != (d.height < 0.001)).any()

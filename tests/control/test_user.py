@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from biped.cli import main
+from biped.cli.main import main
 from biped.control.user import UserLaw, load_law
 from biped.engines.mujoco import simulate
-from biped.model import tree_at
-from biped.plan import Plan
-from biped.reading import read_scenario
-from biped.trajectory import Trajectory
+from biped.ensemble.plan import Plan
+from biped.measure.trajectory import Trajectory
+from biped.robot.model import tree_at
+from biped.scenario.reading import read_scenario
 from tests.cases import SHORT, command, write
 from tests.control.bench import OFFSET, S, dynamics
 

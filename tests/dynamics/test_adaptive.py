@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from biped.base.errors import RunError
 from biped.dynamics import RK8, ConstrainedSystem, integrate
 from biped.dynamics.mechanisms import four_bars, pendulum, slider_crank
-from biped.errors import RunError
 
 
 @pytest.mark.parametrize("linkages", [2, 5, 10])

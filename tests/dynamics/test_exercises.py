@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from biped.base.errors import InputError
 from biped.dynamics import integrate
 from biped.dynamics.mechanisms import exercises as x
-from biped.errors import InputError
 
 
 @pytest.fixture(scope="module", params=[1, 2, 3])

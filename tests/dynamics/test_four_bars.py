@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from biped.base.errors import RunError
 from biped.dynamics import RK4, RK8, integrate
 from biped.dynamics.mechanisms import four_bars as f
-from biped.errors import RunError
 
 
 def run(scheme=RK4, duration=100.0, dt=1e-2, start=f.CONSISTENT, system=None, **options):

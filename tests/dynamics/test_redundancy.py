@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from biped.base.errors import InputError
 from biped.dynamics import RK4, RK8, integrate
 from biped.dynamics.check import check_derivatives
 from biped.dynamics.mechanisms import four_bars
 from biped.dynamics.mechanisms import overconstrained as o
 from biped.dynamics.mjcf import load
 from biped.dynamics.rank import structural_rank
-from biped.errors import InputError
 
 
 @pytest.fixture

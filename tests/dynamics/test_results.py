@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from biped.base.errors import InputError
 from biped.dynamics import RK4, RK8, ConstrainedSystem, integrate
 from biped.dynamics.mechanisms import exercises, four_bars, pendulum, slider_crank
 from biped.dynamics.system import _nothing
-from biped.errors import InputError
 
 # --- accelerations and multipliers ---
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from biped.base.errors import RunError
 from biped.dynamics import RK4, RK8, integrate
 from biped.dynamics.mechanisms import slider_crank as s
-from biped.errors import RunError
 
 
 @pytest.fixture(scope="module")

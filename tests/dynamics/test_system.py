@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from biped.base.errors import InputError, RunError
 from biped.dynamics import EULER, RK4, RK8, ConstrainedSystem, integrate
 from biped.dynamics.check import check_derivatives
 from biped.dynamics.mechanisms import exercises, four_bars, pendulum, slider_crank
-from biped.errors import InputError, RunError
 
 # --- four masses on a triangle of rods and a tail, floating free: momentum is nobody's to change ---
 

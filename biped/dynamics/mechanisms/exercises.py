@@ -10,8 +10,8 @@ table does not give it).
 
 import numpy as np
 
+from biped.base.errors import InputError
 from biped.dynamics.system import ConstrainedSystem
-from biped.errors import InputError
 
 HEIGHT = 1.8  # [m]
 BODY_MASS = 75.0  # [kg]

@@ -8,8 +8,8 @@ at the joint; half of each bar's weight acts at each of its ends.
 
 import numpy as np
 
+from biped.base.errors import InputError
 from biped.dynamics.system import ConstrainedSystem
-from biped.errors import InputError
 
 LENGTH = 1.0  # [m] of each bar
 MASS = 1.0  # [kg] of each bar

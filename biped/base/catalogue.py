@@ -1,0 +1,20 @@
+"""What has a name: models, controllers and scenarios, with a line each. Imports nothing that simulates."""
+
+from __future__ import annotations
+
+from biped.base.files import locate, names, read_toml
+
+
+def listing() -> list[tuple[str, str, str]]:
+    """Every model, controller and scenario that has a name: (kind, name, one line)."""
+    return [
+        (kind, name, _one_line(kind, name)) for kind in ("models", "controllers", "scenarios") for name in names(kind)
+    ]
+
+
+def _one_line(kind: str, name: str) -> str:
+    path = locate(kind, name, "list")
+    if kind == "models":
+        comment = path.read_text(encoding="utf-8").partition("<!--")[2].partition("-->")[0].strip()
+        return comment.partition(";")[0].partition("\n")[0].strip()
+    return str(read_toml(path).get("description", ""))

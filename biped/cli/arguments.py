@@ -1,0 +1,136 @@
+"""What may stand on the command line, and what is said of anything else."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from biped import __version__
+from biped.base.errors import InputError
+
+
+class Parser(argparse.ArgumentParser):
+    """Complains like everything else here: by an `InputError`."""
+
+    def error(self, message: str) -> NoReturn:
+        """See `argparse.ArgumentParser.error`."""
+        from biped.base.files import nearest
+
+        unknown = re.match(r"argument COMMAND: invalid choice: '(.*?)'", message)
+        if unknown:
+            known = list(_commands(self))
+            raise InputError(
+                f"command '{unknown[1]}': expected one of {', '.join(known)}; {nearest(unknown[1], known)}"
+            )
+        raise InputError(f"{message.removeprefix('argument ')}; see: {self.prog} --help")
+
+
+def _whole(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected a whole number, got '{text}'") from None
+
+
+def _commands(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser]:
+    """The parsers of the commands; argparse has them in its own list of sub-parsers."""
+    (commands,) = (action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
+    return commands.choices
+
+
+def _parser() -> Parser:
+    parser = Parser(
+        prog="biped",
+        description="Does this walking controller really work? Runs walking scenarios, measures and checks them.",
+        epilog="Exit code 0: done, all expectations met; 1: a run or a check failed; 2: bad input.",
+    )
+    parser.add_argument("--version", action="version", version=f"biped {__version__}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+
+    def scenarios(name: str, what: str) -> argparse.ArgumentParser:
+        command = commands.add_parser(name, help=what, description=what)
+        command.add_argument("scenario", nargs="+", help="name in scenarios/, or path of a scenario file")
+        command.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
+                             help="change a key, e.g. ground.slope=2 (VALUE is TOML; repeatable)")  # fmt: skip
+        command.add_argument("--engine", help="engine to run in")
+        command.add_argument("--jobs", type=_whole, help="processes for ensembles (default: all cores)")
+        command.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+        return command
+
+    run = scenarios("run", "run scenarios; write metrics, trajectory and, if wanted, a recording")
+    run.add_argument("--out", type=Path, help="results folder (default: a new one below runs/)")
+    run.add_argument("--record", action="store_true", help="also write a recording for the rerun viewer")
+    run.add_argument("--only", type=_whole, metavar="N", help="replay run N of the ensemble alone")
+    check = scenarios("check", "run scenarios and compare with their [expect]")
+    check.add_argument("--junit", type=Path, metavar="FILE", help="also write JUnit XML")
+    regress = commands.add_parser("regress", help="compare scenarios with their recorded reference numbers",
+                                  description="Runs a fixed part of scenarios and compares with recorded numbers: "
+                                  "digit by digit where they were recorded, elsewhere the physics.")  # fmt: skip
+    regress.add_argument("scenario", nargs="*", help="name in scenarios/, or path (default: every shipped scenario)")
+    regress.add_argument("--update", action="store_true", help="record what differs as the new reference")
+    regress.add_argument("--reason", help="why results changed; kept in the file (needed by --update)")
+    regress.add_argument("--file", type=Path, help="file of references (default: that of the shipped scenarios)")
+    regress.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
+    regress.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    compare = scenarios("compare", "run scenarios in both engines: every metric side by side, with its gap")
+    compare.add_argument("--out", type=Path, help="folder for figures and recordings (default: new ones below runs/)")
+    tune = commands.add_parser("tune", help="find gains that serve a scenario's conditions",
+                               description="Finds gains that serve the conditions in a scenario's [tune].")  # fmt: skip
+    tune.add_argument("scenario", help="name in scenarios/, or path of a scenario file with a [tune] table")
+    tune.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
+                      help="change a key (repeatable)")  # fmt: skip
+    tune.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
+    tune.add_argument("--out", type=Path, help="results folder; an interrupted search in it is continued")
+    tune.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    view = commands.add_parser("view", help="open a recording in the rerun viewer")
+    view.add_argument("run", nargs="?", type=Path, help="results folder or .rrd (default: the newest recording)")
+    plot = commands.add_parser("plot", help="draw figures of a run or campaign")
+    plot.add_argument("run", type=Path, help="results folder")
+    report = commands.add_parser("report", help="write a Markdown report of campaigns, with figures")
+    report.add_argument("run", type=Path, nargs="+", help="results folders")
+    report.add_argument("--out", type=Path, default=Path("report.md"), help="the file (default: report.md)")
+    report.add_argument("--title", default="Campaigns", help="its heading")
+    bench = commands.add_parser("bench", help="run time against error, and what things cost")
+    bench.add_argument("what", choices=["throughput", "walking", "mechanisms", "regress"],
+                       help="what to measure; regress: whether a recorded result or cost changed")  # fmt: skip
+    bench.add_argument("--out", type=Path, help="walking, mechanisms: folder for figures")
+    bench.add_argument(
+        "--quick", action="store_true", help="mechanisms: fewer repeats and settings; throughput: no prices of features"
+    )
+    bench.add_argument("--update", action="store_true", help="regress: record the costs measured now")
+    bench.add_argument("--reason", help="regress: why costs changed (needed by --update)")
+    bench.add_argument("--file", type=Path, help="regress: file of references (default: that of the shipped scenarios)")
+    bench.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    stability = commands.add_parser("stability", help="a gait as a limit cycle: return map and Floquet multipliers")
+    stability.add_argument("scenario", nargs="?", help="name in scenarios/, or path of a scenario file")
+    stability.add_argument("--reference", action="store_true", help="solve the walkers whose multipliers are known")
+    stability.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
+                           help="change a key (VALUE is TOML; repeatable)")  # fmt: skip
+    stability.add_argument("--engine", choices=["mujoco", "home"], help="the only engine (default: both)")
+    stability.add_argument("--basin", action="store_true", help="also cut the basin of attraction: lean and speed")
+    stability.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
+    stability.add_argument("--out", type=Path, help="folder of figure and numbers (default: a new one below runs/)")
+    stability.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    commands.add_parser("list", help="models, controllers and scenarios, with a line each")
+    return parser
+
+
+def parsed(argv: Sequence[str] | None) -> argparse.Namespace:
+    """The arguments of one command.
+
+    Raises:
+        InputError: They are not what a command takes.
+    """
+    parser = _parser()
+    args, unknown = parser.parse_known_args(argv)
+    if unknown:
+        from biped.base.files import nearest
+
+        options = [option for action in _commands(parser)[args.command]._actions for option in action.option_strings]
+        word = unknown[0]
+        hint = nearest(word, [option for option in options if option.startswith("--")])
+        raise InputError(f"{word}: not something that biped {args.command} takes; {hint}")
+    return args

@@ -1,0 +1,177 @@
+"""Gauss's principle of least constraint, with equalities (3.6)-(3.7) and with inequalities (3.5).
+
+In the metric of M = RᵀR, with C = A R⁻¹: the constrained change y = R Δ of an acceleration or a velocity is the
+shortest y with C y = d, or with C y >= d in the rows of unilateral constraints. The first is y = C⁺d. The second is
+
+    y = Cᵀλ,   λ = argmin ‖Cᵀλ - y₀‖,  λ >= 0 in unilateral rows,   C y₀ = d
+
+a least-squares problem with signs, solved exactly and in finitely many steps by Lawson and Hanson's active sets
+(Solving Least Squares Problems, 1974, ch. 23); rows of bilateral constraints are always in the active set. λ are the
+forces, or the impulses. Redundant rows cost nothing: y is unique, and λ the shortest of those that belong to it.
+"""
+
+from __future__ import annotations
+
+from biped.base.jit import kernel
+from biped.numerics.factor import (
+    factor_rows,
+    factor_tall,
+    least_squares,
+    reflect,
+    reflect_back,
+    transposed_minimum_norm,
+)
+from biped.numerics.triangular import solve_upper
+from biped.robot.topology import NQ
+
+RANK = 1e-10
+"""Relative size below which a row of C is dependent: between rounding and what a real force would need."""
+
+MOST = 40
+"""Most exchanges of the active-set solution: 6 unilateral rows need a handful; rounding must not make it endless."""
+
+
+@kernel
+def factor_all(w, m):
+    """Factors C (m, 9) into F; returns the rank."""
+    work = w["work"]
+    F, C = work["F"], w["system"]["C"]
+    for i in range(m):
+        for j in range(NQ):
+            F[i, j] = C[i, j]
+    return factor_rows(F, m, NQ, RANK, work["tau"], work["pivot"])
+
+
+@kernel
+def shortest(w, m, rank):
+    """Leaves y = C⁺d (9,) for the d (m,) of the record and the factors of `factor_all`."""
+    work = w["work"]
+    z, y = work["z"], work["y"]
+    least_squares(work["F"], m, rank, work["pivot"], work["L"], work["tau2"], work["d"], z)
+    for j in range(NQ):
+        y[j] = z[j] if j < rank else 0.0
+    reflect_back(work["F"], rank, NQ, work["tau"], y)
+
+
+@kernel
+def multipliers(w, m, rank):
+    """Leaves the shortest λ (m,) with Cᵀλ = C⁺d in `multiplier`, after `shortest`."""
+    work = w["work"]
+    transposed_minimum_norm(
+        work["F"],
+        m,
+        rank,
+        work["pivot"],
+        work["L"],
+        work["tau2"],
+        work["z"],
+        work["multiplier"],
+    )
+
+
+@kernel
+def _least_squares_in(w, count):
+    """Writes the λ of min ‖Cᵀλ - y₀‖ over the `count` chosen rows into `solved`, in the order chosen."""
+    work = w["work"]
+    F, C, x = work["F"], w["system"]["C"], work["x"]
+    for i in range(count):
+        for j in range(NQ):
+            F[i, j] = C[work["chosen"][i], j]
+    rank = factor_rows(F, count, NQ, RANK, work["tau"], work["pivot"])
+    for j in range(NQ):
+        x[j] = work["y"][j]
+    reflect(F, rank, NQ, work["tau"], x)
+    for i in range(rank):
+        work["z"][i] = x[i]
+    if rank < count:
+        factor_tall(F, count, rank, work["L"], work["tau2"])
+    transposed_minimum_norm(F, count, rank, work["pivot"], work["L"], work["tau2"], work["z"], work["solved"])
+
+
+@kernel
+def _choose(w, m):
+    work = w["work"]
+    count = 0
+    for i in range(m):
+        if work["passive"][i]:
+            work["chosen"][count] = i
+            count += 1
+    return count
+
+
+@kernel
+def unilateral(w, m):
+    """Minimises ‖Cᵀλ - y₀‖ with λ >= 0 in the signed rows, for the y₀ in `y`; leaves λ in `multiplier`.
+
+    Args:
+        w: Record with C (m, 9), which rows are `signed`, and y₀ in `y`.
+        m: Number of rows.
+    """
+    work, system = w["work"], w["system"]
+    lam, solved, passive, signed, C, y, r = (
+        work["multiplier"], work["solved"], work["passive"], system["signed"], system["C"], work["y"], work["r"],
+    )  # fmt: skip
+    for i in range(m):
+        lam[i] = 0.0
+        passive[i] = 1 - signed[i]
+    newest = -1
+    for _ in range(MOST):
+        # The best λ in the passive rows; a step towards it ends where the first sign would turn.
+        while True:
+            count = _choose(w, m)
+            _least_squares_in(w, count)
+            step, leaving = 1.0, -1
+            for c in range(count):
+                i = work["chosen"][c]
+                if signed[i] and solved[c] <= 0.0:
+                    ratio = lam[i] / (lam[i] - solved[c]) if lam[i] > solved[c] else 0.0
+                    if ratio < step or leaving < 0:
+                        step, leaving = ratio, i
+            for c in range(count):
+                i = work["chosen"][c]
+                lam[i] += step * (solved[c] - lam[i])
+            if leaving < 0:
+                break
+            lam[leaving] = 0.0
+            passive[leaving] = 0
+        # The row that the residual violates most joins; none is violated at the solution.
+        for j in range(NQ):
+            r[j] = y[j]
+        size = 0.0
+        for j in range(NQ):
+            for i in range(m):
+                r[j] -= C[i, j] * lam[i]
+            size += y[j] * y[j]
+        worst, joining = 1e-26 * size, -1
+        for i in range(m):
+            if passive[i] or i == newest:
+                continue
+            s, length = 0.0, 0.0
+            for j in range(NQ):
+                s += C[i, j] * r[j]
+                length += C[i, j] * C[i, j]
+            if s > 0.0 and s * s > worst * length:
+                worst, joining = s * s / length, i
+        if joining < 0:
+            return
+        passive[joining] = 1
+        # A row that rounding throws out at once would join again for ever.
+        count = _choose(w, m)
+        _least_squares_in(w, count)
+        newest = -1
+        for c in range(count):
+            if work["chosen"][c] == joining and solved[c] <= 0.0:
+                passive[joining] = 0
+                newest = joining
+
+
+@kernel
+def change(w, m, out):
+    """Writes Δ = R⁻¹Cᵀλ (9,) for the λ in `multiplier` into out."""
+    system = w["system"]
+    for j in range(NQ):
+        s = 0.0
+        for i in range(m):
+            s += system["C"][i, j] * w["work"]["multiplier"][i]
+        out[j] = s
+    solve_upper(system["R"], out)

@@ -1,0 +1,130 @@
+"""All that the compiled rigid-body step reads and remembers, as one numpy record (see `biped.control.record`)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pinocchio
+
+from biped.robot.description import Robot, robot_at
+from biped.robot.kinematics import PLACES, TREE
+from biped.robot.model import believed_model, gravity, true_tree
+from biped.robot.topology import BASE, N_CONSTRAINTS, N_LINKS, N_POINTS, N_ROWS, NQ
+from biped.robot.tree import Tree
+from biped.scenario.keys import Truth
+
+STAGES = 5
+"""Evaluations of a Runge-Kutta step: four stages, and its end, which is the next one's start."""
+
+_ACTING = np.dtype([("Q", "f8", NQ), ("pushed", "u1"), ("push", "f8", (N_LINKS, 2))], align=True)
+"""What acts during a tick: generalized forces, and forces at the links' centres of mass [N]."""
+
+_CONTACT = np.dtype(
+    [("active", "u1", N_CONSTRAINTS), ("held", "u1", N_CONSTRAINTS), ("anchor", "f8", N_POINTS)], align=True
+)
+"""Which constraints act, which may not let go before the step's end, and where [m] points landed."""
+
+_STATE = np.dtype([("q0", "f8", NQ), ("v0", "f8", NQ), ("q1", "f8", NQ), ("v1", "f8", NQ)], align=True)
+"""The state at the start of a step and at its tentative end."""
+
+_SYSTEM = np.dtype(
+    [
+        ("M", "f8", (NQ, NQ)), ("R", "f8", (NQ, NQ)), ("h", "f8", NQ), ("force", "f8", NQ),
+        ("A", "f8", (N_ROWS, NQ)), ("C", "f8", (N_ROWS, NQ)), ("b_v", "f8", N_ROWS),
+        ("row", "i8", N_ROWS), ("signed", "u1", N_ROWS),
+        ("gap", "f8", N_CONSTRAINTS), ("gap_rate", "f8", N_CONSTRAINTS),
+    ],
+    align=True,
+)  # fmt: skip
+"""The equations of motion at the configuration last evaluated: M = RᵀR, forces, A with what its rows are, gaps."""
+
+_MOTION = np.dtype(
+    [("q_dot", "f8", NQ), ("v_dot", "f8", NQ), ("lam", "f8", N_ROWS), ("shift", "f8", NQ), ("power", "f8")], align=True
+)
+"""What an evaluation found; multipliers by row [N, N m]."""
+
+_STAGES = np.dtype(
+    [
+        ("q_dot", "f8", (STAGES, NQ)), ("v_dot", "f8", (STAGES, NQ)), ("lam", "f8", (STAGES, N_ROWS)),
+        ("power", "f8", STAGES),
+        ("shift", "f8", NQ), ("gap", "f8", N_CONSTRAINTS), ("gap_rate", "f8", N_CONSTRAINTS),  # at the step's start
+    ],
+    align=True,
+)  # fmt: skip
+"""What the evaluations of a step found."""
+
+_BRACKET = np.dtype(
+    [
+        ("gap", "f8", (2, N_CONSTRAINTS)), ("gap_rate", "f8", (2, N_CONSTRAINTS)), ("lam", "f8", (2, N_CONSTRAINTS)),
+        ("beyond", "u1", N_CONSTRAINTS), ("resting", "u1", N_CONSTRAINTS),
+    ],
+    align=True,
+)  # fmt: skip
+"""The search for an event: both ends of the bracket, who is beyond it, who has only hopped."""
+
+_LEDGER = np.dtype(
+    [
+        ("impulse", "f8", N_ROWS), ("work", "f8"), ("loss", "f8"), ("least_loss", "f8"),
+        ("impacts", "i8"), ("releases", "i8"), ("capped", "i8"),
+    ],
+    align=True,
+)  # fmt: skip
+"""The tick's impulses of the constraints [N s, N m s], and the run's work and losses [J] and events."""
+
+_WORK = np.dtype(
+    [
+        ("F", "f8", (N_ROWS, NQ)), ("tau", "f8", N_ROWS), ("pivot", "i8", N_ROWS), ("L", "f8", (N_ROWS, N_ROWS)),
+        ("tau2", "f8", N_ROWS), ("d", "f8", N_ROWS), ("z", "f8", N_ROWS), ("y", "f8", NQ), ("f", "f8", NQ),
+        ("x", "f8", NQ), ("r", "f8", NQ),
+        ("solved", "f8", N_ROWS), ("multiplier", "f8", N_ROWS), ("passive", "u1", N_ROWS), ("chosen", "i8", N_ROWS),
+    ],
+    align=True,
+)  # fmt: skip
+"""Work space of the factorisations."""
+
+RIGID = np.dtype(
+    [
+        ("tree", TREE), ("gravity", "f8", 2), ("at", PLACES), ("acting", _ACTING), ("contact", _CONTACT),
+        ("state", _STATE), ("system", _SYSTEM), ("motion", _MOTION), ("stages", _STAGES), ("bracket", _BRACKET),
+        ("ledger", _LEDGER), ("work", _WORK),
+    ],
+    align=True,
+)  # fmt: skip
+
+
+def rigid_record(path: Path, slope: float, truth: Truth | None = None) -> np.ndarray:
+    """The record (1,) of the biped that walks on a slope [degrees].
+
+    Args:
+        path: The model file; lengths, inertias and damping are Pinocchio's of that file.
+        slope: Degrees, uphill positive.
+        truth: How the biped that walks differs from the file.
+    """
+    truth = Truth() if truth is None else truth
+    model = believed_model(path, slope)
+    out = np.zeros(1, RIGID)
+    w = out[0]
+    tree = true_tree(pinocchio_tree(model, robot_at(path)), truth)
+    for name, value in tree._asdict().items():
+        w["tree"][name] = value
+    w["gravity"] = gravity(slope)
+    w["ledger"]["least_loss"] = np.inf
+    return out
+
+
+def pinocchio_tree(model: pinocchio.Model, robot: Robot) -> Tree:
+    """Lengths and masses of Pinocchio's model; bodies welded to a link are part of it."""
+    joints = [1, *(model.getJointId(name) for name in robot.joints[BASE:])]
+    frames = [model.frames[model.getFrameId(point)] for point in robot.points]
+    inertias = [model.inertias[joint] for joint in joints]
+    planar = [0, 2]
+    return Tree(
+        joint=np.array([[0.0, 0.0], *(model.jointPlacements[joint].translation[planar] for joint in joints[1:])]),
+        com=np.array([inertia.lever[planar] for inertia in inertias]),
+        mass=np.array([inertia.mass for inertia in inertias]),
+        inertia=np.array([inertia.inertia[1, 1] for inertia in inertias]),
+        armature=np.array(model.armature[BASE:]),
+        damping=np.array(model.damping[BASE:]),
+        point=np.array([frame.placement.translation[planar] for frame in frames]),
+    )

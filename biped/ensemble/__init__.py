@@ -1,0 +1,1 @@
+"""Many runs: plan, workers, results, sweeps, checks."""

@@ -1,0 +1,125 @@
+"""Many runs on all cores: the same numbers for any number of jobs, every finished run kept."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from types import ModuleType
+from typing import Any
+
+from biped.ensemble.executor import workers
+from biped.ensemble.plan import Plan
+from biped.ensemble.rows import LOST, Row
+from biped.measure.trajectory import Trajectory
+from biped.robot.run import Run
+from biped.scenario.keys import Scenario
+
+Keep = Callable[[int, Trajectory, Row], None]
+"""Called where a run was made with (index, trajectory, row), for what must be kept of it."""
+
+
+def simulate(run: Run) -> Trajectory:
+    """Simulates a run in the engine that its scenario names."""
+    return _engine(run.scenario).simulate(run)
+
+
+def _engine(scenario: Scenario) -> ModuleType:
+    if scenario.engine == "home":
+        from biped.engines import home as engine
+    else:
+        from biped.engines import mujoco as engine
+    return engine
+
+
+def run_one(plan: Plan, index: int) -> tuple[Trajectory, Row]:
+    """Simulates and measures run `index` of a plan."""
+    from biped.measure.metrics import measure
+
+    run = plan.run(index)
+    trajectory = simulate(run)
+    numbers = measure(trajectory, run.scenario.interval)
+    fell, walked = bool(numbers.pop("falls")), bool(numbers.pop("walked"))
+    row = Row(
+        index=index,
+        seed=run.seed,
+        values=run.values,
+        fell=fell,
+        end=trajectory.end,
+        cause=trajectory.cause,
+        walked=walked,
+        warnings=trajectory.warnings,
+        **numbers,
+    )
+    return trajectory, row
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@contextmanager
+def rows_of(plan: Plan, indices: Iterable[int], jobs: int, keep: Keep | None = None) -> Iterator[Iterator[Row]]:
+    """Rows of the given runs, as they are finished.
+
+    Args:
+        plan: The ensemble.
+        indices: Which runs.
+        jobs: Number of processes; 1 stays in this one.
+        keep: What must be kept of a run, where it was made.
+
+    Yields:
+        An iterator over rows, in any order.
+    """
+    indices = list(indices)
+    if min(jobs, len(indices)) > 1:
+        # Forked workers share what is imported here: whoever takes a killed one's place is at work at once.
+        from biped.measure import metrics  # noqa: F401
+
+        _engine(plan.scenario)
+    with workers(Making(plan, keep), min(jobs, len(indices))) as carried_out:
+        yield carried_out(indices, ordered=False, lost=partial(_lost, plan))
+
+
+class Making:
+    """Makes runs of a plan by number, wherever it is sent to: there the plan is made anew from its scenario.
+
+    Args:
+        plan: The ensemble.
+        keep: What must be kept of a run, where it was made.
+    """
+
+    def __init__(self, plan: Plan, keep: Keep | None):
+        self._plan, self._keep = plan, keep
+
+    def __call__(self, index: int) -> Row:
+        """The row of run `index`."""
+        trajectory, row = run_one(self._plan, index)
+        if self._keep is not None:
+            self._keep(index, trajectory, row)
+        return row
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _making, (self._plan.scenario, self._keep)
+
+
+def _making(scenario: Scenario, keep: Keep | None) -> Making:
+    return Making(Plan(scenario), keep)
+
+
+def _lost(plan: Plan, index: int, error: BaseException) -> Row:
+    run = plan.run(index)
+    cause = f"lost: {error}, and so was the next"
+    return Row(
+        index=index,
+        seed=run.seed,
+        values=run.values,
+        fell=False,
+        end=LOST,
+        cause=cause,
+        walked=False,
+        stood=0,
+        time=0.0,
+    )

@@ -1,0 +1,69 @@
+"""Expectations become verdicts: [expect] against the ensemble's numbers, JUnit for CI."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+from xml.etree import ElementTree
+
+from biped.scenario.keys import Bound
+
+
+class Check(NamedTuple):
+    """One expectation and what came.
+
+    Attributes:
+        name: Metric.
+        value: What was measured; nan if no run has the number.
+        expected: The bound in words.
+        passed: Whether it holds; a number that is not there fails.
+    """
+
+    name: str
+    value: float
+    expected: str
+    passed: bool
+
+
+def judge(expect: Mapping[str, Bound], summary: Mapping[str, float]) -> list[Check]:
+    """Compares the summary of an ensemble with the expectations, in the order they were written."""
+    checks = []
+    for name, bound in expect.items():
+        value = summary[name]
+        low = -math.inf if bound.min is None else bound.min
+        high = math.inf if bound.max is None else bound.max
+        checks.append(Check(name, value, _words(bound), bool(low <= value <= high)))
+    return checks
+
+
+def _words(bound: Bound) -> str:
+    if bound.min is None:
+        return f"<= {bound.max:g}"
+    if bound.max is None:
+        return f">= {bound.min:g}"
+    return f"{bound.min:g} … {bound.max:g}"
+
+
+def write_junit(path: Path, results: Sequence[Mapping[str, Any]]) -> None:
+    """Writes checks as JUnit XML, one suite per scenario, one case per check.
+
+    Args:
+        path: The file.
+        results: Result objects as `--json` prints them.
+    """
+    root = ElementTree.Element("testsuites", name="biped")
+    for result in results:
+        checks = result["checks"]
+        failures = [check for check in checks if not check["passed"]]
+        suite = ElementTree.SubElement(
+            root, "testsuite", name=result["scenario"], tests=str(len(checks)), failures=str(len(failures))
+        )
+        for check in checks:
+            case = ElementTree.SubElement(suite, "testcase", classname=result["scenario"], name=check["name"])
+            if not check["passed"]:
+                text = f"{check['name']} = {check['value']}, expected {check['expected']}"
+                ElementTree.SubElement(case, "failure", message=text)
+    ElementTree.indent(root)
+    ElementTree.ElementTree(root).write(path, encoding="unicode", xml_declaration=True)

@@ -1,0 +1,72 @@
+"""Time series that people look at, derived from a trajectory; recordings and figures show the same ones.
+
+The thesis's joint angles need no deriving: hip θ1 − θ, knee θ2 − θ1 and ankle θ3 − θ2 + π/2 are q[:, 3:].
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+
+from biped.measure.trajectory import Trajectory
+from biped.robot.model import GRAVITY
+from biped.robot.topology import BASE, ENDS, LEGS, PITCH
+from biped.robot.tree import motion
+
+# Before this distance [m] the cost of transport is a number divided by almost nothing.
+_STARTED = 0.5
+
+
+def finite(trajectory: Trajectory) -> Trajectory:
+    """The trajectory without the rows in which a diverging run is no longer finite."""
+    return dataclasses.replace(trajectory, log=trajectory.log[np.isfinite(trajectory.log).all(axis=1)])
+
+
+def every(trajectory: Trajectory, rate: float) -> np.ndarray:
+    """Row numbers (m,) that show a trajectory at about `rate` [Hz], the first one included."""
+    return np.arange(0, len(trajectory), max(1, round(1.0 / (rate * trajectory.tick))))
+
+
+def torso_angle(trajectory: Trajectory) -> np.ndarray:
+    """(n,) [rad] θ from the horizontal, not from the slope: π/2 is upright."""
+    return trajectory.q[:, PITCH] + 0.5 * math.pi + math.radians(trajectory.slope)
+
+
+def centre_of_mass(trajectory: Trajectory) -> np.ndarray:
+    """(n, 2) [m] centre of mass of the whole biped in the slope's frame."""
+    mass = trajectory.tree.mass
+    return np.tensordot(motion(trajectory.tree, trajectory.q, trajectory.v).com, mass / mass.sum(), (1, 0))
+
+
+def joint_power(trajectory: Trajectory) -> np.ndarray:
+    """(n, 6) [W] power into hip, knee and ankle; right, then left."""
+    return (trajectory.applied * trajectory.v)[:, BASE:]
+
+
+def cost_of_transport(trajectory: Trajectory) -> np.ndarray:
+    """(n,) net cost of transport since the start, ∫|Σ powers| dt / (m g d); nan in the first half metre.
+
+    Powers are of all that acts, the torso's share of generalized forces included; d is along the ground.
+    """
+    power = np.abs((trajectory.applied * trajectory.v).sum(axis=1))
+    work = np.concatenate([[0.0], np.cumsum(power[:-1])]) * trajectory.tick
+    distance = trajectory.q[:, 0] - trajectory.q[0, 0]
+    far = np.where(np.abs(distance) < _STARTED, np.nan, np.abs(distance))
+    return work / (float(trajectory.tree.mass.sum()) * GRAVITY * far)
+
+
+def means(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """(m, …) means of values (n, …) from each of rows (m,) to the next.
+
+    Contacts, and torques with them, come and go from tick to tick: a mean keeps the impulse, but a sample of
+    every second tick may show twice the force or none.
+    """
+    count = np.diff(np.append(rows, len(values)))
+    return np.add.reduceat(values, rows, axis=0) / count.reshape(-1, *(1,) * (values.ndim - 1))
+
+
+def foot_force(trajectory: Trajectory) -> np.ndarray:
+    """(n, 2) [N] normal force under the right and the left foot."""
+    return trajectory.force[:, :, 1].reshape(-1, LEGS, ENDS).sum(axis=2)

@@ -1,0 +1,186 @@
+"""What a run leaves behind: arrays with names, shapes and units, one row per control tick."""
+
+from __future__ import annotations
+
+import json
+import zlib
+from dataclasses import dataclass, replace
+from pathlib import Path
+from zipfile import BadZipFile
+
+import msgspec
+import numpy as np
+
+from biped.base.errors import InputError
+from biped.base.files import folder
+from biped.robot.description import Robot, robot_at
+from biped.robot.topology import BASE, LEGS, N_CONSTRAINTS, N_POINTS, N_STOPS, NQ, NU
+from biped.robot.tree import Tree
+
+# First column of each quantity in the log (compiled code needs plain numbers).
+TIME = 0
+Q = TIME + 1
+V = Q + NQ
+U = V + NQ
+Q_D = U + NU
+PHASE = Q_D + NQ
+BELIEVED = PHASE + LEGS
+ACTIVE = BELIEVED + N_POINTS
+HEIGHT = ACTIVE + N_CONSTRAINTS
+FORCE = HEIGHT + N_POINTS
+STOP = FORCE + 2 * N_POINTS
+WIDTH = STOP + N_STOPS
+
+COLUMNS = {
+    "time": (TIME, ()), "q": (Q, (NQ,)), "v": (V, (NQ,)), "u": (U, (NU,)), "Q_d": (Q_D, (NQ,)),
+    "phase": (PHASE, (LEGS,)), "believed": (BELIEVED, (N_POINTS,)), "active": (ACTIVE, (N_CONSTRAINTS,)),
+    "height": (HEIGHT, (N_POINTS,)), "force": (FORCE, (N_POINTS, 2)), "stop": (STOP, (N_STOPS,)),
+}  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """One run.
+
+    Attributes:
+        log: (n, WIDTH) one row per control tick; see the properties.
+        tick: [s] between rows.
+        tree: Lengths and masses of the true model.
+        slope: [degrees].
+        generalized: Whether Q_d itself moved the biped.
+        torque_limit: Limits of the six joint torques [N m].
+        pushes: Pushes as (start [s], end [s], forward [N], up [N], body).
+        end: `completed`, `fell` or `diverged`.
+        cause: How it ended, in words; empty if completed.
+        warnings: MuJoCo's warnings, name to count.
+        robot: What walked.
+    """
+
+    log: np.ndarray
+    tick: float
+    tree: Tree
+    slope: float
+    generalized: bool
+    torque_limit: tuple[float, ...]
+    pushes: tuple[tuple[float, float, float, float, str], ...]
+    end: str
+    cause: str
+    warnings: dict[str, int]
+    robot: Robot
+
+    def __len__(self) -> int:
+        return len(self.log)
+
+    def column(self, name: str) -> np.ndarray:
+        """A quantity of `COLUMNS` as an array (n, *shape); a view."""
+        first, shape = COLUMNS[name]
+        if not shape:
+            return self.log[:, first]
+        return self.log[:, first : first + int(np.prod(shape))].reshape(len(self.log), *shape)
+
+    @property
+    def time(self) -> np.ndarray:
+        """(n,) [s]."""
+        return self.column("time")
+
+    @property
+    def q(self) -> np.ndarray:
+        """(n, 9) joint coordinates [m, rad]."""
+        return self.column("q")
+
+    @property
+    def v(self) -> np.ndarray:
+        """(n, 9) joint velocities [m/s, rad/s]."""
+        return self.column("v")
+
+    @property
+    def u(self) -> np.ndarray:
+        """(n, 6) joint torques [N m] hip, knee, ankle; right, then left."""
+        return self.column("u")
+
+    @property
+    def Q_d(self) -> np.ndarray:
+        """(n, 9) desired generalized forces in joint coordinates [N, N m]."""
+        return self.column("Q_d")
+
+    @property
+    def phase(self) -> np.ndarray:
+        """(n, 2) leg states 1 … 4, right and left."""
+        return self.column("phase")
+
+    @property
+    def believed(self) -> np.ndarray:
+        """(n, 4) contacts that the leg states follow (0 or 1): right toe, right heel, left toe, left heel."""
+        return self.column("believed")
+
+    @property
+    def active(self) -> np.ndarray:
+        """(n, 6) constraints in A after the release test (0 or 1): the four points, right and left knee."""
+        return self.column("active")
+
+    @property
+    def height(self) -> np.ndarray:
+        """(n, 4) [m] heights of the points as the controller sees them."""
+        return self.column("height")
+
+    @property
+    def force(self) -> np.ndarray:
+        """(n, 4, 2) [N] ground forces on the points (forward along the ground, normal) in the step after each row."""
+        return self.column("force")
+
+    @property
+    def stop(self) -> np.ndarray:
+        """(n, 2) [N m] torques of the knee stops, right and left."""
+        return self.column("stop")
+
+    @property
+    def applied(self) -> np.ndarray:
+        """(n, 9) generalized forces that acted: Q_d itself, or the joint torques."""
+        if self.generalized:
+            return self.Q_d
+        return np.hstack([np.zeros((len(self), BASE)), self.u])
+
+    def last(self, seconds: float) -> Trajectory:
+        """The end of the run as a trajectory of its own; times stay those of the run."""
+        return replace(self, log=self.log[-max(1, round(seconds / self.tick)) :])
+
+    def save(self, path: Path) -> None:
+        """Writes the arrays by name, and all else as JSON, into one npz file; the same bytes for the same run."""
+        rest = {
+            "tick": self.tick, "slope": self.slope, "generalized": self.generalized,
+            "torque_limit": self.torque_limit, "pushes": self.pushes,
+            "end": self.end, "cause": self.cause, "warnings": self.warnings,
+            "robot": msgspec.to_builtins(self.robot),
+            "tree": {name: value.tolist() for name, value in self.tree._asdict().items()},
+        }  # fmt: skip
+        arrays = {name: self.column(name) for name in COLUMNS}
+        with open(path, "wb") as file:
+            np.savez(file, about=np.array(json.dumps(rest)), **arrays)
+
+    @classmethod
+    def load(cls, path: Path) -> Trajectory:
+        """Reads what `save` wrote.
+
+        Raises:
+            InputError: The file is missing or is not a trajectory.
+        """
+        try:
+            with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
+                rest = json.loads(str(file["about"]))
+                n = len(file["time"])
+                log = np.hstack([file[name].reshape(n, -1) for name in COLUMNS])
+            # What was saved before trajectories said so was the human's.
+            told = rest.pop("robot", None)
+            rest["robot"] = robot_at(folder("models") / "human.xml") if told is None else msgspec.convert(told, Robot)
+            rest["tree"] = Tree(**{name: np.array(value) for name, value in rest["tree"].items()})
+            rest["torque_limit"] = tuple(rest["torque_limit"])
+            rest["pushes"] = tuple(tuple(push) for push in rest["pushes"])
+            loaded = cls(log=log, **rest)
+            if log.shape != (n, WIDTH) or log.dtype != np.float64 or n == 0 or not loaded.tick > 0.0:
+                raise ValueError(f"arrays of {log.shape}, {log.dtype}")
+        except (OSError, EOFError, KeyError, TypeError, ValueError, AttributeError, BadZipFile, MemoryError, zlib.error,
+                NotImplementedError, RecursionError, msgspec.ValidationError) as error:  # fmt: skip
+            raise InputError(
+                f"{path}: not a trajectory: {' '.join(str(error).split())[:200]}; remove it to have it simulated again"
+            ) from None
+        return loaded

@@ -1,0 +1,1 @@
+"""Orthogonal factorisations and triangular solves that several rooms share."""

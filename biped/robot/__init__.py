@@ -1,0 +1,1 @@
+"""What a biped is: links, joints, contact points, model file, postures; and one concrete run of it."""

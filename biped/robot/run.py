@@ -1,0 +1,39 @@
+"""One run, concrete: everything random in it is drawn."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from biped.scenario.gains import Gains
+from biped.scenario.keys import Scenario
+
+
+class Run(NamedTuple):
+    """One run, concrete.
+
+    Attributes:
+        scenario: Its scenario with the values of its point and its draws.
+        model: The model file.
+        gains: The gait, complete.
+        index: Number in the campaign.
+        seed: Its own seed.
+        values: What its point of the sweep and its draws changed, by key.
+        q: (9,) joint coordinates it starts from [m, rad].
+        v: (9,) joint velocities it starts with.
+        mass_factor: (9, 9) elementwise factors of the controller's M, or None.
+        row_factor: (10, 9) elementwise factors of the controller's A, or None.
+    """
+
+    scenario: Scenario
+    model: Path
+    gains: Gains
+    index: int
+    seed: int
+    values: dict[str, Any]
+    q: np.ndarray
+    v: np.ndarray
+    mass_factor: np.ndarray | None
+    row_factor: np.ndarray | None

@@ -1,0 +1,1 @@
+"""What a user writes: typed, checked, overridable; gains and families of gaits."""

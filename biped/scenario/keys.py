@@ -1,0 +1,344 @@
+"""What a user writes: a scenario file, typed. Reading and checking it is `biped.scenario.reading`.
+
+Every field of these records is a key of the TOML file; the defaults are the settings of the published results in
+docs/, obtained with the human; a robot's description may say otherwise (`[scenario]` in models/*.toml). Units are SI;
+angles in files are degrees where the key says so and radians otherwise.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from msgspec import Meta, field
+
+from biped.scenario.gains import Gains
+from biped.scenario.section import Nine, NonNegative, Positive, Section, Seven, Six, Vector
+from biped.scenario.tune import Tune
+
+
+class Start(Section, frozen=True):
+    """How a run begins.
+
+    Attributes:
+        posture: A keyframe of the model.
+        q: Nine absolute coordinates in thesis order [m, rad] instead of a posture.
+        v: Nine absolute velocities [m/s, rad/s].
+        contacts: Points that touch the ground; default: those the model names for the posture (none for q).
+        settle: Project the posture onto the ground before the run.
+        jitter: Standard deviation [rad] of noise on the seven angles, before settling.
+    """
+
+    posture: str = "flat"
+    q: Nine | None = None
+    v: Nine = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    contacts: tuple[str, ...] | None = None
+    settle: bool = True
+    jitter: NonNegative = 0.0
+
+
+class Ground(Section, frozen=True):
+    """The ground.
+
+    Attributes:
+        slope: Degrees, uphill positive.
+        angles: What Q_d's absolute angles are measured from: the direction of gravity or the slope's normal.
+        friction: Coefficient of Coulomb friction.
+        contact_time: Time constant [s] of the contacts and knee stops (solref).
+        damping_ratio: Their damping ratio.
+    """
+
+    slope: Annotated[float, Meta(gt=-45, lt=45)] = 0.0
+    angles: Literal["gravity", "slope"] = "gravity"
+    friction: NonNegative = 3.0
+    contact_time: Positive = 0.004
+    damping_ratio: Positive = 1.0
+
+
+class Actuation(Section, frozen=True):
+    """How Q_d becomes torques.
+
+    Attributes:
+        mode: `joint` torques by (3.15), or Q_d itself as `generalized` forces, which no robot can do.
+        contacts: Rows of A: candidates that pass the release test, or all that are `touching`.
+        release_force: Pull [N] beyond which a touching point is not a constraint.
+        torque_limit: [N m] of every joint, or six limits: hip, knee, ankle, right then left.
+        limit: What happens beyond the limit: `clip`, or the `bounded` form of (3.13).
+        null_torque: u_0 (6,) [N m] of (4.7), the torques preferred where the solution is not unique.
+        single_tangential: One tangential row per flat foot instead of two that say the same.
+        rank_tolerance: Relative size below which a row of C is dependent.
+        lag: Time constant [s] of the actuators' first-order response; 0: torques follow at once.
+    """
+
+    mode: Literal["joint", "generalized"] = "joint"
+    contacts: Literal["released", "touching"] = "released"
+    release_force: NonNegative = 150.0
+    # (A fixed-length tuple of constrained numbers in a union crashes msgspec 0.22.)
+    torque_limit: Positive | Annotated[tuple[Positive, ...], Meta(min_length=6, max_length=6)] = 200.0
+    limit: Literal["clip", "bounded"] = "clip"
+    null_torque: Six | None = None
+    single_tangential: bool = False
+    rank_tolerance: Annotated[float, Meta(gt=0, lt=1)] = 1e-4
+    lag: NonNegative = 0.0
+
+
+class Sensing(Section, frozen=True):
+    """When the controller takes a point to touch, and how long a change must last before leg states follow it.
+
+    Attributes:
+        contact_height: [m] below which a point touches.
+        knee_angle: [rad] from its stop within which a knee's row may be in A.
+        heel_on: Hold time [s] of heel contact; likewise the next three.
+        heel_off: [s].
+        toe_on: [s].
+        toe_off: [s].
+        extended: [rad] from its stop within which a knee counts as extended (state 4).
+        ahead: [rad] by which the thigh must lead the other (state 4).
+        late_stance: Degrees; a toe-only leg whose thigh still leans further forward has just landed: state 1.
+    """
+
+    contact_height: Positive = 0.001
+    knee_angle: NonNegative = 0.02
+    heel_on: NonNegative = 0.006
+    heel_off: NonNegative = 0.004
+    toe_on: NonNegative = 0.003
+    toe_off: NonNegative = 0.003
+    extended: NonNegative = 0.05
+    ahead: float = 0.1
+    late_stance: Positive = 100.0
+
+
+class Backstep(Section, frozen=True):
+    """Stepping back, which the thesis does not have: a step that is being lost ends with the foot behind.
+
+    While the torso's extrapolated centre of mass x + ẋ √(y/g) lies behind every contact, a leg in the air is in state 4
+    with its thigh held to an angle of its own.
+
+    Attributes:
+        margin: [m] behind the rearmost contact from which the walker counts as falling back.
+        theta_l: Degrees, the thigh's angle; below 90 the foot comes down behind.
+        k_d2: [N m/rad] of the hip's spring.
+        b_d2: [N m s/rad] of its damper.
+    """
+
+    margin: float = 0.04
+    theta_l: float = 60.0
+    k_d2: NonNegative = 300.0
+    b_d2: NonNegative = 10.0
+
+
+class Simulation(Section, frozen=True):
+    """How the physics is stepped.
+
+    Attributes:
+        timestep: [s] of the physics.
+        control_rate: [Hz] of the controller; the physics takes a whole number of steps per tick.
+        integrator: MuJoCo's integrator.
+        cone: Friction cone.
+        impratio: Ratio of frictional to normal constraint impedance.
+        tolerance: Solver tolerance.
+        iterations: Most solver iterations a step.
+    """
+
+    timestep: Positive = 0.001
+    control_rate: Positive = 1000.0
+    integrator: Literal["Euler", "implicitfast", "implicit", "RK4", "discrete"] = "Euler"
+    cone: Literal["elliptic", "pyramidal"] = "elliptic"
+    impratio: Positive = 10.0
+    tolerance: NonNegative = 1e-10
+    iterations: Annotated[int, Meta(ge=1)] = 100
+
+
+class Push(Section, frozen=True):
+    """A force on a body.
+
+    Attributes:
+        at: [s] when it begins.
+        duration: [s].
+        force: [N] forward (horizontally) and up.
+        body: A body of the model; the force acts at its centre of mass.
+    """
+
+    at: NonNegative
+    duration: Positive
+    force: Vector
+    body: str = "torso"
+
+
+class Fall(Section, frozen=True):
+    """What counts as a fall; the run ends there.
+
+    Attributes:
+        height: Fraction of the start's torso height below which the biped has fallen.
+        tilt: Degrees of torso lean from the vertical.
+    """
+
+    height: Annotated[float, Meta(gt=0, lt=1)] = 0.7
+    tilt: Annotated[float, Meta(gt=0, le=180)] = 60.0
+
+
+class Sensors(Section, frozen=True):
+    """What stands between the biped and the controller's measurements; all zero: nothing does.
+
+    Attributes:
+        angle_noise: Standard deviation [rad] of white noise on the seven joint coordinates that are angles.
+        rate_noise: The same on their rates [rad/s].
+        height_noise: [m], on the torso's x and z.
+        delay: [s], rounded to control ticks.
+        quantisation: [rad], resolution of the angles.
+    """
+
+    angle_noise: NonNegative = 0.0
+    rate_noise: NonNegative = 0.0
+    height_noise: NonNegative = 0.0
+    delay: NonNegative = 0.0
+    quantisation: NonNegative = 0.0
+
+
+class Truth(Section, frozen=True):
+    """How the biped that walks differs from the model file that the controller knows: factors of each link.
+
+    Links are torso, right thigh, shank, foot, left thigh, shank, foot. A length scales everything placed along the
+    link; inertias follow masses and lengths (m l²) and are scaled by their own factor on top.
+
+    Attributes:
+        mass: Factors of the masses.
+        inertia: Factors of the moments of inertia beyond what mass and length imply.
+        length: Factors of the lengths.
+        joint_damping: [N m s/rad] added to hips, knees and ankles.
+    """
+
+    mass: Seven = (1.0,) * 7
+    inertia: Seven = (1.0,) * 7
+    length: Seven = (1.0,) * 7
+    joint_damping: NonNegative = 0.0
+
+
+class Distribution(Section, frozen=True):
+    """Where a number is drawn from: exactly one of these.
+
+    A key that holds several numbers gets each drawn by itself.
+
+    Attributes:
+        normal: Mean and standard deviation.
+        uniform: Lower and upper bound.
+        choice: Values, each as likely.
+        grid: Values that runs take in turn.
+    """
+
+    normal: tuple[float, NonNegative] | None = None
+    uniform: tuple[float, float] | None = None
+    choice: tuple[bool | float | str, ...] | None = None
+    grid: tuple[bool | float | str, ...] | None = None
+
+
+class Randomise(Section, frozen=True):
+    """An ensemble.
+
+    Attributes:
+        runs: Number of runs (at each point of a sweep), each with its own seed.
+        controller_mass_matrix: Relative standard deviation, elementwise, of the controller's M (fixed for a run).
+        controller_constraints: The same of its A.
+        draw: Dotted scenario key, e.g. "ground.friction" or "push.0.at", to its distribution.
+    """
+
+    runs: Annotated[int, Meta(ge=1)] = 1
+    controller_mass_matrix: NonNegative = 0.0
+    controller_constraints: NonNegative = 0.0
+    draw: dict[str, Distribution] = field(default_factory=dict)
+
+
+class Threshold(Section, frozen=True):
+    """When a sweep's threshold holds: at every value up to it, at least this fraction of runs walked."""
+
+    rate: Annotated[float, Meta(gt=0, le=1)] = 0.95
+
+
+class Window(Section, frozen=True):
+    """Means are taken over [start, end] [s]; default: the second half of the run."""
+
+    start: NonNegative | None = None
+    end: Positive | None = None
+
+
+class Bound(Section, frozen=True):
+    """What a number is expected to be."""
+
+    min: float | None = None
+    max: float | None = None
+
+
+class ActuationChange(Section, frozen=True):
+    """Settings of `Actuation` that may change during a run; same keys."""
+
+    contacts: Literal["released", "touching"] | None = None
+    release_force: NonNegative | None = None
+
+
+class Change(Section, frozen=True):
+    """What holds from a time on; changes follow one another.
+
+    Attributes:
+        at: [s] when it begins.
+        over: [s] during which gains go linearly to their new values; settings of the actuation change at once.
+        controller: Name or path of the gait from then on; default: what held before.
+        gains: Gains that replace its; with `speed`, the gains of its family at that speed.
+        actuation: Settings that change.
+    """
+
+    at: NonNegative
+    over: NonNegative = 0.0
+    controller: str | None = None
+    gains: Gains = Gains()
+    actuation: ActuationChange = ActuationChange()
+
+
+class Scenario(Section, frozen=True):
+    """One scenario file.
+
+    Attributes:
+        description: One line for people.
+        model: Name in models/ or path of an MJCF file.
+        controller: Name in controllers/ or path of a gait file.
+        law: A control law of the user's own, `path.py:Class`; default: the thesis's.
+        engine: `mujoco`, or `home`: the thesis's own rigid contacts.
+        duration: [s].
+        seed: Everything random follows from it.
+        backstep: The step back; default: none, as in the thesis.
+        sweep: Up to two dotted scenario keys, each with the values it takes; every combination is an ensemble.
+        tune: What `biped tune` searches for; other commands take no notice of it.
+    """
+
+    description: str = ""
+    model: str = "human"
+    controller: str = "normal"
+    law: str | None = None
+    engine: Literal["mujoco", "home"] = "mujoco"
+    duration: Positive = 10.0
+    seed: Annotated[int, Meta(ge=0)] = 0
+    start: Start = Start()
+    ground: Ground = Ground()
+    actuation: Actuation = Actuation()
+    sensing: Sensing = Sensing()
+    backstep: Backstep | None = None
+    simulation: Simulation = Simulation()
+    gains: Gains = Gains()
+    change: tuple[Change, ...] = ()
+    push: tuple[Push, ...] = ()
+    fall: Fall = Fall()
+    sensors: Sensors = Sensors()
+    truth: Truth = Truth()
+    randomise: Randomise = Randomise()
+    sweep: dict[str, tuple[bool | float | str, ...]] = field(default_factory=dict)
+    threshold: Threshold = Threshold()
+    window: Window = Window()
+    expect: dict[str, Bound] = field(default_factory=dict)
+    thesis: dict[str, float] = field(default_factory=dict)
+    tune: Tune | None = None
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The window [s]."""
+        start = self.window.start
+        end = self.window.end
+        end = self.duration if end is None else end
+        return (0.5 * self.duration if start is None else start), end

@@ -1,0 +1,97 @@
+"""The table [tune] of a scenario file: what a search varies, under which conditions, and what it wants."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from msgspec import Meta, field
+
+from biped.scenario.section import NonNegative, Positive, Section
+
+
+class Range(Section, frozen=True):
+    """Within what a search may change a number.
+
+    Attributes:
+        min: Smallest value.
+        max: Largest value.
+        scale: Whether steps are differences (`linear`) or ratios (`log`).
+    """
+
+    min: float
+    max: float
+    scale: Literal["linear", "log"] = "linear"
+
+
+class Weights(Section, frozen=True):
+    """What the search's objective adds up, per run.
+
+    Attributes:
+        falls: Cost of a run that does not walk: all of it at the start, half of it just before the end.
+        speed: Times the squared relative error of the speed, where a condition names one.
+        cost_of_transport: Times the net cost of transport.
+        closeness: Times the mean square distance from the gait the search starts at, in units of its steps.
+    """
+
+    falls: NonNegative = 1.0
+    speed: NonNegative = 1.0
+    cost_of_transport: NonNegative = 0.0
+    closeness: NonNegative = 0.0
+
+
+class Condition(Section, frozen=True):
+    """One kind of run that a gait is tuned for.
+
+    Attributes:
+        set: What it changes: part of a scenario, e.g. `set = { ground.slope = 5.0 }`.
+        runs: Runs of each gait in each generation.
+        weight: Of its mean cost among the conditions.
+        speed: [m/s] wanted.
+    """
+
+    set: dict[str, Any] = field(default_factory=dict)
+    runs: Annotated[int, Meta(ge=1)] = 4
+    weight: Positive = 1.0
+    speed: Positive | None = None
+
+
+class Tune(Section, frozen=True):
+    """A search for gains, `biped tune`; it starts at the scenario's own gait.
+
+    Attributes:
+        gains: Names of the gains that vary; default: all. Gains that are zero stay zero.
+        factor: By how much a gain may be multiplied or divided.
+        angle: Degrees by which an angle may change.
+        keys: Other numeric scenario keys that vary, dotted.
+        conditions: What the gait is tuned for, by name.
+        weights: The objective.
+        duration: [s] of runs while searching; re-checks take the scenario's own.
+        generations: Generations of CMA-ES.
+        population: Gaits per generation.
+        spread: First standard deviation of steps: ratios of gains, 20 degrees, ranges of keys.
+        covariance: What CMA-ES learns of how steps go together; `diagonal` learns faster.
+        first: Fraction of its runs that each gait gets before the worse ones are given up.
+        keep: Fraction of gaits that get all their runs.
+        recheck: Generations between re-checks of the mean on fresh seeds.
+        checks: Runs of each condition in a re-check.
+        finalists: Best re-checked gaits among which the last comparison, on fresh seeds, decides.
+        unseen: Runs of each condition on seeds no decision was made on.
+    """
+
+    gains: tuple[str, ...] | None = None
+    factor: Annotated[float, Meta(gt=1)] = 5.0
+    angle: Positive = 20.0
+    keys: dict[str, Range] = field(default_factory=dict)
+    conditions: dict[str, Condition] = field(default_factory=dict)
+    weights: Weights = Weights()
+    duration: Positive | None = None
+    generations: Annotated[int, Meta(ge=1)] = 40
+    population: Annotated[int, Meta(ge=4)] = 16
+    spread: Positive = 0.1
+    covariance: Literal["diagonal", "full"] = "diagonal"
+    first: Annotated[float, Meta(gt=0, le=1)] = 0.34
+    keep: Annotated[float, Meta(gt=0, le=1)] = 0.6
+    recheck: Annotated[int, Meta(ge=1)] = 5
+    checks: Annotated[int, Meta(ge=1)] = 8
+    finalists: Annotated[int, Meta(ge=1)] = 3
+    unseen: Annotated[int, Meta(ge=1)] = 20

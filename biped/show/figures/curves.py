@@ -1,0 +1,176 @@
+"""Curves of one run or many: Figs 3.10 to 3.14, and the loads that an engineer asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from biped.measure.signals import every, foot_force, torso_angle
+from biped.measure.trajectory import Trajectory
+from biped.robot.model import GRAVITY
+from biped.show.figures.style import (
+    JOINTS,
+    LEFT,
+    PUSH,
+    QUIET,
+    RIGHT,
+    STATE_NAMES,
+    STATES,
+    figure,
+    legend_above,
+    timed,
+)
+
+Window = tuple[float, float]
+# Contacts hit and miss many times in a step, and torques with them: [s] of the means that the eye can follow.
+_SMOOTH = 0.02
+_MEANS = f"means over {1e3 * _SMOOTH:.0f} ms"
+_BEFORE, _AFTER = 2.0, 5.0
+
+
+def inside(trajectory: Trajectory, window: Window) -> np.ndarray:
+    """(n,) whether a row is in the window [s]; all are if the run ended before it."""
+    rows = (trajectory.time >= window[0]) & (trajectory.time <= window[1])
+    return rows if rows.sum() > 1 else np.ones_like(rows)
+
+
+def smooth(values: np.ndarray, tick: float) -> np.ndarray:
+    """(n,) moving means of values (n,) that are `tick` [s] apart; at the ends, of what there is."""
+    window = np.ones(max(1, round(_SMOOTH / tick)))
+    count = np.convolve(np.ones(len(values)), window)
+    first = (len(window) - 1) // 2
+    return (np.convolve(values, window) / count)[first : first + len(values)]
+
+
+def velocity(trajectory: Trajectory, title: str, window: Window) -> Figure:
+    """Forward velocity of the torso's centre of mass (Fig 3.10) with its mean in the window."""
+    drawn = figure(8.0, 3.0)
+    axes = timed(drawn.add_subplot(), f"{title}: forward velocity of the torso", "velocity [m/s]")
+    rows = inside(trajectory, window)
+    mean = float(trajectory.v[rows, 0].mean())
+    axes.plot(trajectory.time, trajectory.v[:, 0], color=RIGHT)
+    span = trajectory.time[rows][[0, -1]]
+    axes.plot(span, [mean, mean], "--", color=LEFT, label=f"mean {mean:.2f} m/s in {span[0]:.3g} to {span[1]:.3g} s")
+    _mark_pushes(axes, trajectory)
+    axes.legend(loc="lower right")
+    return drawn
+
+
+def torso(trajectory: Trajectory, title: str) -> Figure:
+    """Torso angle (Fig 3.11): 90° is upright."""
+    drawn = figure(8.0, 3.0)
+    axes = timed(drawn.add_subplot(), f"{title}: torso angle, 90° is upright", "θ [°]")
+    axes.axhline(90.0, color=QUIET, linestyle="--", linewidth=1.0)
+    axes.plot(trajectory.time, np.degrees(torso_angle(trajectory)), color=RIGHT)
+    _mark_pushes(axes, trajectory)
+    return drawn
+
+
+def phase(trajectory: Trajectory, title: str, window: Window) -> Figure:
+    """Phase portraits of the right hip, knee and ankle (Fig 3.12): the window over the whole run."""
+    drawn = figure(9.5, 3.4)
+    rows = inside(trajectory, window)
+    angle, rate = np.degrees(trajectory.q[:, 3:6]), np.degrees(trajectory.v[:, 3:6])
+    symbols = {"hip": "θ1 − θ", "knee": "θ2 − θ1", "ankle": "θ3 − θ2 + π/2"}
+    for i, (axes, (joint, symbol)) in enumerate(zip(drawn.subplots(1, 3), symbols.items(), strict=True)):
+        axes.plot(angle[:, i], rate[:, i], color=QUIET, linewidth=0.4, alpha=0.6, label="whole run")
+        mean = smooth(rate[:, i], trajectory.tick)
+        axes.plot(angle[rows, i], mean[rows], color=RIGHT, linewidth=1.2, label=f"window, {_MEANS}")
+        axes.set_xlabel(f"right {joint} {symbol} [°]")
+    drawn.axes[0].set_ylabel("rate [°/s]")
+    legend_above(drawn.axes[2], 2)
+    drawn.suptitle(f"{title}: phase portraits", fontsize=11, x=0.01, ha="left")
+    return drawn
+
+
+def push(trajectory: Trajectory, title: str) -> Figure:
+    """Forward velocity around the pushes (Fig 3.13)."""
+    drawn = figure(8.0, 3.2)
+    axes = timed(drawn.add_subplot(), f"{title}: response to the push", "velocity of the torso [m/s]")
+    axes.plot(trajectory.time, trajectory.v[:, 0], color=RIGHT)
+    _mark_pushes(axes, trajectory)
+    start, end = min(p[0] for p in trajectory.pushes), max(p[1] for p in trajectory.pushes)
+    axes.set_xlim(max(0.0, start - _BEFORE), min(trajectory.time[-1] + trajectory.tick, end + _AFTER))
+    axes.legend(loc="lower right")
+    return drawn
+
+
+def loads(trajectory: Trajectory, title: str, window: Window) -> Figure:
+    """Joint torques, ground forces against body weight, and leg states, in the window."""
+    drawn = figure(9.5, 8.0)
+    torque_right, torque_left, force, lanes = drawn.subplots(4, 1, sharex=True, height_ratios=[1.0, 1.0, 1.1, 0.55])
+    rows = inside(trajectory, window)
+    time, applied = trajectory.time[rows], trajectory.applied
+    for axes, first, side in ((torque_right, 3, "right"), (torque_left, 6, "left")):
+        for i, (joint, colour) in enumerate(JOINTS.items()):
+            torque = applied[:, first + i]
+            axes.plot(time, torque[rows], color=colour, linewidth=0.4, alpha=0.3)
+            axes.plot(time, smooth(torque, trajectory.tick)[rows], color=colour, label=joint)
+        axes.set_ylabel(f"{side} torque [N m]")
+    torque_right.set_title(f"{title}: torques and ground forces, {_MEANS}")
+    legend_above(torque_right, 3)
+    torque_left.sharey(torque_right)
+    _forces(force, trajectory, rows)
+    _lanes(lanes, trajectory, rows)
+    lanes.set_xlabel("time [s]")
+    lanes.set_xlim(time[0], time[-1])
+    return drawn
+
+
+def ensemble(trajectories: Sequence[Trajectory], title: str) -> Figure:
+    """Forward velocity of many runs (Fig 3.14); those that fell stand out and end in a cross."""
+    drawn = figure(8.0, 3.6)
+    up = sum(t.end == "completed" for t in trajectories)
+    axes = timed(drawn.add_subplot(), f"{title}: {up} of {len(trajectories)} stayed up", "velocity of the torso [m/s]")
+    shade = max(0.15, min(0.8, 6.0 / len(trajectories)))
+    for t in trajectories:
+        rows = every(t, 100.0)
+        stood = t.end == "completed"
+        style = {"color": RIGHT, "alpha": shade} if stood else {"color": LEFT, "zorder": 3}
+        axes.plot(t.time[rows], t.v[rows, 0], linewidth=0.7 if stood else 1.0, **style)
+        if not stood:
+            axes.plot(t.time[rows[-1]], t.v[rows[-1], 0], "x", color=LEFT, zorder=4)
+    # Speeds of walking, not of falling.
+    walking = [t.v[:, 0] for t in trajectories if t.end == "completed"] or [t.v[:, 0] for t in trajectories]
+    low, high = min(v.min() for v in walking), max(v.max() for v in walking)
+    axes.set_ylim(low - 0.3 * (high - low), high + 0.3 * (high - low))
+    return drawn
+
+
+def _mark_pushes(axes: Axes, trajectory: Trajectory) -> None:
+    for start, end, forward, up, body in trajectory.pushes:
+        size = f"{forward:+g} N" + (f", {up:+g} N up" if up else "")
+        axes.axvspan(start, end, color=PUSH, alpha=0.35, linewidth=0.0, label=f"{size} on the {body}")
+
+
+def _forces(axes: Axes, trajectory: Trajectory, rows: np.ndarray) -> None:
+    weight = float(trajectory.tree.mass.sum()) * GRAVITY
+    force = foot_force(trajectory)
+    for foot, (side, colour) in enumerate((("right", RIGHT), ("left", LEFT))):
+        mean = smooth(force[:, foot], trajectory.tick)
+        axes.plot(trajectory.time[rows], mean[rows], color=colour, label=side)
+    axes.axhline(weight, color="black", linestyle="--", linewidth=0.8, label=f"body weight {weight:.0f} N")
+    # The peaks of 1 ms would leave the rest of the curve on the floor: they are told, not drawn.
+    peak = force[rows].max()
+    axes.plot([], [], " ", label=f"(peak of one tick {peak:.0f} N)")
+    axes.set_ylabel("normal force [N]")
+    legend_above(axes, 4)
+
+
+def _lanes(axes: Axes, trajectory: Trajectory, rows: np.ndarray) -> None:
+    """Leg states as bars; drawn as one filled step per state and leg."""
+    time, states = trajectory.time[rows], trajectory.phase[rows]
+    for leg in range(2):
+        for state, colour in STATES.items():
+            axes.fill_between(
+                time, 0.6 - leg, 1.4 - leg, where=states[:, leg] == state, step="post", color=colour,
+                linewidth=0.0, label=f"{state} {STATE_NAMES[state]}" if leg == 0 else None,
+            )  # fmt: skip
+    axes.set_yticks([1.0, 0.0], ["right", "left"])
+    axes.set_ylim(-0.5, 1.5)
+    axes.set_ylabel("leg state")
+    axes.grid(False)
+    legend_above(axes, 4)

@@ -1,0 +1,115 @@
+"""Stroboscopic view (Figs 3.4 to 3.9): where the biped was, at equal times, in one picture."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Polygon
+
+from biped.measure.trajectory import Trajectory
+from biped.robot.topology import CHAINS
+from biped.robot.tree import motion
+from biped.show.figures.style import LEFT, RIGHT, TRUNK, figure
+
+# Metres between bodies, seconds between stick figures.
+_BODIES, _STICKS = 0.8, 0.1
+_MARGIN = 0.45
+# Radii of the limbs at both ends and of the head, as fractions of the leg.
+_THIGH, _SHANK, _TRUNK, _HEAD = (0.078, 0.055), (0.054, 0.036), (0.085, 0.105), 0.1
+_NECK = 0.17
+# The thesis's torso: centre of mass at 0.626 of its length from the hip.
+_COM = 0.626
+_COLOURS = (RIGHT, LEFT)
+
+
+def strobe(trajectory: Trajectory, title: str) -> Figure:
+    """Bodies every 0.8 m or so and stick figures every 0.1 s between them, on the ground as it slopes."""
+    slope = math.radians(trajectory.slope)
+    pose = motion(trajectory.tree, trajectory.q, trajectory.v)
+    turn = np.array([[math.cos(slope), math.sin(slope)], [-math.sin(slope), math.cos(slope)]])
+    # (n, links, 2) each: joints, torso's centre of mass, points; turned so that gravity is vertical.
+    joint, point, torso = pose.joint @ turn, pose.point @ turn, pose.com[:, 0] @ turn
+    low = np.minimum(joint[..., 0].min(), point[..., 0].min()) - _MARGIN
+    high = np.maximum(joint[..., 0].max(), point[..., 0].max()) + _MARGIN
+    leg = trajectory.tree.leg
+    floor = math.tan(slope) * np.array([low, high])
+    bottom, top = floor.min() - 0.12, max(torso[:, 1].max() + 0.6 * leg, floor.max() + 0.3)
+    width = 11.0
+    drawn = figure(width, max(2.4, width * 0.94 * (top - bottom) / (high - low) + 0.8))
+    axes = drawn.add_subplot()
+    axes.grid(False)
+    axes.set_aspect("equal")
+    axes.set_xlim(low, high)
+    axes.set_ylim(bottom, top)
+    axes.fill_between([low, high], floor, bottom, color="#E5E7EB", linewidth=0.0)
+    axes.plot([low, high], floor, color="#4B5563", linewidth=1.2)
+    _sticks(axes, joint, point, torso, np.arange(0, len(trajectory), max(1, round(_STICKS / trajectory.tick))))
+    for row in body_rows(trajectory):
+        _body(axes, joint[row], point[row], torso[row], leg)
+    axes.set_title(f"{title}: a stick figure every {_STICKS:g} s; right leg blue, left leg orange")
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("height [m]")
+    return drawn
+
+
+def body_rows(trajectory: Trajectory) -> list[int]:
+    """Rows at which a body is drawn: at equal times, 0.8 m apart on average, and at the end."""
+    travelled = abs(trajectory.q[-1, 0] - trajectory.q[0, 0])
+    count = max(1, round(travelled / _BODIES))
+    return np.round(np.linspace(0, len(trajectory) - 1, count + 1)).astype(int).tolist()
+
+
+def _sticks(axes: Axes, joint: np.ndarray, point: np.ndarray, torso: np.ndarray, rows: np.ndarray) -> None:
+    for leg in (1, 0):
+        hip, knee, ankle = CHAINS[leg][1:]
+        lines = np.stack(
+            [joint[rows, hip], joint[rows, knee], joint[rows, ankle], point[rows, 2 * leg],
+             point[rows, 2 * leg + 1], joint[rows, ankle]], axis=1,
+        )  # fmt: skip
+        axes.add_collection(LineCollection(list(lines), colors=_COLOURS[leg], linewidths=0.7, alpha=0.45))
+    hip = joint[rows, 1]
+    trunk = np.stack([hip, hip + (torso[rows] - hip) / _COM], axis=1)
+    axes.add_collection(LineCollection(list(trunk), colors=TRUNK, linewidths=0.7, alpha=0.45))
+
+
+def _body(axes: Axes, joint: np.ndarray, point: np.ndarray, torso: np.ndarray, leg: float) -> None:
+    """One body: left leg, trunk and head, right leg in front; joint (7, 2), point (4, 2), torso (2,) [m]."""
+    _leg(axes, joint, point, leg, 1)
+    hip = joint[1]
+    up = (torso - hip) / _COM
+    axis = up / np.linalg.norm(up)
+    _patch(axes, Circle(tuple(hip + up + _NECK * leg * axis), _HEAD * leg), TRUNK)
+    _patch(axes, Polygon(capsule(hip, hip + up, _TRUNK[0] * leg, _TRUNK[1] * leg)), TRUNK)
+    _leg(axes, joint, point, leg, 0)
+
+
+def _leg(axes: Axes, joint: np.ndarray, point: np.ndarray, leg: float, side: int) -> None:
+    hip, knee, ankle = (joint[link] for link in CHAINS[side][1:])
+    toe, heel = point[2 * side], point[2 * side + 1]
+    forward = (toe - heel) / np.linalg.norm(toe - heel)
+    up = np.array([-forward[1], forward[0]])
+    radius = _SHANK[1] * leg
+    foot = [heel, toe, toe + 0.7 * radius * up, ankle + radius * forward, ankle - radius * forward]
+    _patch(axes, Polygon(np.array(foot), joinstyle="round"), _COLOURS[side])
+    for start, end, (first, last) in ((knee, ankle, _SHANK), (hip, knee, _THIGH)):
+        _patch(axes, Polygon(capsule(start, end, first * leg, last * leg)), _COLOURS[side])
+
+
+def _patch(axes: Axes, patch: Circle | Polygon, colour: str) -> None:
+    patch.set(facecolor=colour, edgecolor="white", linewidth=0.7, zorder=3)
+    axes.add_patch(patch)
+
+
+def capsule(start: np.ndarray, end: np.ndarray, first: float, last: float) -> np.ndarray:
+    """Outline (24, 2) of a limb from start to end (2,) [m] with radii first and last."""
+    along = math.atan2(end[1] - start[1], end[0] - start[0])
+    arc = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 12)
+
+    def cap(centre: np.ndarray, radius: float, angle: np.ndarray) -> np.ndarray:
+        return centre + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+    return np.concatenate([cap(end, last, along + arc), cap(start, first, along + math.pi + arc)])

@@ -1,0 +1,77 @@
+"""What goes into a recording, and where in it a run is put."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+import rerun as rr
+
+from biped.measure.signals import finite
+from biped.measure.trajectory import Trajectory
+
+LANE = 1.6
+"""[m] sideways from run to run."""
+
+
+class Recorded(NamedTuple):
+    """One run to record.
+
+    Attributes:
+        name: Its name in the recording; unlike the others'.
+        trajectory: What it left behind.
+        model: MuJoCo model with its visual geoms.
+        metrics: Metrics by name; may be empty.
+        checks: (name, value, expected, passed) of every expectation; may be empty.
+        scenario_text: The effective scenario as TOML.
+        ghost: Draw it as a grey shadow over the run before it.
+    """
+
+    name: str
+    trajectory: Trajectory
+    model: mujoco.MjModel
+    metrics: Mapping[str, Any]
+    checks: Sequence[tuple[str, Any, Any, bool]]
+    scenario_text: str
+    ghost: bool = False
+
+
+class Placed(NamedTuple):
+    """A run with its place in the recording.
+
+    Attributes:
+        run: The run; rows that are not finite are gone.
+        root: Entity path below which everything of it is logged.
+        lane: [m] sideways.
+        number: Its number among the runs.
+        alone: Whether it is the only one.
+    """
+
+    run: Recorded
+    root: str
+    lane: float
+    number: int
+    alone: bool
+
+    def entity(self, *parts: str) -> str:
+        """The entity path of something that belongs to the run."""
+        return "/".join([self.root, *(rr.escape_entity_path_part(part) for part in parts)])
+
+
+def times(seconds: np.ndarray) -> rr.TimeColumn:
+    """The time line of a recording at (m,) [s], in whole nanoseconds: 1.053 s is not 1.052999999 s."""
+    return rr.TimeColumn("time", duration=np.round(1e9 * seconds).astype("timedelta64[ns]"))
+
+
+def place(runs: Sequence[Recorded]) -> list[Placed]:
+    """Puts runs side by side, ghosts over the run before them."""
+    placed, lane = [], 0.0
+    for number, run in enumerate(runs):
+        if number > 0 and not run.ghost:
+            lane += LANE
+        root = "/" + rr.escape_entity_path_part(run.name)
+        whole = run._replace(trajectory=finite(run.trajectory))
+        placed.append(Placed(whole, root, lane, number, len(runs) == 1))
+    return placed

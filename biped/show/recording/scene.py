@@ -1,0 +1,197 @@
+"""Around the biped: tilted ground, contact forces, pushes, the centre of mass and its trail.
+
+A trajectory is in the slope's frame, in which gravity leans. What is below `scene` is turned by the slope, so
+that in the viewer gravity is vertical and the ground rises.
+"""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+import rerun as rr
+
+from biped.measure.signals import centre_of_mass, means
+from biped.robot.model import GRAVITY
+from biped.robot.topology import POINT_LINK
+from biped.robot.tree import motion
+from biped.show.recording.body import drawn_geoms, mass_centres
+from biped.show.recording.recorded import LANE, Placed, times
+
+BODY_WEIGHT = 0.6
+"""[m] length of a contact force arrow of one body weight."""
+PUSH = 1.0 / 400.0
+"""[m/N] length of a push arrow: a push of 200 N would be hard to see on the other scale."""
+_TILE = 0.5
+_MARGIN = 1.0
+_SLAB = 0.04
+_LIGHT, _DARK, _MARK = (222, 224, 220), (196, 200, 197), (255, 255, 255)
+_FORCE, _PUSHED, _CENTRE = (0, 158, 115), (245, 110, 170), (60, 60, 66)
+# Forces and the centre of mass are drawn [m] on the viewer's side, where limbs and trunk do not hide them.
+_BESIDE, _ASIDE = -0.07, -0.14
+# Forces below this [N] have an arrow too short to see.
+_FAINT = 5.0
+
+
+def log_scene(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -> None:
+    """Logs everything around one run's biped.
+
+    Args:
+        recording: Where to.
+        placed: The run.
+        rows: (m,) rows of the trajectory to show.
+    """
+    slope = math.radians(placed.run.trajectory.slope)
+    tilt = rr.Transform3D(
+        translation=[0.0, placed.lane, 0.0],
+        rotation=rr.RotationAxisAngle(axis=[0.0, -1.0, 0.0], radians=slope),
+    )
+    recording.log(placed.entity("scene"), tilt, static=True)
+    _log_eye(recording, placed, rows)
+    _log_centre(recording, placed, rows)
+    if placed.run.ghost:
+        return
+    _log_ground(recording, placed)
+    _log_forces(recording, placed, rows)
+    if placed.run.trajectory.pushes:
+        _log_pushes(recording, placed, rows)
+
+
+def _log_ground(recording: rr.RecordingStream, placed: Placed) -> None:
+    """A strip of tiles, with a number at every metre, as far as the walk goes."""
+    x = placed.run.trajectory.q[:, 0]
+    first, last = math.floor((x.min() - _MARGIN) / _TILE), math.ceil((x.max() + _MARGIN) / _TILE)
+    tiles = np.arange(first, last)
+    width = 0.42 * LANE
+    centre = np.stack([(tiles + 0.5) * _TILE, 0.0 * tiles, np.full(len(tiles), -0.5 * _SLAB)], axis=1)
+    recording.log(
+        placed.entity("scene", "ground"),
+        rr.Boxes3D(
+            half_sizes=np.tile([0.5 * _TILE, width, 0.5 * _SLAB], (len(tiles), 1)),
+            centers=centre,
+            colors=np.where((tiles % 2 == 0)[:, None], _LIGHT, _DARK).astype(np.uint8),
+            fill_mode=rr.components.FillMode.Solid,
+        ),
+        static=True,
+    )
+    metres = np.arange(math.ceil(first * _TILE), math.floor(last * _TILE) + 1)
+    recording.log(
+        placed.entity("scene", "metres"),
+        rr.Points3D(
+            np.stack([metres, np.full(len(metres), -width), np.full(len(metres), 0.01)], axis=1),
+            radii=0.012,
+            colors=_MARK,
+            labels=[f"{metre} m" for metre in metres],
+            show_labels=True,
+        ),
+        static=True,
+    )
+
+
+def _log_eye(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -> None:
+    """What the view moves with: upright, level with the ground below: it neither tilts nor bobs."""
+    trajectory = placed.run.trajectory
+    slope = math.radians(trajectory.slope)
+    along = centre_of_mass(trajectory)[rows, 0]
+    place = np.stack([along * math.cos(slope), np.full(len(rows), placed.lane), along * math.sin(slope)], axis=1)
+    recording.send_columns(
+        placed.entity("eye"),
+        indexes=[times(trajectory.time[rows])],
+        columns=rr.Transform3D.columns(translation=place.astype(np.float32)),
+    )
+
+
+def _log_centre(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -> None:
+    """The centre of mass above the ground, and its trail up to now."""
+    trajectory = placed.run.trajectory
+    place = _lift(centre_of_mass(trajectory)[rows]) + np.array([0.0, _ASIDE, 0.0])
+    # Straight down is where gravity points, not where the slope's normal does.
+    below = place - place[:, 2:] * [math.tan(math.radians(trajectory.slope)), 0.0, 1.0]
+    path = placed.entity("scene", "centre_of_mass")
+    at = times(trajectory.time[rows])
+    recording.log(path, rr.Points3D.from_fields(radii=0.028, colors=_CENTRE), static=True)
+    recording.send_columns(path, indexes=[at], columns=rr.Points3D.columns(positions=place.astype(np.float32)))
+    _log_strips(recording, f"{path}/plumb", at, below, place)
+    # One piece a picture: the view shows all pieces up to its time.
+    before = np.concatenate([place[:1], place[:-1]])
+    _log_strips(recording, placed.entity("scene", "trail"), at, before, place)
+
+
+def _log_strips(
+    recording: rr.RecordingStream, path: str, at: rr.TimeColumn, start: np.ndarray, end: np.ndarray
+) -> None:
+    """A thin line from `start` to `end` (m, 3) [m] at each time."""
+    recording.log(path, rr.LineStrips3D.from_fields(radii=0.006, colors=_CENTRE), static=True)
+    strips = list(np.stack([start, end], axis=1).astype(np.float32))
+    recording.send_columns(path, indexes=[at], columns=rr.LineStrips3D.columns(strips=strips))
+
+
+def _log_forces(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -> None:
+    """Contact forces as arrows from toes and heels, means over each picture."""
+    trajectory = placed.run.trajectory
+    force = means(trajectory.force, rows)
+    scale = BODY_WEIGHT / (float(trajectory.tree.mass.sum()) * GRAVITY)
+    loaded = np.linalg.norm(force, axis=2) > _FAINT  # (m, 4)
+    origin = contact_points(placed, rows)
+    path = placed.entity("scene", "contact_force")
+    recording.log(path, rr.Arrows3D.from_fields(radii=0.022, colors=_FORCE), static=True)
+    recording.send_columns(
+        path,
+        indexes=[times(trajectory.time[rows])],
+        columns=rr.Arrows3D.columns(
+            vectors=(scale * _lift(force))[loaded].astype(np.float32),
+            origins=origin[loaded].astype(np.float32),
+        ).partition(loaded.sum(axis=1)),
+    )
+
+
+def contact_points(placed: Placed, rows: np.ndarray) -> np.ndarray:
+    """(m, 4, 3) [m] toes and heels on the slope, beside the legs as the model draws them."""
+    run = placed.run
+    trajectory = run.trajectory
+    robot = trajectory.robot
+    planar = motion(trajectory.tree, trajectory.q[rows], trajectory.v[rows]).point
+    out = _lift(planar)
+    for i, (point, link) in enumerate(zip(robot.points, POINT_LINK, strict=True)):
+        out[:, i, 1] = _sideways(run.model, run.model.body(robot.links[link]).id, run.model.site(point).id) + _BESIDE
+    return out
+
+
+def _sideways(model: mujoco.MjModel, body: int, site: int) -> float:
+    """[m] y of the middle of a body's visual geoms: legs are drawn apart, though the motion is planar."""
+    drawn = [model.geom_pos[g][1] for g in drawn_geoms(model) if model.geom_bodyid[g] == body]
+    return float(np.mean(drawn)) if drawn else float(model.site_pos[site][1])
+
+
+def _log_pushes(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -> None:
+    """Each push as an arrow that ends at the pushed body's centre of mass, while it lasts."""
+    trajectory = placed.run.trajectory
+    time = trajectory.time
+    back = math.radians(-trajectory.slope)  # pushes are horizontal; `scene` is turned
+    turn = np.array([[math.cos(back), -math.sin(back)], [math.sin(back), math.cos(back)]])
+    for i, (start, end, forward, up, body) in enumerate(trajectory.pushes):
+        first, last = np.searchsorted(time, [start - 1e-9, end - 1e-9])
+        if first == len(time):
+            continue  # fallen before
+        shown = np.unique(np.concatenate([[first], rows[(rows > first) & (rows < last)]]))
+        vector = PUSH * _lift(turn @ np.array([forward, up]))
+        path = placed.entity("scene", f"push_{i}")
+        label = f"{math.hypot(forward, up):.0f} N"
+        style = rr.Arrows3D.from_fields(radii=0.035, colors=_PUSHED, labels=label, show_labels=True)
+        recording.log(path, style, static=True)
+        origin = mass_centres(placed.run.model, trajectory.robot, trajectory.q[shown], body) - vector
+        ended = time[last : last + 1]  # none if the run ends before the push does
+        vectors = np.tile(vector, (len(shown), 1))
+        recording.send_columns(
+            path,
+            indexes=[times(np.append(time[shown], ended))],
+            columns=rr.Arrows3D.columns(
+                vectors=vectors.astype(np.float32), origins=origin.astype(np.float32)
+            ).partition([1] * len(shown) + [0] * len(ended)),
+        )
+
+
+def _lift(planar: np.ndarray) -> np.ndarray:
+    """(…, 3) of (…, 2): (x, z) becomes (x, 0, z)."""
+    return np.stack([planar[..., 0], np.zeros(planar.shape[:-1]), planar[..., 1]], axis=-1)

@@ -1,0 +1,145 @@
+"""Curves and state lanes of a run: what a plot shows against time."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import rerun as rr
+
+from biped.measure.signals import cost_of_transport, every, foot_force, joint_power, means, torso_angle
+from biped.show.recording.recorded import Placed, times
+
+RATE = 1000.0
+"""[Hz] of the curves: chatter is part of the result; the viewer averages what is too dense to draw."""
+
+# Okabe and Ito's colours, which the colour-blind can tell apart; a leg's joints are shades of its colour.
+RIGHT, LEFT = (0, 114, 178), (213, 94, 0)
+JOINT_COLOURS = ((0, 60, 110), RIGHT, (86, 180, 233), (130, 50, 0), LEFT, (240, 175, 70))
+RUN_COLOURS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (230, 159, 0), (86, 180, 233))
+_JOINTS = ("hip", "knee", "ankle")
+
+LEG_STATES = {
+    "1": ("1 stance", (0, 114, 178)), "2": ("2 heel off", (0, 158, 115)), "3": ("3 swing", (230, 159, 0)),
+    "4": ("4 straight", (204, 121, 167)),
+}  # fmt: skip
+_GAP = "-"
+_ON = {"1": ("on", (90, 100, 110))}
+_IN_A = {"1": ("in A", (90, 100, 110))}
+_PUSHING = {"1": ("push", (204, 60, 120))}
+
+
+class Curves(NamedTuple):
+    """Curves that share a plot.
+
+    Attributes:
+        entity: Name of the entity below `series`.
+        title: Title of the plot, with the unit.
+        names: Of the curves.
+        colours: Of the curves.
+        values: (n, number of curves); rows with nan are left out.
+    """
+
+    entity: str
+    title: str
+    names: tuple[str, ...]
+    colours: tuple[tuple[int, int, int], ...]
+    values: np.ndarray
+
+
+def curves(placed: Placed) -> list[Curves]:
+    """All curves of a run."""
+    trajectory = placed.run.trajectory
+    legs = trajectory.robot.legs
+    names = tuple(f"{leg} {joint}" for leg in legs for joint in _JOINTS)
+    own = (RUN_COLOURS[placed.number % len(RUN_COLOURS)],)
+
+    def single(entity: str, title: str, name: str, values: np.ndarray) -> Curves:
+        label = name if placed.alone else placed.run.name
+        return Curves(entity, title, (label,), own, values[:, None])
+
+    def joints(entity: str, title: str, values: np.ndarray) -> Curves:
+        return Curves(entity, title, names, JOINT_COLOURS, values)
+
+    return [
+        single("velocity", "Forward velocity of the torso [m/s]", "velocity", trajectory.v[:, 0]),
+        single("torso", "Torso angle [°], 90 is upright", "torso", np.degrees(torso_angle(trajectory))),
+        single("cost", "Cost of transport so far [-]", "net cost", cost_of_transport(trajectory)),
+        joints("angle", "Joint angles [°]", np.degrees(trajectory.q[:, 3:])),
+        joints("torque", "Joint torques [N m], colours as above", trajectory.applied[:, 3:]),
+        joints("power", "Joint powers [W], colours as above", joint_power(trajectory)),
+        Curves(
+            "force", "Normal force under each foot [N]", legs, (RIGHT, LEFT),
+            foot_force(trajectory),
+        ),
+    ]  # fmt: skip
+
+
+def log_series(recording: rr.RecordingStream, placed: Placed) -> None:
+    """Logs the curves of one run."""
+    trajectory = placed.run.trajectory
+    rows = every(trajectory, RATE)
+    for plot in curves(placed):
+        path = placed.entity("series", plot.entity)
+        style = rr.SeriesLines(
+            colors=list(plot.colours),
+            names=list(plot.names),
+            widths=[1.5] * len(plot.names),
+            # Not the viewer's own choice, which shows the peaks of chatter as if they were the force.
+            aggregation_policy=rr.components.AggregationPolicy.Average,
+        )
+        recording.log(path, style, static=True)
+        values = means(plot.values, rows)
+        shown = np.isfinite(values).all(axis=1)
+        recording.send_columns(
+            path,
+            indexes=[times(trajectory.time[rows[shown]])],
+            columns=rr.Scalars.columns(scalars=values[shown]),
+        )
+
+
+def log_states(recording: rr.RecordingStream, placed: Placed) -> None:
+    """Logs leg states, believed contacts and the rows of A as changes."""
+    trajectory = placed.run.trajectory
+    time, end = trajectory.time, float(trajectory.time[-1]) + trajectory.tick
+    phase, robot = trajectory.phase.astype(int), trajectory.robot
+    # Lanes are sorted by path: each leg's contacts come under its state.
+    for leg, side in enumerate(robot.legs):
+        _lane(recording, placed.entity("states", side), time, end, phase[:, leg], LEG_STATES)
+    for i, point in enumerate(robot.points):
+        flag = trajectory.believed[:, i].astype(int)
+        _lane(recording, placed.entity("states", *point.split("_")), time, end, flag, _ON)
+    for i, row in enumerate((*robot.points, *robot.stops)):
+        flag = trajectory.active[:, i].astype(int)
+        _lane(recording, placed.entity("constraints", *row.split("_")), time, end, flag, _IN_A)
+    if trajectory.pushes:
+        pushed = np.zeros(len(time), int)
+        for start, stop, *_ in trajectory.pushes:
+            pushed |= (time > start - 1e-9) & (time < stop - 1e-9)
+        _lane(recording, placed.entity("states", "push"), time, end, pushed, _PUSHING)
+
+
+def _lane(
+    recording: rr.RecordingStream, path: str, time: np.ndarray, end: float, state: np.ndarray, known: dict
+) -> None:
+    """One lane: a change wherever state (n,) changes, a gap where it is not `known` and after `end` [s].
+
+    (Rerun's own gap, a null, makes a file that its `rrd verify` rejects: a state that is not shown serves.)
+    """
+    recording.log(
+        path,
+        rr.StateConfiguration(
+            values=[*known, _GAP],
+            labels=[*(label for label, _ in known.values()), ""],
+            colors=[*(colour for _, colour in known.values()), (0, 0, 0)],
+            visible=[True] * len(known) + [False],
+        ),
+        static=True,
+    )
+    changed = np.flatnonzero(np.diff(state, prepend=state[0] - 1))
+    words = [str(s) if str(s) in known else _GAP for s in state[changed]]
+    recording.send_columns(
+        path,
+        indexes=[times(np.append(time[changed], end))],
+        columns=rr.StateChange.columns(state=[*words, _GAP]),
+    )

@@ -1,0 +1,141 @@
+"""What people see on a terminal: tables of numbers beside the thesis's, verdicts, progress."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from biped.ensemble.sweeps import threshold_words
+from biped.measure.metrics import NAMES
+
+_MAIN = (
+    "speed", "cost_of_transport", "cost_of_transport_absolute", "cost_of_transport_positive", "double_support",
+    "step_length", "step_frequency", "froude", "torso_lean", "mean_torque", "peak_torque", "peak_force", "support",
+    "slip", "penetration", "clearance", "constraint_switches", "energy_residual",
+)  # fmt: skip
+
+
+def console() -> Console:
+    """The terminal; plain and wide enough for tables when it is a file or a pipe."""
+    return Console(width=None if sys.stdout.isatty() else 120, highlight=False)
+
+
+def number(value: Any) -> str:
+    """A number for people: three significant digits, a dash if there is none."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, float):
+        return "–" if not math.isfinite(value) else f"{value:.3g}"
+    return str(value)
+
+
+def table(columns: Sequence[str], words: Collection[str] = (), no_wrap: bool = False) -> Table:
+    """An empty table without lines.
+
+    Args:
+        columns: Heads.
+        words: Those that hold words and go to the left; numbers go to the right.
+        no_wrap: Whether cells stay in one line.
+    """
+    out = Table(box=None, pad_edge=False, header_style="dim")
+    for column in columns:
+        out.add_column(column, justify="left" if column in words else "right", no_wrap=no_wrap)
+    return out
+
+
+def show_result(result: Mapping[str, Any], description: str) -> None:
+    """Prints a result: how it ended, its numbers beside the thesis's, and the checks."""
+    out = console()
+    runs, summary = result["runs"], result["summary"]
+    out.print(f"[bold]{result['scenario']}[/bold] in {result['engine']}: {description}")
+    if len(runs) == 1:
+        run = runs[0]
+        out.print(f"  {'stayed up' if run['end'] == 'completed' else run['cause']}; {run['time']:.2f} s, "
+                  f"{run['distance']:.2f} m")  # fmt: skip
+        if "leg_states" in run:
+            out.print(f"  leg states {run['leg_states']['cycle']} in {run['leg_states']['share']:.0%} of cycles")
+    else:
+        low, high = summary["walked_interval"]
+        out.print(f"  walked {summary['walked']} of {len(runs)} (95 % interval {low:.0%} – {high:.0%}), "
+                  f"fell {summary['falls']}")  # fmt: skip
+        for cause, count in causes_of(runs):
+            out.print(f"    {count} × {cause}")
+    for run in runs:
+        if run["warnings"]:
+            out.print(f"  run {run['index']}: engine warnings {run['warnings']}")
+    thesis = result["thesis"]
+    page = table(("metric", "value", *(["thesis"] if thesis else []), "meaning"), ("metric", "meaning"))
+    for name in _MAIN:
+        theirs = [number(thesis[name]) if name in thesis else ""] if thesis else []
+        page.add_row(name, number(summary[name]), *theirs, NAMES[name])
+    out.print(page)
+    if "points" in result:
+        show_points(result)
+    show_checks(result)
+
+
+def show_points(result: Mapping[str, Any]) -> None:
+    """Prints the points of a sweep and its thresholds."""
+    out = console()
+    keys = list(result["points"][0]["values"])
+    page = table((*keys, "walked", "95 % interval", "speed", "cost_of_transport", "double_support"))
+    for point in result["points"]:
+        low, high = point["interval"]
+        page.add_row(
+            *(number(point["values"][key]) for key in keys), f"{point['walked']}/{point['runs']}",
+            f"{low:.0%} – {high:.0%}", *(number(point[m]) for m in ("speed", "cost_of_transport", "double_support")),
+        )  # fmt: skip
+    out.print(page)
+    for t in result["thresholds"]:
+        out.print(f"  {threshold_words(t)}")
+
+
+def causes_of(runs: Sequence[Mapping[str, Any]]) -> list[tuple[str, int]]:
+    """How runs failed and how often, the commonest first."""
+    counts: dict[str, int] = {}
+    for run in runs:
+        if run["cause"] and not run["walked"]:
+            cause = run["cause"].split(" at ")[0].split(" after ")[0]
+            counts[cause] = counts.get(cause, 0) + 1
+        elif not run["walked"]:
+            counts["stayed up without walking on"] = counts.get("stayed up without walking on", 0) + 1
+    return sorted(counts.items(), key=lambda item: -item[1])
+
+
+def show_checks(result: Mapping[str, Any]) -> None:
+    """Prints one line per check."""
+    out = console()
+    for check in result["checks"]:
+        mark = "[green]pass[/green]" if check["passed"] else "[red]FAIL[/red]"
+        out.print(f"  {mark}  {check['name']} = {number(check['value'])}, expected {check['expected']}")
+
+
+@contextmanager
+def progress(title: str, total: int, done: int) -> Iterator[Any]:
+    """A progress bar on stderr, only if that is a terminal; yields a function to call per finished run."""
+    if not sys.stderr.isatty() or total < 2:
+        yield lambda: None
+        return
+    from rich import progress as bar
+
+    columns = (
+        bar.TextColumn("{task.description}"), bar.BarColumn(), bar.MofNCompleteColumn(),
+        bar.TextColumn("{task.fields[rate]}"), bar.TimeRemainingColumn(),
+    )  # fmt: skip
+    with bar.Progress(*columns, console=Console(stderr=True), transient=True) as shown:
+        task = shown.add_task(title, total=total, completed=done, rate="")
+
+        def advance() -> None:
+            shown.advance(task)
+            speed = shown.tasks[0].speed
+            shown.update(task, rate=f"{speed:.1f} runs/s" if speed else "")
+
+        yield advance

@@ -1,0 +1,1 @@
+"""What commands find out: comparison, search for gains, stability, regressions, benchmarks."""

@@ -1,0 +1,132 @@
+"""What each feature of a scene costs, and that a scene without it does not pay: every feature in a process of its own.
+
+A process runs one scenario and reports what it imported, which kernels it compiled or loaded, and what memory and time
+a tick took, beside bare `mj_step` in the same process.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+BASE = "level_normal"
+SECONDS = 2.0
+
+FEATURES: dict[str, tuple[str, ...]] = {
+    "plain": (),
+    "every touching point in A": ("actuation.contacts='touching'",),
+    "Q_d itself": ("actuation.mode='generalized'",),
+    "u_0 of (4.7)": ("actuation.null_torque=[1.0, 0.0, 0.0, 1.0, 0.0, 0.0]",),
+    "model error": ("randomise.controller_mass_matrix=1e-6", "randomise.controller_constraints=1e-6"),
+    "actuator lag": ("actuation.lag=0.001",),
+    "sensor noise": ("sensors.angle_noise=1e-5", "sensors.rate_noise=1e-4"),
+    "sensor delay": ("sensors.delay=0.001",),
+    "push": ("push=[{at=0.0, duration=0.1, force=[50.0, 0.0]}]",),
+    "wrong masses": ("truth.mass=[1.01, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]",),
+    "torque limit by QP": ("actuation.limit='bounded'", "actuation.torque_limit=60.0"),
+    "physics at 0.5 ms": ("simulation.timestep=0.0005",),
+    "RK4": ("simulation.integrator='RK4'",),
+    "pyramidal cone": ("simulation.cone='pyramidal'",),
+    "home engine": ("engine='home'",),
+    "recording": (),
+}
+"""Changes of the base scenario by feature; `recording` writes one."""
+
+_PROBE = "import sys; from biped.studies.bench.features import probe; probe(sys.argv[1], float(sys.argv[2]))"
+
+
+def probe(feature: str, seconds: float) -> None:
+    """Runs the base scenario with a feature and prints, as JSON, what that took; for a fresh process."""
+    import tracemalloc
+
+    from biped.engines.mujoco import simulate as simulate_mujoco
+    from biped.ensemble.campaign import simulate
+    from biped.ensemble.plan import Plan
+    from biped.scenario.reading import read_scenario
+    from biped.studies.bench.parts import bare, clock
+
+    before = set(sys.modules)
+    base = [f"duration={seconds}", f"window.start={seconds / 2}", f"window.end={seconds}"]
+    plan = Plan(read_scenario(BASE, [*base, *FEATURES[feature]]))
+    run = plan.run(0)
+    work = lambda: simulate(run)  # noqa: E731
+    trajectory = work()
+    if feature == "recording":
+        work = _recorded(plan)
+        work()
+    imported = sorted(set(sys.modules) - before)
+    kernels = _kernels()
+    tracemalloc.start()
+    work()
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    plain = Plan(read_scenario(BASE, base)).run(0)
+    reference = simulate_mujoco(plain)
+    times = [(clock(work) / len(trajectory), bare(plain, reference) / len(reference)) for _ in range(3)]
+    ratio = sorted(a / b for a, b in times)[1]
+    packages = sorted({_package(name) for name in imported} - {""})
+    out = {"tick": min(a for a, _ in times) * 1e6, "ratio": ratio, "imported": packages, "kernels": kernels,
+           "memory": peak / 1e6}  # fmt: skip
+    print(json.dumps(out))
+
+
+def _recorded(plan: Any) -> Callable[[], None]:
+    """A call that simulates the plan's run and writes its recording."""
+    from biped.ensemble.campaign import run_one
+    from biped.ensemble.results import result_of
+    from biped.show.replay import record_runs
+
+    row = run_one(plan, 0)[1]
+    path = Path(tempfile.mkdtemp()) / "recording.rrd"
+
+    def work() -> None:
+        record_runs(path, plan, result_of(BASE, plan, [row]), {})
+
+    return work
+
+
+def _package(module: str) -> str:
+    """What a module counts as: biped's own by name, others by package; empty for parts of Python."""
+    top = module.partition(".")[0]
+    if top == "biped":
+        return module
+    return "" if top in sys.stdlib_module_names or top.startswith("_") else top
+
+
+def _kernels() -> list[str]:
+    """Names of biped's kernels that were compiled, or loaded from the cache, so far."""
+    found = set()
+    for name, module in list(sys.modules.items()):
+        if name.startswith("biped"):
+            for value in vars(module).values():
+                if getattr(value, "signatures", None) and hasattr(value, "py_func"):
+                    found.add(f"{value.__module__.removeprefix('biped.')}.{value.__name__}")
+    return sorted(found)
+
+
+def prices(features: Sequence[str] = tuple(FEATURES), seconds: float = SECONDS) -> dict[str, dict[str, Any]]:
+    """What features cost.
+
+    Args:
+        features: Names of `FEATURES`, the plain scene first.
+        seconds: Simulated in each process.
+
+    Returns:
+        For each its `tick` [µs], its `ratio` to bare `mj_step` of the plain scene, `memory` [MB] of a run, what it
+        `imported` and which `kernels` it compiled; `only_imported` and `only_kernels` are those the plain scene lacks.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    for feature in features:
+        command = [sys.executable, "-c", _PROBE, feature, str(seconds)]
+        done = subprocess.run(command, check=True, capture_output=True, text=True)
+        found[feature] = json.loads(done.stdout.splitlines()[-1])
+    plain = found[features[0]]
+    for entry in found.values():
+        for key in ("imported", "kernels"):
+            entry[f"only_{key}"] = [name for name in entry[key] if name not in plain[key]]
+    return found

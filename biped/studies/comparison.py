@@ -1,0 +1,145 @@
+"""The same scenario in both engines: every metric side by side, with its gap, and the time until the walkers part."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from biped.ensemble import campaign
+from biped.ensemble.plan import Plan
+from biped.ensemble.results import result_of
+from biped.ensemble.rows import LOST
+from biped.measure.metrics import NAMES
+from biped.measure.trajectory import Trajectory
+from biped.robot.tree import absolute
+from biped.scenario.reading import read_scenario
+
+ENGINES = ("home", "mujoco")
+PARTED = 0.05
+"""[m, rad] by which two walkers must differ in one of the nine absolute coordinates to have parted."""
+
+
+class Comparison(NamedTuple):
+    """One scenario in both engines.
+
+    Attributes:
+        scenario: Its name.
+        description: Its line for people.
+        plans: Its plan in each engine.
+        results: Result object of each engine, as `run` makes it.
+        first: Trajectory of run 0 in each engine.
+    """
+
+    scenario: str
+    description: str
+    plans: dict[str, Plan]
+    results: dict[str, dict[str, Any]]
+    first: dict[str, Trajectory]
+
+    def as_dict(self) -> dict[str, Any]:
+        """What `--json` prints."""
+        rows = [self.results[engine]["runs"] for engine in ENGINES]
+        return {
+            "scenario": self.scenario,
+            "passed": all(run["end"] not in ("diverged", LOST) for runs in rows for run in runs),
+            "parted_at": parted_at(*(self.first[engine] for engine in ENGINES)),
+            "metrics": self.metrics(),
+            "results": self.results,
+        }
+
+    def metrics(self) -> dict[str, dict[str, float]]:
+        """Every metric: its value in each engine, the gap between them, and the thesis's number where it has one."""
+        home, foreign = (self.results[engine]["summary"] for engine in ENGINES)
+        thesis = self.results["home"]["thesis"]
+        return {
+            name: {
+                "home": home[name],
+                "mujoco": foreign[name],
+                "gap": gap(home[name], foreign[name]),
+                **({"thesis": thesis[name]} if name in thesis else {}),
+            }
+            for name in NAMES
+        }
+
+
+def gap(home: float, foreign: float) -> float:
+    """Relative difference (foreign - home) / |home|; nan where home has only rounding to divide by."""
+    return (foreign - home) / abs(home) if abs(home) > 1e-9 else math.nan
+
+
+def parted_at(home: Trajectory, foreign: Trajectory) -> float:
+    """The time [s] at which two walkers first differ by `PARTED`; nan if they never do while both are up."""
+    n = min(len(home), len(foreign))
+    apart = np.abs(absolute(home.q[:n]) - absolute(foreign.q[:n])).max(axis=1) > PARTED
+    return float(home.time[np.argmax(apart)]) if apart.any() else math.nan
+
+
+def compare(name: str, title: str, changes: Sequence[str], jobs: int) -> Comparison:
+    """Runs a scenario in both engines.
+
+    Args:
+        name: Name or path of the scenario.
+        title: What to call it.
+        changes: `--set` changes.
+        jobs: Number of processes.
+    """
+    plans, results, first = {}, {}, {}
+    description = ""
+    for engine in ENGINES:
+        scenario = read_scenario(name, [*changes, f"engine={engine}"])
+        description = scenario.description
+        plan = plans[engine] = Plan(scenario)
+        if len(plan) == 1:
+            first[engine], row = campaign.run_one(plan, 0)
+            rows = [row]
+        else:
+            with campaign.rows_of(plan, range(len(plan)), jobs) as finished:
+                rows = sorted(finished, key=lambda row: row.index)
+            first[engine] = campaign.simulate(plan.run(0))
+        results[engine] = result_of(title, plan, rows)
+    return Comparison(title, description, plans, results, first)
+
+
+def write(comparison: Comparison, folder: Path) -> None:
+    """Writes comparison.json, the overlay figure and a recording in which the home walker is a ghost over MuJoCo's.
+
+    Args:
+        comparison: What to write.
+        folder: Where; made if it does not exist.
+
+    Raises:
+        InputError: It cannot be written.
+    """
+    from biped.base.errors import InputError
+    from biped.base.json import dumps
+    from biped.base.writing import write_text
+    from biped.robot.model import compile_foreign
+    from biped.scenario.reading import to_toml
+    from biped.show.figures import plot_overlay
+    from biped.show.recording import Recorded, record
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_text(folder / "comparison.json", dumps(comparison.as_dict(), indent=1))
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written: {error.strerror}; choose another folder") from None
+    plot_overlay(comparison.first, folder / "overlay.png", comparison.scenario)
+    recorded = []
+    for engine in ("mujoco", "home"):
+        plan, result = comparison.plans[engine], comparison.results[engine]
+        make = partial(
+            Recorded,
+            name=engine,
+            trajectory=comparison.first[engine],
+            model=compile_foreign(plan.model, plan.scenario, visuals=True).model,
+            metrics=result["runs"][0],
+            checks=[tuple(check.values()) for check in result["checks"]],
+            scenario_text=to_toml(plan.scenario),
+        )
+        recorded.append(make(ghost=engine == "home"))
+    record(folder / "recording.rrd", recorded, title=f"{comparison.scenario}: MuJoCo, and home as a ghost")

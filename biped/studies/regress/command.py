@@ -1,0 +1,144 @@
+"""What `biped regress` does, without argv."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import date
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from biped.base.errors import InputError
+from biped.base.files import names
+from biped.ensemble.plan import Plan
+from biped.studies.regress import platform
+from biped.studies.regress.compare import GONE, NEW, SAME, Verdict, altogether, compare, compared, missing
+from biped.studies.regress.references import Change, Reference, References, read, shipped, write
+from biped.studies.regress.runs import chosen, ensemble, measured
+from biped.studies.run import plan_of, title_of
+
+
+class Outcome(NamedTuple):
+    """What came of a regression run.
+
+    Attributes:
+        verdicts: Of every scenario, and of all of them `altogether` where several were compared.
+        platform: This platform.
+        updated: Whether what differed was recorded; then nothing can fail.
+        recorded: Names of the scenarios whose references were written.
+        stopped: Whether it was interrupted: these are the scenarios that were finished.
+    """
+
+    verdicts: list[Verdict]
+    platform: dict[str, str]
+    updated: bool
+    recorded: list[str]
+    stopped: bool
+
+    @property
+    def passed(self) -> bool:
+        """Whether all is as recorded, or was recorded now."""
+        return not self.stopped and (self.updated or all(verdict.passed for verdict in self.verdicts))
+
+    def as_dict(self) -> dict[str, Any]:
+        """What `--json` prints."""
+        verdicts = [
+            v._asdict() | {"metrics": {name: moved._asdict() for name, moved in v.metrics.items()}}
+            for v in self.verdicts
+        ]
+        return self._asdict() | {"passed": self.passed, "verdicts": verdicts}
+
+
+def regress(scenarios: Sequence[str], jobs: int, file: Path | None, reason: str | None) -> Outcome:
+    """Runs scenarios and compares them with their references.
+
+    Args:
+        scenarios: Names or paths; none: every scenario that has a name, and complaints about references without one.
+        jobs: Number of processes.
+        file: File of references; default: that of the shipped scenarios.
+        reason: Why results changed: what differs from its reference is recorded as the new one. None: nothing is
+            written. What was finished when an update is interrupted is kept.
+
+    Raises:
+        InputError: A scenario or the file cannot be used.
+    """
+    path = shipped() if file is None else file
+    references = read(path)
+    if reason is not None and not path.absolute().parent.is_dir():
+        raise InputError(f"--file {path}: cannot be written: expected a file in a folder that exists")
+    plans = _plans(scenarios or names("scenarios"))
+    here = platform.here()
+    update = None if reason is None else _Update(path, references, here, reason, None if scenarios else set(plans))
+    verdicts: list[Verdict] = []
+    stopped = False
+    try:
+        _compare(plans, references.scenarios.copy(), jobs, platform.key(here), update, verdicts)
+    except KeyboardInterrupt:
+        stopped = True
+    if not scenarios and not stopped:
+        for name in sorted(references.scenarios.keys() - plans.keys()):
+            verdicts.append(missing(name, GONE, 0))
+            if update is not None:
+                update.record(name, None)
+    if len(compared(verdicts)) > 1:
+        verdicts.append(altogether(verdicts))
+    return Outcome(verdicts, here, update is not None, [] if update is None else update.recorded, stopped)
+
+
+def _plans(scenarios: Sequence[str]) -> dict[str, Plan]:
+    plans: dict[str, Plan] = {}
+    for name in scenarios:
+        title = title_of(name)
+        if title in plans:
+            raise InputError(f"{name}: a scenario '{title}' was named before; expected scenarios of different names")
+        plans[title] = ensemble(plan_of(name, ()))
+    return plans
+
+
+def _compare(
+    plans: dict[str, Plan],
+    known: dict[str, Reference],
+    jobs: int,
+    here: str,
+    update: _Update | None,
+    verdicts: list[Verdict],
+) -> None:
+    """Adds the verdict of each scenario to `verdicts` as it is finished."""
+    from biped.show.terminal import progress
+
+    today = date.today().isoformat()
+    with progress("regress", sum(len(chosen(plan)) for plan in plans.values()), 0) as advance:
+        for name, plan in plans.items():
+            new = measured(plan, jobs, today, here, advance)
+            old = known.get(name)
+            verdicts.append(missing(name, NEW, len(new.runs)) if old is None else compare(name, old, new))
+            if update is not None and (verdicts[-1].verdict != SAME or not verdicts[-1].exact):
+                update.record(name, new)
+
+
+class _Update:
+    """Writes references as they come, with one entry in the history for all of them."""
+
+    def __init__(self, path: Path, references: References, here: dict[str, str], reason: str, every: set[str] | None):
+        self.path, self.references, self.reason, self.every = path, references, reason, every
+        self.recorded: list[str] = []
+        self.key = platform.key(here)
+        self.history = references.history
+        references.platforms[self.key] = here
+
+    def record(self, name: str, new: Reference | None) -> None:
+        """Puts a scenario's reference in the file, or takes it out."""
+        if new is None:
+            del self.references.scenarios[name]
+        else:
+            self.references.scenarios[name] = new
+        self.recorded.append(name)
+        whole = self.every is not None and self.every <= set(self.recorded)
+        change = Change(
+            date=date.today().isoformat(),
+            reason=self.reason,
+            sources=platform.sources(),
+            platform=self.key,
+            scenarios=["all"] if whole else self.recorded,
+        )
+        self.references.history = [change, *self.history]
+        write(self.path, self.references)

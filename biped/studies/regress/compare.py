@@ -1,0 +1,136 @@
+"""What was recorded against what came: the same digits, the same physics, or neither."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from biped.base.statistics import same_rate
+from biped.studies.regress.references import METRICS, Reference
+
+TOLERANCE = {"speed": 0.02, "cost_of_transport": 0.05, "double_support": 0.10}
+"""Relative change of a mean that is never taken for one."""
+ALTOGETHER = {"speed": 0.01, "cost_of_transport": 0.02, "double_support": 0.04}
+"""The same for all scenarios together."""
+LEAST_PAIRS = 3
+"""Fewer runs that walked both times say nothing about a mean."""
+UNLIKELY = 1e-3
+"""Probability below which chance is no explanation of two counts, or of differences run by run."""
+
+SAME, DIGITS, PHYSICS, RUNS, NEW, GONE = "same", "digits", "physics", "runs", "new", "gone"
+
+
+class Moved(NamedTuple):
+    """A mean, then and now.
+
+    Attributes:
+        old: Over the runs that walked both times.
+        new: Likewise.
+        change: Relative.
+        within: Whether it is within the tolerance, or chance explains it.
+    """
+
+    old: float
+    new: float
+    change: float
+    within: bool
+
+
+class Verdict(NamedTuple):
+    """One scenario's comparison.
+
+    Attributes:
+        scenario: Its name.
+        verdict: `same`; `digits` changed but not the physics; `physics` changed; other `runs` are made of the scenario
+            now; `new`: no reference; `gone`: a reference without its scenario.
+        runs: Number of runs compared.
+        identical: How many have the same bits.
+        walked: Counts then and now.
+        fell: Counts then and now, diverged runs included.
+        likely: The smaller probability that these counts have one rate each.
+        metrics: Means of runs that walked both times, by name; only where there are enough.
+        exact: Whether digits had to be the same.
+        passed: Whether it is as it should be here.
+    """
+
+    scenario: str
+    verdict: str
+    runs: int
+    identical: int
+    walked: tuple[int, int]
+    fell: tuple[int, int]
+    likely: float
+    metrics: dict[str, Moved]
+    exact: bool
+    passed: bool
+
+
+def compare(name: str, old: Reference, new: Reference) -> Verdict:
+    """Compares a scenario's reference with what came; digits count where both are of one platform."""
+    if old.runs != new.runs:
+        return missing(name, RUNS, len(new.runs))
+    pairs = [i for i, ends in enumerate(zip(old.ends, new.ends, strict=True)) if ends == ("w", "w")]
+    metrics = {}
+    for metric in METRICS:
+        both = [(getattr(old, metric)[i], getattr(new, metric)[i]) for i in pairs]
+        values = [(a, b) for a, b in both if a is not None and b is not None]
+        if len(values) >= LEAST_PAIRS:
+            metrics[metric] = _moved(values, TOLERANCE[metric])
+    identical = sum(a == b for a, b in zip(old.digests, new.digests, strict=True))
+    walked, fell = (old.ends.count("w"), new.ends.count("w")), (_fell(old), _fell(new))
+    likely = min(same_rate(*count, len(old.runs), len(new.runs)) for count in (walked, fell))
+    exact = old.platform == new.platform
+    # The digests are of trajectories: what is measured of the same trajectory may have changed too.
+    numbers = all(getattr(old, part) == getattr(new, part) for part in ("ends", *METRICS))
+    if identical == len(new.runs) and numbers:
+        verdict = SAME
+    else:
+        verdict = DIGITS if likely >= UNLIKELY and all(moved.within for moved in metrics.values()) else PHYSICS
+    passed = verdict == SAME or (verdict == DIGITS and not exact)
+    return Verdict(name, verdict, len(new.runs), identical, walked, fell, likely, metrics, exact, passed)
+
+
+def altogether(verdicts: Sequence[Verdict]) -> Verdict:
+    """All compared scenarios as one: a change too small to be seen in any of them shows in their sum."""
+    verdicts = compared(verdicts)
+    walked = sum(v.walked[0] for v in verdicts), sum(v.walked[1] for v in verdicts)
+    fell = sum(v.fell[0] for v in verdicts), sum(v.fell[1] for v in verdicts)
+    now = sum(v.runs for v in verdicts)
+    likely = min(same_rate(*count, now, now) for count in (walked, fell))
+    metrics = {}
+    for metric in METRICS:
+        values = [(v.metrics[metric].old, v.metrics[metric].new) for v in verdicts if metric in v.metrics]
+        if len(values) > 1:
+            metrics[metric] = _moved(values, ALTOGETHER[metric])
+    exact, identical = any(v.exact for v in verdicts), sum(v.identical for v in verdicts)
+    if all(v.verdict == SAME for v in verdicts):
+        verdict = SAME
+    else:
+        verdict = DIGITS if likely >= UNLIKELY and all(moved.within for moved in metrics.values()) else PHYSICS
+    passed = verdict != PHYSICS
+    return Verdict("altogether", verdict, now, identical, walked, fell, likely, metrics, exact, passed)
+
+
+def compared(verdicts: Sequence[Verdict]) -> list[Verdict]:
+    """Those of scenarios that could be compared with a reference."""
+    return [v for v in verdicts if v.verdict in (SAME, DIGITS, PHYSICS)]
+
+
+def missing(name: str, verdict: str, runs: int) -> Verdict:
+    """The verdict where there is nothing to compare: `new`, `gone` or other `runs`."""
+    return Verdict(name, verdict, runs, 0, (0, 0), (0, 0), 1.0, {}, False, False)
+
+
+def _fell(one: Reference) -> int:
+    return one.ends.count("f") + one.ends.count("d")
+
+
+def _moved(values: Sequence[tuple[float, float]], tolerance: float) -> Moved:
+    """A change counts if it is beyond the tolerance and beyond what the scatter of the differences explains."""
+    from scipy.special import stdtrit
+
+    old, new = (sum(side) / len(values) for side in zip(*values, strict=True))
+    change = (new - old) / abs(old) if old else (0.0 if new == old else float("inf"))
+    variance = sum((b - a - (new - old)) ** 2 for a, b in values) / (len(values) - 1)
+    chance = float(stdtrit(len(values) - 1, 1.0 - UNLIKELY / 2)) * (variance / len(values)) ** 0.5
+    return Moved(old, new, change, abs(change) <= tolerance or abs(new - old) <= chance)

@@ -1,0 +1,130 @@
+"""A gait's Poincaré section, just before the right heel strikes, and its return map through an engine.
+
+The section is where the right heel, at the end of a swing, comes down through a height 1 mm above the one at which the
+controller takes it to touch: q and v are smooth there and the leg states are about to follow from them. The state on
+it is (q, v) without the torso's x, in natural units: lengths in leg lengths l, angles in rad, time in sqrt(l / g).
+
+A run that is started on the section begins a control tick there, believes at once what it senses and starts MuJoCo's
+solver cold: that makes the return map a function of (q, v) alone. With hold times of zero, as in the generalized
+scenarios, (q, v) is all there is to know anyway, but for where in a tick the section is crossed; with hold times, what
+the controller remembers of a contact change less than a hold time ago is lost by such a start.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import msgspec
+import numpy as np
+
+from biped.base.errors import RunError
+from biped.ensemble.campaign import simulate
+from biped.measure.metrics.gait import strikes
+from biped.measure.trajectory import Trajectory
+from biped.robot.model import GRAVITY
+from biped.robot.run import Run
+from biped.robot.topology import HEEL
+from biped.robot.tree import Tree
+from biped.scenario.keys import Window
+
+ABOVE = 0.001
+"""[m] of the section above the height at which contacts are sensed."""
+
+_RIGHT = 0
+RIGHT_HEEL = HEEL[_RIGHT]
+# [s] between a crossing and the foot strike that it belongs to, at most.
+_NEAR = 0.2
+# Strides that a return may take: most take one, a stumble takes longer.
+_PATIENCE = (1.3, 2.6)
+
+
+class Crossings(NamedTuple):
+    """Where a run crossed the section.
+
+    Attributes:
+        time: (m,) [s].
+        q: (m, 9) joint coordinates [m, rad].
+        v: (m, 9) joint velocities [m/s, rad/s].
+    """
+
+    time: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+
+
+def crossings(t: Trajectory, height: float) -> Crossings:
+    """Every crossing of the section in a run, interpolated linearly between control ticks.
+
+    Args:
+        t: The run.
+        height: [m] of the section.
+    """
+    heel = t.height[:, RIGHT_HEEL]
+    down = np.flatnonzero((heel[:-1] >= height) & (heel[1:] < height))
+    rows = []
+    for strike, leg in strikes(t.phase):
+        if leg == _RIGHT and down.size:
+            # The heel may land a little before or after the leg states say so, or after the toe.
+            nearest = down[np.argmin(np.abs(down - strike))]
+            if abs(nearest - strike) * t.tick < _NEAR and nearest not in rows:
+                rows.append(nearest)
+    k = np.array(rows, dtype=int)
+    s = (height - heel[k]) / (heel[k + 1] - heel[k])
+    q = t.q[k] + s[:, None] * (t.q[k + 1] - t.q[k])
+    v = t.v[k] + s[:, None] * (t.v[k + 1] - t.v[k])
+    return Crossings(t.time[k] + s * t.tick, q, v)
+
+
+class Section:
+    """The section of one run's gait.
+
+    Args:
+        run: A concrete run; its duration and start are replaced.
+        tree: Lengths of the biped that walks.
+
+    Attributes:
+        run: The run.
+        tree: The lengths.
+        height: [m] of the right heel on the section.
+        unit: (18,) natural units of (q, v).
+    """
+
+    def __init__(self, run: Run, tree: Tree):
+        self.run, self.tree = run, tree
+        self.height = run.scenario.sensing.contact_height + ABOVE
+        length = np.array([tree.leg] * 2 + [1.0] * 7)
+        self.unit = np.concatenate([length, length / math.sqrt(tree.leg / GRAVITY)])
+
+    def states(self, c: Crossings) -> np.ndarray:
+        """Section states (m, 17) in natural units of crossings."""
+        return (np.hstack([c.q, c.v]) / self.unit)[:, 1:]
+
+    def whole(self, z: np.ndarray) -> np.ndarray:
+        """(q, v) (…, 18) in SI units of section states (…, 17), at x = 0."""
+        return np.concatenate([np.zeros((*z.shape[:-1], 1)), z], axis=-1) * self.unit
+
+    def walk(self, z: np.ndarray, seconds: float) -> tuple[Trajectory, np.ndarray]:
+        """Walks on from a section state z (17,); returns the run and the states (m, 17) at its later crossings."""
+        start = self.whole(z)
+        # The section ahead of a start is that start: only what comes after a swing counts, which `strikes` sees to,
+        # since a swing that began before the run has no 50 rows of air yet.
+        s = msgspec.structs.replace(self.run.scenario, duration=seconds, window=Window(), push=(), change=())
+        t = simulate(self.run._replace(q=start[:9], v=start[9:], scenario=s))
+        return t, self.states(crossings(t, self.height))
+
+    def returned(self, z: np.ndarray, stride: float) -> np.ndarray:
+        """The return map P: the section state (17,) one return after z (17,).
+
+        Args:
+            z: A section state.
+            stride: [s] about as long as a stride takes.
+
+        Raises:
+            RunError: The walker does not return.
+        """
+        for patience in _PATIENCE:
+            t, after = self.walk(z, patience * stride)
+            if len(after):
+                return after[0]
+        raise RunError(f"no return to the section: {t.cause or 'the walker no longer strides'}")

@@ -1,0 +1,241 @@
+"""What a scenario's gait is as a limit cycle, measured in an engine at the scenario's time step and at half of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from biped.base.errors import RunError
+from biped.ensemble.campaign import simulate
+from biped.ensemble.plan import Plan
+from biped.robot.model import tree_at, true_tree
+from biped.scenario.vary import stream
+from biped.studies.run import plan_of, title_of
+from biped.studies.stability import sizes
+from biped.studies.stability.basin import basin
+from biped.studies.stability.fit import Fit, Returns, fit_map
+from biped.studies.stability.kicks import Kicks
+from biped.studies.stability.orbit import Exponent, Orbit, exponent, find_orbit
+from biped.studies.stability.section import Section, crossings
+from biped.studies.stability.workers import mapped
+
+ENGINES = ("mujoco", "home")
+
+SETTLING = 4
+"""Strides that a walk is given to forget its start."""
+
+STEADY = ("start.jitter=0.002", "randomise.runs=6", "duration=24.0", "window.start=8.0", "window.end=24.0")
+"""The walks that steady states are taken from."""
+
+KICK = 0.01
+"""Standard deviation of the kicks of the fit, in every direction that a disturbance can have, natural units."""
+
+KICKED = 100
+"""Kicked walks, each followed for three returns."""
+
+Mapped = Callable[[Callable, Sequence], list]
+
+
+class Steady(NamedTuple):
+    """A gait's own strides.
+
+    Attributes:
+        section: Where they are cut.
+        states: (m, 17) section states.
+        periods: (p,) [s].
+        fell: Walks that fell, of `walks`.
+        walks: Walks.
+    """
+
+    section: Section
+    states: np.ndarray
+    periods: np.ndarray
+    fell: int
+    walks: int
+
+
+def steady_strides(plan: Plan, mapped: Mapped) -> Steady:
+    """The strides of a plan's walks after their first few.
+
+    Raises:
+        RunError: The scenario does not walk long enough.
+    """
+    first = plan.run(0)
+    section = Section(first, true_tree(tree_at(first.model), first.scenario.truth))
+
+    def walk(index: int) -> tuple[np.ndarray, np.ndarray] | None:
+        t = simulate(plan.run(index))
+        found = crossings(t, section.height)
+        return None if t.end != "completed" else (section.states(found)[SETTLING:], np.diff(found.time)[SETTLING:])
+
+    walks = [one for one in mapped(walk, range(len(plan))) if one is not None]
+    fell = len(plan) - len(walks)
+    if sum(len(periods) for _, periods in walks) < 5:
+        raise RunError(
+            f"no steady gait: {fell} of {len(plan)} walks of {plan.scenario.duration:g} s fell, and fewer than five "
+            f"strides came after the first {SETTLING} of the others"
+        )
+    return Steady(section, *(np.concatenate(part) for part in zip(*walks, strict=True)), fell, len(plan))
+
+
+def kicked_returns(gait: Steady, seconds: float, rng: np.random.Generator, mapped: Mapped) -> tuple[Returns, int]:
+    """Returns of kicked walks, the first from the kicked state itself, and how many of the walks fell.
+
+    Raises:
+        RunError: Too few walks return.
+    """
+    starts = [
+        Kicks(gait.section, gait.states[i]).random(KICK, rng) for i in rng.integers(len(gait.states), size=KICKED)
+    ]
+
+    def walk(z: np.ndarray) -> tuple[np.ndarray, bool]:
+        t, later = gait.section.walk(z, seconds)
+        return np.vstack([z[None], later]), t.end != "completed"
+
+    walks = mapped(walk, starts)
+    fell = sum(ended for _, ended in walks)
+    returns = Returns(
+        np.vstack([z[:-1] for z, _ in walks]),
+        np.vstack([z[1:] for z, _ in walks]),
+        np.concatenate([np.full(len(z) - 1, i) for i, (z, _) in enumerate(walks)]),
+    )
+    if len(returns.walk) < 4 * gait.states.shape[1]:
+        raise RunError(f"kicks of {KICK:g} leave {len(returns.walk)} returns, {fell} of {KICKED} walks fell: no fit")
+    return returns, fell
+
+
+def word_for(orbit: Orbit | None, small: Exponent | None) -> str:
+    """What the gait is to small disturbances, in words."""
+    if small is None:
+        return "falls when its return map is repeated"
+    if small.value - small.half_width > 0.0:
+        return "chaotic"
+    if small.value + small.half_width >= 0.0:
+        return "undecided"
+    if orbit is None or orbit.returns is None:
+        return "neighbours approach, no cycle of up to 16 returns"
+    return "stable limit cycle" if orbit.returns == 1 else f"stable cycle of {orbit.returns} returns"
+
+
+def measure(plan: Plan, jobs: int, slices: bool) -> tuple[dict[str, Any], Fit]:
+    """Measures a gait in one engine at one step.
+
+    Args:
+        plan: Its steady walks.
+        jobs: Number of processes.
+        slices: Whether to cut the basin of attraction too.
+
+    Returns:
+        The numbers, and the linear map fitted to returns of kicked walks.
+
+    Raises:
+        RunError: There is no steady gait.
+    """
+
+    def on_cores(function: Callable, items: Sequence) -> list:
+        return mapped(function, items, jobs)
+
+    gait = steady_strides(plan, on_cores)
+    stride = float(gait.periods.mean())
+    rng = stream(plan.scenario.seed, "stability")
+    small = exponent(gait.section, gait.states, stride, rng, on_cores)
+    try:
+        orbit = find_orbit(gait.section, gait.states[-1], stride)
+    except RunError:
+        orbit = None
+    rows = sizes.shrinking(gait.section, gait.states, stride, rng, on_cores)
+    returns, fell = kicked_returns(gait, 3.3 * stride, rng, on_cores)
+    fit = fit_map(returns, rng)
+    out: dict[str, Any] = {
+        "section": f"right heel {1e3 * gait.section.height:g} mm above the ground, coming down",
+        "walks": gait.walks,
+        "fell": gait.fell,
+        "strides": len(gait.periods),
+        "period": stride,
+        "period_std": float(gait.periods.std()),
+        "spread": float(np.sqrt(gait.states.var(axis=0).sum())),
+        "kind": word_for(orbit, small),
+        "exponent": None if small is None else small._asdict(),
+        "orbit": None if orbit is None else _orbit_dict(orbit),
+        "sizes": [row._asdict() for row in rows],
+        "floor": sizes.floor(rows),
+        "fit": _fit_dict(fit, fell),
+    }
+    if slices:
+        out["basin"] = basin(gait.section, gait.states, stride, rng, on_cores)
+    return out, fit
+
+
+def _fit_dict(fit: Fit, fell: int) -> dict[str, Any]:
+    return {
+        "kick": KICK,
+        "fell": fell,
+        "walks": KICKED,
+        "radius": fit.radius,
+        "interval": list(fit.interval),
+        "explained": fit.explained,
+        "multipliers": _pairs(fit.multipliers),
+        "stable": fit.interval[1] < 1.0,
+    }
+
+
+def _orbit_dict(orbit: Orbit) -> dict[str, Any]:
+    cycle = orbit.cycle
+    return {
+        "returns": orbit.returns,
+        "moved": orbit.moved,
+        "residual": None if cycle is None else cycle.residual,
+        "multipliers": None if cycle is None else _pairs(cycle.multipliers),
+        "error": None if cycle is None else cycle.error.tolist(),
+    }
+
+
+def _pairs(values: np.ndarray) -> list[list[float]]:
+    return [[float(value.real), float(value.imag)] for value in values]
+
+
+def place(gait: Mapping[str, Any]) -> str:
+    """Where a gait was measured, in words."""
+    return f"{gait['engine']}, {1e3 * gait['timestep']:g} ms"
+
+
+def study(
+    name: str, changes: Sequence[str], engines: Sequence[str] = ENGINES, jobs: int = 1, slices: bool = False
+) -> tuple[dict[str, Any], list[tuple[str, Fit]]]:
+    """Measures a gait in engines, at the scenario's time step and at half of it; the control rate is part of the gait.
+
+    Args:
+        name: Name or path of a scenario.
+        changes: `--set` changes.
+        engines: Names of engines.
+        jobs: Number of processes.
+        slices: Whether to cut the basin of attraction too, at the scenario's time step.
+
+    Returns:
+        The result object, and where each fit was made, with the fit.
+
+    Raises:
+        InputError: The scenario cannot be used.
+        RunError: It has no steady gait to speak of anywhere.
+    """
+    step = plan_of(name, changes).scenario.simulation.timestep
+    gaits, drawn = [], []
+    for engine in engines:
+        for factor in (1.0, 0.5):
+            where = {"engine": engine, "timestep": factor * step}
+            plan = plan_of(name, [*changes, *STEADY, f"engine={engine}", f"simulation.timestep={where['timestep']}"])
+            try:
+                numbers, fit = measure(plan, jobs, slices and factor == 1.0)
+            except RunError as error:
+                # A gait may walk here and fall there: that is a result, unless there is nothing else to tell.
+                gaits.append({**where, "failed": str(error)})
+                continue
+            gaits.append({**where, **numbers})
+            drawn.append((place(where), fit))
+    walking = [gait for gait in gaits if "failed" not in gait]
+    if not walking:
+        raise RunError("; ".join(f"{place(gait)}: {gait['failed']}" for gait in gaits))
+    stable = len(walking) == len(gaits) and all(gait["fit"]["stable"] for gait in walking)
+    return {"scenario": title_of(name), "gaits": gaits, "stable": stable}, drawn

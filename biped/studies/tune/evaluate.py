@@ -1,0 +1,165 @@
+"""What a candidate scores: runs of every condition, on all cores, with seeds that all candidates share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import msgspec
+
+from biped.base.errors import InputError
+from biped.ensemble import executor
+from biped.ensemble.plan import Plan
+from biped.robot.run import Run
+from biped.scenario.gains import Gains
+from biped.scenario.keys import Scenario, Window
+from biped.scenario.reading import changed
+from biped.scenario.tune import Tune
+from biped.scenario.vary import stream, with_values
+from biped.studies.tune.space import Candidate
+
+PLANS = 64
+"""Most plans kept at a time."""
+
+RUNS = 1_000_000
+"""More runs than any condition asks for: which of them are made is the search's business."""
+
+
+class Task(NamedTuple):
+    """One run of one candidate.
+
+    Attributes:
+        condition: Name of the condition.
+        number: Number of the run within it.
+        seed: Seed of the ensemble.
+        full: Whether the run takes the scenario's own duration, not the search's.
+        candidate: Whose run it is.
+    """
+
+    condition: str
+    number: int
+    seed: int
+    full: bool
+    candidate: Candidate
+
+
+class Outcome(NamedTuple):
+    """What one run costs.
+
+    Attributes:
+        cost: Its share of the objective.
+        walked: Whether it walked.
+        speed: [m/s], nan if it fell before the window.
+        cost_of_transport: Net; likewise.
+    """
+
+    cost: float
+    walked: bool
+    speed: float
+    cost_of_transport: float
+
+
+class Study:
+    """The conditions of a tuning scenario, as scenarios.
+
+    Args:
+        scenario: A scenario with a [tune] table.
+
+    Raises:
+        InputError: There is none, or a condition cannot be run.
+    """
+
+    def __init__(self, scenario: Scenario):
+        if scenario.tune is None:
+            raise InputError("tune: missing; a scenario to tune says how in a [tune] table (docs/tuning.md)")
+        if not scenario.tune.conditions:
+            raise InputError("tune.conditions: missing; expected at least one, e.g. [tune.conditions.level]")
+        self.tune: Tune = scenario.tune
+        self.scenario = scenario
+        self.base = msgspec.structs.replace(scenario, tune=None, sweep={}, expect={}, thesis={})
+        self._scenarios: dict[tuple[str, bool], Scenario] = {}
+        self._plans: dict[tuple[Any, ...], Plan] = {}
+        for name in self.tune.conditions:
+            for full in (True, False):
+                Plan(self.condition(name, full))
+
+    @property
+    def gains(self) -> Gains:
+        """The gait that the search starts at, complete."""
+        return Plan(self.base).run(0).gains
+
+    def condition(self, name: str, full: bool) -> Scenario:
+        """A condition's scenario; short runs (not `full`) have the search's duration and measure its second half."""
+        if (name, full) not in self._scenarios:
+            base = self.base
+            if not full and self.tune.duration is not None:
+                base = msgspec.structs.replace(base, duration=self.tune.duration, window=Window())
+            where = Path(f"tune.conditions.{name}.set")
+            changes = self.tune.conditions[name].set
+            for key in ("controller", "gains", "seed", "sweep", "tune"):
+                if key in changes:
+                    raise InputError(f"{where}: {key}: expected the same in all conditions")
+            self._scenarios[name, full] = changed(base, changes, where)
+        return self._scenarios[name, full]
+
+    def seed(self, purpose: str, number: int = 0) -> int:
+        """The seed of one generation or check: no two purposes share one."""
+        return int(stream(self.scenario.seed, f"tune.{purpose}.{number}").integers(2**62))
+
+    def tasks(self, candidate: Candidate, seed: int, full: bool, runs: dict[str, range]) -> list[Task]:
+        """The given runs of each condition."""
+        return [Task(name, i, seed, full, candidate) for name, numbers in runs.items() for i in numbers]
+
+    def outcome(self, task: Task) -> Outcome:
+        """Carries out one task."""
+        from biped.ensemble.campaign import simulate
+        from biped.measure.metrics import measure
+
+        run = self._run(task)
+        numbers = measure(simulate(run), run.scenario.interval)
+        walked = bool(numbers["walked"])
+        weights, wanted = self.tune.weights, self.tune.conditions[task.condition].speed
+        if walked:
+            cost = weights.cost_of_transport * numbers["cost_of_transport"]
+            if wanted is not None:
+                cost += weights.speed * (numbers["speed"] / wanted - 1.0) ** 2
+            # However slow or costly, walking is never worse than a fall.
+            cost = min(cost, 0.5 * weights.falls) if weights.falls > 0.0 else cost
+        else:
+            cost = weights.falls * (1.0 - 0.5 * min(1.0, numbers["time"] / run.scenario.duration))
+        return Outcome(cost, walked, numbers["speed"], numbers["cost_of_transport"])
+
+    def _run(self, task: Task) -> Run:
+        """The task's run; its draws do not depend on the gait, so plans are shared between candidates."""
+        key = task.condition, task.full, task.seed, task.candidate.keys
+        if key not in self._plans:
+            if len(self._plans) > PLANS:
+                self._plans.clear()
+            scenario = self.condition(task.condition, task.full)
+            scenario = with_values(scenario, dict(task.candidate.keys), "tune.keys")
+            random = msgspec.structs.replace(scenario.randomise, runs=RUNS)
+            self._plans[key] = Plan(msgspec.structs.replace(scenario, seed=task.seed, randomise=random))
+        return self._plans[key].run(task.number)._replace(gains=task.candidate.gains)
+
+    def cost(self, outcomes: dict[str, list[Outcome]], distance: float) -> float:
+        """The objective: weighted mean over conditions of their runs' mean cost, and the distance from the start.
+
+        Args:
+            outcomes: By condition.
+            distance: Mean square of the candidate's coordinates.
+        """
+        conditions = self.tune.conditions
+        total = sum(conditions[name].weight for name in outcomes)
+        mean = sum(
+            conditions[name].weight * sum(o.cost for o in found) / len(found) for name, found in outcomes.items()
+        )
+        return mean / total + self.tune.weights.closeness * distance
+
+
+@contextmanager
+def workers(study: Study, jobs: int) -> Iterator[Callable[[Sequence[Task]], list[Outcome]]]:
+    """A function that carries out tasks on `jobs` processes, in their order; the results do not depend on `jobs`."""
+    with executor.workers(study.outcome, jobs) as carried_out:
+        yield lambda tasks: list(carried_out(tasks))

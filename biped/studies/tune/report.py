@@ -1,0 +1,57 @@
+"""What a search leaves behind: a gait file that says how it was found."""
+
+from __future__ import annotations
+
+import msgspec
+
+from biped.base.statistics import wilson
+from biped.scenario.gains import GAINS, Gains
+from biped.studies.tune.search import Found, Search, Tally
+
+
+def gait_text(title: str, search: Search, found: Found) -> str:
+    """The gait as a controller file; its head says how it was found and what it scored on unseen seeds."""
+    import tomli_w
+
+    study, tune = search.study, search.study.tune
+    start = study.scenario.controller
+    candidate = search.space.candidate(found.x)
+    runs = sum(record["runs"] for record in search.journal)
+    lines = [
+        f"Found by `biped tune {title}` with seed {study.scenario.seed}: CMA-ES over {len(search.space.axes)} numbers",
+        f"from the gait '{start}', {len(search.journal)} generations of {tune.population} ({runs} runs); this is the "
+        f"mean of generation {found.generation}.",
+        f"On {tune.unseen} runs per condition with seeds never used before (walked, 95 % interval; before: {start}):",
+        *(_line(name, tally, found.start_tallies[name]) for name, tally in found.tallies.items()),
+        f"objective {found.cost:.4f}, before {found.start_cost:.4f}",
+    ]
+    if candidate.keys:
+        lines += ["It was found together with these settings, which a scenario must have:"]
+        lines += [f"  {key} = {value:g}" for key, value in candidate.keys]
+    head = "".join(f"# {line}\n" for line in lines)
+    data = {
+        "description": f"Found by biped tune {title}",
+        "source": f"biped tune {title}, seed {study.scenario.seed}",
+        **{name: _plain(value) for name in GAINS if (value := getattr(candidate.gains, name)) is not None},
+    }
+    return head + "\n" + tomli_w.dumps(data)
+
+
+def _plain(value: float | tuple[float, ...]) -> float | list[float]:
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _line(name: str, tally: Tally, before: Tally) -> str:
+    low, high = wilson(tally.walked, tally.runs)
+    return (
+        f"  {name}: {tally.walked}/{tally.runs} ({low:.0%} – {high:.0%}), {tally.speed:.2f} m/s, "
+        f"cost of transport {tally.cost_of_transport:.3f}; before {before.walked}/{before.runs}"
+    )
+
+
+def gait_of(text: str) -> Gains:
+    """The gains in a text that `gait_text` made."""
+    import tomllib
+
+    data = tomllib.loads(text)
+    return msgspec.convert({key: data[key] for key in GAINS}, Gains)

@@ -1,0 +1,201 @@
+"""The search: CMA-ES on common random numbers, given up early where hopeless, re-checked where promising.
+
+Hansen, "The CMA evolution strategy: a tutorial" (arXiv:1604.00772). Every generation has seeds of its own, which all
+its gaits share, so that gaits are compared and not their luck; no gait is ever judged on the seeds that chose it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from biped.base.errors import InputError
+from biped.scenario.tune import Tune
+from biped.scenario.vary import stream
+from biped.studies.tune.evaluate import Outcome, Study
+from biped.studies.tune.space import Space
+
+Evaluate = Callable[[Sequence[Any]], list[Outcome]]
+Record = dict[str, Any]
+"""One generation in the journal: what CMA-ES was told, and the re-check if there was one."""
+
+
+class Tally(NamedTuple):
+    """What runs of one condition came to.
+
+    Attributes:
+        walked: Runs that walked.
+        runs: All runs.
+        speed: [m/s] mean of those that walked, nan without any.
+        cost_of_transport: Likewise.
+    """
+
+    walked: int
+    runs: int
+    speed: float
+    cost_of_transport: float
+
+
+class Found(NamedTuple):
+    """The result of a search.
+
+    Attributes:
+        x: Coordinates.
+        generation: Whose mean it is; 0 is the gait that the search started at.
+        cost: Objective on seeds that nothing was decided on.
+        tallies: By condition, on the same seeds.
+        start_cost: The same for the gait that the search started at.
+        start_tallies: Likewise.
+    """
+
+    x: list[float]
+    generation: int
+    cost: float
+    tallies: dict[str, Tally]
+    start_cost: float
+    start_tallies: dict[str, Tally]
+
+
+def strategy(space: Space, tune: Tune, seed: int):
+    """CMA-ES of the `cma` package over the space, starting at its origin.
+
+    Raises:
+        InputError: The package is not installed.
+    """
+    try:
+        import cma
+    except ImportError:
+        raise InputError("tune: needs the package 'cma'; install it with: pip install 'biped[tune]'") from None
+    rng = stream(seed, "tune.strategy")
+    low, high = space.bounds
+    options = {
+        "bounds": [low, high],
+        "popsize": tune.population,
+        "CMA_diagonal": tune.covariance == "diagonal",
+        "randn": lambda *shape: rng.standard_normal(shape),  # its own stream, not numpy's global one
+        "seed": math.nan,
+        "verbose": -9,
+        "verb_log": 0,
+    }
+    return cma.CMAEvolutionStrategy(np.zeros(len(space.axes)), tune.spread, options)
+
+
+class Search:
+    """A search that goes on from what a journal already holds.
+
+    Args:
+        study: The conditions.
+        evaluate: Carries out tasks.
+        journal: Generations that an earlier search finished, in order.
+    """
+
+    def __init__(self, study: Study, evaluate: Evaluate, journal: Sequence[Record] = ()):
+        self.study = study
+        self.space = Space(study.scenario, study.gains)
+        self.evaluate = evaluate
+        self.runs = 0
+        self.journal: list[Record] = []
+        self._strategy = strategy(self.space, study.tune, study.scenario.seed)
+        for record in journal:
+            # The strategy's state follows from what it was told: replaying costs milliseconds and is exact.
+            self._told(self._ask(), record)
+
+    def _ask(self) -> list[np.ndarray]:
+        return self._strategy.ask()
+
+    def _told(self, points: list[np.ndarray], record: Record) -> None:
+        self._strategy.tell(points, record["costs"])
+        self.journal.append(record)
+
+    @property
+    def mean(self) -> list[float]:
+        """The strategy's mean, within bounds: in noise a better answer than the best gait seen."""
+        return [float(x) for x in self._strategy.result.xfavorite]
+
+    def generation(self) -> Record:
+        """One generation; returns its record, which is in the journal already."""
+        tune, number = self.study.tune, len(self.journal) + 1
+        points = self._ask()
+        costs, walked, runs = self._race(points, self.study.seed("generation", number))
+        self._strategy.tell(points, costs)
+        record: Record = {
+            "index": number, "costs": costs, "walked": walked, "runs": runs, "sigma": float(self._strategy.sigma),
+        }  # fmt: skip
+        if number % tune.recheck == 0 or number == tune.generations:
+            x = self.mean
+            cost, tallies = self.score(x, self.study.seed("recheck", number), tune.checks)
+            record |= {"mean": x, "recheck": cost, "tallies": {name: list(t) for name, t in tallies.items()}}
+        self.journal.append(record)
+        return record
+
+    def _race(self, points: list[np.ndarray], seed: int) -> tuple[list[float], int, int]:
+        """Costs of the points, the worse of which only get the first part of their runs.
+
+        The strategy only ranks: given-up points keep their order, behind all that went on.
+        """
+        tune, study = self.study.tune, self.study
+        first = {name: range(max(1, math.floor(tune.first * c.runs))) for name, c in tune.conditions.items()}
+        rest = {name: range(len(first[name]), c.runs) for name, c in tune.conditions.items()}
+        found: list[dict[str, list[Outcome]]] = [{} for _ in points]
+        self._add(found, list(range(len(points))), points, seed, first)
+        costs = [study.cost(outcomes, _distance(x)) for outcomes, x in zip(found, points, strict=True)]
+        order = sorted(range(len(points)), key=costs.__getitem__)
+        kept = order[: max(1, math.ceil(tune.keep * len(points)))]
+        given_up = order[len(kept) :]
+        self._add(found, kept, points, seed, rest)
+        for i in kept:
+            costs[i] = study.cost(found[i], _distance(points[i]))
+        behind = max(costs[i] for i in kept)
+        for i in given_up:
+            costs[i] = behind + max(0.0, costs[i] - costs[given_up[0]]) + 1e-9
+        outcomes = [o for one in found for group in one.values() for o in group]
+        return costs, sum(o.walked for o in outcomes), len(outcomes)
+
+    def _add(
+        self, found: list[dict[str, list[Outcome]]], which: list[int], points: list[np.ndarray], seed: int,
+        runs: dict[str, range],
+    ) -> None:  # fmt: skip
+        tasks, owners = [], []
+        for i in which:
+            mine = self.study.tasks(self.space.candidate(points[i]), seed, False, runs)
+            tasks += mine
+            owners += [i] * len(mine)
+        for i, task, outcome in zip(owners, tasks, self.evaluate(tasks), strict=True):
+            found[i].setdefault(task.condition, []).append(outcome)
+        self.runs += len(tasks)
+
+    def score(self, x: Sequence[float], seed: int, runs: int) -> tuple[float, dict[str, Tally]]:
+        """Objective and tallies of full-length runs: at least `runs` of each condition."""
+        numbers = {name: range(runs) for name in self.study.tune.conditions}
+        tasks = self.study.tasks(self.space.candidate(x), seed, True, numbers)
+        found: dict[str, list[Outcome]] = {}
+        for task, outcome in zip(tasks, self.evaluate(tasks), strict=True):
+            found.setdefault(task.condition, []).append(outcome)
+        self.runs += len(tasks)
+        return self.study.cost(found, _distance(x)), {name: _tally(group) for name, group in found.items()}
+
+    def finish(self) -> Found:
+        """Compares the best re-checked means on fresh seeds, and scores the winner on seeds never used before."""
+        tune = self.study.tune
+        checked = sorted((r for r in self.journal if "recheck" in r), key=lambda r: r["recheck"])[: tune.finalists]
+        seed = self.study.seed("final")
+        final = [(self.score(r["mean"], seed, 2 * tune.checks)[0], r["index"], r["mean"]) for r in checked]
+        _, generation, x = min(final)
+        unseen = self.study.seed("unseen")
+        cost, tallies = self.score(x, unseen, tune.unseen)
+        origin = [0.0] * len(self.space.axes)
+        return Found(x, generation, cost, tallies, *self.score(origin, unseen, tune.unseen))
+
+
+def _distance(x: Sequence[float] | np.ndarray) -> float:
+    return float(np.mean(np.square(x)))
+
+
+def _tally(outcomes: list[Outcome]) -> Tally:
+    walkers = [o for o in outcomes if o.walked]
+    means = [float(np.mean([getattr(o, name) for o in walkers])) if walkers else math.nan
+             for name in ("speed", "cost_of_transport")]  # fmt: skip
+    return Tally(len(walkers), len(outcomes), *means)

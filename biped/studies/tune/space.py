@@ -1,0 +1,150 @@
+"""The search space: which numbers of a gait and scenario vary, and the coordinates in which CMA-ES sees them.
+
+Gains vary by ratios, angles by differences, and what is zero stays zero: a gait found is one of the same structure,
+four leg states with springs and dampers at the same places.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import msgspec
+import numpy as np
+
+from biped.base.errors import InputError
+from biped.base.files import nearest
+from biped.scenario.gains import GAINS, Gains
+from biped.scenario.keys import Scenario
+from biped.scenario.tune import Range, Tune
+from biped.scenario.vary import lookup
+
+DEGREES = 20.0
+"""Degrees per unit of an angle's coordinate."""
+
+_SPRING = {"theta_l": "k_d2", "theta_a": "k_d4"}
+"""Angles that mean something only where their spring has stiffness."""
+
+
+class Axis(NamedTuple):
+    """One number that varies.
+
+    Attributes:
+        name: Dotted: a gain (`k_d2.0`) or a scenario key.
+        start: Its value at the origin of the search.
+        log: Whether its coordinate is ln(value / start) / unit, or (value - start) / unit.
+        unit: Size of one unit of the coordinate.
+        low: Smallest coordinate.
+        high: Largest coordinate.
+        gain: Whether it is a gain.
+    """
+
+    name: str
+    start: float
+    log: bool
+    unit: float
+    low: float
+    high: float
+    gain: bool
+
+    def value(self, x: float) -> float:
+        """The number at a coordinate, to four significant digits: what is tested is what a file can say."""
+        value = self.start * math.exp(self.unit * x) if self.log else self.start + self.unit * x
+        return float(f"{value:.4g}")
+
+
+class Candidate(NamedTuple):
+    """What a point of the search space stands for.
+
+    Attributes:
+        gains: A complete gait.
+        keys: Values of other scenario keys.
+    """
+
+    gains: Gains
+    keys: tuple[tuple[str, float], ...]
+
+
+class Space:
+    """The numbers that vary.
+
+    Args:
+        scenario: The scenario to tune.
+        gains: The gait that the search starts at, complete.
+
+    Raises:
+        InputError: A name in [tune] stands for nothing that can vary.
+    """
+
+    def __init__(self, scenario: Scenario, gains: Gains):
+        assert scenario.tune is not None
+        self.gains = gains
+        self.axes = _gain_axes(scenario.tune, gains)
+        data = msgspec.to_builtins(scenario)
+        self.axes += [_key_axis(key, span, lookup(data, key, "tune.keys")) for key, span in scenario.tune.keys.items()]
+        if not self.axes:
+            raise InputError("tune.gains: expected at least one gain or key that can vary; zero gains stay zero")
+
+    @property
+    def bounds(self) -> tuple[list[float], list[float]]:
+        """Lowest and highest coordinates."""
+        return [axis.low for axis in self.axes], [axis.high for axis in self.axes]
+
+    def candidate(self, x: Sequence[float] | np.ndarray) -> Candidate:
+        """The gait and keys at coordinates x, which are brought within bounds."""
+        values: dict[str, Any] = {
+            name: list(value) if isinstance(value := getattr(self.gains, name), tuple) else value for name in GAINS
+        }
+        keys = []
+        for axis, coordinate in zip(self.axes, x, strict=True):
+            value = axis.value(min(max(float(coordinate), axis.low), axis.high))
+            if not axis.gain:
+                keys.append((axis.name, value))
+                continue
+            name, _, index = axis.name.partition(".")
+            if index:
+                values[name][int(index)] = value
+            else:
+                values[name] = value
+        return Candidate(msgspec.convert(values, Gains), tuple(keys))
+
+
+def _gain_axes(tune: Tune, gains: Gains) -> list[Axis]:
+    known = list(GAINS)
+    wanted = known if tune.gains is None else tune.gains
+    axes = []
+    for name in wanted:
+        whole, _, index = name.partition(".")
+        value = getattr(gains, whole, None) if whole in known else None
+        if value is None or (index and not (isinstance(value, tuple) and index.isdigit() and int(index) < 4)):
+            raise InputError(f"tune.gains: no gain '{name}'; {nearest(whole, known)}")
+        if not isinstance(value, tuple):
+            axes.append(_gain_axis(tune, name, value))
+            continue
+        for i in [int(index)] if index else range(4):
+            if whole not in _SPRING or getattr(gains, _SPRING[whole])[i] > 0.0:
+                axes.append(_gain_axis(tune, f"{whole}.{i}", value[i]))
+    return [axis for axis in axes if not axis.log or axis.start > 0.0]
+
+
+def _gain_axis(tune: Tune, name: str, value: float) -> Axis:
+    if name.startswith("theta"):
+        most = tune.angle / DEGREES
+        return Axis(name, value, False, DEGREES, -most, most, True)
+    most = math.log(tune.factor)
+    return Axis(name, value, True, 1.0, -most, most, True)
+
+
+def _key_axis(key: str, span: Range, value: Any) -> Axis:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(f'tune.keys."{key}": expected a key that is one number, it is {value!r}')
+    if not span.min <= value <= span.max or span.min == span.max:
+        raise InputError(f'tune.keys."{key}": expected min < max around the scenario\'s own {value}, '
+                         f"got {span.min} … {span.max}")  # fmt: skip
+    if span.scale == "linear":
+        unit = span.max - span.min
+        return Axis(key, value, False, unit, (span.min - value) / unit, (span.max - value) / unit, False)
+    if span.min <= 0.0:
+        raise InputError(f'tune.keys."{key}".min: expected more than zero on a log scale, got {span.min}')
+    return Axis(key, value, True, 1.0, math.log(span.min / value), math.log(span.max / value), False)

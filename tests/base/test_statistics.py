@@ -1,0 +1,36 @@
+"""Wilson's interval against published values."""
+
+from __future__ import annotations
+
+import pytest
+
+from biped.base.statistics import wilson
+
+
+@pytest.mark.parametrize(
+    ("successes", "trials", "low", "high"),
+    [
+        # R. G. Newcombe, Statistics in Medicine 17 (1998) 857-872, Table I, method 3 (score)
+        (81, 263, 0.2553, 0.3662),
+        (15, 148, 0.0624, 0.1605),
+        (0, 20, 0.0000, 0.1611),
+        (1, 29, 0.0061, 0.1718),
+    ],
+)
+def test_published_intervals(successes, trials, low, high):
+    assert wilson(successes, trials) == pytest.approx((low, high), abs=6e-5)
+
+
+def test_the_thesis_92_of_100():
+    assert wilson(92, 100) == pytest.approx((0.850, 0.959), abs=5e-4)
+
+
+def test_ends_are_exact():
+    assert wilson(0, 50)[0] == 0.0
+    assert wilson(50, 50)[1] == 1.0
+    assert wilson(0, 0) == (0.0, 1.0)
+
+
+def test_failures_mirror_successes():
+    low, high = wilson(7, 31)
+    assert wilson(24, 31) == pytest.approx((1.0 - high, 1.0 - low))

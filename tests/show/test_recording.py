@@ -1,0 +1,428 @@
+"""Recordings are read back from the file and compared with the trajectory they were made of."""
+
+import dataclasses
+import math
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from rerun.chunk import RrdReader
+
+import biped
+from biped.base.errors import InputError
+from biped.engines.mujoco import simulate
+from biped.ensemble.plan import Plan
+from biped.robot.model import GRAVITY, compile_foreign, spec_of
+from biped.robot.topology import POINT_LINK
+from biped.robot.tree import motion
+from biped.scenario.reading import read_scenario, to_toml
+from biped.show.recording import Recorded, record
+from biped.show.recording.report import result
+from biped.show.recording.scene import BODY_WEIGHT, PUSH
+from biped.show.recording.series import curves
+
+SLOPE, FORWARD, UP = 5.0, 120.0, 30.0
+CHANGES = [
+    "duration=1.2", "window.start=0.6", "window.end=1.2", f"ground.slope={SLOPE}",
+    f"push=[{{at=0.4,duration=0.2,force=[{FORWARD},{UP}]}}]",
+]  # fmt: skip
+
+
+def recorded(name, changes, **more):
+    scenario = read_scenario("level_normal", changes)
+    plan = Plan(scenario)
+    model = compile_foreign(plan.model, scenario, visuals=True).model
+    text = to_toml(plan.scenario)
+    return Recorded(name, simulate(plan.run(0)), model, more.get("metrics", {}), more.get("checks", []), text)
+
+
+@pytest.fixture(scope="module")
+def run():
+    return recorded("up hill/push", CHANGES)  # a name that an entity path has to escape
+
+
+@pytest.fixture(scope="module")
+def path(run, tmp_path_factory):
+    path = tmp_path_factory.mktemp("recording") / "run.rrd"
+    record(path, [run], title="a push on a slope")
+    return path
+
+
+ROOT = r"/up\ hill\/push"
+
+
+def rerun(*arguments):
+    command = [sys.executable, "-m", "rerun", "rrd", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def read(path, entity):
+    """Columns of an entity by component: temporal ones as (times [ns], lists), static ones as lists."""
+    temporal, static = {}, {}
+    for chunk in RrdReader(str(path)).stream().filter(content=entity).to_chunks():
+        batch = chunk.to_record_batch()
+        for name in batch.schema.names:
+            values = batch.column(name)
+            if ":" not in name:
+                continue
+            if chunk.is_static:
+                static[name] = values.to_pylist()[0]
+            else:
+                temporal[name] = (np.asarray(batch.column("time")).astype("i8"), values.to_pylist())
+    return temporal, static
+
+
+def nanoseconds(trajectory, rows):
+    return np.round(1e9 * trajectory.time[rows]).astype("i8")
+
+
+def frames(trajectory):
+    return np.arange(0, len(trajectory), 17)  # 60 Hz of 1 kHz
+
+
+def test_the_file_is_sound_and_a_broken_one_is_told(path, tmp_path):
+    sound = rerun("verify", path)
+    assert sound.returncode == 0, sound.stderr
+    cut = tmp_path / "cut.rrd"
+    cut.write_bytes(path.read_bytes()[:20_000])
+    assert rerun("verify", cut).returncode != 0
+
+
+def test_it_is_small(path, run):
+    assert path.stat().st_size < 320e3 * run.trajectory.time[-1] + 400e3  # 3.6 MB for 10 s
+
+
+def test_bodies_are_where_forward_kinematics_puts_them(path, run):
+    t, rows = run.trajectory, frames(run.trajectory)
+    pose = motion(t.tree, t.q[rows], t.v[rows])
+    for link, body in ((0, "torso"), (3, "right_foot"), (5, "left_shank")):
+        temporal, _ = read(path, f"{ROOT}/scene/body/{body}")
+        time, place = temporal["Transform3D:translation"]
+        assert np.array_equal(time, nanoseconds(t, rows))
+        place = np.array(place)[:, 0]
+        np.testing.assert_allclose(place[:, [0, 2]], pose.joint[:, link], atol=1e-6)
+        x, y, z, w = np.array(temporal["Transform3D:quaternion"][1])[:, 0].T
+        np.testing.assert_allclose(x**2 + z**2, 0.0, atol=1e-12)
+        # Counter-clockwise as seen from -y is a turn about -y.
+        np.testing.assert_allclose(np.exp(2j * np.arctan2(-y, w)), np.exp(1j * pose.angle[:, link]), atol=1e-5)
+
+
+def test_every_visual_geom_is_drawn_in_its_colour(path, run):
+    model = run.model
+    shown = [g for g in range(model.ngeom) if model.geom_group[g] == 2]
+    assert len(shown) == 13
+    for g in shown:
+        body = model.body(model.geom_bodyid[g]).name
+        _, static = read(path, f"{ROOT}/scene/body/{body}/shape_{g}")
+        kind = "Capsules3D" if model.geom_type[g] == mujoco.mjtGeom.mjGEOM_CAPSULE else "Ellipsoids3D"
+        colour = np.round(255 * model.geom_rgba[g]).astype(int)
+        packed = static[f"{kind}:colors"][0]
+        assert [packed >> 24, (packed >> 16) & 255, (packed >> 8) & 255, packed & 255] == colour.tolist()
+        if kind == "Capsules3D":
+            assert static["Capsules3D:radii"][0] == pytest.approx(model.geom_size[g][0])
+            assert static["Capsules3D:lengths"][0] == pytest.approx(2 * model.geom_size[g][1])
+
+
+def test_a_capsule_is_between_its_two_ends(path, run):
+    """The thigh's visual goes from the hip to the knee, 5 cm to the right."""
+    g = run.model.geom("right_thigh_visual").id
+    _, static = read(path, f"{ROOT}/scene/body/right_thigh/shape_{g}")
+    x, y, z, w = static["Capsules3D:quaternions"][0]
+    axis = np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
+    start = np.array(static["Capsules3D:translations"][0])
+    ends = sorted([start.tolist(), (start + static["Capsules3D:lengths"][0] * axis).tolist()], key=lambda e: -e[2])
+    np.testing.assert_allclose(ends, [[0, -0.05, 0], [0, -0.05, -0.441]], atol=1e-6)
+
+
+def test_gravity_is_vertical_in_the_view(path):
+    _, static = read(path, f"{ROOT}/scene")
+    turn = static["Transform3D:rotation_axis_angle"][0]
+    angle = turn["angle"] * -turn["axis"][1]
+    assert turn["axis"][0] == turn["axis"][2] == 0.0
+    s = math.radians(SLOPE)
+    gravity = -math.sin(s) - 1j * math.cos(s)  # x + iz in the slope's frame
+    assert abs(gravity * np.exp(1j * angle) + 1j) < 1e-6
+
+
+def test_the_centre_of_mass_hangs_vertically_above_the_ground_and_drags_its_trail(path, run):
+    t, rows = run.trajectory, frames(run.trajectory)
+    com = motion(t.tree, t.q[rows], t.v[rows]).com
+    expected = (com * t.tree.mass[:, None]).sum(axis=1) / 75.0
+    place = np.array(read(path, f"{ROOT}/scene/centre_of_mass")[0]["Points3D:positions"][1])[:, 0]
+    np.testing.assert_allclose(place[:, [0, 2]], expected, atol=1e-6)
+    plumb = np.array(read(path, f"{ROOT}/scene/centre_of_mass/plumb")[0]["LineStrips3D:strips"][1])[:, 0]
+    np.testing.assert_allclose(plumb[:, 1], place)
+    np.testing.assert_allclose(plumb[:, 0, 2], 0.0, atol=1e-6)
+    s = math.radians(SLOPE)
+    hanging = (plumb[:, 1] - plumb[:, 0])[:, [0, 2]] @ [1, 1j] * np.exp(1j * s)
+    np.testing.assert_allclose(hanging.real, 0.0, atol=1e-6)
+    trail = np.array(read(path, f"{ROOT}/scene/trail")[0]["LineStrips3D:strips"][1])[:, 0]
+    np.testing.assert_array_equal(trail[:, 1], place.astype(np.float32))
+    np.testing.assert_array_equal(trail[1:, 0], trail[:-1, 1])
+
+
+def test_the_view_goes_along_on_the_ground(path, run):
+    rows = frames(run.trajectory)
+    eye = np.array(read(path, f"{ROOT}/eye")[0]["Transform3D:translation"][1])[:, 0]
+    place = np.array(read(path, f"{ROOT}/scene/centre_of_mass")[0]["Points3D:positions"][1])[:, 0]
+    along = eye[:, [0, 2]] @ [1, 1j] * np.exp(-1j * math.radians(SLOPE))
+    np.testing.assert_allclose(along, place[:, 0], atol=1e-6)
+    assert len(eye) == len(rows)
+
+
+def test_contact_forces_are_means_of_the_trajectorys(path, run):
+    t, rows = run.trajectory, frames(run.trajectory)
+    temporal, _ = read(path, f"{ROOT}/scene/contact_force")
+    time, vectors = temporal["Arrows3D:vectors"]
+    _, origins = temporal["Arrows3D:origins"]
+    newton = BODY_WEIGHT / (75.0 * GRAVITY)
+    assert np.array_equal(time, nanoseconds(t, rows))
+    points = motion(t.tree, t.q[rows], t.v[rows]).point
+    seen = 0
+    for i, row in enumerate(rows):
+        mean = t.force[row : row + 17].mean(axis=0)
+        loaded = np.linalg.norm(mean, axis=1) > 5.0
+        arrows = np.array(vectors[i]).reshape(-1, 3) / newton
+        np.testing.assert_allclose(arrows[:, [0, 2]], mean[loaded], rtol=1e-5, atol=1e-3)
+        np.testing.assert_allclose(np.array(origins[i]).reshape(-1, 3)[:, [0, 2]], points[i, loaded], atol=1e-6)
+        seen += loaded.sum()
+    assert seen > 50
+
+
+def test_arrows_are_on_the_side_of_their_foot(path, run):
+    temporal, _ = read(path, f"{ROOT}/scene/contact_force")
+    aside = {round(origin[1], 3) for row in temporal["Arrows3D:origins"][1] for origin in row}
+    assert aside == {-0.12, -0.02}  # right leg at -0.05 and left at 0.05, both a little towards the viewer
+    assert POINT_LINK == (3, 3, 6, 6)
+
+
+def test_a_push_is_an_arrow_into_the_torso_while_it_lasts(path, run):
+    t = run.trajectory
+    temporal, static = read(path, f"{ROOT}/scene/push_0")
+    time, vectors = temporal["Arrows3D:vectors"]
+    assert time[0] == 0.4e9
+    assert [len(v) for v in vectors] == [1] * (len(time) - 1) + [0]
+    assert time[-1] == 0.6e9
+    s = math.radians(SLOPE)
+    np.testing.assert_allclose(
+        np.array([v[0] for v in vectors[:-1]])[:, [0, 2]] @ [1, 1j] * np.exp(1j * s) / PUSH,
+        FORWARD + 1j * UP, rtol=1e-5,
+    )  # fmt: skip
+    rows = np.round(time[:-1] / 1e6).astype(int)
+    tips = np.array(temporal["Arrows3D:origins"][1][:-1])[:, 0] + np.array(vectors[:-1])[:, 0]
+    np.testing.assert_allclose(tips[:, [0, 2]], t.q[rows, :2], atol=1e-6)
+    assert static["Arrows3D:labels"] == ["124 N"]
+
+
+def test_curves_are_the_trajectorys(path, run):
+    t = run.trajectory
+    rows = np.arange(len(t))
+    expected = {
+        "velocity": t.v[:, :1], "angle": np.degrees(t.q[:, 3:]), "torque": t.u, "power": t.u * t.v[:, 3:],
+        "torso": np.degrees(t.q[:, 2:3]) + 90.0 + SLOPE,
+        "force": np.stack([t.force[:, :2, 1].sum(axis=1), t.force[:, 2:, 1].sum(axis=1)], axis=1),
+    }  # fmt: skip
+    for entity, values in expected.items():
+        temporal, static = read(path, f"{ROOT}/series/{entity}")
+        time, scalars = temporal["Scalars:scalars"]
+        assert np.array_equal(time, nanoseconds(t, rows)), entity
+        np.testing.assert_allclose(np.array(scalars), values[rows], rtol=1e-12, atol=1e-12, err_msg=entity)
+        assert len(static["SeriesLines:names"]) == values.shape[1]
+        assert static["SeriesLines:aggregation_policy"] == [2]  # the viewer averages what is too dense
+
+
+def test_curves_of_a_faster_controller_are_means_not_samples(run, tmp_path):
+    """A foot that is loaded every other tick weighs half, whichever tick is looked at first."""
+    log = run.trajectory.log[:400].copy()
+    t = dataclasses.replace(run.trajectory, log=log, tick=0.0005)
+    t.force[:] = 0.0
+    t.force[::2, 1, 1] = 1500.0
+    record(tmp_path / "fast.rrd", [run._replace(trajectory=t)], title="fast")
+    _, force = read(tmp_path / "fast.rrd", f"{ROOT}/series/force")[0]["Scalars:scalars"]
+    assert force == [[750.0, 0.0]] * 200
+
+
+def test_cost_of_transport_ends_at_the_net_cost_and_begins_after_half_a_metre(tmp_path):
+    run = recorded("level", ["duration=3.0", "window.start=1.0", "window.end=3.0"])
+    t = run.trajectory
+    record(tmp_path / "cost.rrd", [run], title="cost")
+    temporal, _ = read(tmp_path / "cost.rrd", "/level/series/cost")
+    time, cost = temporal["Scalars:scalars"]
+    row = np.round(time / 1e6).astype(int)
+    assert t.q[row[0], 0] - t.q[0, 0] == pytest.approx(0.5, abs=0.01)
+    last = row[-1]
+    work = np.abs((t.u * t.v[:, 3:]).sum(axis=1))[:last].sum() * t.tick
+    assert cost[-1][0] == pytest.approx(work / (75.0 * GRAVITY * (t.q[last, 0] - t.q[0, 0])), rel=1e-9)
+
+
+@pytest.mark.parametrize(("lane", "column"), [("states/right", 0), ("states/left", 1)])
+def test_leg_states_can_be_rebuilt_from_their_changes(path, run, lane, column):
+    t = run.trajectory
+    temporal, static = read(path, f"{ROOT}/{lane}")
+    time, states = temporal["StateChange:state"]
+    assert states[-1] == ["-"]  # a gap after the end
+    rows = np.round(time[:-1] / 1e6).astype(int)
+    rebuilt = np.repeat([int(s[0]) for s in states[:-1]], np.diff(np.append(rows, len(t))))
+    assert np.array_equal(rebuilt, t.phase[:, column])
+    visible = dict(zip(static["StateConfiguration:values"], static["StateConfiguration:visible"], strict=True))
+    assert visible == {"1": True, "2": True, "3": True, "4": True, "-": False}
+
+
+@pytest.mark.parametrize(
+    ("lane", "source", "column"),
+    [
+        ("states/left/heel", "believed", 3),
+        ("states/right/toe", "believed", 0),
+        ("constraints/left/knee", "active", 5),
+    ],
+)
+def test_contacts_are_on_or_a_gap(path, run, lane, source, column):
+    t = run.trajectory
+    time, states = read(path, f"{ROOT}/{lane}")[0]["StateChange:state"]
+    rows = np.round(time / 1e6).astype(int)
+    rebuilt = np.repeat([s == ["1"] for s in states[:-1]], np.diff(rows))
+    assert np.array_equal(rebuilt, t.column(source)[:, column].astype(bool))
+    assert all(s in (["1"], ["-"]) for s in states)
+
+
+def test_the_same_run_gives_the_same_content_and_another_does_not(path, run, tmp_path):
+    again, other = tmp_path / "again.rrd", tmp_path / "other.rrd"
+    record(again, [run], title="a push on a slope")
+    same = rerun("compare", "--unordered", path, again)
+    assert same.returncode == 0, same.stderr
+    assert ids(path) == ids(again)
+    log = run.trajectory.log.copy()
+    log[500, 1] += 1e-6
+    changed = run._replace(trajectory=dataclasses.replace(run.trajectory, log=log))
+    record(other, [changed], title="a push on a slope")
+    assert ids(other) != ids(path)
+
+
+def ids(path):
+    return [store.recording_id for store in RrdReader(str(path)).recordings()]
+
+
+def test_runs_side_by_side_and_a_ghost_over_the_one_before(run, tmp_path):
+    path = tmp_path / "many.rrd"
+    runs = [run._replace(name="a"), run._replace(name="b"), run._replace(name="c", ghost=True)]
+    record(path, runs, title="three")
+    assert rerun("verify", path).returncode == 0
+    lanes = [read(path, f"/{name}/scene")[1]["Transform3D:translation"][0][1] for name in "abc"]
+    assert lanes[0] == 0.0
+    assert lanes[1] > 1.0
+    assert lanes[2] == lanes[1]
+    grounds = [bool(read(path, f"/{name}/scene/ground")[1]) for name in "abc"]
+    assert grounds == [True, True, False]
+    g = run.model.geom("trunk").id
+    trunk = read(path, f"/c/scene/body/torso/shape_{g}")[1]["Capsules3D:colors"][0]
+    assert trunk & 255 < 128
+    assert read(path, "/b/series/velocity")[1]["SeriesLines:names"] == ["b"]
+
+
+def test_a_run_that_diverges_is_recorded_as_far_as_it_is_finite(run, tmp_path):
+    log = run.trajectory.log[:300].copy()
+    log[-1, 1:19] = np.nan
+    broken = dataclasses.replace(run.trajectory, log=log, end="diverged", cause="a coordinate stopped being finite")
+    path = tmp_path / "nan.rrd"
+    record(path, [run._replace(trajectory=broken)], title="nan")
+    time, velocity = read(path, f"{ROOT}/series/velocity")[0]["Scalars:scalars"]
+    assert time[-1] == 0.298e9
+    assert np.isfinite(velocity).all()
+    assert not read(path, f"{ROOT}/scene/push_0")[0]  # the push never came
+
+
+def test_other_shapes_and_materials_of_a_users_model(run, tmp_path):
+    scenario = read_scenario("level_normal", CHANGES)
+    spec = spec_of(Plan(scenario).model)
+    torso = spec.body("torso")
+    spec.add_material(name="brass", rgba=[0.8, 0.6, 0.2, 1.0])
+    looks = {"group": 2, "mass": 0.0, "contype": 0, "conaffinity": 0}
+    box, cylinder, ball, mesh = (mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER,
+                                 mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_MESH)  # fmt: skip
+    torso.add_geom(name="box", type=box, size=[0.1, 0.2, 0.3], pos=[0, 0, 0.1], material="brass",
+                   rgba=[0.5, 0.5, 0.5, 1], **looks)  # fmt: skip
+    torso.add_geom(name="cylinder", type=cylinder, size=[0.1, 0.2, 0], **looks)
+    torso.add_geom(name="ball", type=ball, size=[0.15, 0, 0], **looks)
+    corner = [0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1]
+    spec.add_mesh(name="tetrahedron", uservert=corner, userface=[0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3])
+    torso.add_geom(name="mesh", type=mesh, meshname="tetrahedron", pos=[0.3, 0, 0], **looks)
+    model = spec.compile()
+    path = tmp_path / "shapes.rrd"
+    record(path, [run._replace(model=model)], title="shapes")
+
+    def static(name):
+        return read(path, f"{ROOT}/scene/body/torso/shape_{model.geom(name).id}")[1]
+
+    assert static("box")["Boxes3D:half_sizes"][0] == pytest.approx([0.1, 0.2, 0.3])
+    assert static("box")["Boxes3D:colors"][0] == 0xCC9933FF
+    assert static("cylinder")["Cylinders3D:lengths"][0] == pytest.approx(0.4)
+    assert static("ball")["Ellipsoids3D:half_sizes"][0] == pytest.approx([0.15] * 3)
+    corners = np.round(static("mesh")["Mesh3D:vertex_positions"], 5) + 0.0
+    assert sorted(corners.tolist()) == [[0.3, 0, 0], [0.3, 0, 1], [0.3, 1, 0], [1.3, 0, 0]]
+
+
+def test_the_text_tells_verdict_numbers_and_what_failed(run):
+    text = result(
+        run._replace(
+            trajectory=dataclasses.replace(run.trajectory, cause="fell forward at 1.100 s"),
+            metrics={"speed": 0.70312, "cost_of_transport": None},
+            checks=[("speed", 0.70312, ">= 0.9", False), ("falls", 0, "<= 0", True)],
+        )
+    )
+    assert "fell forward at 1.100 s" in text.splitlines()[0]
+    assert "**FAILED**: speed\n" in text
+    assert "| speed | >= 0.9 | 0.7031 | **FAILED** |" in text
+    assert "| cost of transport | - |" in text
+    assert "120 N forward, 30 N up, 0.4 to 0.6 s" in text
+    assert "slope +5°" in text
+
+
+def contents_of(part):
+    contents = getattr(part, "contents", None) or []
+    return [contents] if isinstance(contents, str) else contents
+
+
+def test_the_view_shows_what_is_logged(path, run):
+    """Every entity that the blueprint names is in the file: else a view would be empty without a word."""
+    logged = {chunk.entity_path for chunk in RrdReader(str(path)).stream().to_chunks()}
+    from biped.show.recording.layout import layout
+    from biped.show.recording.recorded import place
+
+    placed = place([run])
+    named = set()
+
+    def visit(part):
+        for child in contents_of(part):
+            if isinstance(child, str):
+                named.add(child)
+            else:
+                visit(child)
+        named.add(str(getattr(part, "origin", "/")))
+
+    assert contents_of(layout(placed).root_container)
+    visit(layout(placed).root_container)
+    named = {name.removesuffix("/**") for name in named} - {"/", "$origin"}
+    assert len(named) >= len(curves(placed[0])) + 4
+    for name in named:
+        assert any(entity == name or entity.startswith(name + "/") for entity in logged), name
+
+
+def test_a_file_that_cannot_be_written_is_an_error_in_words(run, tmp_path):
+    (tmp_path / "file").write_text("")
+    for path in (tmp_path / "nowhere" / "run.rrd", tmp_path / "file" / "run.rrd", tmp_path):
+        with pytest.raises(InputError, match=re.escape(f"{path}: cannot be written")):
+            record(path, [run], title="nowhere")
+
+
+def test_nothing_else_imports_rerun():
+    package = Path(biped.__file__).parent
+    importing = {
+        file.relative_to(package).parts[:2]
+        for file in package.rglob("*.py")
+        if re.search(r"^\s*(import|from) rerun\b", file.read_text(encoding="utf-8"), re.M)
+    }
+    assert importing == {("show", "recording")}

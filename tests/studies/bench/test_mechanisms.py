@@ -1,0 +1,58 @@
+import json
+from importlib.util import find_spec
+
+import numpy as np
+import pytest
+
+from biped.cli.main import main
+from biped.studies.bench import mechanisms, peers
+from biped.studies.bench.mechanisms import FOUR_BARS, PENDULUM, Point, ratios
+
+
+def test_a_ratio_is_taken_at_equal_error_or_less():
+    def point(method, ours, error, cpu):
+        return Point(FOUR_BARS, method, ours, 1e-2, error, cpu)
+
+    points = [
+        point("RK4", True, 1e-3, 1.0),
+        point("RK8", True, 1e-6, 2.0),
+        point("RK4, energy scaled", False, 1e-9, 0.1),
+        point("exudyn", False, 2e-3, 50.0),
+        point("exudyn", False, 1e-5, 300.0),
+        point("exudyn", False, 1e-8, 900.0),
+        point("MuJoCo connect", False, None, None),
+    ]
+    assert ratios(points) == {"exudyn": [50.0, 150.0]}
+
+
+@pytest.mark.parametrize(
+    ("prepare", "setting", "bound"),
+    [(peers.mujoco_connect, 1e-3, 1e-2), (peers.pinocchio_proximal, 1e-2, 1e-5)],
+)
+def test_peers_simulate_the_same_mechanism(prepare, setting, bound):
+    exact = mechanisms._exact(FOUR_BARS)
+    assert np.abs(prepare(setting)() - exact).max() < bound
+
+
+@pytest.mark.slow
+def test_the_benchmark_prints_one_json_object_and_keeps_its_promises(capsys):
+    assert mechanisms.main(["--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    methods = {(p["problem"], p["method"]) for p in report["points"]}
+    assert {(PENDULUM, "RK4"), (FOUR_BARS, "RK8"), (FOUR_BARS, "MuJoCo connect")} <= methods
+    assert report["ratios"]["MuJoCo connect"][0] >= 30
+    assert report["ratios"]["Pinocchio proximal"][0] >= 1
+    for name, module in (("exudyn", "exudyn"), ("SUNDIALS IDA", "sksundae")):
+        assert (name in report["skipped"]) == (find_spec(module) is None)
+
+
+def test_the_quick_benchmark_prints_every_method_and_draws_all_figures(tmp_path, capsys):
+    assert main(["bench", "mechanisms", "--quick", "--out", str(tmp_path / "figures")]) == 0
+    out = capsys.readouterr().out
+    for method in ("RK4", "RK8", "MuJoCo connect", "Pinocchio proximal"):
+        assert method in out
+    for name, module in (("exudyn", "exudyn"), ("SUNDIALS IDA", "sksundae")):
+        assert (f"{name}: skipped" in out) == (find_spec(module) is None)
+    drawn = {path.name for path in (tmp_path / "figures").iterdir()}
+    assert {f"fig_2_{k}.png" for k in (1, 2, 3, 4, 5, 6, 8, 9, 10)} < drawn
+    assert {f"work_precision_{problem.replace(' ', '_')}.png" for problem in (PENDULUM, FOUR_BARS)} < drawn
