@@ -121,10 +121,10 @@ def _state(system: ConstrainedSystem, name: str, value: ArrayLike) -> np.ndarray
 
 def _sampling(system: ConstrainedSystem, dt: float | None, sampling: float | None, every: int) -> tuple[float, int]:
     """The step [s] and the number of steps between two samples."""
-    if dt is None and sampling is None:
-        raise InputError(f"{system.name}: give the step dt or, with an adaptive scheme, the time between samples")
     if sampling is None:
-        return dt, every
+        if dt is not None:
+            return dt, every
+        raise InputError(f"{system.name}: give the step dt or, with an adaptive scheme, the time between samples")
     if not (np.isfinite(sampling) and sampling > 0.0):
         raise InputError(f"{system.name}: sampling must be positive and finite, not {sampling}")
     if every != 1:

@@ -50,7 +50,7 @@ def _eliminate(M: np.ndarray, A: np.ndarray, full: float) -> tuple[list[int], li
     Nothing if it would cost more than full matrices do.
     """
     m, n = A.shape
-    near: list[set[int]] = [set(np.flatnonzero(M[i])) - {i} for i in range(n)] + [set() for _ in range(m)]
+    near = [{int(j) for j in np.flatnonzero(M[i])} - {i} for i in range(n)] + [set() for _ in range(m)]
     waits = [0] * (n + m)
     for i, j in zip(*np.nonzero(A), strict=True):
         near[j].add(n + int(i))

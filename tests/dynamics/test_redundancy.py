@@ -20,7 +20,7 @@ def bricard(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("scheme", "dt"), [(RK4, 1e-2), (RK8, 2e-2), (RK8.adaptive(1e-9), 0.1)], ids=lambda x: getattr(x, "name", "")
+    ("scheme", "dt"), [(RK4, 5e-3), (RK8, 2e-2), (RK8.adaptive(1e-9), 0.1)], ids=lambda x: getattr(x, "name", "")
 )
 def test_bricard_s_six_bar_with_all_six_rows_keeps_its_energy(bricard, scheme, dt):
     r = integrate(bricard.system, bricard.q, bricard.v, duration=10.0, dt=dt, scheme=scheme)
@@ -40,7 +40,7 @@ def test_a_cap_says_the_same_and_a_wrong_one_does_not_fit(bricard):
 
 @pytest.mark.parametrize(
     ("mechanism", "rank", "rows"),
-    [(o.bricard(), 59, 60), (o.bennett(), 35, 38), (o.parallelograms(), 19, 20), (o.parallelograms(3), 39, 42)],
+    [(o.bricard(), 59, 60), (o.bennett(), 35, 38), (o.parallelograms(), 15, 16), (o.parallelograms(3), 39, 42)],
     ids=lambda x: getattr(x, "name", ""),
 )
 def test_other_over_constrained_mechanisms(mechanism, rank, rows):
