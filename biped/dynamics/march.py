@@ -14,6 +14,7 @@ FIRST = 1e-3  # an adaptive scheme's first step, as a part of its longest
 LARGE = 0.1  # correction, as a part of the step's motion, that must shrink
 PATIENCE = 6  # steps that it may fail to
 MOST_STEPS = 1_000_000  # of an adaptive run
+ROUNDING = 1e-12  # relative size up to which a correction is none
 OPEN = 1e-6  # relative size from which on a correction is no rounding error, however short an adaptive step
 
 
@@ -63,9 +64,8 @@ def march(mass, force, phi, A, b_q, b_v, potential, power, event, p, grid, setti
         if K.use.shape[0] > 0 and (spilled(room.M, K.M) or spilled(room.A, K.A)):
             return SPILLED, t
         lasting = lasts(size, motion, last_size)
-        if adaptive:
-            # Steps may be so short that rounding is all the motion there is.
-            lasting = lasting and size > OPEN * (1.0 + largest(q))
+        # Where nothing moves, or adaptive steps are short, rounding is all the motion there is.
+        lasting = lasting and size > (OPEN if adaptive else ROUNDING) * (1.0 + largest(q))
         unsettled = unsettled + 1 if lasting else max(unsettled - 1, 0)
         if unsettled == PATIENCE or (k == grid.steps and lasting and size > first_size):
             return UNSETTLED, t

@@ -33,7 +33,7 @@ def build(seed):
         one = places[rng.integers(1, len(places))]
         anchor = one[1] + rng.normal(size=2) * (np.array([1.0, 0.0]) if flat else 1.0)
         plane.rod(f"loop{k}", one[0].body, (one[0].length, 0.0), GROUND, anchor)
-    return plane, rng
+    return plane
 
 
 class Rod:
@@ -45,14 +45,13 @@ class Rod:
 
 def verdict(seed):
     """`answer` or `error`; anything else is a failure of the promise."""
-    plane, rng = build(seed)
+    plane = build(seed)
     system = plane.system
     try:
         r = integrate(system, plane.q, plane.v, duration=DURATION, sampling=0.1, scheme=RK8.adaptive(1e-9))
     except RunError as error:
-        assert "at t = " in str(error), seed
-        return "error"
-    moving = max(np.ptp(r.potential), r.kinetic.max(), 1e-9)
+        return "error" if "at t = " in str(error) else "an error that does not say when"
+    moving = max(np.ptp(r.potential), r.kinetic.max(), 1e-6 * np.abs(r.potential).max(), 1e-6)
     assert r.phi[1:].max() < CONSTRAINED, seed
     assert np.abs(r.energy - r.energy[0]).max() < CONSERVED * moving, seed
     return "answer"
@@ -60,10 +59,12 @@ def verdict(seed):
 
 def test_forty_random_mechanisms():
     verdicts = [verdict(seed) for seed in range(40)]
-    assert verdicts.count("answer") >= 32
+    assert set(verdicts) <= {"answer", "error"}
+    assert verdicts.count("answer") >= 34
 
 
 @pytest.mark.slow
 def test_ten_thousand_random_mechanisms():
     verdicts = [verdict(seed) for seed in range(10_000)]
-    assert verdicts.count("answer") >= 8000
+    assert set(verdicts) <= {"answer", "error"}
+    assert verdicts.count("answer") >= 8500

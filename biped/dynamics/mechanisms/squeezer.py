@@ -19,7 +19,7 @@ PUBLISHED = {
     "crank": 15.81077119629904,
     "rocker": 0.04082224013073101,
     "lower": 0.5244099658805304,
-    "upper": 1.048074080104263,
+    "upper": 1.048080741042263,
 }
 """β, γ, δ and ε at 0.03 s [rad], from the Test Set for Initial Value Problem Solvers (Bari), to its 13 digits."""
 
