@@ -12,6 +12,9 @@ import numpy as np
 from biped.dynamics.mechanisms import four_bars, pendulum, squeezer
 from biped.dynamics.mechanisms.four_bars_mjcf import four_bars_mjcf
 
+MOST_CALLS = 10_000
+"""Evaluations after which SciPy is stopped: steps collapse at a singular position."""
+
 Run = Callable[[], np.ndarray]
 
 DURATION = 10.0  # [s]
@@ -238,7 +241,12 @@ def scipy_index1(
     p, K, right = system.p, np.zeros((n + m, n + m)), np.zeros(n + m)
     M, Q, A, phi, b_q, b_v = (np.zeros(shape) for shape in ((n, n), n, (m, n), m, m, m))
 
+    calls = [0]
+
     def rate(t, y):
+        calls[0] += 1
+        if calls[0] > MOST_CALLS:
+            raise RuntimeError(f"stopped at t = {t:.3g} s: more than {MOST_CALLS} evaluations")
         q, v = y[:n].copy(), y[n:].copy()
         for x in (M, Q, A, phi, b_q, b_v):
             x[:] = 0.0
@@ -253,6 +261,7 @@ def scipy_index1(
         return np.concatenate((v, np.linalg.solve(K, right)[:n]))
 
     def run() -> np.ndarray:
+        calls[0] = 0
         span, y = (times[0], times[-1]), np.concatenate(start)
         solution = solve_ivp(rate, span, y, method="DOP853", rtol=rtol, atol=rtol, t_eval=times)
         if not solution.success:
