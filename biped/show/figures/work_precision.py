@@ -33,5 +33,6 @@ def draw(points: "Sequence[Point]", folder: Path) -> None:
         for axes in (work, step):
             axes.grid(True, which="major", alpha=0.3)
         figure.legend(loc="outside right center", fontsize=8)
-        figure.savefig(folder / f"work_precision_{problem.replace(' ', '_').replace("'", '')}.png", dpi=90)
+        name = problem.replace(" ", "_").replace("'", "")
+        figure.savefig(folder / f"work_precision_{name}.png", dpi=90)
         plt.close(figure)
