@@ -10,6 +10,7 @@ from numba import float64, njit, types
 from numba.core.errors import NumbaError
 
 from biped.base.errors import InputError
+from biped.base.jit import cached
 
 _V, _M = float64[::1], float64[:, ::1]
 VECTOR = types.void(float64, _V, _V, _V, _V)
@@ -188,6 +189,7 @@ def _jit(function: Callable[..., Any], signature: Any) -> Callable[..., Any]:
     if function.__closure__ is not None:  # numba would keep another copy of it beside the source in every process
         return njit(signature, error_model="numpy")(function)
     try:
-        return njit(signature, cache=True, error_model="numpy")(function)
+        with cached():
+            return njit(signature, cache=True, error_model="numpy")(function)
     except RuntimeError:  # no file to keep the compiled code beside: a prompt, a notebook, exec
         return njit(signature, error_model="numpy")(function)

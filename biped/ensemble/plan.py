@@ -11,6 +11,7 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.base.files import locate, nearest
 from biped.robot.description import robot_at
+from biped.robot.given import Factory
 from biped.robot.model import bodies_of, posture_of, tree_at, true_tree
 from biped.robot.posture import project
 from biped.robot.run import Run
@@ -30,6 +31,7 @@ class Plan:
 
     Args:
         scenario: A checked scenario.
+        law: Makes the law of every run; default: what the scenario says.
 
     Attributes:
         scenario: The same, effective: its gains written out.
@@ -39,7 +41,8 @@ class Plan:
         InputError: Model, gait, start posture, sweep or draws cannot be used.
     """
 
-    def __init__(self, scenario: Scenario):
+    def __init__(self, scenario: Scenario, law: Factory | None = None):
+        self.law = law
         self._models: dict[str, tuple[Path, Tree]] = {}
         self._gaits: dict[tuple[str, Gains], Gains] = {}
         self._starts: dict[tuple[str, Start, bytes], np.ndarray] = {}
@@ -82,6 +85,7 @@ class Plan:
             v=np.linalg.solve(ABSOLUTE_FROM_JOINT, np.array(s.start.v)),
             mass_factor=_factors(random.controller_mass_matrix, seed, "controller_mass_matrix", (NQ, NQ)),
             row_factor=_factors(random.controller_constraints, seed, "controller_constraints", (N_ROWS, NQ)),
+            law=self.law,
         )
 
     def _model(self, name: str) -> tuple[Path, Tree]:

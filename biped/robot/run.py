@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from biped.robot.given import Factory
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario
 
@@ -25,6 +26,7 @@ class Run(NamedTuple):
         v: (9,) joint velocities it starts with.
         mass_factor: (9, 9) elementwise factors of the controller's M, or None.
         row_factor: (10, 9) elementwise factors of the controller's A, or None.
+        law: Makes the run's own law where one was handed over as an object (`biped.robot.given`).
     """
 
     scenario: Scenario
@@ -37,3 +39,4 @@ class Run(NamedTuple):
     v: np.ndarray
     mass_factor: np.ndarray | None
     row_factor: np.ndarray | None
+    law: Factory | None = None

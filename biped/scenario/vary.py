@@ -55,7 +55,11 @@ def _draw(d: Distribution, rng: np.random.Generator, index: int, size: int | Non
         return d.grid[index % len(d.grid)]
     if d.choice is not None:
         return d.choice[int(rng.integers(len(d.choice)))]
-    value = rng.normal(*d.normal, size) if d.normal is not None else rng.uniform(*d.uniform, size)
+    if d.normal is not None:
+        value = rng.normal(*d.normal, size)
+    else:
+        assert d.uniform is not None  # a distribution is one of the four
+        value = rng.uniform(*d.uniform, size)
     return value.tolist() if size is not None else float(value)
 
 

@@ -120,6 +120,13 @@ def real(value: float | None) -> bool:
     return value is not None and math.isfinite(value)
 
 
+def show_verdict(result: Mapping[str, Any], description: str) -> None:
+    """Prints whether a scenario is as it expects, and its checks."""
+    verdict = "[green]ok[/green]" if result["passed"] else "[red]FAILED[/red]"
+    console().print(f"[bold]{result['scenario']}[/bold] {verdict}: {description}")
+    show_checks(result)
+
+
 def show_checks(result: Mapping[str, Any]) -> None:
     """Prints one line per check."""
     out = console()

@@ -4,14 +4,10 @@ Errors are the largest over the samples, against the exact pendulum, the four-ba
 published end, or the energy of Bricard's six-bar; times are process time, the median of repeats, all in one run.
 """
 
-import argparse
-import json as json_format
-import sys
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
-from pathlib import Path
 
 import numpy as np
 
@@ -171,7 +167,11 @@ def _prepared(prepare: Callable[[float], peers.Run], setting: float) -> peers.Ru
 
 def ratios(points: Sequence[Point], problem: str = FOUR_BARS) -> dict[str, list[float]]:
     """How many times our CPU time each peer takes, least and largest over its runs, at equal error or less."""
-    ours = [(p.error, p.cpu) for p in points if p.ours and p.problem == problem and p.error is not None]
+    ours = [
+        (p.error, p.cpu)
+        for p in points
+        if p.ours and p.problem == problem and p.error is not None and p.cpu is not None
+    ]
     found: dict[str, list[float]] = {}
     for name in dict.fromkeys(peer[1] for peer in PEERS):
         all_ratios = [
@@ -180,69 +180,10 @@ def ratios(points: Sequence[Point], problem: str = FOUR_BARS) -> dict[str, list[
             if p.method == name
             and p.problem == problem
             and p.error is not None
+            and p.cpu is not None
             and p.error < 0.1  # beyond a tenth of the length the solution is lost, and so is its price
             and any(error <= p.error for error, _ in ours)
         ]
         if all_ratios:
             found[name] = [float(min(all_ratios)), float(max(all_ratios))]
     return found
-
-
-def _show(report: Report) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    console = Console()
-    for problem in dict.fromkeys(p.problem for p in report.points):
-        table = Table("method", title=problem)
-        for column in ("step or tolerance", "largest error", "CPU [ms]", "note"):
-            table.add_column(column, justify="left" if column == "note" else "right")
-        for p in report.points:
-            if p.problem == problem:
-                error = "-" if p.error is None else f"{p.error:.2g}"
-                cpu = "-" if p.cpu is None else f"{1e3 * p.cpu:.2f}"
-                table.add_row(p.method, f"{p.setting:g}", error, cpu, p.note)
-        console.print(table)
-    for problem, found in ((FOUR_BARS, report.ratios), (CHAIN, report.large)):
-        for name, (least, most) in found.items():
-            console.print(f"{name}: {least:.3g} to {most:.3g} times our CPU time at equal error ({problem})")
-    for name, why in report.skipped.items():
-        console.print(f"{name}: skipped, {why}")
-
-
-def run(json: bool = False, figures: Path | None = None, quick: bool = False) -> Report:
-    """Measure, print a table (or one JSON object) and draw the figures.
-
-    Args:
-        json: Print one JSON object on standard output and nothing else.
-        figures: Folder for the work-precision figures and chapter II's; none are drawn if not given.
-        quick: Fewer repeats and settings.
-    """
-    watched = sys.stderr.isatty()
-    report = measure(quick, lambda line: print(line, file=sys.stderr) if watched else None)
-    if json:
-        print(json_format.dumps(asdict(report)))
-    else:
-        _show(report)
-    if figures is not None:
-        from biped.show.figures import chapter2, work_precision
-
-        figures.mkdir(parents=True, exist_ok=True)
-        work_precision.draw(report.points, figures)
-        chapter2.draw(figures)
-    return report
-
-
-def main(args: Sequence[str] | None = None) -> int:
-    """Command line of `python -m biped.studies.bench.mechanisms`."""
-    parser = argparse.ArgumentParser(prog="biped bench mechanisms", description=__doc__)
-    parser.add_argument("--json", action="store_true", help="one JSON object on standard output")
-    parser.add_argument("--figures", type=Path, metavar="DIR", help="draw the figures into this folder")
-    parser.add_argument("--quick", action="store_true", help="fewer repeats and settings")
-    options = parser.parse_args(args)
-    run(options.json, options.figures, options.quick)
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

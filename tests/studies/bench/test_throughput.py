@@ -5,6 +5,7 @@ import pytest
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.scenario.keys import Scenario, Start
+from biped.show.replay import record_runs
 from biped.studies.bench.features import FEATURES, prices
 from biped.studies.bench.parts import contact_costs, tick_parts
 
@@ -39,7 +40,7 @@ NEEDS = {
 
 @pytest.fixture(scope="module")
 def priced():
-    return prices(("plain", "Q_d itself", "push", "actuator lag", *NEEDS), SECONDS)
+    return prices(("plain", "Q_d itself", "push", "actuator lag", *NEEDS), SECONDS, record_runs)
 
 
 @pytest.mark.parametrize("feature", ["Q_d itself", "push", "actuator lag", *NEEDS])
