@@ -78,16 +78,15 @@ def room(n: int, m: int, stages: int, powers: int = 0, events: int = 0, K: Spars
     """Room for a system of n coordinates and m constraints under a scheme of so many stages."""
     shapes = ((n, n), (m, n), (7, n), (4, m), (2, stages, n), (stages + 1, powers), (3, events))
     arrays = [np.zeros(shape) for shape in shapes]
-    return Room(*arrays, np.array([1.0, m, 0, 0, 0, 0]), workspace(n, m), dense() if K is None else K)
+    return Room._make([*arrays, np.array([1.0, m, 0, 0, 0, 0]), workspace(n, m), dense() if K is None else K])
 
 
 def samples(count: int, n: int, powers: int) -> Samples:
     """Room for so many samples."""
     flat = [np.zeros(count) for _ in range(4)]
     ranks, counts = np.zeros(count, np.int64), np.zeros(2, np.int64)
-    return Samples(
-        flat[0], np.zeros((count, n)), np.zeros((count, n)), *flat[1:], ranks, np.zeros((count, powers)), counts
-    )
+    states = np.zeros((2, count, n))
+    return Samples._make([flat[0], *(x.copy() for x in states), *flat[1:], ranks, np.zeros((count, powers)), counts])
 
 
 @kernel
