@@ -21,6 +21,9 @@ from biped.dynamics.trajectory import Trajectory
 MOST_VALUES = 500_000_000
 """Numbers a trajectory may hold (4 GB)."""
 
+SAMPLED = rooms.Samples._fields[:8]
+"""What a trajectory takes over from the march, by the same names."""
+
 PATTERNS = 20
 """Times that entries may turn up where none were expected, before all are expected everywhere."""
 
@@ -75,7 +78,7 @@ def integrate(
         place.factors.use[1] = most
         out = rooms.samples(samples, system.n, len(system.powers))
         end_q, end_v = q.copy(), v.copy()
-        loop = compiled_march() if system.compiled else march.march
+        loop: Any = compiled_march() if system.compiled else march.march
         code, when = loop(
             *system.functions, system.p, grid, scheme.settings(), scheme.tableau, end_q, end_v, place, out
         )
@@ -86,9 +89,11 @@ def integrate(
         raise RunError(explain(system, scheme, code, when, end_q, end_v, dt))
     kept = out.count[rooms.KEPT]
     return Trajectory(
-        *(values[:kept] for values in out[:8]),
-        int(out.count[rooms.TAKEN]),
-        *(int(place.seen[count]) for count in (rooms.EVALUATED, rooms.SPLIT, rooms.REFUSED)),
+        **{name: values[:kept] for name, values in zip(SAMPLED, out[:8], strict=True)},
+        steps=int(out.count[rooms.TAKEN]),
+        evaluations=int(place.seen[rooms.EVALUATED]),
+        splits=int(place.seen[rooms.SPLIT]),
+        refused=int(place.seen[rooms.REFUSED]),
         structural_rank=most,
         event=system.events[int(place.seen[rooms.FIRED])] if code == stages.EVENT else None,
         system=system,
