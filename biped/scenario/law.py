@@ -8,7 +8,8 @@ from hashlib import sha256
 from pathlib import Path
 
 from biped.base.errors import InputError
-from biped.base.files import nearest
+from biped.base.files import is_file, nearest
+from biped.base.text import said
 from biped.base.trust import grant, refusal, trusted
 from biped.scenario.valid import Fail
 
@@ -27,17 +28,17 @@ def find_law(text: str, beside: Path | None, fail: Fail) -> str:
     """
     file, colon, name = text.rpartition(":")
     if not colon or not file.endswith(".py") or not name.isidentifier():
-        raise fail("law", f"expected 'path.py:Class', got '{text}'")
+        raise fail("law", f"expected 'path.py:Class', got '{said(text)}'")
     places = [Path()] if beside is None else [beside, Path()]
     for place in places:
         path = place / file
-        if path.is_file():
+        if is_file(path):
             break
     else:
         there = [str(p) for place in dict.fromkeys(places) for p in sorted(place.glob("*.py"))]
         raise fail(
             "law",
-            f"no file '{file}'; expected a Python file, relative to the scenario or the working folder: "
+            f"no file '{said(file)}'; expected a Python file, relative to the scenario or the working folder: "
             f"{nearest(file, there)}",
         )
     if beside is None:
@@ -95,7 +96,7 @@ def _beside(folder: Path, source: bytes) -> list[Path]:
         for n in range(1, len(parts) + 1)
         for place in (folder.joinpath(*parts[:n]).with_suffix(".py"), folder.joinpath(*parts[:n], "__init__.py"))
     ]
-    return [path for path in candidates if path.is_file()]
+    return [path for path in candidates if is_file(path)]
 
 
 def changed_since(law: str, then: str | None) -> str | None:

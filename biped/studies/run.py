@@ -22,7 +22,7 @@ from biped.measure.trajectory import Trajectory
 from biped.robot.given import Factory
 from biped.scenario.keys import Scenario
 from biped.scenario.law import digest
-from biped.scenario.reading import blaming, read_scenario
+from biped.scenario.reading import read
 from biped.scenario.valid import possible
 from biped.scenario.vary import run_seed
 
@@ -105,10 +105,9 @@ def run(
         suffix = "" if only is None else f"-run{only}"
         where = Folder.new(RUNS, title + suffix, plan, runs) if out is None else Folder(out, plan, runs)
     try:
-        with blaming(name, changes):
-            done = _made(title, plan, runs or range(len(plan)), jobs, where, progress, tell)
-            if where is not None:
-                _write(where, done, record)
+        done = _made(title, plan, runs or range(len(plan)), jobs, where, progress, tell)
+        if where is not None:
+            _write(where, done, record)
     except BaseException as error:
         # What an interrupted campaign finished is kept; half a run is not.
         if where is not None:
@@ -132,9 +131,11 @@ def plan_of(name: str, changes: Sequence[str], law: Factory | None = None) -> Pl
     Raises:
         InputError: Something in it, or in a file that it names, cannot be used.
     """
-    scenario = read_scenario(name, changes)
-    with blaming(name, changes):
-        return Plan(scenario if law is None else with_law(scenario, law), law)
+    scenario, origin = read(name, changes)
+    if law is not None:
+        with origin.naming():
+            scenario = with_law(scenario, law)
+    return Plan(scenario, origin, law=law)
 
 
 def with_law(scenario: Scenario, law: Factory) -> Scenario:

@@ -7,16 +7,16 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from biped.studies.bench.mechanisms import FOUR_BARS, PENDULUM, Report
-from biped.studies.bench.peers import DURATION
+from biped.studies.bench.mechanisms import Report
+from biped.studies.bench.problems import CHAIN, FOUR_BARS
 
 
 def show(report: Report) -> None:
     """Prints every run and the ratios to peers."""
     console = Console()
-    for problem in (PENDULUM, FOUR_BARS):
-        table = Table("method", title=f"{problem}, {DURATION:g} s")
-        for column in ("step or tolerance", "largest error [m]", "CPU [ms]", "note"):
+    for problem in dict.fromkeys(p.problem for p in report.points):
+        table = Table("method", title=problem)
+        for column in ("step or tolerance", "largest error", "CPU [ms]", "note"):
             table.add_column(column, justify="left" if column == "note" else "right")
         for p in report.points:
             if p.problem == problem:
@@ -24,8 +24,9 @@ def show(report: Report) -> None:
                 cpu = "-" if p.cpu is None else f"{1e3 * p.cpu:.2f}"
                 table.add_row(p.method, f"{p.setting:g}", error, cpu, p.note)
         console.print(table)
-    for name, (least, most) in report.ratios.items():
-        console.print(f"{name}: {least:.3g} to {most:.3g} times our CPU time at equal error ({FOUR_BARS})")
+    for problem, found in ((FOUR_BARS, report.ratios), (CHAIN, report.large)):
+        for name, (least, most) in found.items():
+            console.print(f"{name}: {least:.3g} to {most:.3g} times our CPU time at equal error ({problem})")
     for name, why in report.skipped.items():
         console.print(f"{name}: skipped, {why}")
 
