@@ -59,6 +59,7 @@ def _parser() -> Parser:
         command.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
                              help="change a key, e.g. ground.slope=2 (VALUE is TOML; repeatable)")  # fmt: skip
         command.add_argument("--engine", help="engine to run in")
+        _trust(command)
         command.add_argument("--jobs", type=_whole, help="processes for ensembles (default: all cores)")
         command.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
         return command
@@ -76,6 +77,7 @@ def _parser() -> Parser:
     regress.add_argument("--update", action="store_true", help="record what differs as the new reference")
     regress.add_argument("--reason", help="why results changed; kept in the file (needed by --update)")
     regress.add_argument("--file", type=Path, help="file of references (default: that of the shipped scenarios)")
+    _trust(regress)
     regress.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
     regress.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     compare = scenarios("compare", "run scenarios in both engines: every metric side by side, with its gap")
@@ -85,6 +87,7 @@ def _parser() -> Parser:
     tune.add_argument("scenario", help="name in scenarios/, or path of a scenario file with a [tune] table")
     tune.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
                       help="change a key (repeatable)")  # fmt: skip
+    _trust(tune)
     tune.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
     tune.add_argument("--out", type=Path, help="results folder; an interrupted search in it is continued")
     tune.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
@@ -112,6 +115,7 @@ def _parser() -> Parser:
     stability.add_argument("--reference", action="store_true", help="solve the walkers whose multipliers are known")
     stability.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
                            help="change a key (VALUE is TOML; repeatable)")  # fmt: skip
+    _trust(stability)
     stability.add_argument("--engine", choices=["mujoco", "home"], help="the only engine (default: both)")
     stability.add_argument("--basin", action="store_true", help="also cut the basin of attraction: lean and speed")
     stability.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
@@ -119,6 +123,10 @@ def _parser() -> Parser:
     stability.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     commands.add_parser("list", help="models, controllers and scenarios, with a line each")
     return parser
+
+
+def _trust(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--trust", action="store_true", help="run a law of one's own that the scenario names")
 
 
 def parsed(argv: Sequence[str] | None) -> argparse.Namespace:

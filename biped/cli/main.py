@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from biped.base.errors import InputError
+from biped.base.trust import trusting
 from biped.cli.arguments import parsed
 from biped.cli.common import BAD_INPUT, FAILED, STOPPED
 from biped.cli.ending import DEBUG, complain
@@ -35,7 +36,8 @@ def _main(argv: list[str]) -> int:
     try:
         _somewhere()
         args = parsed([word for word in argv if word != DEBUG])
-        code = import_module(f"biped.cli.commands.{args.command}").command(args)
+        with trusting(getattr(args, "trust", False)):
+            code = import_module(f"biped.cli.commands.{args.command}").command(args)
         sys.stdout.flush()  # here, where it can be said if the disk is full
         return code
     except KeyboardInterrupt:

@@ -22,8 +22,11 @@ from biped.base.files import description_of, label, nearest
 from biped.robot.check import check_model, check_parts
 from biped.robot.description import Robot, robot_at
 from biped.robot.order import Order, order_of
+from biped.robot.safety import examine, packaged
+from biped.robot.sizes import check_sizes
 from biped.robot.topology import BASE, NU, PARENT, POINT_LINK
 from biped.robot.tree import Tree, tree_of
+from biped.robot.trial import tried
 from biped.scenario.keys import Scenario, Truth
 
 GRAVITY = 9.81
@@ -59,7 +62,15 @@ def _version(path: Path) -> tuple[str, float, float]:
 
 @lru_cache(maxsize=8)
 def _checked(path: str, modified: float, described: float) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
-    """Parses, compiles and checks a model file once per version of it."""
+    """Parses, compiles and checks a model file once per version of it; first elsewhere if it may be anybody's."""
+    file = Path(path)
+    if not packaged(file):
+        examine(file)
+        tried(label(file), lambda: _survives(path))
+    return _parsed(path)
+
+
+def _parsed(path: str) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
     name, robot = label(Path(path)), robot_at(Path(path))
     try:
         spec = mujoco.MjSpec.from_file(path)
@@ -71,6 +82,14 @@ def _checked(path: str, modified: float, described: float) -> tuple[mujoco.MjSpe
         raise InputError(f"{name}: not a model MuJoCo can compile: {' '.join(str(error).split())}") from None
     check_model(model, name, robot)
     return spec, model
+
+
+def _survives(path: str) -> None:
+    """Everything that is ever done with a model file, once."""
+    _, model = _parsed(path)
+    check_sizes(model, label(Path(path)))
+    mujoco.mj_step(model, mujoco.MjData(model))
+    _pinocchio(path, 0.0, 0.0)
 
 
 def spec_of(path: Path) -> mujoco.MjSpec:

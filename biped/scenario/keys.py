@@ -333,7 +333,9 @@ class Scenario(Section, frozen=True):
         description: One line for people.
         model: Name in models/ or path of an MJCF file.
         controller: Name in controllers/ or path of a gait file.
-        law: A control law of the user's own, `path.py:Class`; default: the thesis's.
+        law: A control law of the user's own, `path.py:Class`, looked for beside this file first; default: the thesis's.
+            It runs only if it is trusted ([security.md](security.md)).
+        law_sha256: What the law was when results were made; written with them, so that a changed law is noticed.
         engine: `mujoco`, or `home`: the thesis's own rigid contacts.
         duration: [s] of a run.
         seed: Everything random follows from it: the same scenario gives the same bytes on the same machine.
@@ -362,6 +364,7 @@ class Scenario(Section, frozen=True):
     model: Name = "human"
     controller: Name = "normal"
     law: Name | None = None
+    law_sha256: Name | None = None
     engine: Literal["mujoco", "home"] = "mujoco"
     duration: Positive = 10.0
     seed: Annotated[int, Meta(ge=0, le=2**63 - 1)] = 0

@@ -11,13 +11,13 @@ import msgspec
 from msgspec.structs import replace
 
 from biped.base.errors import InputError
-from biped.base.files import DEEPEST, canonical, is_file, layered, locate, merge, nearest, parse_toml
+from biped.base.files import DEEPEST, canonical, layered, locate, merge, parse_toml
 from biped.base.text import said
 from biped.scenario import thesis
 from biped.scenario.gait import habits_of, lay_below
 from biped.scenario.keys import Scenario
 from biped.scenario.origin import COMMAND_LINE, Origin
-from biped.scenario.valid import convert, known_keys, possible
+from biped.scenario.valid import Fail, convert, known_keys, possible
 
 
 class Read(NamedTuple):
@@ -32,12 +32,14 @@ class Read(NamedTuple):
     origin: Origin
 
 
-def read(name: str, changes: Sequence[str] = ()) -> Read:
+def read(name: str, changes: Sequence[str] = (), looking: bool = False) -> Read:
     """Reads, layers, overrides and checks a scenario; the thesis's numbers of another gait or place are left out.
 
     Args:
         name: A scenario's name or path.
-        changes: `key.path=VALUE` strings, VALUE being TOML or a bare word.
+        changes: `key.path=VALUE` strings, VALUE being TOML or a bare word. A law among them is one that the user named:
+            it is trusted.
+        looking: It is of results that are looked at and not run: its law need be neither there nor trusted.
 
     Raises:
         InputError: Anything in it is unknown, of the wrong type, impossible or missing.
@@ -46,13 +48,13 @@ def read(name: str, changes: Sequence[str] = ()) -> Read:
     data, origin = layered(path, "scenarios")
     for change in changes:
         merge(data, _change(change), origin, COMMAND_LINE)
-    scenario, whence = _checked(data, origin, path)
+    scenario, whence = _checked(data, origin, path, looking)
     return Read(replace(scenario, thesis=thesis.about(data, origin)) if scenario.thesis else scenario, whence)
 
 
-def read_scenario(name: str, changes: Sequence[str] = ()) -> Scenario:
+def read_scenario(name: str, changes: Sequence[str] = (), looking: bool = False) -> Scenario:
     """What `read` reads, without where it was written."""
-    return read(name, changes).scenario
+    return read(name, changes, looking).scenario
 
 
 def _on_robot(data: dict[str, Any], origin: dict[str, Path]) -> None:
@@ -103,12 +105,12 @@ def _change(text: str) -> dict[str, Any]:
     return table
 
 
-def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path) -> Read:
+def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path, looking: bool = False) -> Read:
     origin = Origin(path, keys)
     fail = origin.fault
     known_keys(data, Scenario, "", fail)
-    # A controller, model or law named in a file is looked for beside that file too.
-    beside = {key: keys[key].parent for key in ("model", "controller", "law") if key in keys}
+    # A controller or model named in a file is looked for beside that file too.
+    beside = {key: keys[key].parent for key in ("model", "controller") if key in keys}
 
     def found(kind: str, name: str, key: str, folder: Path | None) -> Path:
         return locate(kind, name, f"{origin.of(key)}: {key}", folder)
@@ -133,24 +135,21 @@ def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path) -> Read:
                 "controllers", found("controllers", gait, f"change[{i}].controller", folder)))
             for i, (change, gait) in enumerate(zip(scenario.change, gaits, strict=True))
         )  # fmt: skip
-    if scenario.law is not None:
-        named["law"] = _law(scenario.law, beside.get("law"), fail)
+    if scenario.law is not None and not looking:
+        named |= _law(scenario, keys, path, fail)
     return Read(replace(scenario, **named), origin)
 
 
-def _law(text: str, beside: Path | None, fail) -> str:
-    file, colon, name = text.rpartition(":")
-    if not colon or not file.endswith(".py") or not name.isidentifier():
-        raise fail("law", f"expected 'path.py:Class', got '{said(text)}'")
-    for candidate in (Path(file), (beside or Path()) / file):
-        if is_file(candidate):
-            return f"{candidate.resolve()}:{name}"
-    there = [str(p) for base in {Path(), beside or Path()} for p in sorted(base.glob("*.py"))]
-    raise fail(
-        "law",
-        f"no file '{said(file)}'; expected a Python file, relative to the scenario or the working folder: "
-        f"{nearest(file, there)}",
-    )
+def _law(scenario: Scenario, keys: dict[str, Path], path: Path, fail: Fail) -> dict[str, str]:
+    """The scenario's law with the whole path of its file, and its digest."""
+    from biped.scenario.law import changed_since, digest, find_law
+
+    said_by = keys.get("law")
+    law = find_law(scenario.law or "", None if said_by == COMMAND_LINE else (said_by or path).parent, fail)
+    # A digest is of the law that was written beside it.
+    if keys.get("law_sha256") == said_by and (changed := changed_since(law, scenario.law_sha256)):
+        raise fail("law", changed)
+    return {"law": law, "law_sha256": digest(law)}
 
 
 def to_toml(scenario: Scenario) -> str:

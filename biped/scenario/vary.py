@@ -18,7 +18,8 @@ from biped.scenario.keys import Distribution, Scenario
 from biped.scenario.valid import humane, possible
 
 FIXED = (
-    "randomise", "sweep", "seed", "expect", "thesis", "window", "engine", "law", "description", "threshold", "tune",
+    "randomise", "sweep", "seed", "expect", "thesis", "window", "engine", "law", "law_sha256", "description",
+    "threshold", "tune",
 )  # fmt: skip
 """Sections that say what a campaign is and cannot vary within it."""
 

@@ -21,6 +21,7 @@ from biped.ensemble.rows import Row
 from biped.measure.trajectory import Trajectory
 from biped.robot.given import Factory
 from biped.scenario.keys import Scenario
+from biped.scenario.law import digest
 from biped.scenario.reading import read
 from biped.scenario.valid import possible
 from biped.scenario.vary import run_seed
@@ -61,10 +62,10 @@ def title_of(name: str) -> str:
     return path.stem if Path(known).suffix else known
 
 
-def _keep(folder: Path, index: int, trajectory: Trajectory, row: Row) -> None:
-    """Keeps the last seconds of a run that fell or is doubtful."""
+def _keep(folder: Path, index: int, trajectory: Trajectory, row: Row, more: str = "") -> None:
+    """Keeps the last seconds of a run that fell or is doubtful, and the command that makes it again."""
     if row.fell or row.doubtful:
-        keep(folder, index, row.cause, trajectory.last(LAST_SECONDS))
+        keep(folder, index, row.cause, trajectory.last(LAST_SECONDS), more)
 
 
 def run(
@@ -143,7 +144,7 @@ def with_law(scenario: Scenario, law: Factory) -> Scenario:
     Raises:
         InputError: It asks for what only the thesis's law does.
     """
-    scenario = replace(scenario, law=law.name)
+    scenario = replace(scenario, law=law.name, law_sha256=digest(law.name) if law.file and ".py:" in law.name else None)
     possible(scenario, lambda key, what: InputError(f"{key}: {what}", key))
     return scenario
 
@@ -202,7 +203,7 @@ def _ensemble(
     """Rows of an ensemble in order, those an interrupted campaign left included."""
     done = _finished(plan, where, tell) if where else {}
     left = [index for index in indices if index not in done]
-    kept = partial(_keep, where.path) if where else None
+    kept = partial(_keep, where.path, more=" --trust" if plan.scenario.law else "") if where else None
     if left:
         with campaign.rows_of(plan, left, jobs, kept) as rows, progress(len(indices), len(done)) as advance:
             for row in rows:
