@@ -14,6 +14,8 @@ import pinocchio
 
 from biped.base.jit import bound
 from biped.control import record
+from biped.control.changes import bring_up_to_date, changes_of
+from biped.control.matrices import same_matrices, tree_matrices
 from biped.control.tick import NOT_FINITE, log_tick, thesis_tick
 from biped.robot.model import believed_model, gravity, torque_limits
 from biped.robot.run import Run
@@ -104,7 +106,10 @@ class Law(Protocol):
 
 
 class ThesisLaw:
-    """Braun & Goldfarb's law: Pinocchio's M and Jacobians, then one compiled tick.
+    """Braun & Goldfarb's law: M and Jacobians, then one compiled tick.
+
+    M and Jacobians are the planar tree's where Pinocchio, which read the model file by itself, finds the same numbers;
+    otherwise they are Pinocchio's, tick by tick.
 
     Args:
         run: Scenario, gains and draws.
@@ -117,32 +122,42 @@ class ThesisLaw:
         u: (6,) joint torques of the latest tick [N m].
         Q_d: (9,) desired generalized forces of the latest tick.
         tick: One control tick (k, time [s]); see `Law`.
+        compiled: Whether the tick can be part of a compiled loop (`biped.control.loop`).
     """
 
     def __init__(self, run: Run, believed: Tree, q: np.ndarray, v: np.ndarray, log: np.ndarray):
         self.record = controller_record(run, believed)
         self.c = self.record[0]
         self.u, self.Q_d = self.c["u"], self.c["Q_d"]
-        model = believed_model(run.model, run.scenario.ground.slope)
-        self.tick = self._bound(model, q, v, log)
-        if self.c["bounded"]:
-            self.tick = partial(self._bounded_tick, self.tick, q, v, log)
-        if run.scenario.change:
-            from biped.control.changes import changing
+        self.changes = changes_of(run)
+        self.tree = believed if same_matrices(run.model, believed) else None
+        self.M, self.J = np.zeros((9, 9)), np.zeros((6, 9))
+        self.compiled = self.tree is not None and not self.c["bounded"]
+        self._bind = run, q, v, log
 
-            self.tick = changing(run, self.c, self.tick)
-
-    def _bound(self, model: pinocchio.Model, q: np.ndarray, v: np.ndarray, log: np.ndarray) -> Tick:
-        """The tick as a closure over the run's arrays: looking them up would cost as much as the leg states do."""
-        data, record, crba = model.createData(), self.record, pinocchio.crba
-        M, J = data.M, data.J
+    @property
+    def tick(self) -> Tick:
+        """A closure, made anew at every asking: to look up the run's arrays would cost as much as the leg states do."""
+        run, q, v, log = self._bind
+        record, changes, tree = self.record, self.changes, self.tree
+        if tree is None:
+            model = believed_model(run.model, run.scenario.ground.slope)
+            data = model.createData()
+            M, J = data.M, data.J
+            matrices = partial(pinocchio.crba, model, data, q, WORLD)  # fills M (upper triangle) and J
+        else:
+            M, J = self.M, self.J
+            matrices = partial(bound(tree_matrices, tree, q, M, J), tree, q, M, J)
         kernel = bound(thesis_tick, record, M, J, q, v, log, 0, 0.0)
+        update = bound(bring_up_to_date, record, changes, 0) if len(changes) else None
 
         def tick(k: int, time: float) -> int:
-            crba(model, data, q, WORLD)  # fills M (upper triangle) and J
+            if update is not None:
+                update(record, changes, k)
+            matrices()
             return kernel(record, M, J, q, v, log, k, time)
 
-        return tick
+        return partial(self._bounded_tick, tick, q, v, log) if self.c["bounded"] else tick
 
     def _bounded_tick(self, tick: Tick, q: np.ndarray, v: np.ndarray, log: np.ndarray, k: int, time: float) -> int:
         """A tick that solves the bounded problem where a torque limit is exceeded."""

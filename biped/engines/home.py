@@ -10,10 +10,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from biped.engines.loop import drive
+from biped.base.jit import COMPILED
+from biped.control.loop import Control
+from biped.engines.loop import Physics, drive
 from biped.engines.rigid.events import advance, touch_down
 from biped.engines.rigid.record import rigid_record
-from biped.measure.trajectory import FORCE, STOP, Trajectory
+from biped.engines.rigid.walk import log_impulses, walk_rigid
+from biped.measure.trajectory import Trajectory
 from biped.robot.model import tree_at, true_tree
 from biped.robot.run import Run
 from biped.robot.tree import LINKS
@@ -42,7 +45,6 @@ def simulate_with_ledger(run: Run) -> tuple[Trajectory, np.ndarray]:
     q, v = np.array(run.q), np.array(run.v)
     rigid = rigid_record(run.model, s.ground.slope, s.truth)
     w = rigid[0]
-    impulse = w["impulse"]
     touch_down(rigid, q, v)
 
     def push(forces: np.ndarray) -> None:
@@ -50,14 +52,13 @@ def simulate_with_ledger(run: Run) -> tuple[Trajectory, np.ndarray]:
 
     def step(k: int, log: np.ndarray) -> None:
         advance(rigid, q, v, tick / steps, steps)
-        # Rows come normal first; the log wants (forward, normal). A stop's torque bends the knee: negative.
-        line = log[k]
-        line[FORCE : FORCE + 8 : 2] = impulse[1:8:2] / tick
-        line[FORCE + 1 : FORCE + 8 : 2] = impulse[0:8:2] / tick
-        line[STOP : STOP + 2] = impulse[8:] / -tick
+        log_impulses(rigid, log, k, tick)
+
+    def walk(control: Control, log: np.ndarray, first: int, last: int) -> tuple[int, int]:
+        return walk_rigid(rigid, control, q, v, applied, tick / steps, steps, log, first, last)
 
     applied = w["Q"] if s.actuation.mode == "generalized" else w["Q"][3:]
     tree = true_tree(tree_at(run.model), s.truth)
-    trajectory = drive(run, tree, q, v, applied, LINKS, push, step)
+    trajectory = drive(run, Physics(tree, q, v, applied, LINKS, push, step, walk if COMPILED else None))
     capped = int(w["capped"])
     return replace(trajectory, warnings={"chattering_steps": capped} if capped else {}), rigid

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import mujoco
 import numpy as np
 
 from biped.base.jit import bound
 from biped.control.tick import log_forces
-from biped.engines.loop import drive
+from biped.engines.loop import Physics, drive
+from biped.engines.native import native as native_of
+from biped.engines.native import without_clock
 from biped.measure.trajectory import WIDTH, Trajectory
 from biped.robot.model import compile_foreign
 from biped.robot.run import Run
@@ -37,6 +40,7 @@ def simulate(run: Run) -> Trajectory:
     substeps = round(1.0 / s.simulation.control_rate / s.simulation.timestep)
     place, points, mj_step = data.geom_xpos, foreign.points, mujoco.mj_step
     pyramid = max(s.ground.friction, _LEAST_FRICTION) if s.simulation.cone == "pyramidal" else 0.0
+    applied = data.qfrc_applied if s.actuation.mode == "generalized" else data.ctrl
 
     def push(forces: np.ndarray) -> None:
         data.xfrc_applied[1:, [0, 2]] = forces
@@ -47,9 +51,18 @@ def simulate(run: Run) -> Trajectory:
         mj_step(model, data, substeps)
         log_of_step(log, k, data.efc_force, place, points, pyramid)
 
-    applied = data.qfrc_applied if s.actuation.mode == "generalized" else data.ctrl
+    walk = None
+    if s.law is None and (native := native_of(model, points)) is not None:
+        from biped.engines.walk import Plant, walk_plant
+
+        plant = Plant(
+            native.step, model._address, data._address, data._address + native.nefc, data._address + native.force,
+            substeps, data.qpos, data.qvel, applied, place, points, pyramid,
+        )  # fmt: skip
+        walk = partial(walk_plant, plant)
     bodies = [model.body(i).name for i in range(1, model.nbody)]
-    trajectory = drive(run, foreign.tree, data.qpos, data.qvel, applied, bodies, push, step)
+    with without_clock():
+        trajectory = drive(run, Physics(foreign.tree, data.qpos, data.qvel, applied, bodies, push, step, walk))
     warnings = {
         mujoco.mjtWarning(i).name.removeprefix("mjWARN_").lower(): int(w.number)
         for i, w in enumerate(data.warning)

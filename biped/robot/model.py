@@ -20,7 +20,7 @@ from biped.base.errors import InputError
 from biped.base.files import label, nearest
 from biped.robot.check import check_model, check_parts
 from biped.robot.tree import JOINTS, LINKS, PARENT, POINT_LINK, POINTS, Tree, tree_of
-from biped.scenario.keys import Scenario, Truth
+from biped.scenario.keys import Ground, Scenario, Simulation, Truth
 
 GRAVITY = 9.81
 """[m/s²]"""
@@ -103,20 +103,35 @@ def _apply_truth(spec: mujoco.MjSpec, truth: Truth) -> None:
 def compile_foreign(path: Path, scenario: Scenario, visuals: bool = False) -> Foreign:
     """Compiles the scenario's ground truth: this ground, this solver, these limits, and no visuals unless wanted.
 
+    Runs that differ in nothing of this share one model, which is not to be written to.
+
     Args:
         path: The MJCF file.
         scenario: What the run needs.
         visuals: Keep geoms that are only looked at.
     """
+    s = scenario
+    return _compiled(path, path.stat().st_mtime, s.ground, s.simulation, s.truth, torque_limits(s), visuals)
+
+
+@lru_cache(maxsize=8)
+def _compiled(
+    path: Path,
+    modified: float,
+    ground: Ground,
+    simulation: Simulation,
+    truth: Truth,
+    limits: tuple[float, ...],
+    visuals: bool,
+) -> Foreign:
     spec = spec_of(path)
     if not visuals:
         for geom in [g for g in spec.geoms if g.name != "ground" and g.name not in POINTS]:
             spec.delete(geom)
         for light in list(spec.lights):
             spec.delete(light)
-    if scenario.truth != Truth():
-        _apply_truth(spec, scenario.truth)
-    ground, simulation = scenario.ground, scenario.simulation
+    if truth != Truth():
+        _apply_truth(spec, truth)
     option = spec.option
     option.timestep = simulation.timestep
     option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{simulation.integrator.upper()}")
@@ -132,7 +147,7 @@ def compile_foreign(path: Path, scenario: Scenario, visuals: bool = False) -> Fo
         pair.solref = solref
     for knee in ("right_knee", "left_knee"):
         spec.joint(knee).solref_limit = solref
-    for actuator, limit in zip(spec.actuators, torque_limits(scenario), strict=True):
+    for actuator, limit in zip(spec.actuators, limits, strict=True):
         actuator.ctrlrange = [-limit, limit]
     model = spec.compile()
     points = np.array([model.geom(point).id for point in POINTS])
