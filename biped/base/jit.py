@@ -1,10 +1,30 @@
 """How kernels are compiled, and how a loop calls them."""
 
+import sys
 from collections.abc import Callable
 from functools import partial
+from importlib.util import find_spec
 from typing import Any
 
 from numba import config, njit, typeof
+
+
+def _postpone_blas() -> None:
+    """Lets numba take for granted that SciPy has a BLAS, which it would import, all of scipy.linalg, only to see.
+
+    No kernel needs one; a user's own, which asks for it by name, still gets it.
+    """
+    if "scipy.linalg" in sys.modules or "numba.np.arraymath" in sys.modules:
+        return
+    sys.modules["scipy.linalg"] = None  # pyright: ignore[reportArgumentType]
+    try:
+        from numba.np import arraymath
+    finally:
+        del sys.modules["scipy.linalg"]
+    arraymath._HAVE_BLAS = find_spec("scipy") is not None
+
+
+_postpone_blas()
 
 COMPILED = not config.DISABLE_JIT
 """Whether kernels are compiled (NUMBA_DISABLE_JIT is not set)."""
