@@ -10,6 +10,7 @@ import numpy as np
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.measure.trajectory import COLUMNS, WIDTH, Trajectory
+from biped.robot.description import robot_at
 from biped.robot.model import tree_at
 from biped.robot.tree import Tree
 from biped.scenario.keys import Actuation, Ground, Push, Scenario, Simulation, Start
@@ -57,7 +58,9 @@ def mirrored(t: Trajectory) -> Trajectory:
 def synthetic(seconds: float, **columns) -> Trajectory:
     """A run of made-up columns (arrays or constants); everything else is zero."""
     n = round(seconds * 1000)
-    t = Trajectory(np.zeros((n, WIDTH)), 0.001, tree(), 0.0, False, (200.0,) * 6, (), "completed", "", {})
+    t = Trajectory(
+        np.zeros((n, WIDTH)), 0.001, tree(), 0.0, False, (200.0,) * 6, (), "completed", "", {}, robot_at(HUMAN)
+    )
     t.time[:] = np.arange(n) * 0.001
     for name, value in columns.items():
         assert name in COLUMNS

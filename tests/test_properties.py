@@ -20,8 +20,8 @@ from biped.base.files import folder
 from biped.ensemble.campaign import simulate
 from biped.measure.metrics import NAMES, measure
 from biped.measure.trajectory import COLUMNS
+from biped.robot.description import robot_at
 from biped.robot.model import _apply_truth, believed_model, spec_of
-from biped.robot.tree import POINTS
 from biped.scenario.keys import Actuation, Scenario, Start, Truth
 from biped.studies.run import plan_of
 from tests.control.bench import Bench, E, well_ranked
@@ -44,7 +44,7 @@ def random_biped(seed: int, decades: float) -> tuple[Path, mujoco.MjModel, pinoc
         length=tuple(2.0 ** rng.uniform(-1, 1, 7)),
     )
     spec = spec_of(folder("models") / "human.xml")
-    _apply_truth(spec, truth)
+    _apply_truth(spec, truth, robot_at(folder("models") / "human.xml"))
     for light in list(spec.lights):
         spec.delete(light)
     spec.compile()
@@ -60,7 +60,7 @@ def state_of(model: mujoco.MjModel, q: np.ndarray, v: np.ndarray):
     mujoco.mj_forward(model, data)
     M, J = np.zeros((9, 9)), np.zeros((8, 9))
     mujoco.mj_fullM(model, data, M)
-    sites = [model.site(point).id for point in POINTS]
+    sites = [model.site(point).id for point in robot_at(folder("models") / "human.xml").points]
     for i, site in enumerate(sites):
         whole = np.zeros((3, 9))
         mujoco.mj_jacSite(model, data, whole, None, site)
@@ -111,9 +111,9 @@ def test_torques_of_3_15_are_optimal_and_their_projector_is_one(seed, state, tou
     assert np.abs(C @ N).max(initial=0.0) < 1e-3 * np.abs(C).max(
         initial=1.0
     )  # below the rank tolerance nothing is said
-    B, wanted = N @ R_T @ E, N @ R_T @ bench.c["Q_d"]
+    B, wanted = N @ R_T @ E, N @ R_T @ bench.c["tick"]["Q_d"]
     gradient = B.T @ (B @ u - wanted)
-    assert np.abs(gradient).max() < 1e-7 * np.linalg.norm(B) * np.linalg.norm(R_T @ bench.c["Q_d"])
+    assert np.abs(gradient).max() < 1e-7 * np.linalg.norm(B) * np.linalg.norm(R_T @ bench.c["tick"]["Q_d"])
 
 
 @lru_cache(maxsize=1)

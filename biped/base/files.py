@@ -62,6 +62,12 @@ def locate(kind: str, name: str, asked_by: str, beside: Path | None = None) -> P
     )
 
 
+def description_of(model: Path) -> Path:
+    """The file that describes a model file: the TOML file of its name beside it, or else the human's."""
+    own = model.with_suffix(".toml")
+    return own if own.is_file() else folder("models") / "human.toml"
+
+
 def canonical(kind: str, path: Path) -> str:
     """The name of a file in the folder of its kind, or the absolute path of one elsewhere."""
     try:

@@ -12,8 +12,8 @@ import shutil
 import sys
 from pathlib import Path
 
-_MARKS = (b"njit", b"biped.base.jit")
-_CONSTANTS = ("trajectory.py",)
+_MARKS = (b"njit", b"biped.base.jit", b"numba.extending")
+_CONSTANTS = ("trajectory.py", "topology.py", "leg_states.py")
 """Files without kernels whose numbers kernels take in."""
 
 

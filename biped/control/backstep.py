@@ -8,23 +8,27 @@ from __future__ import annotations
 import math
 
 from biped.base.jit import kernel
+from biped.robot.leg_states import EXTENDED, FIRST_IN_AIR
 from biped.robot.model import GRAVITY
+from biped.robot.topology import LEGS, N_POINTS, X, Z
 
 
 @kernel
 def step_back(c, q, v):
-    """Writes whether the walker falls back into the record, and if so state 4 (index 3) for legs in the air.
+    """Writes whether the walker falls back into the record, and if so the extended state for legs in the air.
 
     It falls back while the torso's extrapolated centre of mass (Hof 2008), x + ẋ √(y/g) along the ground and taken
-    vertically below the torso, is behind the rearmost believed contact by more than `margin`.
+    vertically below the torso, is behind the rearmost believed contact by more than `margin`. (Places count from the
+    torso's origin.)
     """
+    memory = c["memory"]
     rear = math.inf
-    for i in range(4):
-        if c["believed"][i]:
-            rear = min(rear, c["position"][i, 0])
-    ahead = q[0] - q[1] * math.tan(c["tilt"]) + v[0] * math.sqrt(max(q[1], 0.0) / GRAVITY)
-    c["back"] = ahead < rear - c["margin"] and rear < math.inf
-    if c["back"]:
-        for leg in range(2):
-            if c["phase"][leg] >= 2:
-                c["phase"][leg] = 3
+    for i in range(N_POINTS):
+        if memory["believed"][i]:
+            rear = min(rear, c["at"]["point"][i, 0])
+    ahead = -q[Z] * math.tan(c["belief"]["tilt"]) + v[X] * math.sqrt(max(q[Z], 0.0) / GRAVITY)
+    memory["back"] = ahead < rear - c["backstep"]["margin"] and rear < math.inf
+    if memory["back"]:
+        for leg in range(LEGS):
+            if memory["phase"][leg] >= FIRST_IN_AIR:
+                memory["phase"][leg] = EXTENDED

@@ -7,30 +7,25 @@ import math
 import numpy as np
 
 from biped.base.jit import kernel
-from biped.control import record
-from biped.control.record import STATES
+from biped.control.record import GAIT
+from biped.control.setup import set_gains
+from biped.robot.leg_states import STATES
 from biped.robot.run import Run
-
-_GAIT = ("k_d1", "b_d1", "theta_b", "k", "b", "theta_l", "theta_a")
-"""Fields of the record that are the gait."""
-
-_FIELDS = [(name, *record.CONTROL.fields[name][:1]) for name in _GAIT]  # pyright: ignore[reportOptionalSubscript]
+from biped.robot.topology import SEGMENTS
 
 CHANGE = np.dtype(
     [
         ("first", "i8"), ("count", "i8"), ("complete", "u1"),  # ticks: its first, and until its gains hold
-        ("before", _FIELDS), ("after", _FIELDS),
+        ("before", GAIT), ("after", GAIT),
         ("release", "i8"), ("release_force", "f8"),  # -1 and nan: not changed
     ],
     align=True,
 )  # fmt: skip
-"""One change in ticks: the gains that it begins and ends at, and settings that change with its first tick."""
+"""One change in ticks: the gaits that it begins and ends at, and settings that change with its first tick."""
 
 
 def changes_of(run: Run) -> np.ndarray:
     """A run's changes (n,) of `CHANGE`, in time order; gains that a change does not name stay as they are."""
-    from biped.control.controller import set_gains
-
     out = np.zeros(len(run.scenario.change), CHANGE)
     gains, rate = run.gains, run.scenario.simulation.control_rate
     for c, change in zip(out, run.scenario.change, strict=True):
@@ -48,32 +43,33 @@ def changes_of(run: Run) -> np.ndarray:
 def bring_up_to_date(record, changes, k):
     """Brings the controller's record (1,) to tick k of its changes (n,)."""
     c = record[0]
+    actuation = c["actuation"]
     for i in range(changes.size):
         step = changes[i]
         if step["complete"]:
             continue
         if k < step["first"]:
             return
-        _blend(c, step["before"], step["after"], min(1.0, (k - step["first"] + 1) / step["count"]))
+        _blend(c["gait"], step["before"], step["after"], min(1.0, (k - step["first"] + 1) / step["count"]))
         if step["release"] >= 0:
-            c["release"] = step["release"]
+            actuation["release"] = step["release"]
         if not math.isnan(step["release_force"]):
-            c["release_force"] = step["release_force"]
+            actuation["release_force"] = step["release_force"]
         step["complete"] = k - step["first"] + 1 >= step["count"]
         if not step["complete"]:
             return
 
 
 @kernel
-def _blend(c, before, after, share):
+def _blend(gait, before, after, share):
     """Writes the gains this far on the way from `before` to `after`."""
     rest = 1.0 - share
-    c["k_d1"] = rest * before["k_d1"] + share * after["k_d1"]
-    c["b_d1"] = rest * before["b_d1"] + share * after["b_d1"]
-    c["theta_b"] = rest * before["theta_b"] + share * after["theta_b"]
+    gait["k_d1"] = rest * before["k_d1"] + share * after["k_d1"]
+    gait["b_d1"] = rest * before["b_d1"] + share * after["b_d1"]
+    gait["theta_b"] = rest * before["theta_b"] + share * after["theta_b"]
     for s in range(STATES):
-        for j in range(3):
-            c["k"][s, j] = rest * before["k"][s, j] + share * after["k"][s, j]
-            c["b"][s, j] = rest * before["b"][s, j] + share * after["b"][s, j]
-        c["theta_l"][s] = rest * before["theta_l"][s] + share * after["theta_l"][s]
-        c["theta_a"][s] = rest * before["theta_a"][s] + share * after["theta_a"][s]
+        for j in range(SEGMENTS):
+            gait["k"][s, j] = rest * before["k"][s, j] + share * after["k"][s, j]
+            gait["b"][s, j] = rest * before["b"][s, j] + share * after["b"][s, j]
+        gait["theta_l"][s] = rest * before["theta_l"][s] + share * after["theta_l"][s]
+        gait["theta_a"][s] = rest * before["theta_a"][s] + share * after["theta_a"][s]

@@ -8,14 +8,22 @@ release test keeps a row only "when imposed on the robot": a point whose normal 
 from __future__ import annotations
 
 from biped.base.jit import kernel
-from biped.control.bias import sensed_bias
-from biped.numerics.factor import (
-    cholesky,
-    factor_rows,
-    least_squares,
-    solve_transposed,
-    transposed_minimum_norm,
-)
+from biped.numerics.factor import factor_rows, least_squares, transposed_minimum_norm
+from biped.numerics.triangular import cholesky, solve_transposed, solve_upper, weigh_rows
+from biped.robot.kinematics import bias_forces, point_row
+from biped.robot.topology import (
+    ANKLE,
+    BASE,
+    HEEL,
+    HIP,
+    KNEE,
+    LEGS,
+    N_POINTS,
+    N_STOPS,
+    NQ,
+    PITCH,
+    STOP_ROW,
+)  # fmt: skip
 
 NO_ROW = -1
 
@@ -23,66 +31,47 @@ NO_ROW = -1
 @kernel
 def candidates(c, q):
     """Marks the points that touch and the knees that are at their stop: the constraints that may be imposed."""
-    active = c["active"]
-    for i in range(4):
-        active[i] = 1 if c["height"][i] < c["contact_height"] else 0
-    for leg in range(2):
-        active[4 + leg] = 1 if -q[4 + 3 * leg] < c["knee_angle"] else 0
+    tick, sensing = c["tick"], c["sensing"]
+    active = tick["active"]
+    for i in range(N_POINTS):
+        active[i] = 1 if tick["height"][i] < sensing["contact_height"] else 0
+    for leg in range(N_STOPS):
+        active[N_POINTS + leg] = 1 if -q[KNEE[leg]] < sensing["knee_angle"] else 0
 
 
 @kernel
-def constraint_rows(c, J):
+def constraint_rows(c):
     """Builds A (m, 9) and b_v = -J̇v (m,) of the active constraints; returns m.
 
-    Row 2i is a point's normal direction, row 2i + 1 its tangential one, rows 8 and 9 the knees. With
-    `single_tangential`, a flat foot has one tangential row (the heel's): the toe's says the same thing.
+    Row 2i is a point's normal direction, row 2i + 1 its tangential one; the knees follow. With `single_tangential`, a
+    flat foot has one tangential row (the heel's): the toe's says the same thing.
     """
-    A, b_v, row, active, position, joint, rate = (
-        c["A"], c["b_v"], c["row"], c["active"], c["position"], c["joint"], c["rate"],
-    )  # fmt: skip
+    work, at, belief = c["work"], c["at"], c["belief"]
+    A, b_v, row, active = work["A"], work["b_v"], work["row"], c["tick"]["active"]
+    bias = at["point_bias"]
     m = 0
-    for i in range(4):
+    for i in range(N_POINTS):
         if active[i] == 0:
             continue
-        leg = i // 2
-        x, z = position[i, 0], position[i, 1]
-        # -J̇v: centripetal accelerations along the chain torso, thigh, shank, foot, point.
-        normal, tangential = 0.0, 0.0
-        for step in range(4):
-            link = 0 if step == 0 else 3 * leg + step
-            if step < 3:
-                nx, nz = joint[3 * leg + step + 1, 0], joint[3 * leg + step + 1, 1]
-            else:
-                nx, nz = x, z
-            w2 = rate[link] * rate[link]
-            tangential += w2 * (nx - joint[link, 0])
-            normal += w2 * (nz - joint[link, 1])
-        alone = c["single_tangential"] == 0 or i % 2 == 1 or active[i + 1] == 0
+        alone = c["actuation"]["single_tangential"] == 0 or i in HEEL or active[i + 1] == 0
         for direction in range(2):
             if direction == 1 and not alone:
                 continue
-            for j in range(9):
-                A[m, j] = 0.0
-            for j in range(6):
-                dof = j if j < 3 else 3 * leg + j
-                if direction == 0:
-                    A[m, dof] = J[2, dof] - J[4, dof] * x
-                else:
-                    A[m, dof] = J[0, dof] + J[4, dof] * z
-            b_v[m] = normal if direction == 0 else tangential
+            point_row(at, i, direction, A[m])
+            b_v[m] = -bias[i, 1 - direction]
             row[m] = 2 * i + direction
             m += 1
-    for leg in range(2):
-        if active[4 + leg]:
-            for j in range(9):
+    for leg in range(N_STOPS):
+        if active[N_POINTS + leg]:
+            for j in range(NQ):
                 A[m, j] = 0.0
-            A[m, 4 + 3 * leg] = 1.0
+            A[m, KNEE[leg]] = 1.0
             b_v[m] = 0.0
-            row[m] = 8 + leg
+            row[m] = STOP_ROW + leg
             m += 1
-    if c["perturbed"]:
+    if belief["perturbed"]:
         for i in range(m):
-            perturb_row(c, A[i], c["row_factor"][row[i]])
+            perturb_row(c, A[i], belief["row_factor"][row[i]])
     return m
 
 
@@ -92,30 +81,31 @@ def perturb_row(c, a, factor):
 
     a·q̇ with joint rates = a'·(absolute rates): along a leg a' is the difference of neighbouring joint entries.
     """
-    for leg in range(2):
-        hip = 3 + 3 * leg
-        shank, foot = a[hip + 1] - a[hip + 2], a[hip + 2]
-        thigh = a[hip] - a[hip + 1]
-        a[2] -= a[hip]
-        foot *= factor[hip + 2]
-        shank *= factor[hip + 1]
+    for leg in range(LEGS):
+        hip, knee, ankle = HIP[leg], KNEE[leg], ANKLE[leg]
+        shank, foot = a[knee] - a[ankle], a[ankle]
+        thigh = a[hip] - a[knee]
+        a[PITCH] -= a[hip]
+        foot *= factor[ankle]
+        shank *= factor[knee]
         thigh *= factor[hip]
-        a[hip + 2] = foot
-        a[hip + 1] = foot + shank
+        a[ankle] = foot
+        a[knee] = foot + shank
         a[hip] = foot + shank + thigh
-    for j in range(3):
+    for j in range(BASE):
         a[j] *= factor[j]
-    a[2] += a[3] + a[6]
+    a[PITCH] += a[HIP[0]] + a[HIP[1]]
 
 
 @kernel
 def believed_mass(c, M):
     """Cholesky factor R of the controller's mass matrix, M = RᵀR; elementwise wrong if the record says so."""
-    if c["perturbed"] == 0:
-        cholesky(M, c["R"])
+    belief, work = c["belief"], c["work"]
+    if belief["perturbed"] == 0:
+        cholesky(M, work["R"])
         return
-    perturbed_mass(M, c["mass_factor"], c["M"])
-    cholesky(c["M"], c["R"])
+    perturbed_mass(M, belief["mass_factor"], work["M"])
+    cholesky(work["M"], work["R"])
 
 
 @kernel
@@ -127,89 +117,79 @@ def perturbed_mass(M, factor, full):
         factor: (9, 9), upper triangle.
         full: (9, 9) result, both triangles.
     """
-    for i in range(9):
-        for j in range(9):
+    for i in range(NQ):
+        for j in range(NQ):
             full[i, j] = M[min(i, j), max(i, j)]
     for sweep in range(2):  # rows, then columns: joint -> absolute
-        for i in range(9):
+        for i in range(NQ):
             line = full[i] if sweep == 0 else full[:, i]
-            for hip in (3, 6):
-                line[2] -= line[hip]
-                line[hip] -= line[hip + 1]
-                line[hip + 1] -= line[hip + 2]
-    for i in range(9):
-        for j in range(9):
+            for leg in range(LEGS):
+                line[PITCH] -= line[HIP[leg]]
+                line[HIP[leg]] -= line[KNEE[leg]]
+                line[KNEE[leg]] -= line[ANKLE[leg]]
+    for i in range(NQ):
+        for j in range(NQ):
             full[i, j] *= factor[min(i, j), max(i, j)]
     for sweep in range(2):
-        for i in range(9):
+        for i in range(NQ):
             line = full[i] if sweep == 0 else full[:, i]
-            for hip in (3, 6):
-                line[hip + 1] += line[hip + 2]
-                line[hip] += line[hip + 1]
-                line[2] += line[hip]
+            for leg in range(LEGS):
+                line[KNEE[leg]] += line[ANKLE[leg]]
+                line[HIP[leg]] += line[KNEE[leg]]
+                line[PITCH] += line[HIP[leg]]
 
 
 @kernel
 def factor_constraints(c, m):
     """Factors C = A R⁻¹ (m, 9) into the record; returns its rank."""
-    C, A, R = c["C"], c["A"], c["R"]
-    for i in range(m):
-        for j in range(9):
-            C[i, j] = A[i, j]
-        solve_transposed(R, C[i])
-    return factor_rows(C, m, 9, c["tolerance"], c["tau"], c["pivot"])
+    work = c["work"]
+    C = work["C"]
+    weigh_rows(work["A"], work["R"], m, C)
+    return factor_rows(C, m, NQ, c["actuation"]["tolerance"], work["tau"], work["pivot"])
 
 
 @kernel
 def constraint_forces(c, m, rank):
     """Minimum-norm multipliers λ (m,) [N, N m] of the motion under Q_d, (3.6)-(3.7): λ = (CCᵀ)⁺(b_v - A a)."""
-    d, z, x = c["d"], c["z"], c["a"]
-    for j in range(9):
-        x[j] = c["Q_d"][j] - c["h"][j]
-    solve_transposed(c["R"], x)  # R a
-    back_through_R(c["R"], x)  # a
+    work, tick = c["work"], c["tick"]
+    d, z, x = work["d"], work["z"], work["a"]
+    for j in range(NQ):
+        x[j] = tick["Q_d"][j] - tick["h"][j]
+    solve_transposed(work["R"], x)  # R a
+    solve_upper(work["R"], x)  # a
     for i in range(m):
-        s = c["b_v"][i]
-        for j in range(9):
-            s -= c["A"][i, j] * x[j]
+        s = work["b_v"][i]
+        for j in range(NQ):
+            s -= work["A"][i, j] * x[j]
         d[i] = s
-    least_squares(c["C"], m, rank, c["pivot"], c["L"], c["tau2"], d, z)
-    transposed_minimum_norm(c["C"], m, rank, c["pivot"], c["L"], c["tau2"], z, c["force"])
+    least_squares(work["C"], m, rank, work["pivot"], work["L"], work["tau2"], d, z)
+    transposed_minimum_norm(work["C"], m, rank, work["pivot"], work["L"], work["tau2"], z, work["force"])
 
 
 @kernel
-def back_through_R(R, x):
-    """Replaces x (n,) by R⁻¹x."""
-    for i in range(R.shape[0] - 1, -1, -1):
-        s = x[i]
-        for k in range(i + 1, R.shape[0]):
-            s -= R[i, k] * x[k]
-        x[i] = s / R[i, i]
-
-
-@kernel
-def imposed_constraints(c, J, q):
+def imposed_constraints(c, q):
     """Leaves the factored constraints that are imposed on the robot in the record; returns (m, rank).
 
     Starting from the candidates, the point that would be pulled hardest is dropped until none is pulled harder than
     `release_force`; without the release test all candidates stay.
     """
+    actuation, at, tick, work = c["actuation"], c["at"], c["tick"], c["work"]
     candidates(c, q)
-    if c["release"]:
-        sensed_bias(c)  # nothing else needs bias forces
+    if actuation["release"]:
+        bias_forces(c["tree"], at, c["belief"]["gravity"], tick["h"])  # nothing else needs them
     while True:
-        m = constraint_rows(c, J)
+        m = constraint_rows(c)
         rank = factor_constraints(c, m)
-        if c["release"] == 0 or m == 0:
+        if actuation["release"] == 0 or m == 0:
             return m, rank
         constraint_forces(c, m, rank)
-        worst = -c["release_force"]
+        worst = -actuation["release_force"]
         drop = NO_ROW
         for i in range(m):
-            row = c["row"][i]
-            if row < 8 and row % 2 == 0 and c["force"][i] < worst:
-                worst = c["force"][i]
+            row = work["row"][i]
+            if row < STOP_ROW and row % 2 == 0 and work["force"][i] < worst:
+                worst = work["force"][i]
                 drop = row // 2
         if drop == NO_ROW:
             return m, rank
-        c["active"][drop] = 0
+        tick["active"][drop] = 0

@@ -8,10 +8,9 @@ import numpy as np
 
 from biped.base.jit import kernel
 from biped.control.changes import bring_up_to_date
-from biped.control.matrices import tree_matrices
 from biped.control.tick import thesis_tick
 from biped.measure.trajectory import Q, V
-from biped.robot.tree import Tree
+from biped.robot.topology import NQ, PITCH
 
 
 class Control(NamedTuple):
@@ -19,9 +18,6 @@ class Control(NamedTuple):
 
     Attributes:
         record: (1,) `biped.control.record.CONTROL`.
-        M: (9, 9) mass matrix, overwritten.
-        J: (6, 9) world-frame joint Jacobian, overwritten.
-        tree: Lengths and masses that it believes in.
         changes: (n,) `biped.control.changes.CHANGE`.
         q: (9,) measured joint coordinates [m, rad]; the true ones where nothing is between.
         v: (9,) measured joint velocities.
@@ -35,9 +31,6 @@ class Control(NamedTuple):
     """
 
     record: np.ndarray
-    M: np.ndarray
-    J: np.ndarray
-    tree: Tree
     changes: np.ndarray
     q: np.ndarray
     v: np.ndarray
@@ -67,14 +60,14 @@ def measure(k, true_q, true_v, noise, past, resolution, q, v):
     size = past.shape[0]
     for i in range(size if k == 0 else 1):
         at = (k + i) % size
-        for j in range(9):
+        for j in range(NQ):
             past[at, 0, j] = true_q[j]
             past[at, 1, j] = true_v[j]
     oldest = (k + 1) % size
-    for j in range(9):
+    for j in range(NQ):
         q[j] = past[oldest, 0, j] + noise[k, 0, j]
         v[j] = past[oldest, 1, j] + noise[k, 1, j]
-        if resolution > 0.0 and j >= 2:
+        if resolution > 0.0 and j >= PITCH:
             q[j] = np.rint(q[j] / resolution) * resolution
 
 
@@ -97,10 +90,9 @@ def control_tick(control, q, v, applied, log, k):
     if measured:
         measure(k, q, v, control.noise, control.past, control.resolution, control.q, control.v)
     bring_up_to_date(control.record, control.changes, k)
-    tree_matrices(control.tree, control.q, control.M, control.J)
-    status = thesis_tick(control.record, control.M, control.J, control.q, control.v, log, k, k * control.tick)
+    status = thesis_tick(control.record, control.q, control.v, log, k, k * control.tick)
     if measured:
-        for j in range(9):
+        for j in range(NQ):
             log[k, Q + j] = q[j]
             log[k, V + j] = v[j]
     if status != 0:

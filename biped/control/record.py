@@ -1,62 +1,122 @@
-"""Everything the compiled control tick reads and remembers, as one numpy record.
+"""Everything the compiled control tick reads and remembers, as one numpy record of parts.
 
 One record instead of thirty arguments: a compiled function pays for every array it is handed, and a run's controller
-is one thing that can be copied, saved and compared.
+is one thing that can be copied, saved and compared. A part has one job: `c["gait"]["k"]` are springs, `c["work"]["L"]`
+is nobody's but the solver's.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-# Row i of A: normal and tangential row of each point (right toe, right heel, left toe, left heel), then the knee stops.
-ROWS = 10
-STATES = 4
-# Columns of the block R⁻ᵀ[E, Q_d]: seven, and one of zeros that fills up a vector register.
-BLOCK = 8
+from biped.numerics.lanes import LANES
+from biped.numerics.triangular import BLOCK
+from biped.robot.kinematics import PLACES, TREE
+from biped.robot.leg_states import STATES
+from biped.robot.topology import BASE, LEGS, N_CONSTRAINTS, N_POINTS, N_ROWS, NQ, NU, SEGMENTS
 
-CONTROL = np.dtype(
+GAIT = np.dtype(
     [
-        # -- the gait (rad, N m/rad, N m s/rad); state index 0 … 3 is leg state 1 … 4
         ("k_d1", "f8"), ("b_d1", "f8"), ("theta_b", "f8"),
-        ("k", "f8", (STATES, 3)), ("b", "f8", (STATES, 3)),  # hip, knee, ankle
+        ("k", "f8", (STATES, SEGMENTS)), ("b", "f8", (STATES, SEGMENTS)),  # hip, knee, ankle
         ("theta_l", "f8", STATES), ("theta_a", "f8", STATES),
-        # -- the model the controller believes in
-        ("point", "f8", (4, 2)),  # m, toe and heel in the foot's frame
-        ("centre", "f8", (7, 2)), ("mass", "f8", 7), ("gravity", "f8", 2),  # m, kg, m/s², for the bias forces
-        ("tilt", "f8"),  # rad, added to the slope frame's angles to get the angles that Q_d uses
-        ("perturbed", "u1"), ("mass_factor", "f8", (9, 9)), ("row_factor", "f8", (ROWS, 9)),
-        # -- sensing
-        ("contact_height", "f8"), ("knee_angle", "f8"),  # m, rad: when a point or knee is a candidate for A
-        ("hold", "i8", 4),  # ticks before a change is believed: heel on, heel off, toe on, toe off
-        ("extended", "f8"), ("ahead", "f8"), ("late_stance", "f8"),  # rad, of the leg states
-        # -- the step back (m; rad, N m/rad, N m s/rad of the hip)
-        ("backstep", "u1"), ("margin", "f8"), ("theta_back", "f8"), ("k_back", "f8"), ("b_back", "f8"),
-        # -- allocation
-        ("generalized", "u1"), ("release", "u1"), ("release_force", "f8"), ("single_tangential", "u1"),
-        ("tolerance", "f8"), ("limit", "f8", 6), ("bounded", "u1"), ("u_0", "f8", 6), ("use_u_0", "u1"),
-        # -- when the run is over
-        ("fall_height", "f8"), ("fall_tilt", "f8"),  # m, rad
-        # -- memory
-        ("believed", "u1", 4), ("waiting", "i8", 4), ("phase", "i8", 2),
-        ("back", "u1"),  # falling back: legs in the air step back
-        # -- this tick
-        ("height", "f8", 4), ("position", "f8", (4, 2)), ("joint", "f8", (7, 2)), ("angle", "f8", 7),
-        ("rate", "f8", 7),
-        ("joint_bias", "f8", (7, 2)), ("com", "f8", (7, 2)), ("com_bias", "f8", (7, 2)), ("h", "f8", 9),
-        ("Q_d", "f8", 9), ("active", "u1", 6),  # four points, two knees
-        ("u", "f8", 6), ("over", "u1"),  # over: a torque limit was exceeded and the bounded solution is wanted
-        # -- work space of the allocation
-        ("M", "f8", (9, 9)), ("R", "f8", (9, 9)), ("a", "f8", 9), ("A", "f8", (ROWS, 9)),
-        ("b_v", "f8", ROWS), ("row", "i8", ROWS),
-        ("C", "f8", (ROWS, 9)), ("tau", "f8", ROWS), ("pivot", "i8", ROWS), ("L", "f8", (ROWS, ROWS)),
-        ("tau2", "f8", ROWS), ("d", "f8", ROWS), ("z", "f8", ROWS), ("force", "f8", ROWS),
-        # The reduced problem has factors of its own: the bounded form asks for C's once more.
-        ("tau_B", "f8", ROWS), ("pivot_B", "i8", ROWS),
-        ("X", "f8", (9, BLOCK)), ("work", "f8", BLOCK), ("B", "f8", (9, 6)),
-        ("rows", "i8"), ("rank", "i8"), ("reached", "i8"),
     ],
     align=True,
 )  # fmt: skip
+"""The gait [rad, N m/rad, N m s/rad] by leg state."""
+
+_BELIEF = np.dtype(
+    [
+        ("gravity", "f8", 2),  # m/s²
+        ("tilt", "f8"),  # rad, added to the slope frame's angles to get the angles that Q_d uses
+        ("perturbed", "u1"), ("mass_factor", "f8", (NQ, NQ)), ("row_factor", "f8", (N_ROWS, NQ)),
+    ],
+    align=True,
+)  # fmt: skip
+"""What the controller believes beyond the tree: gravity, and by what its M and A are wrong."""
+
+_SENSING = np.dtype(
+    [
+        ("contact_height", "f8"), ("knee_angle", "f8"),  # m, rad: when a point or knee is a candidate for A
+        ("hold", "i8", 4),  # ticks before a change is believed: heel on, heel off, toe on, toe off
+        ("extended", "f8"), ("ahead", "f8"), ("late_stance", "f8"),  # rad, of the leg states
+    ],
+    align=True,
+)  # fmt: skip
+"""When a point touches, and what the leg states follow from."""
+
+_BACKSTEP = np.dtype([("on", "u1"), ("margin", "f8"), ("theta_l", "f8"), ("k_d2", "f8"), ("b_d2", "f8")], align=True)
+"""The step back [m; rad, N m/rad, N m s/rad of the hip]."""
+
+_ACTUATION = np.dtype(
+    [
+        ("generalized", "u1"), ("release", "u1"), ("release_force", "f8"), ("single_tangential", "u1"),
+        ("tolerance", "f8"), ("limit", "f8", NU), ("bounded", "u1"), ("u_0", "f8", NU), ("use_u_0", "u1"),
+    ],
+    align=True,
+)  # fmt: skip
+"""How Q_d becomes torques [N, N m]."""
+
+_FALL = np.dtype([("height", "f8"), ("tilt", "f8")], align=True)
+"""When the run is over [m, rad]."""
+
+_MEMORY = np.dtype(
+    [
+        ("believed", "u1", N_POINTS), ("waiting", "i8", N_POINTS), ("phase", "i8", LEGS), ("back", "u1"),
+        ("side", "i8", NU),  # limits that torques were last at, where the bounded problem begins
+    ],
+    align=True,
+)  # fmt: skip
+"""What lasts from tick to tick: contacts, ticks that a change has lasted, leg states, whether it is falling back."""
+
+_TICK = np.dtype(
+    [
+        ("height", "f8", N_POINTS), ("h", "f8", NQ), ("Q_d", "f8", NQ), ("active", "u1", N_CONSTRAINTS),
+        ("rows", "i8"), ("rank", "i8"),  # of A after the release test, and of C
+        ("u", "f8", NU), ("over", "u1"),  # over: a torque limit was exceeded and the bounded solution is wanted
+    ],
+    align=True,
+)  # fmt: skip
+"""What this tick found."""
+
+_WORK = np.dtype(
+    [
+        ("M", "f8", (NQ, NQ)), ("R", "f8", (NQ, NQ)), ("a", "f8", NQ), ("A", "f8", (N_ROWS, NQ)),
+        ("b_v", "f8", N_ROWS), ("row", "i8", N_ROWS),
+        ("C", "f8", (N_ROWS, NQ)), ("tau", "f8", N_ROWS), ("pivot", "i8", N_ROWS), ("L", "f8", (N_ROWS, N_ROWS)),
+        ("tau2", "f8", N_ROWS), ("d", "f8", N_ROWS), ("z", "f8", N_ROWS), ("force", "f8", N_ROWS),
+        # The reduced problem has factors of its own: the bounded form asks for C's once more.
+        ("tau_B", "f8", N_ROWS), ("pivot_B", "i8", N_ROWS),
+        ("X", "f8", (NQ, BLOCK)), ("line", "f8", BLOCK), ("B", "f8", (NQ, NU)),
+        # The bounded problem min ½ uᵀP u - rᵀu.
+        ("P", "f8", (NU, NU)), ("r", "f8", NU), ("lower", "f8", NU), ("root", "f8", (NU, NU)), ("x", "f8", NU),
+    ],
+    align=True,
+)  # fmt: skip
+"""Work space of the allocation."""
+
+_ROWS = np.dtype(
+    [
+        ("A", "f8", (NQ, LANES)), ("C", "f8", (NQ, LANES)), ("E", "f8", (NQ, LANES)),  # columns of rows of A
+        ("b_v", "f8", (1, LANES)), ("kept", "f8", (1, LANES)), ("norm", "f8", (1, LANES)), ("force", "f8", (1, LANES)),
+        ("used", "u1", LANES),  # as a pivot
+        ("V", "f8", (NQ, LANES)), ("T", "f8", (NQ, NQ)), ("z", "f8", NQ),
+        ("L", "f8", (NQ, NQ)), ("S", "f8", (BASE, BASE)),
+        ("D", "f8", (BASE, LANES)), ("Y", "f8", (NU, LANES)),
+    ],
+    align=True,
+)  # fmt: skip
+"""Work space of the allocation by floating coordinates, a row of A in each lane (`biped.numerics.lanes`)."""
+
+CONTROL = np.dtype(
+    [
+        ("gait", GAIT), ("tree", TREE), ("belief", _BELIEF), ("sensing", _SENSING), ("backstep", _BACKSTEP),
+        ("actuation", _ACTUATION), ("fall", _FALL), ("memory", _MEMORY), ("at", PLACES), ("tick", _TICK),
+        ("work", _WORK), ("rows", _ROWS),
+    ],
+    align=True,
+)  # fmt: skip
+"""The controller; `tree` and `at` are the lengths and masses it believes in and where it senses itself to be."""
 
 
 def new() -> np.ndarray:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 
 from biped.base.jit import kernel
+from biped.robot.leg_states import EXTENDED
+from biped.robot.topology import ANKLE, HIP, KNEE, LEGS, PITCH, THIGH, TORSO, X, Z
 
 
 @kernel
@@ -15,21 +17,21 @@ def desired_forces(c, q, v):
     or ankle's couple is just its joint's torque, a thigh's acts on hip and pitch, the torso's on pitch (virtual work).
     A leg that steps back (`biped.control.backstep`) has a thigh couple of its own.
     """
-    Q, angle, rate, k, b = c["Q_d"], c["angle"], c["rate"], c["k"], c["b"]
-    upright = 0.5 * math.pi + c["tilt"]
-    Q[0] = 0.0
-    Q[1] = 0.0
-    pitch = -c["k_d1"] * (angle[0] + upright - c["theta_b"]) - c["b_d1"] * rate[0]
-    for leg in range(2):
-        s = c["phase"][leg]
-        thigh = 1 + 3 * leg
-        hip = 3 + 3 * leg
-        if c["back"] and s == 3:
-            couple = -c["k_back"] * (angle[thigh] + upright - c["theta_back"]) - c["b_back"] * rate[thigh]
+    at, gait, memory, backstep = c["at"], c["gait"], c["memory"], c["backstep"]
+    Q, angle, rate, k, b = c["tick"]["Q_d"], at["angle"], at["rate"], gait["k"], gait["b"]
+    upright = 0.5 * math.pi + c["belief"]["tilt"]
+    Q[X] = 0.0
+    Q[Z] = 0.0
+    pitch = -gait["k_d1"] * (angle[TORSO] + upright - gait["theta_b"]) - gait["b_d1"] * rate[TORSO]
+    for leg in range(LEGS):
+        s = memory["phase"][leg]
+        thigh, hip, knee, ankle = THIGH[leg], HIP[leg], KNEE[leg], ANKLE[leg]
+        if memory["back"] and s == EXTENDED:
+            couple = -backstep["k_d2"] * (angle[thigh] + upright - backstep["theta_l"]) - backstep["b_d2"] * rate[thigh]
         else:
-            couple = -k[s, 0] * (angle[thigh] + upright - c["theta_l"][s]) - b[s, 0] * rate[thigh]
+            couple = -k[s, 0] * (angle[thigh] + upright - gait["theta_l"][s]) - b[s, 0] * rate[thigh]
         pitch += couple
         Q[hip] = couple
-        Q[hip + 1] = -k[s, 1] * q[hip + 1] - b[s, 1] * v[hip + 1]
-        Q[hip + 2] = -k[s, 2] * (q[hip + 2] - c["theta_a"][s]) - b[s, 2] * v[hip + 2]
-    Q[2] = pitch
+        Q[knee] = -k[s, 1] * q[knee] - b[s, 1] * v[knee]
+        Q[ankle] = -k[s, 2] * (q[ankle] - gait["theta_a"][s]) - b[s, 2] * v[ankle]
+    Q[PITCH] = pitch

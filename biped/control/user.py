@@ -13,11 +13,14 @@ import pinocchio
 
 from biped.base.errors import InputError
 from biped.base.files import label, nearest
-from biped.control.controller import WORLD, controller_record
-from biped.control.tick import NOT_FINITE, log_tick, sense
+from biped.control.law import WORLD
+from biped.control.setup import controller_record
+from biped.control.tick import NOT_FINITE, log_tick, sense_in
+from biped.robot.description import robot_at
 from biped.robot.model import believed_model
 from biped.robot.run import Run
-from biped.robot.tree import ACTUATORS, Tree
+from biped.robot.topology import NU, UPRIGHT
+from biped.robot.tree import Tree
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario
 
@@ -92,12 +95,15 @@ class UserLaw:
         self.name = f"law: {label(Path(self.file))}:{kind_name}"
         self.record = controller_record(run, believed)
         self.c = self.record[0]
-        self.u, self.Q_d = self.c["u"], self.c["Q_d"]
+        self.u, self.Q_d = self.c["tick"]["u"], self.c["tick"]["Q_d"]
+        self._motors = robot_at(run.model).actuators
         self._model = believed_model(run.model, s.ground.slope)
         self._data = self._model.createData()
         self._q, self._v, self._log = _read_only(q), _read_only(v), log
-        self._live = {key: _read_only(self.c[key]) for key in ("rate", "height", "believed")}
-        setup = Setup(s, run.gains, believed, self._model, 1.0 / s.simulation.control_rate, np.array(self.c["limit"]))
+        parts = {"rate": "at", "height": "tick", "believed": "memory"}
+        self._live = {key: _read_only(self.c[part][key]) for key, part in parts.items()}
+        limit = np.array(self.c["actuation"]["limit"])
+        setup = Setup(s, run.gains, believed, self._model, 1.0 / s.simulation.control_rate, limit)
         kind = load_law(s.law or "")
         try:
             self._law = kind(setup)
@@ -118,13 +124,14 @@ class UserLaw:
         pinocchio.crba(self._model, self._data, self._q, WORLD)
         M = self._data.M
         c, live = self.c, self._live
-        status = sense(self.record, self._data.J, self._q, self._v, k == 0)
+        status = sense_in(self.record, self._data.J, self._q, self._v, k == 0)
         if status == NOT_FINITE:
             return status
-        upright = np.array([0.5, 0.5, 0.5, 0.0, 0.5, 0.5, 0.0]) * np.pi
+        upright = np.array(UPRIGHT) * np.pi
         sensed = Sensed(
-            time, self._q, self._v, c["angle"] + upright + c["tilt"], live["rate"], live["height"], live["believed"],
-            c["phase"] + 1, np.triu(M) + np.triu(M, 1).T,
+            time, self._q, self._v, c["at"]["angle"] + upright + c["belief"]["tilt"],
+            live["rate"], live["height"], live["believed"],
+            c["memory"]["phase"] + 1, np.triu(M) + np.triu(M, 1).T,
             pinocchio.nonLinearEffects(self._model, self._data, self._q, self._v),
         )  # fmt: skip
         try:
@@ -135,13 +142,13 @@ class UserLaw:
             u = np.asarray(said, dtype=float)
         except (TypeError, ValueError):
             raise self._fault(f"torques() at t = {time:g} s: expected six numbers [N m], got {said!r:.100}") from None
-        if u.shape != (6,):
+        if u.shape != (NU,):
             got = "nothing" if said is None else f"shape {u.shape}"
             raise self._fault(f"torques() at t = {time:g} s: expected six numbers [N m], got {got}")
         if not np.isfinite(u).all():
-            joint = ACTUATORS[int(np.argmin(np.isfinite(u)))]
+            joint = self._motors[int(np.argmin(np.isfinite(u)))]
             raise self._fault(f"torques() at t = {time:g} s: expected finite numbers, got {u.tolist()} ({joint} first)")
-        np.clip(u, -c["limit"], c["limit"], out=self.u)
+        np.clip(u, -c["actuation"]["limit"], c["actuation"]["limit"], out=self.u)
         log_tick(self.record, self._q, self._v, self._log, k, time)
         return status
 

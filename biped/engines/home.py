@@ -17,9 +17,10 @@ from biped.engines.rigid.events import advance, touch_down
 from biped.engines.rigid.record import rigid_record
 from biped.engines.rigid.walk import log_impulses, walk_rigid
 from biped.measure.trajectory import Trajectory
+from biped.robot.description import robot_at
 from biped.robot.model import tree_at, true_tree
 from biped.robot.run import Run
-from biped.robot.tree import LINKS
+from biped.robot.topology import BASE
 
 
 def simulate(run: Run) -> Trajectory:
@@ -48,7 +49,7 @@ def simulate_with_ledger(run: Run) -> tuple[Trajectory, np.ndarray]:
     touch_down(rigid, q, v)
 
     def push(forces: np.ndarray) -> None:
-        w["push"], w["pushed"] = forces, forces.any()
+        w["acting"]["push"], w["acting"]["pushed"] = forces, forces.any()
 
     def step(k: int, log: np.ndarray) -> None:
         advance(rigid, q, v, tick / steps, steps)
@@ -57,8 +58,9 @@ def simulate_with_ledger(run: Run) -> tuple[Trajectory, np.ndarray]:
     def walk(control: Control, log: np.ndarray, first: int, last: int) -> tuple[int, int]:
         return walk_rigid(rigid, control, q, v, applied, tick / steps, steps, log, first, last)
 
-    applied = w["Q"] if s.actuation.mode == "generalized" else w["Q"][3:]
+    applied = w["acting"]["Q"] if s.actuation.mode == "generalized" else w["acting"]["Q"][BASE:]
     tree = true_tree(tree_at(run.model), s.truth)
-    trajectory = drive(run, Physics(tree, q, v, applied, LINKS, push, step, walk if COMPILED else None))
-    capped = int(w["capped"])
+    links = robot_at(run.model).links
+    trajectory = drive(run, Physics(tree, q, v, applied, links, push, step, walk if COMPILED else None))
+    capped = int(w["ledger"]["capped"])
     return replace(trajectory, warnings={"chattering_steps": capped} if capped else {}), rigid

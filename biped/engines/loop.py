@@ -11,13 +11,16 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import nearest
-from biped.control.controller import Law, ThesisLaw, law_of
+from biped.control.controller import ThesisLaw, law_of
+from biped.control.law import Law
 from biped.control.loop import Control
 from biped.control.tick import GOING, LOW, TILTED
 from biped.measure.trajectory import Q_D, WIDTH, Q, Trajectory, U, V
+from biped.robot.description import Robot, robot_at
 from biped.robot.model import torque_limits, tree_at
 from biped.robot.run import Run
-from biped.robot.tree import JOINTS, Tree
+from biped.robot.topology import NQ, PITCH, X
+from biped.robot.tree import Tree
 from biped.scenario.keys import Scenario
 from biped.scenario.keys import Sensors as SensorKeys
 
@@ -84,10 +87,8 @@ def drive(run: Run, physics: Physics) -> Trajectory:
     generalized = s.actuation.mode == "generalized"
     wanted, logged = (law.Q_d, Q_D) if generalized else (law.u, U)
     follow = 1.0 if s.actuation.lag == 0.0 else 1.0 - float(np.exp(-tick / s.actuation.lag))
-    if physics.walk is not None and isinstance(law, ThesisLaw) and law.compiled:
-        control = Control(
-            law.record, law.M, law.J, law.tree, law.changes, q, v, *_between(sensors), wanted, logged, follow, tick
-        )
+    if physics.walk is not None and isinstance(law, ThesisLaw) and not law.python:
+        control = Control(law.record, law.changes, q, v, *_between(sensors), wanted, logged, follow, tick)
         walk = partial(physics.walk, control, log)
     else:
         walk = _in_python(physics, law, sensors, wanted, logged, follow, tick, log)
@@ -100,7 +101,8 @@ def drive(run: Run, physics: Physics) -> Trajectory:
                 break
         if status != GOING:
             break
-    end, cause = _ending(status, log[:done])
+    robot = robot_at(run.model)
+    end, cause = _ending(status, log[:done], robot)
     return Trajectory(
         log=log[:done],
         tick=tick,
@@ -112,6 +114,7 @@ def drive(run: Run, physics: Physics) -> Trajectory:
         end=end,
         cause=cause,
         warnings={},
+        robot=robot,
     )
 
 
@@ -169,8 +172,8 @@ def _measured_tick(
     """A tick through sensors; the log keeps the true coordinates."""
     sensors.measure(k)
     status = law.tick(k, time)
-    log[k, Q : Q + 9] = q
-    log[k, V : V + 9] = v
+    log[k, Q : Q + NQ] = q
+    log[k, V : V + NQ] = v
     return status
 
 
@@ -212,17 +215,17 @@ def push_spans(s: Scenario, bodies: Sequence[str], count: int, tick: float) -> l
     return out
 
 
-def _ending(status: int, log: np.ndarray) -> tuple[str, str]:
+def _ending(status: int, log: np.ndarray, robot: Robot) -> tuple[str, str]:
     if status == GOING:
         return "completed", ""
     time = log[-1, 0] if len(log) > 1 else 0.0
     if status in (LOW, TILTED):
         # A torso held upright over toppling legs falls the way it moves; otherwise the way it leans.
-        way = log[-1, V] if status == LOW else -log[-1, Q + 2]
+        way = log[-1, V + X] if status == LOW else -log[-1, Q + PITCH]
         way = "collapsed" if abs(way) < _STILL else "fell forward" if way > 0.0 else "fell backward"
         return "fell", f"{way} at {time:.3f} s"
-    before = log[-2, Q : Q + 9] if len(log) > 1 else log[0, Q : Q + 9]
-    worst = JOINTS[int(np.argmax(np.abs(before)))]
+    before = log[-2, Q : Q + NQ] if len(log) > 1 else log[0, Q : Q + NQ]
+    worst = robot.joints[int(np.argmax(np.abs(before)))]
     return (
         "diverged",
         f"a coordinate stopped being finite after {log[max(len(log) - 2, 0), 0]:.3f} s (largest: {worst})",

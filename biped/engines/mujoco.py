@@ -9,11 +9,12 @@ import mujoco
 import numpy as np
 
 from biped.base.jit import bound
-from biped.control.tick import log_forces
+from biped.engines.forces import log_forces
 from biped.engines.loop import Physics, drive
 from biped.engines.native import native as native_of
 from biped.engines.native import without_clock
 from biped.measure.trajectory import WIDTH, Trajectory
+from biped.robot.description import robot_at
 from biped.robot.model import compile_foreign
 from biped.robot.run import Run
 
@@ -36,33 +37,48 @@ def simulate(run: Run) -> Trajectory:
     s = run.scenario
     foreign = compile_foreign(run.model, s)
     model, data = foreign.model, mujoco.MjData(foreign.model)
-    data.qpos[:], data.qvel[:] = run.q, run.v
+    order, robot = foreign.order, robot_at(run.model)
+    data.qpos[order.joints], data.qvel[order.joints] = run.q, run.v
     substeps = round(1.0 / s.simulation.control_rate / s.simulation.timestep)
-    place, points, mj_step = data.geom_xpos, foreign.points, mujoco.mj_step
+    place, mj_step = data.geom_xpos, mujoco.mj_step
+    where = order.points, robot.contact.radius, order.contacts, order.stops
     pyramid = max(s.ground.friction, _LEAST_FRICTION) if s.simulation.cone == "pyramidal" else 0.0
-    applied = data.qfrc_applied if s.actuation.mode == "generalized" else data.ctrl
 
     def push(forces: np.ndarray) -> None:
         data.xfrc_applied[1:, [0, 2]] = forces
 
-    log_of_step = bound(log_forces, np.empty((1, WIDTH)), 0, data.efc_force, place, points, pyramid)
+    log_of_step = bound(log_forces, np.empty((1, WIDTH)), 0, data.efc_force, place, *where, pyramid)
 
     def step(k: int, log: np.ndarray) -> None:
         mj_step(model, data, substeps)
-        log_of_step(log, k, data.efc_force, place, points, pyramid)
+        log_of_step(log, k, data.efc_force, place, *where, pyramid)
 
-    walk = None
-    if s.law is None and (native := native_of(model, points)) is not None:
-        from biped.engines.walk import Plant, walk_plant
-
-        plant = Plant(
-            native.step, model._address, data._address, data._address + native.nefc, data._address + native.force,
-            substeps, data.qpos, data.qvel, applied, place, points, pyramid,
-        )  # fmt: skip
-        walk = partial(walk_plant, plant)
+    generalized = s.actuation.mode == "generalized"
+    applied = data.qfrc_applied if generalized else data.ctrl
     bodies = [model.body(i).name for i in range(1, model.nbody)]
+    if order.canonical:
+        walk = None
+        if s.law is None and (native := native_of(model, order, robot.contact.radius)) is not None:
+            from biped.engines.walk import Plant, walk_plant
+
+            plant = Plant(
+                native.step, model._address, data._address, data._address + native.nefc, data._address + native.force,
+                substeps, data.qpos, data.qvel, applied, place, *where, pyramid,
+            )  # fmt: skip
+            walk = partial(walk_plant, plant)
+        physics = Physics(foreign.tree, data.qpos, data.qvel, applied, bodies, push, step, walk)
+    else:
+        q, v, wanted = np.array(run.q), np.array(run.v), np.zeros(applied.size)
+        places = order.joints if generalized else order.actuators
+
+        def reordered(k: int, log: np.ndarray) -> None:
+            applied[places] = wanted
+            step(k, log)
+            q[:], v[:] = data.qpos[order.joints], data.qvel[order.joints]
+
+        physics = Physics(foreign.tree, q, v, wanted, bodies, push, reordered, None)
     with without_clock():
-        trajectory = drive(run, Physics(foreign.tree, data.qpos, data.qvel, applied, bodies, push, step, walk))
+        trajectory = drive(run, physics)
     warnings = {
         mujoco.mjtWarning(i).name.removeprefix("mjWARN_").lower(): int(w.number)
         for i, w in enumerate(data.warning)

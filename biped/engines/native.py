@@ -17,10 +17,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 import mujoco
-import numpy as np
 
 from biped.base.jit import COMPILED
-from biped.robot.tree import POINT_RADIUS
+from biped.robot.order import Order
+from biped.robot.topology import KNEE, Z
 
 _OFFSETS = {"4.0.0": (160576, 162096)}
 """Of nefc and efc_force in mjData [bytes], by version: asking MuJoCo takes as long as 10 s of walking."""
@@ -44,21 +44,22 @@ class _Unavailable(Exception):
     """Compiled code cannot step this model; says why."""
 
 
-def native(model: mujoco.MjModel, points: np.ndarray) -> Native | None:
+def native(model: mujoco.MjModel, order: Order, radius: float) -> Native | None:
     """What compiled code needs to step a model, or None where it must be stepped from Python.
 
     Args:
         model: The model, which is stepped here once from Python: what MuJoCo finds wrong with it is an exception there,
             but in compiled code the end of the process.
-        points: (4,) geoms of the contact points.
+        order: Where it has what.
+        radius: [m] of the contact points.
     """
-    return None if reason(model, points) else _library()
+    return None if reason(model, order, radius) else _library()
 
 
-def reason(model: mujoco.MjModel, points: np.ndarray) -> str:
+def reason(model: mujoco.MjModel, order: Order, radius: float) -> str:
     """Why compiled code cannot step a model; empty if it can."""
     try:
-        _check(_library(), model, points)
+        _check(_library(), model, order, radius)
     except _Unavailable as said:
         return str(said)
     return ""
@@ -103,18 +104,20 @@ def _library() -> Native:
     return Native(step or 0, *_OFFSETS[version])
 
 
-def _check(native: Native, model: mujoco.MjModel, points: np.ndarray) -> None:
+def _check(native: Native, model: mujoco.MjModel, order: Order, radius: float) -> None:
     """Takes one step from Python with everything that can touch touching, and compares what offsets say of it.
 
     Raises:
         _Unavailable: They say something else.
     """
+    if not order.canonical:
+        raise _Unavailable("the model file lists its parts in an order of its own")
     data = mujoco.MjData(model)
     if not hasattr(data, "_address") or not hasattr(model, "_address"):
         raise _Unavailable("MuJoCo's bindings do not tell addresses")
     mujoco.mj_kinematics(model, data)
-    data.qpos[1] -= data.geom_xpos[points, 2].max() - 0.5 * POINT_RADIUS
-    data.qpos[[4, 7]] = 1e-6
+    data.qpos[order.joints[Z]] -= data.geom_xpos[order.points, 2].max() - 0.5 * radius
+    data.qpos[order.joints[list(KNEE)]] = 1e-6
     mujoco.mj_step(model, data)
     rows = ctypes.c_int32.from_address(data._address + native.nefc).value
     address = ctypes.c_size_t.from_address(data._address + native.force).value

@@ -9,7 +9,7 @@ import numpy as np
 from biped.base.address import call, doubles_at, int32_at
 from biped.base.jit import long_kernel
 from biped.control.loop import control_tick
-from biped.control.tick import log_forces
+from biped.engines.forces import log_forces
 
 
 class Plant(NamedTuple):
@@ -27,6 +27,9 @@ class Plant(NamedTuple):
         applied: (6,) joint torques or (9,) generalized forces, live.
         place: (ngeom, 3) [m] geom positions, live.
         points: (4,) geoms of the contact points.
+        radius: [m] of those geoms.
+        contacts: (4,) points in the order in which MuJoCo lists contacts.
+        stops: (2,) stops in the order in which MuJoCo lists joint limits.
         pyramid: Coefficient of friction of a pyramidal cone; 0 for an elliptic one.
     """
 
@@ -41,6 +44,9 @@ class Plant(NamedTuple):
     applied: np.ndarray
     place: np.ndarray
     points: np.ndarray
+    radius: float
+    contacts: np.ndarray
+    stops: np.ndarray
     pyramid: float
 
 
@@ -65,5 +71,5 @@ def walk_plant(plant, control, log, first, last):
         for _ in range(plant.substeps):
             call(plant.step, plant.model, plant.data)
         force = doubles_at(plant.force, int32_at(plant.nefc))
-        log_forces(log, k, force, plant.place, plant.points, plant.pyramid)
+        log_forces(log, k, force, plant.place, plant.points, plant.radius, plant.contacts, plant.stops, plant.pyramid)
     return 0, last

@@ -10,11 +10,12 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import locate, nearest
-from biped.control.record import ROWS
+from biped.robot.description import robot_at
 from biped.robot.model import bodies_of, posture_of, tree_at, true_tree
 from biped.robot.posture import project
 from biped.robot.run import Run
-from biped.robot.tree import ABSOLUTE_FROM_JOINT, POINTS, Tree, absolute, from_absolute
+from biped.robot.topology import N_ANGLES, N_ROWS, NQ, PITCH
+from biped.robot.tree import ABSOLUTE_FROM_JOINT, Tree, absolute, from_absolute
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario, Start, Truth
 from biped.scenario.reading import read_gains
@@ -69,7 +70,7 @@ class Plan:
         s = self._with_changes(with_values(at_point, draws, f"randomise.draw, run {index}"))
         random = s.randomise
         path, tree = self._model(s.model)
-        self._pushable(s)
+        s = self._pushable(s, path)
         return Run(
             scenario=s,
             model=path,
@@ -79,8 +80,8 @@ class Plan:
             values=self.points[point] | draws,
             q=self._start(s, path, tree if s.truth == Truth() else true_tree(tree, s.truth), seed),
             v=np.linalg.solve(ABSOLUTE_FROM_JOINT, np.array(s.start.v)),
-            mass_factor=_factors(random.controller_mass_matrix, seed, "controller_mass_matrix", (9, 9)),
-            row_factor=_factors(random.controller_constraints, seed, "controller_constraints", (ROWS, 9)),
+            mass_factor=_factors(random.controller_mass_matrix, seed, "controller_mass_matrix", (NQ, NQ)),
+            row_factor=_factors(random.controller_constraints, seed, "controller_constraints", (N_ROWS, NQ)),
         )
 
     def _model(self, name: str) -> tuple[Path, Tree]:
@@ -89,14 +90,23 @@ class Plan:
             self._models[name] = path, tree_at(path)
         return self._models[name]
 
-    def _pushable(self, s: Scenario) -> None:
+    def _pushable(self, s: Scenario, path: Path) -> Scenario:
+        """The scenario with pushes on bodies of its robot; the torso is one whatever it is called."""
+        if not s.push:
+            return s
+        torso, pushes = robot_at(path).base.link, []
         for i, push in enumerate(s.push):
-            bodies = bodies_of(self._model(s.model)[0]) if push.body != "torso" else ["torso"]
+            if push.body in ("torso", torso):
+                pushes.append(push if push.body == torso else msgspec.structs.replace(push, body=torso))
+                continue
+            bodies = bodies_of(path)
             if push.body not in bodies:
                 raise InputError(
                     f"push[{i}].body: model '{s.model}' has no body '{push.body}'; {nearest(push.body, bodies)}",
                     f"push[{i}].body",
                 )
+            pushes.append(push)
+        return msgspec.structs.replace(s, push=tuple(pushes))
 
     def _gait(self, s: Scenario) -> Gains:
         key = s.controller, s.gains
@@ -122,13 +132,14 @@ class Plan:
         q = self._settled(s.model, start, path, tree)
         if start.jitter > 0.0:
             q = absolute(q)
-            q[2:] += start.jitter * stream(seed, "start.jitter").standard_normal(7)
+            q[PITCH:] += start.jitter * stream(seed, "start.jitter").standard_normal(N_ANGLES)
             q = from_absolute(q)
             if start.settle:
-                q = project(tree, q, ())
+                q = project(tree, q, (), robot_at(path).points)
         return q
 
     def _settled(self, model: str, start: Start, path: Path, tree: Tree) -> np.ndarray:
+        points = robot_at(path).points
         key = model, start, tree.joint.tobytes() + tree.point.tobytes()
         if key not in self._starts:
             if start.q is not None:
@@ -137,11 +148,11 @@ class Plan:
                 q, contacts = posture_of(path, start.posture)
             contacts = contacts if start.contacts is None else start.contacts
             for name in contacts:
-                if name not in POINTS:
+                if name not in points:
                     raise InputError(
-                        f"start.contacts: '{name}' is no contact point; {nearest(name, list(POINTS))}", "start.contacts"
+                        f"start.contacts: '{name}' is no contact point; {nearest(name, list(points))}", "start.contacts"
                     )
-            self._starts[key] = project(tree, q, contacts) if start.settle else q
+            self._starts[key] = project(tree, q, contacts, points) if start.settle else q
         return self._starts[key]
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import GRAVITY
+from biped.robot.topology import BASE, ENDS, LEGS, PITCH
 from biped.robot.tree import motion
 
 # Before this distance [m] the cost of transport is a number divided by almost nothing.
@@ -30,7 +31,7 @@ def every(trajectory: Trajectory, rate: float) -> np.ndarray:
 
 def torso_angle(trajectory: Trajectory) -> np.ndarray:
     """(n,) [rad] θ from the horizontal, not from the slope: π/2 is upright."""
-    return trajectory.q[:, 2] + 0.5 * math.pi + math.radians(trajectory.slope)
+    return trajectory.q[:, PITCH] + 0.5 * math.pi + math.radians(trajectory.slope)
 
 
 def centre_of_mass(trajectory: Trajectory) -> np.ndarray:
@@ -41,7 +42,7 @@ def centre_of_mass(trajectory: Trajectory) -> np.ndarray:
 
 def joint_power(trajectory: Trajectory) -> np.ndarray:
     """(n, 6) [W] power into hip, knee and ankle; right, then left."""
-    return (trajectory.applied * trajectory.v)[:, 3:]
+    return (trajectory.applied * trajectory.v)[:, BASE:]
 
 
 def cost_of_transport(trajectory: Trajectory) -> np.ndarray:
@@ -68,4 +69,4 @@ def means(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 def foot_force(trajectory: Trajectory) -> np.ndarray:
     """(n, 2) [N] normal force under the right and the left foot."""
-    return trajectory.force[:, :, 1].reshape(-1, 2, 2).sum(axis=2)
+    return trajectory.force[:, :, 1].reshape(-1, LEGS, ENDS).sum(axis=2)

@@ -7,31 +7,33 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from zipfile import BadZipFile
 
+import msgspec
 import numpy as np
 
 from biped.base.errors import InputError
+from biped.base.files import folder
+from biped.robot.description import Robot, robot_at
+from biped.robot.topology import BASE, LEGS, N_CONSTRAINTS, N_POINTS, N_STOPS, NQ, NU
 from biped.robot.tree import Tree
 
 # First column of each quantity in the log (compiled code needs plain numbers).
-TIME, Q, V, U, Q_D, PHASE, BELIEVED, ACTIVE, HEIGHT, FORCE, STOP, WIDTH = (
-    0,
-    1,
-    10,
-    19,
-    25,
-    34,
-    36,
-    40,
-    46,
-    50,
-    58,
-    60,
-)
+TIME = 0
+Q = TIME + 1
+V = Q + NQ
+U = V + NQ
+Q_D = U + NU
+PHASE = Q_D + NQ
+BELIEVED = PHASE + LEGS
+ACTIVE = BELIEVED + N_POINTS
+HEIGHT = ACTIVE + N_CONSTRAINTS
+FORCE = HEIGHT + N_POINTS
+STOP = FORCE + 2 * N_POINTS
+WIDTH = STOP + N_STOPS
 
 COLUMNS = {
-    "time": (TIME, ()), "q": (Q, (9,)), "v": (V, (9,)), "u": (U, (6,)), "Q_d": (Q_D, (9,)), "phase": (PHASE, (2,)),
-    "believed": (BELIEVED, (4,)), "active": (ACTIVE, (6,)), "height": (HEIGHT, (4,)), "force": (FORCE, (4, 2)),
-    "stop": (STOP, (2,)),
+    "time": (TIME, ()), "q": (Q, (NQ,)), "v": (V, (NQ,)), "u": (U, (NU,)), "Q_d": (Q_D, (NQ,)),
+    "phase": (PHASE, (LEGS,)), "believed": (BELIEVED, (N_POINTS,)), "active": (ACTIVE, (N_CONSTRAINTS,)),
+    "height": (HEIGHT, (N_POINTS,)), "force": (FORCE, (N_POINTS, 2)), "stop": (STOP, (N_STOPS,)),
 }  # fmt: skip
 
 
@@ -50,6 +52,7 @@ class Trajectory:
         end: `completed`, `fell` or `diverged`.
         cause: How it ended, in words; empty if completed.
         warnings: MuJoCo's warnings, name to count.
+        robot: What walked.
     """
 
     log: np.ndarray
@@ -62,6 +65,7 @@ class Trajectory:
     end: str
     cause: str
     warnings: dict[str, int]
+    robot: Robot
 
     def __len__(self) -> int:
         return len(self.log)
@@ -133,7 +137,7 @@ class Trajectory:
         """(n, 9) generalized forces that acted: Q_d itself, or the joint torques."""
         if self.generalized:
             return self.Q_d
-        return np.hstack([np.zeros((len(self), 3)), self.u])
+        return np.hstack([np.zeros((len(self), BASE)), self.u])
 
     def last(self, seconds: float) -> Trajectory:
         """The end of the run as a trajectory of its own; times stay those of the run."""
@@ -145,6 +149,7 @@ class Trajectory:
             "tick": self.tick, "slope": self.slope, "generalized": self.generalized,
             "torque_limit": self.torque_limit, "pushes": self.pushes,
             "end": self.end, "cause": self.cause, "warnings": self.warnings,
+            "robot": msgspec.to_builtins(self.robot),
             "tree": {name: value.tolist() for name, value in self.tree._asdict().items()},
         }  # fmt: skip
         arrays = {name: self.column(name) for name in COLUMNS}
@@ -164,6 +169,12 @@ class Trajectory:
                 n = len(file["time"])
                 log = np.hstack([file[name].reshape(n, -1) for name in COLUMNS])
         except (OSError, EOFError, KeyError, TypeError, ValueError, BadZipFile) as error:
+            raise InputError(f"{path}: not a trajectory: {error}") from None
+        # What was saved before trajectories said so was the human's.
+        told = rest.pop("robot", None)
+        try:
+            rest["robot"] = robot_at(folder("models") / "human.xml") if told is None else msgspec.convert(told, Robot)
+        except msgspec.ValidationError as error:
             raise InputError(f"{path}: not a trajectory: {error}") from None
         rest["tree"] = Tree(**{name: np.array(value) for name, value in rest["tree"].items()})
         rest["torque_limit"] = tuple(rest["torque_limit"])

@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from biped.base.jit import kernel
+from biped.numerics.triangular import BLOCK
 
 
 @kernel
@@ -190,73 +191,27 @@ def minimum_norm(B, k, n, tolerance, tau, pivot, L, tau2, d, z, x):
 
 
 @kernel
-def cholesky(M, R):
-    """Writes the upper R of M = RᵀR from M's upper triangle, (n, n), with pivots floored at 1e-10 of the largest.
-
-    The floor only matters to a perturbed, possibly indefinite controller model; it is far below any physical pivot.
-    """
-    n = M.shape[0]
-    top = 0.0
-    for i in range(n):
-        top = max(top, M[i, i])
-    floor = 1e-10 * top
-    for i in range(n):
-        s = M[i, i]
-        for k in range(i):
-            s -= R[k, i] * R[k, i]
-        pivot = math.sqrt(max(s, floor))
-        R[i, i] = pivot
-        for j in range(i + 1, n):
-            s = M[i, j]
-            for k in range(i):
-                s -= R[k, i] * R[k, j]
-            R[i, j] = s / pivot
-
-
-@kernel
-def solve_transposed(R, x):
-    """Replaces x (n,) by R⁻ᵀx."""
-    for i in range(R.shape[0]):
-        s = x[i]
-        for k in range(i):
-            s -= R[k, i] * x[k]
-        x[i] = s / R[i, i]
-
-
-@kernel
-def solve_transposed_block(R, X):
-    """Replaces the columns of X (9, 8) by R⁻ᵀX; sizes are written out so that columns go through vector registers."""
-    for i in range(9):
-        inverse = 1.0 / R[i, i]
-        for j in range(8):
-            X[i, j] *= inverse
-        for k in range(i + 1, 9):
-            for j in range(8):
-                X[k, j] -= R[i, k] * X[i, j]
-
-
-@kernel
 def reflect_block(B, rank, tau, X, work):
-    """Replaces the columns of X (9, 8) by HᵀX, H being the product of the reflectors that `factor_rows` left in B.
+    """Replaces the columns of X (n, BLOCK) by HᵀX, H being the product of the reflectors that `factor_rows` left in B.
 
     Args:
-        B: (>= rank, 9) factors.
+        B: (>= rank, n) factors.
         rank: Number of reflectors.
         tau: (>= rank,) their factors.
-        X: (9, 8) block.
-        work: (8,).
+        X: (n, BLOCK) block.
+        work: (BLOCK,).
     """
     for i in range(rank):
-        for j in range(8):
+        for j in range(BLOCK):
             work[j] = X[i, j]
-        for k in range(i + 1, 9):
-            for j in range(8):
+        for k in range(i + 1, X.shape[0]):
+            for j in range(BLOCK):
                 work[j] += B[i, k] * X[k, j]
-        for j in range(8):
+        for j in range(BLOCK):
             work[j] *= tau[i]
             X[i, j] -= work[j]
-        for k in range(i + 1, 9):
-            for j in range(8):
+        for k in range(i + 1, X.shape[0]):
+            for j in range(BLOCK):
                 X[k, j] -= B[i, k] * work[j]
 
 

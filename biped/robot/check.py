@@ -1,4 +1,4 @@
-"""What a model file must be: the seven links, nine joints, six motors and four contact points, in the plane.
+"""What a model file must be: the links, joints, motors and contact points of its description, in the plane.
 
 Both libraries read the file, and each silently tolerates what the other does not (Pinocchio drops unnamed bodies, knows
 no gears), so whatever would make them disagree is refused here.
@@ -11,17 +11,19 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import nearest
-from biped.robot.tree import ACTUATORS, JOINTS, LINKS, PARENT, POINT_LINK, POINT_RADIUS, POINTS
+from biped.robot.description import Robot
+from biped.robot.topology import BASE, LINK_DOF, PARENT, POINT_LINK, TORSO, Z
 
 _SLACK = 1e-9
 
 
-def check_parts(spec: mujoco.MjSpec, name: str) -> None:
+def check_parts(spec: mujoco.MjSpec, name: str, robot: Robot) -> None:
     """Checks that a parsed model file has every named part, before the compiler stumbles over what refers to it.
 
     Args:
         spec: The model file.
         name: The file, for the error.
+        robot: Its description.
 
     Raises:
         InputError: It lacks a named part, has it in another place, or a body has no name.
@@ -31,15 +33,15 @@ def check_parts(spec: mujoco.MjSpec, name: str) -> None:
         if not body.name:
             inside = body.parent.name or "an unnamed body"
             raise InputError(
-                f"{name}: a body inside '{inside}' has no name; expected exactly the bodies {', '.join(LINKS)}"
+                f"{name}: a body inside '{inside}' has no name; expected exactly the bodies {', '.join(robot.links)}"
             )
     kinds = (
-        ("body", LINKS, bodies),
-        ("joint", JOINTS, spec.joints),
-        ("actuator", ACTUATORS, spec.actuators),
-        ("site", POINTS, spec.sites),
-        ("contact pair", POINTS, spec.pairs),
-        ("geom", ("ground", *POINTS), spec.geoms),
+        ("body", robot.links, bodies),
+        ("joint", robot.joints, spec.joints),
+        ("actuator", robot.actuators, spec.actuators),
+        ("site", robot.points, spec.sites),
+        ("contact pair", robot.points, spec.pairs),
+        ("geom", (robot.contact.ground, *robot.points), spec.geoms),
     )
     for kind, wanted, parts in kinds:
         there = [part.name for part in parts]
@@ -48,101 +50,122 @@ def check_parts(spec: mujoco.MjSpec, name: str) -> None:
                 spare = [other for other in there if other and other not in wanted]
                 hint = nearest(part, spare) if spare else f"there are: {', '.join(there)}"
                 raise InputError(f"{name}: {kind} '{part}': missing; {hint}")
-    for i, joint in enumerate(JOINTS):
-        link, there = LINKS[max(0, i - 2)], spec.joint(joint).parent.name
+    for i, joint in enumerate(robot.joints):
+        link, there = robot.links[max(TORSO, i - LINK_DOF)], spec.joint(joint).parent.name
         if there != link:
             raise InputError(f"{name}: joint '{joint}': expected in body '{link}', got in body '{there}'")
 
 
-def check_model(model: mujoco.MjModel, name: str) -> None:
+def check_model(model: mujoco.MjModel, name: str, robot: Robot) -> None:
     """Checks a compiled model file.
 
     Args:
         model: The model.
         name: The file, for the error.
+        robot: Its description.
 
     Raises:
-        InputError: It has other parts or another order, or is not planar.
+        InputError: It has other parts, another tree, or is not planar.
     """
-    _exactly(model, name)
-    _bodies(model, name)
-    _joints(model, name)
-    _motors(model, name)
-    _contacts(model, name)
+    _exactly(model, name, robot)
+    _bodies(model, name, robot)
+    _joints(model, name, robot)
+    _motors(model, name, robot)
+    _contacts(model, name, robot)
 
 
-def _exactly(model: mujoco.MjModel, name: str) -> None:
+def _exactly(model: mujoco.MjModel, name: str, robot: Robot) -> None:
+    joints = [model.joint(i).name for i in range(model.njnt)]
     kinds = (
-        ("bodies", LINKS, [model.body(i).name for i in range(1, model.nbody)]),
-        ("joints", JOINTS, [model.joint(i).name for i in range(model.njnt)]),
-        ("actuators", ACTUATORS, [model.actuator(i).name for i in range(model.nu)]),
-        ("contact pairs", POINTS, [model.pair(i).name for i in range(model.npair)]),
+        ("bodies", robot.links, [model.body(i).name for i in range(1, model.nbody)]),
+        ("joints", robot.joints, joints),
+        ("actuators", robot.actuators, [model.actuator(i).name for i in range(model.nu)]),
+        ("contact pairs", robot.points, [model.pair(i).name for i in range(model.npair)]),
     )
     for parts, wanted, there in kinds:
-        if tuple(there) != wanted:
-            raise InputError(
-                f"{name}: {parts}: expected exactly {', '.join(wanted)} in this order, got {', '.join(there)}"
-            )
+        if sorted(there) != sorted(wanted):
+            raise InputError(f"{name}: {parts}: expected exactly {', '.join(wanted)}, got {', '.join(there)}")
+    # Legs may come in any order; Pinocchio makes one joint of the torso's three, whose order stays.
+    if tuple(joints[:BASE]) != robot.base.joints:
+        raise InputError(
+            f"{name}: joints: expected {', '.join(robot.base.joints)} first and in this order, got {', '.join(joints)}"
+        )
 
 
-def _bodies(model: mujoco.MjModel, name: str) -> None:
-    for link, up in zip(LINKS, PARENT, strict=True):
+def _bodies(model: mujoco.MjModel, name: str, robot: Robot) -> None:
+    for link, up in zip(robot.links, PARENT, strict=True):
         parent = model.body(model.body_parentid[model.body(link).id]).name
-        expected = "world" if up < 0 else LINKS[up]
+        expected = "world" if up < 0 else robot.links[up]
         if parent != expected:
             raise InputError(f"{name}: body '{link}': expected inside '{expected}', got inside '{parent}'")
-    torso = model.body("torso").id
+    torso = model.body(robot.base.link).id
     if np.abs(model.body_pos[torso]).max() + np.abs(model.body_ipos[torso]).max() > _SLACK:
-        raise InputError(f"{name}: body 'torso': expected its frame and centre of mass at the world's origin")
+        raise InputError(
+            f"{name}: body '{robot.base.link}': expected its frame and centre of mass at the world's origin"
+        )
 
 
-def _joints(model: mujoco.MjModel, name: str) -> None:
-    for i, joint in enumerate(JOINTS):
+def _joints(model: mujoco.MjModel, name: str, robot: Robot) -> None:
+    for i, joint in enumerate(robot.joints):
+        at = model.joint(joint).id
+        slides = i <= Z
         axis = ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0))[min(i, 2)]
-        kind = mujoco.mjtJoint.mjJNT_SLIDE if i < 2 else mujoco.mjtJoint.mjJNT_HINGE
+        kind = mujoco.mjtJoint.mjJNT_SLIDE if slides else mujoco.mjtJoint.mjJNT_HINGE
         if (
-            model.jnt_type[i] != kind
-            or np.abs(model.jnt_axis[i] - axis).max() > _SLACK
-            or np.abs(model.jnt_pos[i]).max() > _SLACK
+            model.jnt_type[at] != kind
+            or np.abs(model.jnt_axis[at] - axis).max() > _SLACK
+            or np.abs(model.jnt_pos[at]).max() > _SLACK
         ):
-            word = "slide" if i < 2 else "hinge"
+            word = "slide" if slides else "hinge"
             raise InputError(
                 f"{name}: joint '{joint}': expected axis {' '.join(f'{a:g}' for a in axis)} of a {word} at its body's "
                 "origin"
             )
+        limited = bool(model.jnt_limited[at])
+        if joint in robot.stops:
+            if not limited or model.jnt_range[at, 1] != 0.0:
+                raise InputError(f"{name}: joint '{joint}': expected a range that ends at 0, where its stop is")
+        elif limited:
+            raise InputError(
+                f"{name}: joint '{joint}': expected no range: only {', '.join(robot.stops)} "
+                "have stops that the controller and the home engine know"
+            )
 
 
-def _motors(model: mujoco.MjModel, name: str) -> None:
-    for i, motor in enumerate(ACTUATORS):
+def _motors(model: mujoco.MjModel, name: str, robot: Robot) -> None:
+    for motor, joint in zip(robot.actuators, robot.joints[BASE:], strict=True):
+        i = model.actuator(motor).id
         drives = model.actuator_trntype[i] == mujoco.mjtTrn.mjTRN_JOINT
         direct = model.actuator_gear[i, 0] == 1.0 and model.actuator_gainprm[i, 0] == 1.0
         if (
             not (drives and direct)
-            or model.joint(model.actuator_trnid[i, 0]).name != motor
+            or model.joint(model.actuator_trnid[i, 0]).name != joint
             or model.actuator_biastype[i] != mujoco.mjtBias.mjBIAS_NONE
             or model.actuator_dyntype[i] != mujoco.mjtDyn.mjDYN_NONE
         ):
             raise InputError(
-                f"{name}: actuator '{motor}': expected a motor on joint '{motor}' with gear 1, so that its control is "
+                f"{name}: actuator '{motor}': expected a motor on joint '{joint}' with gear 1, so that its control is "
                 "the joint's torque"
             )
 
 
-def _contacts(model: mujoco.MjModel, name: str) -> None:
-    ground = model.geom("ground")
+def _contacts(model: mujoco.MjModel, name: str, robot: Robot) -> None:
+    floor, radius = robot.contact.ground, robot.contact.radius
+    ground = model.geom(floor)
     upright = np.abs(ground.quat - [1.0, 0.0, 0.0, 0.0]).max() < _SLACK
     if ground.type[0] != mujoco.mjtGeom.mjGEOM_PLANE or ground.bodyid[0] != 0 or ground.pos[2] != 0.0 or not upright:
-        raise InputError(f"{name}: geom 'ground': expected the level plane z = 0 (a slope is set in the scenario)")
-    for point, link in zip(POINTS, POINT_LINK, strict=True):
+        raise InputError(f"{name}: geom '{floor}': expected the level plane z = 0 (a slope is set in the scenario)")
+    for point, number in zip(robot.points, POINT_LINK, strict=True):
+        link = robot.links[number]
         geom, site, pair = model.geom(point), model.site(point), model.pair(point)
-        if {model.geom(int(pair.geom1[0])).name, model.geom(int(pair.geom2[0])).name} != {"ground", point}:
-            raise InputError(f"{name}: contact pair '{point}': expected between geoms 'ground' and '{point}'")
-        if geom.type[0] != mujoco.mjtGeom.mjGEOM_SPHERE or abs(geom.size[0] - POINT_RADIUS) > 1e-3 * POINT_RADIUS:
-            raise InputError(f"{name}: geom '{point}': expected a sphere of size {POINT_RADIUS:g}, a contact point")
+        if {model.geom(int(pair.geom1[0])).name, model.geom(int(pair.geom2[0])).name} != {floor, point}:
+            raise InputError(f"{name}: contact pair '{point}': expected between geoms '{floor}' and '{point}'")
+        if geom.type[0] != mujoco.mjtGeom.mjGEOM_SPHERE or abs(geom.size[0] - radius) > 1e-3 * radius:
+            raise InputError(f"{name}: geom '{point}': expected a sphere of size {radius:g}, a contact point")
         for what, body in (("geom", geom.bodyid[0]), ("site", site.bodyid[0])):
-            if model.body(body).name != LINKS[link]:
+            if model.body(body).name != link:
                 raise InputError(
-                    f"{name}: {what} '{point}': expected in body '{LINKS[link]}', got in '{model.body(body).name}'"
+                    f"{name}: {what} '{point}': expected in body '{link}', got in '{model.body(body).name}'"
                 )
         if np.abs(geom.pos - site.pos).max() > _SLACK:
             raise InputError(

@@ -1,7 +1,8 @@
 """models/*.xml → a MuJoCo model with only what the run needs, and Pinocchio's model of the same file.
 
-Coordinates of both: qpos = (x, z of the torso's centre of mass, pitch, hip, knee, ankle right, the same left); the
-plane of motion is fixed to the ground, so a slope is a direction of gravity.
+Coordinates are x, z of the torso's centre of mass, pitch, then hip, knee and ankle leg by leg. Pinocchio's model has
+them in this canonical order; MuJoCo's has the file's (`biped.robot.order`). The plane of motion is fixed to the
+ground, so a slope is a direction of gravity.
 """
 
 from __future__ import annotations
@@ -17,9 +18,12 @@ import numpy as np
 import pinocchio
 
 from biped.base.errors import InputError
-from biped.base.files import label, nearest
+from biped.base.files import description_of, label, nearest
 from biped.robot.check import check_model, check_parts
-from biped.robot.tree import JOINTS, LINKS, PARENT, POINT_LINK, POINTS, Tree, tree_of
+from biped.robot.description import Robot, robot_at
+from biped.robot.order import Order, order_of
+from biped.robot.topology import BASE, NU, PARENT, POINT_LINK
+from biped.robot.tree import Tree, tree_of
 from biped.scenario.keys import Ground, Scenario, Simulation, Truth
 
 GRAVITY = 9.81
@@ -34,12 +38,12 @@ class Foreign(NamedTuple):
 
     Attributes:
         model: Compiled MuJoCo model.
-        points: Geom numbers of the four contact points.
+        order: Where it has what.
         tree: Its lengths and masses.
     """
 
     model: mujoco.MjModel
-    points: np.ndarray
+    order: Order
     tree: Tree
 
 
@@ -48,25 +52,30 @@ def gravity(slope: float) -> tuple[float, float]:
     return -GRAVITY * math.sin(math.radians(slope)), -GRAVITY * math.cos(math.radians(slope))
 
 
+def _version(path: Path) -> tuple[str, float, float]:
+    """A model file as it is now, with its description."""
+    return str(path), path.stat().st_mtime, description_of(path).stat().st_mtime
+
+
 @lru_cache(maxsize=8)
-def _spec(path: str, modified: float) -> mujoco.MjSpec:
-    """Parses and checks a model file once per version of it."""
-    name = label(Path(path))
+def _checked(path: str, modified: float, described: float) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
+    """Parses, compiles and checks a model file once per version of it."""
+    name, robot = label(Path(path)), robot_at(Path(path))
     try:
         spec = mujoco.MjSpec.from_file(path)
-        check_parts(spec, name)
+        check_parts(spec, name, robot)
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # what MuJoCo only warns of (a singular inertia) no run survives
             model = spec.compile()
     except (ValueError, UserWarning, mujoco.FatalError) as error:
         raise InputError(f"{name}: not a model MuJoCo can compile: {' '.join(str(error).split())}") from None
-    check_model(model, name)
-    return spec
+    check_model(model, name, robot)
+    return spec, model
 
 
 def spec_of(path: Path) -> mujoco.MjSpec:
     """A private copy of the parsed model file."""
-    return _spec(str(path), path.stat().st_mtime).copy()
+    return _checked(*_version(path))[0].copy()
 
 
 def true_tree(tree: Tree, truth: Truth) -> Tree:
@@ -83,9 +92,9 @@ def true_tree(tree: Tree, truth: Truth) -> Tree:
     )
 
 
-def _apply_truth(spec: mujoco.MjSpec, truth: Truth) -> None:
+def _apply_truth(spec: mujoco.MjSpec, truth: Truth, robot: Robot) -> None:
     """Scales masses, inertias and lengths in a parsed model."""
-    for i, link in enumerate(LINKS):
+    for i, link in enumerate(robot.links):
         body = spec.body(link)
         length = truth.length[i]
         body.mass *= truth.mass[i]
@@ -95,7 +104,7 @@ def _apply_truth(spec: mujoco.MjSpec, truth: Truth) -> None:
             part.pos = part.pos * length
         for geom in body.geoms:
             geom.fromto = geom.fromto * length
-    for joint in JOINTS[3:]:
+    for joint in robot.joints[BASE:]:
         # MuJoCo 4 keeps a polynomial in the rate: linear, quadratic and cubic coefficient.
         spec.joint(joint).damping = spec.joint(joint).damping + np.array([truth.joint_damping, 0.0, 0.0])
 
@@ -111,27 +120,30 @@ def compile_foreign(path: Path, scenario: Scenario, visuals: bool = False) -> Fo
         visuals: Keep geoms that are only looked at.
     """
     s = scenario
-    return _compiled(path, path.stat().st_mtime, s.ground, s.simulation, s.truth, torque_limits(s), visuals)
+    return _compiled(*_version(path), s.ground, s.simulation, s.truth, torque_limits(s), visuals)
 
 
 @lru_cache(maxsize=8)
 def _compiled(
-    path: Path,
+    file: str,
     modified: float,
+    described: float,
     ground: Ground,
     simulation: Simulation,
     truth: Truth,
     limits: tuple[float, ...],
     visuals: bool,
 ) -> Foreign:
-    spec = spec_of(path)
+    path = Path(file)
+    spec, robot = spec_of(path), robot_at(path)
     if not visuals:
-        for geom in [g for g in spec.geoms if g.name != "ground" and g.name not in POINTS]:
+        kept = (robot.contact.ground, *robot.points)
+        for geom in [g for g in spec.geoms if g.name not in kept]:
             spec.delete(geom)
         for light in list(spec.lights):
             spec.delete(light)
     if truth != Truth():
-        _apply_truth(spec, truth)
+        _apply_truth(spec, truth, robot)
     option = spec.option
     option.timestep = simulation.timestep
     option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{simulation.integrator.upper()}")
@@ -145,28 +157,28 @@ def _compiled(
     for pair in spec.pairs:
         pair.friction = [ground.friction, ground.friction, 0.005, 0.0001, 0.0001]
         pair.solref = solref
-    for knee in ("right_knee", "left_knee"):
-        spec.joint(knee).solref_limit = solref
-    for actuator, limit in zip(spec.actuators, limits, strict=True):
-        actuator.ctrlrange = [-limit, limit]
+    for stop in robot.stops:
+        spec.joint(stop).solref_limit = solref
+    for actuator, limit in zip(robot.actuators, limits, strict=True):
+        spec.actuator(actuator).ctrlrange = [-limit, limit]
     model = spec.compile()
-    points = np.array([model.geom(point).id for point in POINTS])
-    return Foreign(model, points, tree_of(model, label(path)))
+    return Foreign(model, order_of(model, robot), tree_of(model, label(path), robot))
 
 
 def torque_limits(scenario: Scenario) -> tuple[float, ...]:
     """The six torque limits [N m] of a scenario."""
     limit = scenario.actuation.torque_limit
-    return limit if isinstance(limit, tuple) else (limit,) * 6
+    return limit if isinstance(limit, tuple) else (limit,) * NU
 
 
 def posture_of(path: Path, name: str) -> tuple[np.ndarray, tuple[str, ...]]:
-    """A named start posture: joint coordinates (9,) and the points that touch the ground.
+    """A named start posture: joint coordinates (9,), canonical order, and the points that touch the ground.
 
     Raises:
         InputError: The model has no such keyframe, or names points that do not exist.
     """
-    spec = spec_of(path)
+    spec, model = _checked(*_version(path))
+    robot = robot_at(path)
     keys = {key.name: key for key in spec.keys}
     if name not in keys:
         raise InputError(
@@ -174,11 +186,11 @@ def posture_of(path: Path, name: str) -> tuple[np.ndarray, tuple[str, ...]]:
         )
     contacts = tuple(next((text.data for text in spec.texts if text.name == name), "").split())
     for contact in contacts:
-        if contact not in POINTS:
+        if contact not in robot.points:
             raise InputError(
-                f"{label(path)}: text '{name}': '{contact}' is no contact point; {nearest(contact, list(POINTS))}"
+                f"{label(path)}: text '{name}': '{contact}' is no contact point; {nearest(contact, list(robot.points))}"
             )
-    return np.array(keys[name].qpos), contacts
+    return np.array(keys[name].qpos)[order_of(model, robot).joints], contacts
 
 
 def bodies_of(path: Path) -> list[str]:
@@ -187,18 +199,42 @@ def bodies_of(path: Path) -> list[str]:
 
 
 @lru_cache(maxsize=4)
-def _pinocchio(path: str, modified: float) -> pinocchio.Model:
+def _pinocchio(path: str, modified: float, described: float) -> pinocchio.Model:
     try:
-        return pinocchio.buildModelFromMJCF(path)
+        return _canonical(pinocchio.buildModelFromMJCF(path), robot_at(Path(path)))
     except (ValueError, RuntimeError) as error:
         raise InputError(
             f"{label(Path(path))}: not a model Pinocchio can read: {' '.join(str(error).split())}"
         ) from error
 
 
+def _canonical(model: pinocchio.Model, robot: Robot) -> pinocchio.Model:
+    """Pinocchio's model with its legs in canonical order; the same one if they are."""
+    root, *there = list(model.names)[1:]
+    wanted = [root, *robot.joints[BASE:]]
+    if [root, *there] == wanted:
+        return model
+    out = pinocchio.Model()
+    out.name, number = model.name, {0: 0}
+    for name in wanted:
+        old = model.getJointId(name)
+        new = out.addJoint(number[model.parents[old]], model.joints[old], model.jointPlacements[old], name)
+        out.appendBodyToJoint(new, model.inertias[old], pinocchio.SE3.Identity())
+        at, to = model.joints[old].idx_v, out.joints[new].idx_v
+        size = model.joints[old].nv
+        for values in ("armature", "damping"):
+            getattr(out, values)[to : to + size] = getattr(model, values)[at : at + size]
+        number[old] = new
+    for frame in model.frames:
+        if frame.type == pinocchio.FrameType.OP_FRAME:
+            joint = number[frame.parentJoint]
+            out.addFrame(pinocchio.Frame(frame.name, joint, 0, frame.placement, frame.type))
+    return out
+
+
 def believed_model(path: Path, slope: float) -> pinocchio.Model:
     """Pinocchio's model of the file, which the controller computes with; gravity as on the scenario's slope."""
-    model = pinocchio.Model(_pinocchio(str(path), path.stat().st_mtime))
+    model = pinocchio.Model(_pinocchio(*_version(path)))
     g = gravity(slope)
     model.gravity.linear = np.array([g[0], 0.0, g[1]])
     return model
@@ -206,9 +242,9 @@ def believed_model(path: Path, slope: float) -> pinocchio.Model:
 
 def tree_at(path: Path) -> Tree:
     """Lengths and masses written in a model file; not to be written to."""
-    return _tree(str(path), path.stat().st_mtime)
+    return _tree(*_version(path))
 
 
 @lru_cache(maxsize=8)
-def _tree(path: str, modified: float) -> Tree:
-    return tree_of(_spec(path, modified).copy().compile(), label(Path(path)))
+def _tree(path: str, modified: float, described: float) -> Tree:
+    return tree_of(_checked(path, modified, described)[1], label(Path(path)), robot_at(Path(path)))

@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.robot.tree import ABSOLUTE_FROM_JOINT, POINTS, Tree, motion
+from biped.robot.topology import KNEE, N_POINTS, NQ, Z
+from biped.robot.tree import ABSOLUTE_FROM_JOINT, Tree, motion
 
-_KNEES = (4, 7)
 _STEPS = 50
 _TOLERANCE = 1e-12
 # [rad] A link that must turn by more makes another posture, not a settled one.
@@ -23,17 +23,18 @@ _TRAVEL = 100.0
 
 def _heights(tree: Tree, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Heights (4,) [m] of the points and their Jacobian (4, 9)."""
-    jacobian = motion(tree, np.broadcast_to(q, (9, 9)), np.eye(9)).point_velocity[..., 1].T
-    return motion(tree, q, np.zeros(9)).point[..., 1], jacobian
+    jacobian = motion(tree, np.broadcast_to(q, (NQ, NQ)), np.eye(NQ)).point_velocity[..., 1].T
+    return motion(tree, q, np.zeros(NQ)).point[..., 1], jacobian
 
 
-def project(tree: Tree, q: np.ndarray, contacts: tuple[str, ...]) -> np.ndarray:
+def project(tree: Tree, q: np.ndarray, contacts: tuple[str, ...], points: tuple[str, ...]) -> np.ndarray:
     """The nearest posture that stands on the ground z = 0 with the named contacts.
 
     Args:
         tree: Lengths of the biped.
         q: (9,) joint coordinates [m, rad].
         contacts: Names of points that touch; none: the lowest point touches.
+        points: Names of the robot's points.
 
     Returns:
         (9,) joint coordinates: named points at height 0 to 1e-12 m, the others not below it, no knee overstretched.
@@ -43,27 +44,27 @@ def project(tree: Tree, q: np.ndarray, contacts: tuple[str, ...]) -> np.ndarray:
     """
     q = np.array(q, dtype=float)
     if not contacts:
-        q[1] -= _heights(tree, q)[0].min()
+        q[Z] -= _heights(tree, q)[0].min()
         return q
     printed = q.copy()
-    touching = [POINTS.index(name) for name in contacts]
-    weight = np.ones(9)
-    weight[:2] = _TRAVEL
+    touching = [points.index(name) for name in contacts]
+    weight = np.ones(NQ)
+    weight[: Z + 1] = _TRAVEL
     step = np.linalg.inv(ABSOLUTE_FROM_JOINT) * weight
     low: set[int] = set()
     straight: set[int] = set()
     for _ in range(_STEPS):
         height, jacobian = _heights(tree, q)
-        low |= {i for i in range(4) if i not in touching and height[i] < -_TOLERANCE}
-        straight |= {j for j in _KNEES if q[j] > _TOLERANCE}
-        points = touching + sorted(low)
+        low |= {i for i in range(N_POINTS) if i not in touching and height[i] < -_TOLERANCE}
+        straight |= {j for j in KNEE if q[j] > _TOLERANCE}
+        standing = touching + sorted(low)
         stops = sorted(straight)
-        residual = np.concatenate([height[points], q[stops]])
+        residual = np.concatenate([height[standing], q[stops]])
         if np.abs(residual).max() < _TOLERANCE:
-            if np.abs(ABSOLUTE_FROM_JOINT @ (q - printed))[2:].max() > _FURTHEST:
+            if np.abs(ABSOLUTE_FROM_JOINT @ (q - printed))[Z + 1 :].max() > _FURTHEST:
                 break
             return q
-        rows = np.vstack([jacobian[points], np.eye(9)[stops]])
+        rows = np.vstack([jacobian[standing], np.eye(NQ)[stops]])
         q -= step @ (np.linalg.pinv(rows @ step, rcond=1e-9) @ residual)
     raise InputError(
         f"start.contacts: the posture cannot be put on the ground with {', '.join(contacts)} touching; "

@@ -1,45 +1,46 @@
 """The planar seven-link tree: what a model file says about lengths and masses, and forward kinematics from it.
 
-Links are numbered torso, right thigh, right shank, right foot, left thigh, left shank, left foot; contact points right
-toe, right heel, left toe, left heel; coordinates as in `biped.robot.model`. Vectors are (x, z), angles
+Links, coordinates and contact points are in the order of `biped.robot.topology`. Vectors are (x, z), angles
 counter-clockwise.
 """
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.jit import kernel
+from biped.robot.description import Robot
+from biped.robot.kinematics import PLACES, TREE, forward
+from biped.robot.topology import (
+    BASE,
+    CHAINS,
+    FOOT,
+    N_LINKS,
+    N_POINTS,
+    NQ,
+    PITCH,
+    SHANK,
+    TOE,
+    TORSO,
+    UPRIGHT,
+    X,
+    Z,
+)
 
-LINKS = ("torso", "right_thigh", "right_shank", "right_foot", "left_thigh", "left_shank", "left_foot")
-PARENT = (-1, 0, 1, 2, 0, 4, 5)
-JOINTS = (
-    "root_x", "root_z", "root_pitch",
-    "right_hip", "right_knee", "right_ankle", "left_hip", "left_knee", "left_ankle",
-)  # fmt: skip
-ACTUATORS = JOINTS[3:]
-POINTS = ("right_toe", "right_heel", "left_toe", "left_heel")
-POINT_LINK = (3, 3, 6, 6)
-POINT_RADIUS = 1e-6
-"""[m] of the spheres that stand for toe and heel in a model file."""
-CHAINS = ((0, 1, 2, 3), (0, 4, 5, 6))
-"""Links from the torso to the foot, right and left."""
-
-# Rates of the seven absolute link angles from the joint rates (columns root_pitch … left_ankle).
-_ABSOLUTE = np.zeros((7, 7))
+# Rates of the absolute link angles from the joint rates (columns pitch … second ankle).
+_ABSOLUTE = np.zeros((N_LINKS, N_LINKS))
 for _chain in CHAINS:
     for _i, _link in enumerate(_chain):
         for _above in _chain[: _i + 1]:
             _ABSOLUTE[_link, _above] = 1.0
 
-ABSOLUTE_FROM_JOINT = np.eye(9)
+ABSOLUTE_FROM_JOINT = np.eye(NQ)
 """(9, 9): thesis velocities (x, y, θ, θ1 … θ6)˙ = ABSOLUTE_FROM_JOINT @ joint velocities."""
-ABSOLUTE_FROM_JOINT[2:, 2:] = _ABSOLUTE
-ABSOLUTE_OFFSET = np.array([0.0, 0.0, 0.5, 0.5, 0.5, 0.0, 0.5, 0.5, 0.0]) * np.pi
+ABSOLUTE_FROM_JOINT[PITCH:, PITCH:] = _ABSOLUTE
+ABSOLUTE_OFFSET = np.array([*(0.0,) * PITCH, *UPRIGHT]) * np.pi
 """(9,) [m, rad]: thesis coordinates at zero joint coordinates: upright, feet flat."""
 
 
@@ -51,7 +52,7 @@ class Tree(NamedTuple):
         com: (7, 2) [m] centre of mass of each link.
         mass: (7,) [kg].
         inertia: (7,) [kg m²] about the centre of mass, around the hinge axis.
-        armature: (6,) [kg m²] reflected actuator inertia of hip, knee, ankle; right, then left.
+        armature: (6,) [kg m²] reflected actuator inertia of hip, knee, ankle; leg by leg.
         damping: (6,) [N m s/rad] viscous damping of the same joints.
         point: (4, 2) [m] toe and heel of each foot.
     """
@@ -67,22 +68,24 @@ class Tree(NamedTuple):
     @property
     def leg(self) -> float:
         """Length of the straight leg from hip to sole [m], as in the Froude number."""
-        return float(-self.joint[2, 1] - self.joint[3, 1] - self.point[0, 1])
+        return float(-self.joint[SHANK[0], 1] - self.joint[FOOT[0], 1] - self.point[TOE[0], 1])
 
 
-def tree_of(model, name: str) -> Tree:
+def tree_of(model, name: str, robot: Robot) -> Tree:
     """Reads the tree out of a compiled MuJoCo model.
 
     Args:
-        model: An `mujoco.MjModel` with the links, joints and sites named as in this module.
+        model: An `mujoco.MjModel` with the links, joints and sites that the description names.
         name: What to call the model in an error.
+        robot: The description.
 
     Raises:
         InputError: A body is turned out of the plane or its frame is rotated.
     """
-    bodies = [model.body(link).id for link in LINKS]
+    bodies = [model.body(link).id for link in robot.links]
+    driven = [int(model.joint(joint).dofadr[0]) for joint in robot.joints[BASE:]]
     upright = np.array([1.0, 0.0, 0.0, 0.0])
-    for link, body in zip(LINKS, bodies, strict=True):
+    for link, body in zip(robot.links, bodies, strict=True):
         if np.abs(model.body_quat[body] - upright).max() > 1e-9:
             raise InputError(f"{name}: body '{link}': expected a frame parallel to the world's (no quat, euler)")
     inertia = []
@@ -93,13 +96,13 @@ def tree_of(model, name: str) -> Tree:
         inertia.append((rotation @ np.diag(model.body_inertia[body]) @ rotation.T)[1, 1])
     planar = [0, 2]
     return Tree(
-        joint=np.array(model.body_pos[bodies][:, planar]) * (np.arange(7) > 0)[:, None],
+        joint=np.array(model.body_pos[bodies][:, planar]) * (np.arange(N_LINKS) > TORSO)[:, None],
         com=np.array(model.body_ipos[bodies][:, planar]),
         mass=np.array(model.body_mass[bodies]),
         inertia=np.array(inertia),
-        armature=np.array(model.dof_armature[3:]),
-        damping=np.array(model.dof_damping[3:]),
-        point=np.array(model.site_pos[[model.site(point).id for point in POINTS]][:, planar]),
+        armature=np.array(model.dof_armature[driven]),
+        damping=np.array(model.dof_damping[driven]),
+        point=np.array(model.site_pos[[model.site(point).id for point in robot.points]][:, planar]),
     )
 
 
@@ -151,45 +154,29 @@ def motion(tree: Tree, q: np.ndarray, v: np.ndarray) -> Motion:
     """
     shape = np.broadcast_shapes(q.shape, v.shape)[:-1]
     rows = int(np.prod(shape))
-    flat_q = np.ascontiguousarray(np.broadcast_to(q, (*shape, 9)).reshape(rows, 9), dtype=float)
-    flat_v = np.ascontiguousarray(np.broadcast_to(v, (*shape, 9)).reshape(rows, 9), dtype=float)
-    parts = [np.empty((rows, *size)) for size in ((7, 2), (7, 2), (7, 2), (4, 2), (4, 2), (7,), (7,))]
-    _forward(tree.joint, tree.com, tree.point, flat_q, flat_v, *parts, np.empty((7, 4)))
+    flat_q = np.ascontiguousarray(np.broadcast_to(q, (*shape, NQ)).reshape(rows, NQ), dtype=float)
+    flat_v = np.ascontiguousarray(np.broadcast_to(v, (*shape, NQ)).reshape(rows, NQ), dtype=float)
+    parts = [np.empty((rows, *size)) for size in (*((N_LINKS, 2),) * 3, *((N_POINTS, 2),) * 2, *((N_LINKS,),) * 2)]
+    record = np.zeros(1, TREE)
+    for name, value in tree._asdict().items():
+        record[name] = value
+    _forward(record, flat_q, flat_v, np.zeros(1, PLACES), *parts)
     return Motion(*(part.reshape(*shape, *part.shape[1:]) for part in parts))
 
 
 @kernel
-def _forward(joint, com, point, q, v, at, com_at, com_v, point_at, point_v, angle, rate, work):
-    """Fills the arrays of `Motion`, row by row: links hang on their parents, centres of mass and points on links."""
-    velocity, cosine, sine = work[:, :2], work[:, 2], work[:, 3]
+def _forward(tree, q, v, work, joint, com, com_velocity, point, point_velocity, angle, rate):
+    """Fills the arrays of `Motion`, row by row."""
+    at = work[0]
     for row in range(q.shape[0]):
-        for link in range(7):
-            up = link - 1 if link != 4 else 0
-            if link == 0:
-                angle[row, 0], rate[row, 0] = q[row, 2], v[row, 2]
-                at[row, 0, 0], at[row, 0, 1] = q[row, 0], q[row, 1]
-                velocity[0, 0], velocity[0, 1] = v[row, 0], v[row, 1]
-            else:
-                angle[row, link] = angle[row, up] + q[row, link + 2]
-                rate[row, link] = rate[row, up] + v[row, link + 2]
-                x = cosine[up] * joint[link, 0] - sine[up] * joint[link, 1]
-                z = sine[up] * joint[link, 0] + cosine[up] * joint[link, 1]
-                at[row, link, 0] = at[row, up, 0] + x
-                at[row, link, 1] = at[row, up, 1] + z
-                velocity[link, 0] = velocity[up, 0] - z * rate[row, up]
-                velocity[link, 1] = velocity[up, 1] + x * rate[row, up]
-            cosine[link], sine[link] = math.cos(angle[row, link]), math.sin(angle[row, link])
-            x = cosine[link] * com[link, 0] - sine[link] * com[link, 1]
-            z = sine[link] * com[link, 0] + cosine[link] * com[link, 1]
-            com_at[row, link, 0] = at[row, link, 0] + x
-            com_at[row, link, 1] = at[row, link, 1] + z
-            com_v[row, link, 0] = velocity[link, 0] - z * rate[row, link]
-            com_v[row, link, 1] = velocity[link, 1] + x * rate[row, link]
-        for i in range(4):
-            foot = 3 if i < 2 else 6
-            x = cosine[foot] * point[i, 0] - sine[foot] * point[i, 1]
-            z = sine[foot] * point[i, 0] + cosine[foot] * point[i, 1]
-            point_at[row, i, 0] = at[row, foot, 0] + x
-            point_at[row, i, 1] = at[row, foot, 1] + z
-            point_v[row, i, 0] = velocity[foot, 0] - z * rate[row, foot]
-            point_v[row, i, 1] = velocity[foot, 1] + x * rate[row, foot]
+        forward(tree[0], q[row], v[row], q[row, X], q[row, Z], at)
+        for k in range(N_LINKS):
+            angle[row, k], rate[row, k] = at["angle"][k], at["rate"][k]
+            for axis in range(2):
+                joint[row, k, axis] = at["joint"][k, axis]
+                com[row, k, axis] = at["com"][k, axis]
+                com_velocity[row, k, axis] = at["com_velocity"][k, axis]
+        for i in range(N_POINTS):
+            for axis in range(2):
+                point[row, i, axis] = at["point"][i, axis]
+                point_velocity[row, i, axis] = at["point_velocity"][i, axis]

@@ -1,7 +1,8 @@
 """What a user writes: a scenario file, typed. Reading and checking it is `biped.scenario.reading`.
 
 Every field of these records is a key of the TOML file; the defaults are the settings of the published results in
-docs/. Units are SI; angles in files are degrees where the key says so and radians otherwise.
+docs/, obtained with the human; a robot's description may say otherwise (`[scenario]` in models/*.toml). Units are SI;
+angles in files are degrees where the key says so and radians otherwise.
 """
 
 from __future__ import annotations
@@ -62,6 +63,7 @@ class Actuation(Section, frozen=True):
         release_force: Pull [N] beyond which a touching point is not a constraint.
         torque_limit: [N m] of every joint, or six limits: hip, knee, ankle, right then left.
         limit: What happens beyond the limit: `clip`, or the `bounded` form of (3.13).
+        solver: Who solves the bounded form: the exact `active_set`, or a package, for comparison.
         null_torque: u_0 (6,) [N m] of (4.7), the torques preferred where the solution is not unique.
         single_tangential: One tangential row per flat foot instead of two that say the same.
         rank_tolerance: Relative size below which a row of C is dependent.
@@ -74,6 +76,7 @@ class Actuation(Section, frozen=True):
     # (A fixed-length tuple of constrained numbers in a union crashes msgspec 0.22.)
     torque_limit: Positive | Annotated[tuple[Positive, ...], Meta(min_length=6, max_length=6)] = 200.0
     limit: Literal["clip", "bounded"] = "clip"
+    solver: Literal["active_set", "daqp", "quadprog", "osqp"] = "active_set"
     null_torque: Six | None = None
     single_tangential: bool = False
     rank_tolerance: Annotated[float, Meta(gt=0, lt=1)] = 1e-4

@@ -13,7 +13,7 @@ import msgspec
 from msgspec.structs import replace
 
 from biped.base.errors import InputError
-from biped.base.files import canonical, label, layered, locate, merge, nearest
+from biped.base.files import canonical, description_of, label, layered, locate, merge, nearest, read_toml
 from biped.scenario.gains import GAINS, Gains
 from biped.scenario.keys import Scenario
 from biped.scenario.valid import convert, known_keys, possible
@@ -39,7 +39,35 @@ def _layers(name: str, changes: Sequence[str]) -> tuple[dict[str, Any], dict[str
     data, origin = layered(path, "scenarios")
     for change in changes:
         merge(data, _change(change), origin, COMMAND_LINE)
+    _on_robot(data, origin)
     return data, origin, path
+
+
+def _on_robot(data: dict[str, Any], origin: dict[str, Path]) -> None:
+    """Lays what the robot's description says of scenarios under what this one says.
+
+    The step back is none of a robot's habits: its numbers are the robot's, but a scenario asks for it.
+    """
+    name = data.get("model", "human")
+    beside = origin["model"].parent if "model" in origin else None
+    try:
+        path = description_of(locate("models", name, "", beside))
+    except (InputError, AttributeError):
+        return  # a model that is not there, or no name at all, is refused where the scenario is checked
+    habits = read_toml(path).get("scenario", {})
+    if not isinstance(habits, dict):
+        raise InputError(f"{label(path)}: scenario: expected a table, [scenario], got {habits!r}")
+    if "backstep" not in data:
+        habits.pop("backstep", None)
+    _lay_under(data, habits, origin, path)
+
+
+def _lay_under(data: dict[str, Any], below: dict[str, Any], origin: dict[str, Path], path: Path, at: str = "") -> None:
+    for key, value in below.items():
+        if key not in data:
+            merge(data, {key: value}, origin, path, at)
+        elif isinstance(value, dict) and isinstance(data[key], dict):
+            _lay_under(data[key], value, origin, path, f"{at}{key}.")
 
 
 @contextmanager

@@ -68,7 +68,7 @@ MODELS = tuple(
         ("model with an extra body", ("bodies: expected exactly torso", "backpack"),
          swap('<body name="right_thigh"', '<body name="backpack"><inertial pos="0 0 0" mass="1" '
               'diaginertia="0.1 0.1 0.1"/></body><body name="right_thigh"')),
-        ("model with joints in another order", ("joints: expected exactly root_x, root_z", "in this order"),
+        ("model with joints in another order", ("joints: expected root_x, root_z, root_pitch first", "in this order"),
          model(lambda text: text.replace('"root_x"', '"tmp"').replace('"root_z"', '"root_x"')
                .replace('"tmp"', '"root_z"'))),
         ("model with a joint on the wrong body", ("joint 'right_knee'", "body 'right_shank'"),

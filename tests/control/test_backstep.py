@@ -19,22 +19,22 @@ ON = Scenario(actuation=Actuation(torque_limit=1e9), backstep=Backstep(margin=0.
 
 def falls_back(c, place: float, speed: float, contacts: dict[int, float]) -> bool:
     """Whether a torso 1 m above the ground falls back over contacts (point to place [m]); both legs begin swinging."""
-    c["believed"][:] = 0
+    c["memory"]["believed"][:] = 0
     for point, x in contacts.items():
-        c["believed"][point] = 1
-        c["position"][point, 0] = x
-    c["phase"][:] = [0, 2] if contacts else [2, 2]
+        c["memory"]["believed"][point] = 1
+        c["at"]["point"][point, 0] = x - place
+    c["memory"]["phase"][:] = [0, 2] if contacts else [2, 2]
     step_back(c, np.array([place, 1.0, *[0.0] * 7]), np.array([speed, *[0.0] * 8]))
-    return bool(c["back"])
+    return bool(c["memory"]["back"])
 
 
 def test_it_falls_back_when_its_extrapolated_centre_is_behind_every_contact():
     c = Bench(ON).c
     reach = math.sqrt(1.0 / 9.81)
     assert falls_back(c, -0.06, 0.0, {1: 0.0})
-    assert c["phase"].tolist() == [0, 3], "the leg in the air is extended, the other stands"
+    assert c["memory"]["phase"].tolist() == [0, 3], "the leg in the air is extended, the other stands"
     assert not falls_back(c, -0.04, 0.0, {1: 0.0})
-    assert c["phase"].tolist() == [0, 2]
+    assert c["memory"]["phase"].tolist() == [0, 2]
     assert not falls_back(c, -0.06, 0.02 / reach, {1: 0.0})
     assert falls_back(c, 0.2, -0.26 / reach, {1: 0.0})
     assert not falls_back(c, -0.06, 0.0, {1: 0.0, 2: -0.3}), "the rear toe still stands"
@@ -54,18 +54,18 @@ def test_only_the_thigh_of_a_leg_that_steps_back_has_another_couple():
     for q, v in states(200, seed=4):
         on.tick(q, v), off.tick(q, v)
         c, plain = on.c, off.c
-        if not c["back"]:
-            np.testing.assert_array_equal(c["Q_d"], plain["Q_d"])
+        if not c["memory"]["back"]:
+            np.testing.assert_array_equal(c["tick"]["Q_d"], plain["tick"]["Q_d"])
             continue
         for leg in range(2):
-            if c["phase"][leg] != 3:
-                assert c["Q_d"][3 + 3 * leg] == plain["Q_d"][3 + 3 * leg]
+            if c["memory"]["phase"][leg] != 3:
+                assert c["tick"]["Q_d"][3 + 3 * leg] == plain["tick"]["Q_d"][3 + 3 * leg]
                 continue
             seen += 1
             thigh = q[2] + q[3 + 3 * leg] + np.pi / 2
             couple = -300.0 * (thigh - np.radians(60.0)) - 10.0 * (v[2] + v[3 + 3 * leg])
-            assert c["Q_d"][3 + 3 * leg] == pytest.approx(couple)
-            assert c["Q_d"][4 + 3 * leg] == pytest.approx(-30.0 * q[4 + 3 * leg] - 5.0 * v[4 + 3 * leg])
+            assert c["tick"]["Q_d"][3 + 3 * leg] == pytest.approx(couple)
+            assert c["tick"]["Q_d"][4 + 3 * leg] == pytest.approx(-30.0 * q[4 + 3 * leg] - 5.0 * v[4 + 3 * leg])
     assert seen > 20
 
 

@@ -17,12 +17,12 @@ def test_bias_forces_are_pinocchios(slope):
         q[0] = 50.0  # far along the road
         bench.tick(q, v)
         h = pinocchio.nonLinearEffects(model, data, q, v)
-        np.testing.assert_allclose(bench.c["h"], h, rtol=0, atol=1e-12 * np.abs(h).max())
+        np.testing.assert_allclose(bench.c["tick"]["h"], h, rtol=0, atol=1e-12 * np.abs(h).max())
 
 
 def test_without_the_release_test_no_bias_forces_are_computed():
     bench = Bench(Scenario(actuation=Actuation(contacts="touching")))
-    bench.c["h"] = np.nan
+    bench.c["tick"]["h"] = np.nan
     for q, v in states(5, seed=9):
         assert np.isfinite(bench.tick(q, v)).all()
-        assert np.isnan(bench.c["h"]).all()
+        assert np.isnan(bench.c["tick"]["h"]).all()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
@@ -19,18 +20,19 @@ def test_candidates_are_low_points_and_straight_knees():
         bench.tick(q, v)
         d = dynamics(q, v)
         assert bench.active == (*(d.height < 0.001), -q[4] < 0.02, -q[7] < 0.02)
-        np.testing.assert_allclose(bench.c["height"], d.height, atol=1e-13)
+        np.testing.assert_allclose(bench.c["tick"]["height"], d.height, atol=1e-13)
 
 
 def test_rows_and_their_accelerations():
     """A equals MuJoCo's Jacobians, b_v = -J̇v the finite differences of them."""
-    bench = Bench(Scenario(actuation=TOUCHING))
+    # A release test that drops nothing: b_v is its alone.
+    bench = Bench(Scenario(actuation=Actuation(torque_limit=1e9, release_force=1e12)), general=True)
     for q, v in states(60, 21, speed=5.0):
         bench.tick(q, v)
         A, b = rows_of(bench.active, dynamics(q, v), jdot_v(q, v))
-        m = bench.c["rows"]
-        np.testing.assert_allclose(bench.c["A"][:m], A, atol=1e-13)
-        np.testing.assert_allclose(bench.c["b_v"][:m], b, atol=1e-6 * max(1.0, np.abs(b).max(initial=0.0)))
+        m = bench.c["tick"]["rows"]
+        np.testing.assert_allclose(bench.c["work"]["A"][:m], A, atol=1e-13)
+        np.testing.assert_allclose(bench.c["work"]["b_v"][:m], b, atol=1e-6 * max(1.0, np.abs(b).max(initial=0.0)))
 
 
 def released(d, jv, q, Q_d, pull: float):
@@ -66,26 +68,28 @@ def compare(bench: Bench, states, slope: float = 0.0) -> tuple[int, int]:
     for q, v in states:
         u = bench.tick(q, v)
         d, jv = dynamics(q, v, slope), jdot_v(q, v)
-        active, clear = released(d, jv, q, bench.c["Q_d"], pull)
+        active, clear = released(d, jv, q, bench.c["tick"]["Q_d"], pull)
         if not clear:
             continue
         assert bench.active == tuple(active)
-        oracle = torques(d.M, rows_of(active, d, jv)[0], bench.c["Q_d"], 1e-4)
+        oracle = torques(d.M, rows_of(active, d, jv)[0], bench.c["tick"]["Q_d"], 1e-4)
         np.testing.assert_allclose(u, oracle, atol=1e-9 * max(1.0, np.abs(oracle).max()))
         compared += 1
         dropped += (np.array(active[:4]) != (d.height < 0.001)).any()
     return compared, dropped
 
 
-def test_release_at_random_states():
-    compared, dropped = compare(Bench(Scenario(actuation=FREE)), states(250, 22))
+@pytest.mark.parametrize("general", [False, True])
+def test_release_at_random_states(general):
+    compared, dropped = compare(Bench(Scenario(actuation=FREE), general), states(250, 22))
     assert compared > 100
     assert 20 < dropped < compared - 20
 
 
-def test_release_with_another_pull_and_a_slope():
+@pytest.mark.parametrize("general", [False, True])
+def test_release_with_another_pull_and_a_slope(general):
     act = Actuation(torque_limit=1e9, release_force=20.0)
-    bench = Bench(Scenario(actuation=act, ground=Ground(slope=5.0)))
+    bench = Bench(Scenario(actuation=act, ground=Ground(slope=5.0)), general)
     compared, dropped = compare(bench, states(100, 23), slope=5.0)
     assert compared > 40
     assert dropped > 10

@@ -21,13 +21,13 @@ def state(c, leg: int, toe: int, heel: int, knee: float, lead: float, thigh: flo
     """State 1 … 4 of a leg whose thigh is at `thigh` from upright and leads the other by `lead` [rad]."""
     q = np.zeros(9)
     q[4 + 3 * leg] = knee
-    c["believed"][:] = 0
-    c["believed"][2 * leg : 2 * leg + 2] = toe, heel
-    c["angle"][:] = 0.0
-    c["angle"][1 + 3 * leg] = thigh
-    c["angle"][4 - 3 * leg] = thigh - lead
+    c["memory"]["believed"][:] = 0
+    c["memory"]["believed"][2 * leg : 2 * leg + 2] = toe, heel
+    c["at"]["angle"][:] = 0.0
+    c["at"]["angle"][1 + 3 * leg] = thigh
+    c["at"]["angle"][4 - 3 * leg] = thigh - lead
     leg_states(c, q)
-    return int(c["phase"][leg]) + 1
+    return int(c["memory"]["phase"][leg]) + 1
 
 
 @pytest.mark.parametrize("leg", [0, 1])
@@ -61,9 +61,9 @@ def test_a_leg_that_landed_on_its_toe_is_in_stance(record, leg):
 
 def test_late_stance_is_measured_like_the_springs(record):
     """On a slope with angles from gravity the limit tilts with them."""
-    record["tilt"] = np.radians(5.0)
+    record["belief"]["tilt"] = np.radians(5.0)
     try:
         assert state(record, 0, 1, 0, BENT, 0.0, np.radians(5.1)) == 1
         assert state(record, 0, 1, 0, BENT, 0.0, np.radians(4.9)) == 2
     finally:
-        record["tilt"] = 0.0
+        record["belief"]["tilt"] = 0.0

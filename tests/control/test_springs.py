@@ -52,9 +52,9 @@ def test_desired_forces(slope, angles, tilt):
         bench.tick(q, v)
         q_abs, v_abs = np.linalg.solve(S, q - OFFSET), np.linalg.solve(S, v)
         q_abs[2:] += np.radians(tilt)
-        right, left = bench.c["phase"] + 1
+        right, left = bench.c["memory"]["phase"] + 1
         seen.add((int(right), int(left)))
         expected = np.linalg.inv(S).T @ wanted(q_abs, v_abs, right, left)  # Q_joint · v_joint = Q_abs · v_abs
         # Ankle springs act on the joint angle, which a common tilt leaves alone.
-        np.testing.assert_allclose(bench.c["Q_d"], expected, atol=1e-10)
+        np.testing.assert_allclose(bench.c["tick"]["Q_d"], expected, atol=1e-10)
     assert len(seen) > 6

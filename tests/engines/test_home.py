@@ -36,9 +36,9 @@ def walk():
     def advance(rigid, q, v, step, steps):
         true_advance(rigid, q, v, step, steps)
         w = rigid[0]
-        held.append(w["held"].copy())
-        active.append(w["active"].copy())
-        anchor.append(w["anchor"].copy())
+        held.append(w["contact"]["held"].copy())
+        active.append(w["contact"]["active"].copy())
+        anchor.append(w["contact"]["anchor"].copy())
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(home, "advance", advance)
@@ -100,12 +100,15 @@ def test_work_explains_all_energy_but_impact_losses_which_are_never_negative(nam
     trajectory, rigid = simulate_with_ledger(run)
     w = rigid[0]
     e = energy(
-        trajectory.tree, np.array([trajectory.q[0], w["q0"]]), np.array([trajectory.v[0], w["v0"]]), trajectory.slope
+        trajectory.tree,
+        np.array([trajectory.q[0], w["state"]["q0"]]),
+        np.array([trajectory.v[0], w["state"]["v0"]]),
+        trajectory.slope,
     )
-    assert w["impacts"] > 20
-    assert w["loss"] > 5.0
-    assert w["least_loss"] > -1e-9
-    assert e[1] - e[0] == pytest.approx(w["work"] - w["loss"], abs=1e-4)
+    assert w["ledger"]["impacts"] > 20
+    assert w["ledger"]["loss"] > 5.0
+    assert w["ledger"]["least_loss"] > -1e-9
+    assert e[1] - e[0] == pytest.approx(w["ledger"]["work"] - w["ledger"]["loss"], abs=1e-4)
     if run.scenario.truth.joint_damping == 0.0:  # which the metric does not know of
         # The metric sees only the log, once per tick, impacts within it included.
         assert measure(trajectory, (0.0, 4.0))["energy_residual"] < 0.01
@@ -117,7 +120,7 @@ def test_momentum_in_flight():
     assert not trajectory.force.any()
     # Torques act, and a knee hits its stop, but both are internal.
     assert np.abs(trajectory.u).max() > 10.0
-    assert rigid[0]["impacts"] == 1
+    assert rigid[0]["ledger"]["impacts"] == 1
     tree = trajectory.tree
     m = motion(tree, trajectory.q, trajectory.v)
     mass = tree.mass
@@ -148,10 +151,15 @@ def test_converges_with_the_fourth_power_of_the_step():
             short("level_normal_generalized", 0.5, f"simulation.timestep={1e-3 / part}")
         )
         w = rigid[0]
-        assert w["impacts"] > 5
-        end[part] = w["q0"].copy()
-        e = energy(trajectory.tree, np.array([trajectory.q[0], w["q0"]]), np.array([trajectory.v[0], w["v0"]]), 0.0)
-        left[part] = abs(e[1] - e[0] - w["work"] + w["loss"])
+        assert w["ledger"]["impacts"] > 5
+        end[part] = w["state"]["q0"].copy()
+        e = energy(
+            trajectory.tree,
+            np.array([trajectory.q[0], w["state"]["q0"]]),
+            np.array([trajectory.v[0], w["state"]["v0"]]),
+            0.0,
+        )
+        left[part] = abs(e[1] - e[0] - w["ledger"]["work"] + w["ledger"]["loss"])
     assert np.abs(end[1] - end[32]).max() < 1e-9
     assert np.abs(end[2] - end[32]).max() < 1e-10
     for coarse, fine in ((1, 2), (2, 4)):
@@ -183,7 +191,7 @@ def test_published_gaits_agree_with_mujoco(gait):
 def test_a_start_inside_the_ground_or_with_inconsistent_speed_settles():
     run = short("level_normal_generalized", 0.2, "start.v=[0.5,-0.4,0,0,0,0,0,0,0]")
     trajectory, rigid = simulate_with_ledger(run)
-    assert rigid[0]["impacts"] >= 1
+    assert rigid[0]["ledger"]["impacts"] >= 1
     moved = motion(trajectory.tree, trajectory.q, trajectory.v)
     assert moved.point[..., 1].min() > -1e-8
     sunk = short("level_normal_generalized", 0.2, "start.q=[0,1.24,1.5,1.86,1.86,0,1.23,1.23,0]", "start.settle=false")
@@ -227,8 +235,8 @@ def test_sixty_seconds_without_drift(gait, monkeypatch):
 
     def advance(rigid, q, v, step, steps):
         true_advance(rigid, q, v, step, steps)
-        active.append(rigid[0]["active"][:4].astype(bool))
-        anchor.append(rigid[0]["anchor"].copy())
+        active.append(rigid[0]["contact"]["active"][:4].astype(bool))
+        anchor.append(rigid[0]["contact"]["anchor"].copy())
 
     monkeypatch.setattr(home, "advance", advance)
     monkeypatch.setattr(home, "COMPILED", False)

@@ -10,8 +10,8 @@ import pytest
 
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
+from biped.robot.description import robot_at
 from biped.robot.model import compile_foreign
-from biped.robot.tree import POINTS
 from biped.scenario.keys import Scenario, Simulation, Start
 from tests.control.bench import HUMAN
 from tests.runs import SCENARIOS, made
@@ -44,7 +44,7 @@ def test_logged_forces_are_all_of_mujocos_constraint_forces(name):
     for k, model, data in again(name):
         total = np.zeros(9)
         total[[4, 7]] = t.stop[k]
-        for i, point in enumerate(POINTS):
+        for i, point in enumerate(robot_at(HUMAN).points):
             J = np.zeros((3, 9))
             # MuJoCo's contact lies half-way between the point and the ground above it.
             place = data.site(point).xpos * [1.0, 1.0, 0.5]

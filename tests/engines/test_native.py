@@ -12,7 +12,9 @@ import pytest
 from biped.engines import layout, native
 from biped.engines import mujoco as engine
 from biped.ensemble.plan import Plan
+from biped.robot.description import robot_at
 from biped.robot.model import compile_foreign
+from biped.robot.order import Order
 from biped.scenario.keys import Scenario, Start
 from tests.control.bench import HUMAN
 
@@ -21,7 +23,8 @@ SHORT = Scenario(duration=0.1, start=Start(posture="heel_toe"))
 
 @pytest.fixture(scope="module")
 def foreign():
-    return compile_foreign(HUMAN, SHORT)
+    compiled = compile_foreign(HUMAN, SHORT)
+    return compiled.model, compiled.order, robot_at(HUMAN).contact.radius
 
 
 def clock() -> int | None:
@@ -29,7 +32,7 @@ def clock() -> int | None:
 
 
 def test_compiled_code_can_step_here(foreign):
-    assert native.reason(foreign.model, foreign.points) == ""
+    assert native.reason(*foreign) == ""
 
 
 def test_remembered_offsets_are_those_that_mujoco_describes():
@@ -67,7 +70,12 @@ def no_addresses(patch):
     patch.setattr(native.mujoco, "MjData", Bare)
 
 
-BREAKS = {broken_offsets: "not where", unknown_version: "not described", no_library: "no single", no_addresses: "tell"}
+def another_order(patch):
+    patch.setattr(Order, "canonical", False)
+
+
+BREAKS = {broken_offsets: "not where", unknown_version: "not described", no_library: "no single", no_addresses: "tell",
+          another_order: "order of its own"}  # fmt: skip
 
 
 @pytest.mark.parametrize("breaks", BREAKS, ids=lambda b: b.__name__)
@@ -76,18 +84,18 @@ def test_what_does_not_hold_is_said_and_the_run_is_the_same(breaks, foreign, mon
     usual = engine.simulate(run)
     with monkeypatch.context() as patch:
         breaks(patch)
-        assert BREAKS[breaks] in native.reason(foreign.model, foreign.points)
+        assert BREAKS[breaks] in native.reason(*foreign)
         if breaks is not no_addresses:  # the Python loop needs data of its own
             np.testing.assert_array_equal(engine.simulate(run).log, usual.log)
     native._shared.cache_clear()
     native._library.cache_clear()
-    assert native.reason(foreign.model, foreign.points) == ""
+    assert native.reason(*foreign) == ""
 
 
 def test_another_versions_offsets_are_asked_for(foreign, monkeypatch):
     monkeypatch.delitem(native._OFFSETS, mujoco.mj_versionString())
     native._library.cache_clear()
-    assert native.reason(foreign.model, foreign.points) == ""
+    assert native.reason(*foreign) == ""
     assert mujoco.mj_versionString() in native._OFFSETS
     native._library.cache_clear()
 
@@ -133,7 +141,7 @@ def test_a_clock_of_the_users_own_is_left_alone(foreign):
     mujoco.set_mjcb_time(lambda: float(len(ticks)) if ticks.append(0) is None else 0.0)
     try:
         with native.without_clock():
-            mujoco.mj_step(foreign.model, mujoco.MjData(foreign.model))
+            mujoco.mj_step(foreign[0], mujoco.MjData(foreign[0]))
         assert ticks
         assert mujoco.get_mjcb_time() is not None
     finally:

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from biped.numerics.factor import (
-    cholesky,
     factor_rows,
     least_squares,
     pseudo_inverse,
@@ -98,19 +96,3 @@ def test_rank_tolerance_is_relative_to_the_longest_row():
     assert factored(B, 1e-7)[3] == 3
     assert factored(1e-9 * B, 1e-7)[3] == 3
     assert factored(np.zeros((3, 3)))[3] == 0
-
-
-def test_cholesky():
-    rng = np.random.default_rng(2)
-    X = rng.normal(size=(9, 9))
-    M, R = X @ X.T + np.eye(9), np.zeros((9, 9))
-    cholesky(np.triu(M) + np.tril(np.full((9, 9), np.nan), -1), R)  # the lower triangle is never read
-    np.testing.assert_allclose(np.triu(R).T @ np.triu(R), M, atol=1e-12)
-    np.testing.assert_allclose(np.triu(R), np.linalg.cholesky(M).T, atol=1e-12)
-
-
-@pytest.mark.parametrize("lowest", [0.0, -1.0])
-def test_cholesky_floors_the_pivots_of_an_indefinite_matrix(lowest):
-    M, R = np.diag([4.0, 9.0, lowest]), np.zeros((3, 3))
-    cholesky(M, R)
-    np.testing.assert_allclose(np.diag(R), [2.0, 3.0, np.sqrt(9e-10)])

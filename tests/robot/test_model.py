@@ -10,12 +10,11 @@ import pytest
 from biped.base.files import folder
 from biped.engines import mujoco as engine
 from biped.ensemble.plan import Plan
+from biped.robot.description import robot_at
 from biped.robot.model import believed_model, compile_foreign, gravity, posture_of, tree_at, true_tree
 from biped.robot.tree import (
     ABSOLUTE_FROM_JOINT,
     ABSOLUTE_OFFSET,
-    LINKS,
-    POINTS,
     absolute,
     from_absolute,
     motion,
@@ -24,6 +23,7 @@ from biped.scenario.keys import Ground, Scenario, Simulation, Start, Truth
 
 HUMAN = folder("models") / "human.xml"
 TREE = tree_at(HUMAN)
+ROBOT = robot_at(HUMAN)
 HEIGHT, MASS = 1.8, 75.0
 TABLE_3_1 = {  # l/L, l_c/l, m/M, r/l
     "torso": (0.288, 0.626, 0.678, 0.496),
@@ -56,7 +56,7 @@ def test_both_libraries_agree(slope):
         np.testing.assert_allclose(h, data.qfrc_bias, rtol=0, atol=1e-12 * np.abs(h).max())
         pinocchio.computeJointJacobians(theirs, work, q)
         pinocchio.updateFramePlacements(theirs, work)
-        for point in POINTS:
+        for point in ROBOT.points:
             J = np.zeros((3, 9))
             mujoco.mj_jacSite(model, data, J, None, model.site(point).id)
             frame = theirs.getFrameId(point)
@@ -78,12 +78,12 @@ def test_forward_kinematics_against_mujoco():
         speed = (TREE.mass[:, None] * whole.com_velocity[k]).sum(0) / TREE.mass.sum()
         np.testing.assert_allclose(centre, data.subtree_com[1, [0, 2]], atol=1e-12)
         np.testing.assert_allclose(speed, data.subtree_linvel[1, [0, 2]], atol=1e-11)
-        for i, point in enumerate(POINTS):
+        for i, point in enumerate(ROBOT.points):
             J = np.zeros((3, 9))
             mujoco.mj_jacSite(model, data, J, None, model.site(point).id)
             np.testing.assert_allclose(whole.point[k, i], data.site(point).xpos[[0, 2]], atol=1e-12)
             np.testing.assert_allclose(whole.point_velocity[k, i], (J @ v[k])[[0, 2]], atol=1e-11)
-        for i, link in enumerate(LINKS):
+        for i, link in enumerate(ROBOT.links):
             np.testing.assert_allclose(whole.com[k, i], data.body(link).xipos[[0, 2]], atol=1e-12)
             spin = np.zeros(6)
             mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_BODY, model.body(link).id, spin, 0)
@@ -106,7 +106,7 @@ def test_numbers_follow_from_table_3_1():
     np.testing.assert_allclose(TREE.point, [[0.75 * foot, -sole], [-0.25 * foot, -sole]] * 2, atol=1e-12)
     np.testing.assert_allclose(TREE.com[0], 0.0, atol=1e-12)
     np.testing.assert_allclose(TREE.com[[3, 6]], [[0.25 * foot, -sole / 2]] * 2, atol=1e-12)
-    for i, link in enumerate(LINKS):
+    for i, link in enumerate(ROBOT.links):
         length, centre, mass, radius = TABLE_3_1[link.rpartition("_")[2]]
         length *= HEIGHT
         assert TREE.mass[i] == pytest.approx(mass * MASS, rel=1e-12)
@@ -123,7 +123,7 @@ CAPTIONS = {
     "flat": [0, 1.24, 1.50, 1.86, 1.86, 0.00, 1.23, 1.23, 0.00],  # Fig 3.5
     "single": [0, 1.25, 1.30, 1.75, 1.75, 0.00, 1.20, 1.20, 0.00],  # Fig 3.6
 }
-STANDS_ON = {"heel_toe": {"right_heel", "left_toe"}, "flat": set(POINTS), "single": {"right_toe", "right_heel"}}
+STANDS_ON = {"heel_toe": {"right_heel", "left_toe"}, "flat": set(ROBOT.points), "single": {"right_toe", "right_heel"}}
 
 
 @pytest.mark.parametrize("name", CAPTIONS)

@@ -17,7 +17,8 @@ from biped.base.errors import InputError
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.robot.model import GRAVITY, compile_foreign, spec_of
-from biped.robot.tree import POINT_LINK, motion
+from biped.robot.topology import POINT_LINK
+from biped.robot.tree import motion
 from biped.scenario.reading import read_scenario, to_toml
 from biped.show.recording import Recorded, record
 from biped.show.recording.report import result

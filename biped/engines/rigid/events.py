@@ -13,6 +13,7 @@ from biped.engines.rigid.motion import gaps, impact, land
 from biped.engines.rigid.release import release
 from biped.engines.rigid.step import attempt, keep_stage
 from biped.engines.rigid.tree import place
+from biped.robot.topology import N_CONSTRAINTS, N_ROWS, NQ
 
 CUTS = 8
 """Events per step. Feet that rock from heel to toe and back have infinitely many in a finite time: after this many,
@@ -34,21 +35,22 @@ def advance(record, q, v, step, steps):
         steps: Number of steps in the tick.
     """
     w = record[0]
-    q0, v0 = w["q0"], w["v0"]
-    for j in range(9):
+    state, ledger, contact = w["state"], w["ledger"], w["contact"]
+    q0, v0 = state["q0"], state["v0"]
+    for j in range(NQ):
         q0[j], v0[j] = q[j], v[j]
-    for row in range(10):
-        w["impulse"][row] = 0.0
+    for row in range(N_ROWS):
+        ledger["impulse"][row] = 0.0
     for _ in range(steps):
-        for i in range(6):
-            w["held"][i] = 0
+        for i in range(N_CONSTRAINTS):
+            contact["held"][i] = 0
         release(w, q0, v0)
         keep_stage(w, 0)
         left, cuts = step, 0
         while left > 0.0:
             taken = left
             attempt(w, left)
-            event = cuts < CUTS + 6 and beyond_event(w)
+            event = cuts < CUTS + N_CONSTRAINTS and beyond_event(w)
             if event:
                 taken = locate(w, left)
             _accept(w, taken)
@@ -59,26 +61,27 @@ def advance(record, q, v, step, steps):
             if _arrive(w, q0, cuts >= CUTS):
                 impact(w, q0, v0)
             if cuts < CUTS:
-                for i in range(6):
-                    w["held"][i] = 0
+                for i in range(N_CONSTRAINTS):
+                    contact["held"][i] = 0
             release(w, q0, v0)
             keep_stage(w, 0)
         if cuts >= CUTS:
-            w["capped"] += 1
-    for j in range(9):
+            ledger["capped"] += 1
+    for j in range(NQ):
         q[j], v[j] = q0[j], v0[j]
 
 
 @kernel
 def _accept(w, h):
     """The tentative step becomes real: its impulses and work are booked."""
-    for row in range(10):
-        lam = w["k_lam"][:, row]
-        w["impulse"][row] += h / 6.0 * (lam[0] + 2.0 * (lam[1] + lam[2]) + lam[3])
-    power = w["k_power"]
-    w["work"] += h / 6.0 * (power[0] + 2.0 * (power[1] + power[2]) + power[3])
-    for j in range(9):
-        w["q0"][j], w["v0"][j] = w["q1"][j], w["v1"][j]
+    stages, ledger, state = w["stages"], w["ledger"], w["state"]
+    for row in range(N_ROWS):
+        lam = stages["lam"][:, row]
+        ledger["impulse"][row] += h / 6.0 * (lam[0] + 2.0 * (lam[1] + lam[2]) + lam[3])
+    power = stages["power"]
+    ledger["work"] += h / 6.0 * (power[0] + 2.0 * (power[1] + power[2]) + power[3])
+    for j in range(NQ):
+        state["q0"][j], state["v0"][j] = state["q1"][j], state["v1"][j]
 
 
 @kernel
@@ -88,17 +91,18 @@ def _arrive(w, q, last):
     What has only hopped comes to rest, by an impact that throws nothing else up: it is bilateral for all. So is
     everything, and until the step ends, once there have been too many events.
     """
+    contact, system, bracket = w["contact"], w["system"], w["bracket"]
     found, resting = False, False
-    for i in range(6):
-        if not w["active"][i]:
-            closing = w["gap_rate"][i] < 0.0 and w["gap"][i] < (NEAR if last else TOUCH)
-            if closing or (w["resting"][i] and w["gap"][i] < TOUCH):
+    for i in range(N_CONSTRAINTS):
+        if not contact["active"][i]:
+            closing = system["gap_rate"][i] < 0.0 and system["gap"][i] < (NEAR if last else TOUCH)
+            if closing or (bracket["resting"][i] and system["gap"][i] < TOUCH):
                 land(w, i, q)
                 found = True
-                resting = resting or w["resting"][i] == 1
-    for i in range(6):
-        if (last or resting) and w["active"][i]:
-            w["held"][i] = 1
+                resting = resting or bracket["resting"][i] == 1
+    for i in range(N_CONSTRAINTS):
+        if (last or resting) and contact["active"][i]:
+            contact["held"][i] = 1
     return found
 
 
@@ -106,14 +110,15 @@ def _arrive(w, q, last):
 def touch_down(record, q, v):
     """Makes the constraints that touch at the start of a run active, with the impact of their velocities."""
     w = record[0]
+    system = w["system"]
     place(w, q, v)
     gaps(w, q, v)
     moving = False
-    for i in range(6):
-        if w["gap"][i] < TOUCH and w["gap_rate"][i] < TOUCH:
+    for i in range(N_CONSTRAINTS):
+        if system["gap"][i] < TOUCH and system["gap_rate"][i] < TOUCH:
             land(w, i, q)
-            moving = moving or w["gap_rate"][i] < 0.0
-    for j in range(9):
+            moving = moving or system["gap_rate"][i] < 0.0
+    for j in range(NQ):
         moving = moving or v[j] != 0.0
     if moving:
         impact(w, q, v)

@@ -13,84 +13,88 @@ forces, or the impulses. Redundant rows cost nothing: y is unique, and λ the sh
 from __future__ import annotations
 
 from biped.base.jit import kernel
-from biped.control.constraints import back_through_R
 from biped.numerics.factor import (
     factor_rows,
     factor_tall,
     least_squares,
     reflect,
     reflect_back,
-    solve_transposed,
     transposed_minimum_norm,
 )
+from biped.numerics.triangular import solve_upper
+from biped.robot.topology import NQ
 
 RANK = 1e-10
-"""Relative size below which a row of C is dependent: between rounding and what a real force would need (thesis.md)."""
+"""Relative size below which a row of C is dependent: between rounding and what a real force would need."""
 
 MOST = 40
 """Most exchanges of the active-set solution: 6 unilateral rows need a handful; rounding must not make it endless."""
 
 
 @kernel
-def weigh_rows(w, m):
-    """Fills C = A R⁻¹ (m, 9)."""
-    A, C, R = w["A"], w["C"], w["R"]
-    for i in range(m):
-        for j in range(9):
-            C[i, j] = A[i, j]
-        solve_transposed(R, C[i])
-
-
-@kernel
 def factor_all(w, m):
     """Factors C (m, 9) into F; returns the rank."""
-    F, C = w["F"], w["C"]
+    work = w["work"]
+    F, C = work["F"], w["system"]["C"]
     for i in range(m):
-        for j in range(9):
+        for j in range(NQ):
             F[i, j] = C[i, j]
-    return factor_rows(F, m, 9, RANK, w["tau"], w["pivot"])
+    return factor_rows(F, m, NQ, RANK, work["tau"], work["pivot"])
 
 
 @kernel
 def shortest(w, m, rank):
     """Leaves y = C⁺d (9,) for the d (m,) of the record and the factors of `factor_all`."""
-    z, y = w["z"], w["y"]
-    least_squares(w["F"], m, rank, w["pivot"], w["L"], w["tau2"], w["d"], z)
-    for j in range(9):
+    work = w["work"]
+    z, y = work["z"], work["y"]
+    least_squares(work["F"], m, rank, work["pivot"], work["L"], work["tau2"], work["d"], z)
+    for j in range(NQ):
         y[j] = z[j] if j < rank else 0.0
-    reflect_back(w["F"], rank, 9, w["tau"], y)
+    reflect_back(work["F"], rank, NQ, work["tau"], y)
 
 
 @kernel
 def multipliers(w, m, rank):
     """Leaves the shortest λ (m,) with Cᵀλ = C⁺d in `multiplier`, after `shortest`."""
-    transposed_minimum_norm(w["F"], m, rank, w["pivot"], w["L"], w["tau2"], w["z"], w["multiplier"])
+    work = w["work"]
+    transposed_minimum_norm(
+        work["F"],
+        m,
+        rank,
+        work["pivot"],
+        work["L"],
+        work["tau2"],
+        work["z"],
+        work["multiplier"],
+    )
 
 
 @kernel
 def _least_squares_in(w, count):
     """Writes the λ of min ‖Cᵀλ - y₀‖ over the `count` chosen rows into `solved`, in the order chosen."""
-    F, C, x = w["F"], w["C"], w["x"]
+    work = w["work"]
+    F, C, x = work["F"], w["system"]["C"], work["x"]
     for i in range(count):
-        for j in range(9):
-            F[i, j] = C[w["chosen"][i], j]
-    rank = factor_rows(F, count, 9, RANK, w["tau"], w["pivot"])
-    for j in range(9):
-        x[j] = w["y"][j]
-    reflect(F, rank, 9, w["tau"], x)
+        for j in range(NQ):
+            F[i, j] = C[work["chosen"][i], j]
+    rank = factor_rows(F, count, NQ, RANK, work["tau"], work["pivot"])
+    for j in range(NQ):
+        x[j] = work["y"][j]
+    reflect(F, rank, NQ, work["tau"], x)
     for i in range(rank):
-        w["z"][i] = x[i]
+        work["z"][i] = x[i]
     if rank < count:
-        factor_tall(F, count, rank, w["L"], w["tau2"])
-    transposed_minimum_norm(F, count, rank, w["pivot"], w["L"], w["tau2"], w["z"], w["solved"])
+        factor_tall(F, count, rank, work["L"], work["tau2"])
+    transposed_minimum_norm(F, count, rank, work["pivot"], work["L"], work["tau2"], work["z"], work["solved"])
 
 
 @kernel
 def _choose(w, m):
+    work = w["work"]
     count = 0
     for i in range(m):
-        if w["passive"][i]:
-            w["chosen"][count] = i
+        if work["passive"][i]:
+            work["chosen"][count] = i
             count += 1
     return count
 
@@ -103,8 +107,9 @@ def unilateral(w, m):
         w: Record with C (m, 9), which rows are `signed`, and y₀ in `y`.
         m: Number of rows.
     """
+    work, system = w["work"], w["system"]
     lam, solved, passive, signed, C, y, r = (
-        w["multiplier"], w["solved"], w["passive"], w["signed"], w["C"], w["y"], w["r"],
+        work["multiplier"], work["solved"], work["passive"], system["signed"], system["C"], work["y"], work["r"],
     )  # fmt: skip
     for i in range(m):
         lam[i] = 0.0
@@ -117,23 +122,23 @@ def unilateral(w, m):
             _least_squares_in(w, count)
             step, leaving = 1.0, -1
             for c in range(count):
-                i = w["chosen"][c]
+                i = work["chosen"][c]
                 if signed[i] and solved[c] <= 0.0:
                     ratio = lam[i] / (lam[i] - solved[c]) if lam[i] > solved[c] else 0.0
                     if ratio < step or leaving < 0:
                         step, leaving = ratio, i
             for c in range(count):
-                i = w["chosen"][c]
+                i = work["chosen"][c]
                 lam[i] += step * (solved[c] - lam[i])
             if leaving < 0:
                 break
             lam[leaving] = 0.0
             passive[leaving] = 0
         # The row that the residual violates most joins; none is violated at the solution.
-        for j in range(9):
+        for j in range(NQ):
             r[j] = y[j]
         size = 0.0
-        for j in range(9):
+        for j in range(NQ):
             for i in range(m):
                 r[j] -= C[i, j] * lam[i]
             size += y[j] * y[j]
@@ -142,7 +147,7 @@ def unilateral(w, m):
             if passive[i] or i == newest:
                 continue
             s, length = 0.0, 0.0
-            for j in range(9):
+            for j in range(NQ):
                 s += C[i, j] * r[j]
                 length += C[i, j] * C[i, j]
             if s > 0.0 and s * s > worst * length:
@@ -155,7 +160,7 @@ def unilateral(w, m):
         _least_squares_in(w, count)
         newest = -1
         for c in range(count):
-            if w["chosen"][c] == joining and solved[c] <= 0.0:
+            if work["chosen"][c] == joining and solved[c] <= 0.0:
                 passive[joining] = 0
                 newest = joining
 
@@ -163,9 +168,10 @@ def unilateral(w, m):
 @kernel
 def change(w, m, out):
     """Writes Δ = R⁻¹Cᵀλ (9,) for the λ in `multiplier` into out."""
-    for j in range(9):
+    system = w["system"]
+    for j in range(NQ):
         s = 0.0
         for i in range(m):
-            s += w["C"][i, j] * w["multiplier"][i]
+            s += system["C"][i, j] * w["work"]["multiplier"][i]
         out[j] = s
-    back_through_R(w["R"], out)
+    solve_upper(system["R"], out)

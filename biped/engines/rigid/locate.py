@@ -9,6 +9,7 @@ from __future__ import annotations
 from biped.base.jit import kernel
 from biped.engines.rigid.release import multiplier_row, pulled
 from biped.engines.rigid.step import attempt
+from biped.robot.topology import N_CONSTRAINTS
 
 TOUCH = 1e-9
 """[m, rad] within which a gap is closed."""
@@ -23,19 +24,20 @@ SEARCH = 16
 
 @kernel
 def _open(w, i):
-    return w["active"][i] == 0
+    return w["contact"]["active"][i] == 0
 
 
 @kernel
 def _may_release(w, i):
-    return w["active"][i] == 1 and w["held"][i] == 0
+    contact = w["contact"]
+    return contact["active"][i] == 1 and contact["held"][i] == 0
 
 
 @kernel
 def beyond_event(w):
     """Whether the tentative step ends beyond an event."""
-    for i in range(6):
-        if _open(w, i) and w["gap"][i] < -TOUCH:
+    for i in range(N_CONSTRAINTS):
+        if _open(w, i) and w["system"]["gap"][i] < -TOUCH:
             return True
     return pulled(w)
 
@@ -43,15 +45,22 @@ def beyond_event(w):
 @kernel
 def _bracket(w, end, stage):
     """Keeps one end of the bracket; stage 0 is the step's start, 4 the end of the latest attempt."""
-    for i in range(6):
+    bracket, stages, system = w["bracket"], w["stages"], w["system"]
+    for i in range(N_CONSTRAINTS):
         if stage == 0:
-            w["b_gap"][end, i], w["b_rate"][end, i] = w["k_gap"][i], w["k_gap_rate"][i]
+            bracket["gap"][end, i], bracket["gap_rate"][end, i] = (
+                stages["gap"][i],
+                stages["gap_rate"][i],
+            )
         else:
-            w["b_gap"][end, i], w["b_rate"][end, i] = w["gap"][i], w["gap_rate"][i]
-        w["b_lam"][end, i] = w["k_lam"][stage, multiplier_row(i)]
+            bracket["gap"][end, i], bracket["gap_rate"][end, i] = (
+                system["gap"][i],
+                system["gap_rate"][i],
+            )
+        bracket["lam"][end, i] = stages["lam"][stage, multiplier_row(i)]
         if end == 1:
-            gone_through = _open(w, i) and w["gap"][i] < -TOUCH
-            w["beyond"][i] = gone_through or (_may_release(w, i) and w["b_lam"][end, i] < 0.0)
+            gone_through = _open(w, i) and system["gap"][i] < -TOUCH
+            bracket["beyond"][i] = gone_through or (_may_release(w, i) and bracket["lam"][end, i] < 0.0)
 
 
 @kernel
@@ -66,8 +75,8 @@ def locate(w, h):
         The length [s] of the step.
     """
     low, high = 0.0, h
-    for i in range(6):
-        w["resting"][i] = 0
+    for i in range(N_CONSTRAINTS):
+        w["bracket"]["resting"][i] = 0
     _bracket(w, 0, 0)
     _bracket(w, 1, 4)
     for search in range(SEARCH):
@@ -95,8 +104,9 @@ def locate(w, h):
 @kernel
 def _met(w):
     """Whether the late end of the bracket is an event within tolerance."""
-    for i in range(6):
-        if w["beyond"][i] and (_open(w, i) or w["b_lam"][1, i] < -PULL):
+    bracket = w["bracket"]
+    for i in range(N_CONSTRAINTS):
+        if bracket["beyond"][i] and (_open(w, i) or bracket["lam"][1, i] < -PULL):
             return False
     return True
 
@@ -104,8 +114,9 @@ def _met(w):
 @kernel
 def _closed(w):
     """Whether a gap has just closed, within tolerance, at the end of the latest attempt."""
-    for i in range(6):
-        if _open(w, i) and w["gap"][i] < TOUCH and w["gap_rate"][i] < 0.0:
+    system = w["system"]
+    for i in range(N_CONSTRAINTS):
+        if _open(w, i) and system["gap"][i] < TOUCH and system["gap_rate"][i] < 0.0:
             return True
     return False
 
@@ -113,17 +124,18 @@ def _closed(w):
 @kernel
 def _first_crossing(w, length):
     """Fraction of the bracket at which the first of those that are beyond crosses, as predicted."""
+    bracket = w["bracket"]
     first = 1.0
-    for i in range(6):
-        if not w["beyond"][i]:
+    for i in range(N_CONSTRAINTS):
+        if not bracket["beyond"][i]:
             continue
         if _open(w, i):
-            g = w["b_gap"]
-            crossing = _cubic_crossing(g[0, i], w["b_rate"][0, i], g[1, i], w["b_rate"][1, i], length)
-            w["resting"][i] = crossing == 0.0
+            g = bracket["gap"]
+            crossing = _cubic_crossing(g[0, i], bracket["gap_rate"][0, i], g[1, i], bracket["gap_rate"][1, i], length)
+            bracket["resting"][i] = crossing == 0.0
             first = min(first, crossing)
         else:
-            early, late = w["b_lam"][0, i] + 0.5 * PULL, w["b_lam"][1, i] + 0.5 * PULL
+            early, late = bracket["lam"][0, i] + 0.5 * PULL, bracket["lam"][1, i] + 0.5 * PULL
             if early > late:
                 # Never all the way back: a release needs a pull, however small, and that needs a step.
                 first = min(first, max(1e-2, early / (early - late)))

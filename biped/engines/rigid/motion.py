@@ -1,16 +1,31 @@
 """The motion under the active constraints: accelerations by (3.6)-(3.7), free of drift as in chapter II, and impacts.
 
-Constraint i < 4 is a point of a foot: its height is its gap, and while it is active it also keeps its place along the
-ground. Constraints 4 and 5 are the knees: their gap is the angle to the stop.
+The first constraints are the points of the feet: the height is the gap, and while one is active it also keeps its place
+along the ground. Then come the stops of the knees: their gap is the angle to the stop.
 """
 
 from __future__ import annotations
 
 from biped.base.jit import kernel
-from biped.control.constraints import back_through_R
-from biped.engines.rigid.gauss import change, factor_all, multipliers, shortest, unilateral, weigh_rows
-from biped.engines.rigid.tree import applied_forces, mass_and_bias, place, point_row
-from biped.numerics.factor import cholesky, solve_transposed
+from biped.engines.rigid.gauss import change, factor_all, multipliers, shortest, unilateral
+from biped.engines.rigid.tree import applied_forces, mass_and_bias, place
+from biped.numerics.triangular import cholesky, solve_transposed, solve_upper, weigh_rows
+from biped.robot.kinematics import point_row
+from biped.robot.topology import (
+    CHAINS,
+    KNEE,
+    LINK_DOF,
+    N_CONSTRAINTS,
+    N_POINTS,
+    N_ROWS,
+    N_STOPS,
+    NQ,
+    POINT_LEG,
+    STOP_ROW,
+    TOE,
+    X,
+    Z,
+)
 
 PARTING = 1e-9
 """Relative velocity away from a constraint below which it is still touching; rounding is 1e-12."""
@@ -23,26 +38,34 @@ def active_rows(w):
     Normals and knees are signed, unless they are held. A flat foot has one tangential row, the heel's: the toe's says
     the same, except that its rounding, in an impact that lifts the toe, would be enforced with forces beyond measure.
     """
-    A, b_v, row, active, bias, signed = w["A"], w["b_v"], w["row"], w["active"], w["point_bias"], w["signed"]
+    system, contact, at = w["system"], w["contact"], w["at"]
+    A, b_v, row, active, bias, signed = (
+        system["A"],
+        system["b_v"],
+        system["row"],
+        contact["active"],
+        at["point_bias"],
+        system["signed"],
+    )
     m = 0
-    for i in range(4):
+    for i in range(N_POINTS):
         if active[i]:
             for direction in range(2):
-                if direction == 1 and i % 2 == 0 and active[i + 1]:
+                if direction == 1 and i in TOE and active[i + 1]:
                     continue
-                point_row(w, i, direction, A[m])
+                point_row(at, i, direction, A[m])
                 b_v[m] = -bias[i, 1 - direction]
                 row[m] = 2 * i + direction
-                signed[m] = 1 if direction == 0 and not w["held"][i] else 0
+                signed[m] = 1 if direction == 0 and not contact["held"][i] else 0
                 m += 1
-    for leg in range(2):
-        if active[4 + leg]:
-            for j in range(9):
+    for leg in range(N_STOPS):
+        if active[N_POINTS + leg]:
+            for j in range(NQ):
                 A[m, j] = 0.0
-            A[m, 4 + 3 * leg] = -1.0
+            A[m, KNEE[leg]] = -1.0
             b_v[m] = 0.0
-            row[m] = 8 + leg
-            signed[m] = 1 - w["held"][4 + leg]
+            row[m] = STOP_ROW + leg
+            signed[m] = 1 - contact["held"][N_POINTS + leg]
             m += 1
     return m
 
@@ -50,17 +73,16 @@ def active_rows(w):
 @kernel
 def gaps(w, q, v):
     """Fills the six gaps [m, rad] and their rates for the configuration that `place` left."""
-    gap, rate, point = w["gap"], w["gap_rate"], w["point"]
-    for i in range(4):
-        gap[i] = q[1] + point[i, 1]
-        rate[i] = v[1]
-        leg = i // 2
-        for step in range(4):
-            k = 0 if step == 0 else 3 * leg + step
-            rate[i] += (point[i, 0] - w["joint"][k, 0]) * v[k + 2]
-    for leg in range(2):
-        gap[4 + leg] = -q[4 + 3 * leg]
-        rate[4 + leg] = -v[4 + 3 * leg]
+    system, at = w["system"], w["at"]
+    gap, rate, point = system["gap"], system["gap_rate"], at["point"]
+    for i in range(N_POINTS):
+        gap[i] = q[Z] + point[i, 1]
+        rate[i] = v[Z]
+        for k in CHAINS[POINT_LEG[i]]:
+            rate[i] += (point[i, 0] - at["joint"][k, 0]) * v[k + LINK_DOF]
+    for leg in range(N_STOPS):
+        gap[N_POINTS + leg] = -q[KNEE[leg]]
+        rate[N_POINTS + leg] = -v[KNEE[leg]]
 
 
 @kernel
@@ -70,74 +92,78 @@ def evaluate(w, q, v):
     Leaves q̇ = v + W(b_q - A v) with b_q = 0, v̇ = a + W(b_v - A a), W = R⁻¹C⁺, the multipliers by row, and the shift
     -WΦ that takes the configuration back onto its constraints.
     """
+    system, work, motion = w["system"], w["work"], w["motion"]
     place(w, q, v)
     mass_and_bias(w)
     applied_forces(w, v)
     gaps(w, q, v)
-    cholesky(w["M"], w["R"])
-    R, f, d, lam = w["R"], w["f"], w["d"], w["lam"]
+    cholesky(system["M"], system["R"])
+    R, f, d, lam = system["R"], work["f"], work["d"], motion["lam"]
     power = 0.0
-    for j in range(9):
-        power += w["force"][j] * v[j]
-        f[j] = w["force"][j] - w["h"][j]
-    w["power"] = power
+    for j in range(NQ):
+        power += system["force"][j] * v[j]
+        f[j] = system["force"][j] - system["h"][j]
+    motion["power"] = power
     solve_transposed(R, f)
-    for i in range(10):
+    for i in range(N_ROWS):
         lam[i] = 0.0
     m = active_rows(w)
-    v_dot, q_dot, shift, y = w["v_dot"], w["q_dot"], w["shift"], w["y"]
-    for j in range(9):
+    v_dot, q_dot, shift, y = motion["v_dot"], motion["q_dot"], motion["shift"], work["y"]
+    for j in range(NQ):
         v_dot[j], q_dot[j], shift[j] = f[j], v[j], 0.0
     if m > 0:
-        weigh_rows(w, m)
+        weigh_rows(system["A"], system["R"], m, system["C"])
         rank = factor_all(w, m)
         for i in range(m):
-            s = w["b_v"][i]
-            for j in range(9):
-                s -= w["C"][i, j] * f[j]
+            s = system["b_v"][i]
+            for j in range(NQ):
+                s -= system["C"][i, j] * f[j]
             d[i] = s
         shortest(w, m, rank)
         multipliers(w, m, rank)
         for i in range(m):
-            lam[w["row"][i]] = w["multiplier"][i]
-        for j in range(9):
+            lam[system["row"][i]] = work["multiplier"][i]
+        for j in range(NQ):
             v_dot[j] += y[j]
         for i in range(m):
             s = 0.0
-            for j in range(9):
-                s -= w["A"][i, j] * v[j]
+            for j in range(NQ):
+                s -= system["A"][i, j] * v[j]
             d[i] = s
         _corrected(w, m, rank, q_dot)
         for i in range(m):
-            d[i] = -residual(w, q, w["row"][i])
+            d[i] = -residual(w, q, system["row"][i])
         _corrected(w, m, rank, shift)
-    back_through_R(R, v_dot)
+    solve_upper(R, v_dot)
 
 
 @kernel
 def residual(w, q, row):
     """Φ of a row [m, rad]: height, place along the ground minus where it landed, angle to the knee stop."""
-    if row >= 8:
-        return w["gap"][row - 4]
+    system = w["system"]
+    if row >= STOP_ROW:
+        return system["gap"][row - STOP_ROW + N_POINTS]
     i = row // 2
-    return w["gap"][i] if row % 2 == 0 else q[0] + w["point"][i, 0] - w["anchor"][i]
+    return system["gap"][i] if row % 2 == 0 else q[X] + w["at"]["point"][i, 0] - w["contact"]["anchor"][i]
 
 
 @kernel
 def _corrected(w, m, rank, out):
     """Adds W d to out."""
+    work = w["work"]
     shortest(w, m, rank)
-    back_through_R(w["R"], w["y"])
-    for j in range(9):
-        out[j] += w["y"][j]
+    solve_upper(w["system"]["R"], work["y"])
+    for j in range(NQ):
+        out[j] += work["y"][j]
 
 
 @kernel
 def land(w, i, q):
     """Makes constraint i active; a point stays where it is now."""
-    w["active"][i] = 1
-    if i < 4:
-        w["anchor"][i] = q[0] + w["point"][i, 0]
+    contact = w["contact"]
+    contact["active"][i] = 1
+    if i < N_POINTS:
+        contact["anchor"][i] = q[X] + w["at"]["point"][i, 0]
 
 
 @kernel
@@ -146,40 +172,41 @@ def impact(w, q, v):
 
     Held constraints are bilateral. Adds the impulses to the tick's and the loss to the ledger.
     """
+    system, work, ledger, contact = w["system"], w["work"], w["ledger"], w["contact"]
     place(w, q, v)
     mass_and_bias(w)
-    cholesky(w["M"], w["R"])
+    cholesky(system["M"], system["R"])
     m = active_rows(w)
-    weigh_rows(w, m)
-    R, f, y, lam = w["R"], w["f"], w["y"], w["multiplier"]
+    weigh_rows(system["A"], system["R"], m, system["C"])
+    R, f, y, lam = system["R"], work["f"], work["y"], work["multiplier"]
     before = 0.0
-    for i in range(9):
+    for i in range(NQ):
         s = 0.0
-        for j in range(i, 9):
+        for j in range(i, NQ):
             s += R[i, j] * v[j]
         f[i] = s
         y[i] = -s
         before += s * s
     unilateral(w, m)
-    change(w, m, w["x"])
+    change(w, m, work["x"])
     after = 0.0
-    for i in range(9):
+    for i in range(NQ):
         s = f[i]
         for k in range(m):
-            s += w["C"][k, i] * lam[k]
+            s += system["C"][k, i] * lam[k]
         after += s * s
-    for j in range(9):
-        v[j] += w["x"][j]
+    for j in range(NQ):
+        v[j] += work["x"][j]
     for i in range(m):
-        w["impulse"][w["row"][i]] += lam[i]
+        ledger["impulse"][system["row"][i]] += lam[i]
     loss = 0.5 * (before - after)
-    w["loss"] += loss
-    w["least_loss"] = min(w["least_loss"], loss)
-    w["impacts"] += 1
+    ledger["loss"] += loss
+    ledger["least_loss"] = min(ledger["least_loss"], loss)
+    ledger["impacts"] += 1
     scale = 0.0
-    for j in range(9):
+    for j in range(NQ):
         scale = max(scale, abs(v[j]))
     gaps(w, q, v)
-    for i in range(6):
-        if w["active"][i] and not w["held"][i] and w["gap_rate"][i] > PARTING * scale:
-            w["active"][i] = 0
+    for i in range(N_CONSTRAINTS):
+        if contact["active"][i] and not contact["held"][i] and system["gap_rate"][i] > PARTING * scale:
+            contact["active"][i] = 0

@@ -5,7 +5,8 @@ from __future__ import annotations
 from biped.base.jit import kernel
 from biped.engines.rigid.gauss import change, unilateral
 from biped.engines.rigid.motion import active_rows, evaluate, land
-from biped.engines.rigid.tree import point_row
+from biped.robot.kinematics import point_row
+from biped.robot.topology import N_CONSTRAINTS, N_POINTS, N_ROWS, NQ, STOP_ROW
 
 APART = 1e-9
 """Relative acceleration away from a constraint, or relative pull, that is only rounding."""
@@ -19,6 +20,7 @@ def release(w, q, v):
     tangential row together. A point that would fall straight back without its tangential row (friction alone lifts
     it) is held for the rest of the step.
     """
+    system, work, contact = w["system"], w["work"], w["contact"]
     evaluate(w, q, v)
     dropped = False
     for _ in range(8):
@@ -26,39 +28,40 @@ def release(w, q, v):
             break
         m = active_rows(w)
         # The signed problem starts from the equalities' solution: y₀ = C⁺d, and y₀ = Cᵀλ.
-        for j in range(9):
+        for j in range(NQ):
             s = 0.0
             for i in range(m):
-                s += w["C"][i, j] * w["multiplier"][i]
-            w["y"][j] = s
+                s += system["C"][i, j] * work["multiplier"][i]
+            work["y"][j] = s
         unilateral(w, m)
-        change(w, m, w["x"])  # R⁻¹(y - y₀) accelerates apart
-        for j in range(9):
-            s = w["y"][j]
-            w["r"][j] = -s
+        change(w, m, work["x"])  # R⁻¹(y - y₀) accelerates apart
+        for j in range(NQ):
+            s = work["y"][j]
+            work["r"][j] = -s
             for i in range(m):
-                w["r"][j] += w["C"][i, j] * w["multiplier"][i]
+                work["r"][j] += system["C"][i, j] * work["multiplier"][i]
         size = 0.0
-        for j in range(9):
-            size = max(size, abs(w["y"][j]))
+        for j in range(NQ):
+            size = max(size, abs(work["y"][j]))
         found = False
         for i in range(m):
-            if not w["signed"][i]:
+            if not system["signed"][i]:
                 continue
             apart = 0.0
-            for j in range(9):
-                apart += w["C"][i, j] * w["r"][j]
-            which = w["row"][i] // 2 if w["row"][i] < 8 else w["row"][i] - 4
+            for j in range(NQ):
+                apart += system["C"][i, j] * work["r"][j]
+            row = system["row"][i]
+            which = row // 2 if row < STOP_ROW else row - STOP_ROW + N_POINTS
             if apart > APART * size:
-                w["active"][which] = 0
-                w["releases"] += 1
+                contact["active"][which] = 0
+                w["ledger"]["releases"] += 1
                 found = True
         if not found:
             # Redundant rows: the shortest multipliers pull although others, without a pull, give the same motion.
             for i in range(m):
-                w["lam"][w["row"][i]] = w["multiplier"][i]
-            for i in range(6):
-                w["held"][i] = w["active"][i]
+                w["motion"]["lam"][system["row"][i]] = work["multiplier"][i]
+            for i in range(N_CONSTRAINTS):
+                contact["held"][i] = contact["active"][i]
             break
         dropped = True
         evaluate(w, q, v)
@@ -69,17 +72,18 @@ def release(w, q, v):
 @kernel
 def multiplier_row(i):
     """The unilateral row of constraint i: a point's normal, or a knee."""
-    return 2 * i if i < 4 else 4 + i
+    return 2 * i if i < N_POINTS else STOP_ROW + i - N_POINTS
 
 
 @kernel
 def pulled(w):
     """Whether a constraint that may let go has a multiplier of the wrong sign."""
+    motion, contact = w["motion"], w["contact"]
     largest = 0.0
-    for row in range(10):
-        largest = max(largest, abs(w["lam"][row]))
-    for i in range(6):
-        if w["active"][i] and not w["held"][i] and w["lam"][multiplier_row(i)] < -APART * largest:
+    for row in range(N_ROWS):
+        largest = max(largest, abs(motion["lam"][row]))
+    for i in range(N_CONSTRAINTS):
+        if contact["active"][i] and not contact["held"][i] and motion["lam"][multiplier_row(i)] < -APART * largest:
             return True
     return False
 
@@ -87,16 +91,17 @@ def pulled(w):
 @kernel
 def _hold_falling(w, q):
     """Holds points at zero gap and gap rate whose acceleration is into the ground; returns whether there are any."""
+    contact, system, work, at = w["contact"], w["system"], w["work"], w["at"]
     found = False
-    for i in range(4):
-        if w["active"][i] or abs(w["gap"][i]) > 1e-9 or abs(w["gap_rate"][i]) > 1e-9:
+    for i in range(N_POINTS):
+        if contact["active"][i] or abs(system["gap"][i]) > 1e-9 or abs(system["gap_rate"][i]) > 1e-9:
             continue
-        point_row(w, i, 0, w["r"])
-        s = w["point_bias"][i, 1]
-        for j in range(9):
-            s += w["r"][j] * w["v_dot"][j]
+        point_row(at, i, 0, work["r"])
+        s = at["point_bias"][i, 1]
+        for j in range(NQ):
+            s += work["r"][j] * w["motion"]["v_dot"][j]
         if s < -1e-6:
             land(w, i, q)
-            w["held"][i] = 1
+            contact["held"][i] = 1
             found = True
     return found

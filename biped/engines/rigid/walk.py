@@ -6,6 +6,7 @@ from biped.base.jit import kernel, long_kernel
 from biped.control.loop import control_tick
 from biped.engines.rigid.events import advance
 from biped.measure.trajectory import FORCE, STOP
+from biped.robot.topology import N_POINTS, N_STOPS, STOP_ROW
 
 
 @kernel
@@ -14,12 +15,12 @@ def log_impulses(record, log, k, tick):
 
     Rows of the record come normal first; the log wants (forward, normal). A stop's torque bends the knee: negative.
     """
-    impulse, line = record[0]["impulse"], log[k]
-    for i in range(4):
+    impulse, line = record[0]["ledger"]["impulse"], log[k]
+    for i in range(N_POINTS):
         line[FORCE + 2 * i] = impulse[2 * i + 1] / tick
         line[FORCE + 2 * i + 1] = impulse[2 * i] / tick
-    for leg in range(2):
-        line[STOP + leg] = impulse[8 + leg] / -tick
+    for leg in range(N_STOPS):
+        line[STOP + leg] = impulse[STOP_ROW + leg] / -tick
 
 
 @long_kernel

@@ -16,7 +16,7 @@ from biped.robot.tree import motion
 
 NAMES: dict[str, str] = {
     "falls": "runs that fell or diverged",
-    "walked": "runs that stayed up and went on walking (further than 0.2 m/s x duration, mean speed above 0.3 m/s)",
+    "walked": "runs that stayed up and went on walking (a human further than 0.2 m/s x duration, faster than 0.3 m/s)",
     "stood": "runs that stayed up and stood still in the window (no foot strike, torso within 0.1 m of its mean place)",
     "time": "s simulated",
     "distance": "m travelled by the torso along the ground",
@@ -90,7 +90,9 @@ def measure(t: Trajectory, window: tuple[float, float]) -> dict[str, Any]:
         away = np.abs(t.q[span, 0] - t.q[span, 0].mean()).max()
         out["stood"] = int(t.end == "completed" and out["steps"] == 0 and away < _STILL)
     out["walked"] = int(
-        not out["falls"] and out["distance"] > 0.2 * seconds and out["speed"] > 0.3  # nan compares false
+        not out["falls"]
+        and out["distance"] > t.robot.walked.distance * seconds
+        and out["speed"] > t.robot.walked.speed  # nan compares false
     )
     return out
 

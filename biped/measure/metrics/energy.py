@@ -9,6 +9,7 @@ import numpy as np
 from biped.measure.metrics.gait import strikes
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import GRAVITY, gravity
+from biped.robot.topology import ANKLE, BASE, HIP, KNEE, PITCH, SEGMENTS, THIGH, TORSO
 from biped.robot.tree import Motion, Tree, motion
 
 
@@ -16,7 +17,7 @@ def energy(tree: Tree, q: np.ndarray, v: np.ndarray, slope: float) -> np.ndarray
     """Kinetic and potential energy [J] of configurations (…, 9)."""
     m = motion(tree, q, v)
     kinetic = 0.5 * (tree.mass * (m.com_velocity**2).sum(axis=-1)).sum(axis=-1)
-    kinetic += 0.5 * (tree.inertia * m.rate**2).sum(axis=-1) + 0.5 * (tree.armature * v[..., 3:] ** 2).sum(axis=-1)
+    kinetic += 0.5 * (tree.inertia * m.rate**2).sum(axis=-1) + 0.5 * (tree.armature * v[..., BASE:] ** 2).sum(axis=-1)
     potential = -(tree.mass * (m.com @ np.array(gravity(slope)))).sum(axis=-1)
     return kinetic + potential
 
@@ -32,15 +33,13 @@ def _steps(t: Trajectory) -> tuple[np.ndarray, Motion]:
 
 def _push_power(t: Trajectory, moved: Motion) -> np.ndarray:
     """Power (n - 1,) [W] of the pushes."""
-    from biped.robot.tree import LINKS
-
     power = np.zeros(len(t) - 1)
     angle = np.radians(t.slope)
     for start, end, forward, up, body in t.pushes:
-        if body not in LINKS:
+        if body not in t.robot.links:
             continue
         force = np.array([forward * np.cos(angle) + up * np.sin(angle), up * np.cos(angle) - forward * np.sin(angle)])
-        at = LINKS.index(body)
+        at = t.robot.links.index(body)
         first, last = round(start / t.tick), round(end / t.tick)
         power[first:last] += moved.com_velocity[first:last, at] @ force
     return power
@@ -57,8 +56,8 @@ def residual(t: Trajectory) -> float:
     mean, moved = _steps(t)
     actuators = (t.applied[:-1] * mean).sum(axis=1)
     pushes = _push_power(t, moved)
-    stops = t.stop[:-1, 0] * mean[:, 4] + t.stop[:-1, 1] * mean[:, 7]
-    damping = -(t.tree.damping * mean[:, 3:] ** 2).sum(axis=1)
+    stops = t.stop[:-1, 0] * mean[:, KNEE[0]] + t.stop[:-1, 1] * mean[:, KNEE[1]]
+    damping = -(t.tree.damping * mean[:, BASE:] ** 2).sum(axis=1)
     ground = (t.force[:-1] * moved.point_velocity).sum(axis=(1, 2))
     e = energy(t.tree, t.q[[0, -1]], t.v[[0, -1]], t.slope)
     work = t.tick * (actuators + pushes + stops + damping + ground).sum()
@@ -74,7 +73,7 @@ def loss_per_step(t: Trajectory, window: tuple[float, float]) -> float:
     """
     first, last = (round(time / t.tick) for time in window)
     work = float((t.applied[first:last] * np.diff(t.q[first : last + 1], axis=0)).sum())
-    damped = float((t.tree.damping * t.v[first:last, 3:] ** 2).sum() * t.tick)
+    damped = float((t.tree.damping * t.v[first:last, BASE:] ** 2).sum() * t.tick)
     before, after = energy(t.tree, t.q[[first, last]], t.v[[first, last]], t.slope)
     steps = sum(first < row <= last for row, _ in strikes(t.phase))
     return (work - damped - float(after - before)) / steps if steps else math.nan
@@ -85,7 +84,7 @@ def transport(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
 
     The thesis's c_mt matches |sum of joint powers|; the other two are what hardware pays.
     """
-    u, rate = t.u[span], t.v[span, 3:]
+    u, rate = t.u[span], t.v[span, BASE:]
     power = u * rate
     distance = float(t.q[span, 0][-1] - t.q[span, 0][0])
     # A walker that got nowhere has no cost of transport.
@@ -94,11 +93,10 @@ def transport(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
         # Q_d's virtual actuators: torso and thighs to the inertial frame, knees and ankles between links.
         Q, v = t.Q_d[span], t.v[span]
         rates = whole.rate[span]
-        torso = (Q[:, 2] - Q[:, 3] - Q[:, 6]) * rates[:, 0]
-        power = np.column_stack(
-            [torso, Q[:, 3] * rates[:, 1], Q[:, 4] * v[:, 4], Q[:, 5] * v[:, 5],
-             Q[:, 6] * rates[:, 4], Q[:, 7] * v[:, 7], Q[:, 8] * v[:, 8]]
-        )  # fmt: skip
+        powers = [(Q[:, PITCH] - Q[:, HIP[0]] - Q[:, HIP[1]]) * rates[:, TORSO]]
+        for hip, knee, ankle, thigh in zip(HIP, KNEE, ANKLE, THIGH, strict=True):
+            powers += [Q[:, hip] * rates[:, thigh], Q[:, knee] * v[:, knee], Q[:, ankle] * v[:, ankle]]
+        power = np.column_stack(powers)
     ground = (t.force[span] * whole.point_velocity[span]).sum(axis=(1, 2))
     jumps = np.abs(np.diff(u, axis=0)).max(axis=1)
     return {
@@ -115,12 +113,12 @@ def transport(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
 
 def per_joint(t: Trajectory, span: slice) -> dict[str, dict[str, float]]:
     """Peak and mean |torque| [N m] and peak |power| [W] of hip, knee and ankle, both legs together."""
-    u, power = np.abs(t.u[span]), np.abs(t.u[span] * t.v[span, 3:])
+    u, power = np.abs(t.u[span]), np.abs(t.u[span] * t.v[span, BASE:])
     return {
         name: {
-            "peak_torque": float(u[:, [i, i + 3]].max()),
-            "mean_torque": float(u[:, [i, i + 3]].mean()),
-            "peak_power": float(power[:, [i, i + 3]].max()),
+            "peak_torque": float(u[:, [i, i + SEGMENTS]].max()),
+            "mean_torque": float(u[:, [i, i + SEGMENTS]].mean()),
+            "peak_power": float(power[:, [i, i + SEGMENTS]].max()),
         }
         for i, name in enumerate(("hip", "knee", "ankle"))
     }

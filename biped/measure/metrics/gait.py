@@ -8,11 +8,13 @@ from collections import Counter
 import numpy as np
 
 from biped.measure.trajectory import Trajectory
+from biped.robot.leg_states import FIRST_IN_AIR, STANCE
 from biped.robot.model import GRAVITY
+from biped.robot.topology import HEEL, LEGS, PITCH, TOE
 from biped.robot.tree import Motion
 
-_AIR = 3
-"""Leg states from 3 on are in the air."""
+_AIR = FIRST_IN_AIR + 1
+"""Leg states from this on are in the air."""
 
 
 def strikes(phase: np.ndarray) -> list[tuple[int, int]]:
@@ -24,7 +26,7 @@ def strikes(phase: np.ndarray) -> list[tuple[int, int]]:
     A foot that bounces in place does not count again: a strike ends a time in the air of at least 50 rows.
     """
     found = []
-    for leg in range(2):
+    for leg in range(LEGS):
         air = phase[:, leg] >= _AIR
         edges = np.flatnonzero(np.diff(air.astype(int)))
         starts = {row + 1 for row in edges if not air[row]}
@@ -46,10 +48,10 @@ def stride(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
     speed = float(x[-1] - x[0]) / seconds
     phase, believed, active = t.phase[span], t.believed[span], t.active[span]
     steps = strikes(phase)
-    heel = whole.point[span, :, 0]
-    lengths = [abs(heel[row, 2 * leg + 1] - heel[row, 3 - 2 * leg]) for row, leg in steps]
-    right, left = believed[:, :2].any(axis=1), believed[:, 2:].any(axis=1)
-    lean = -np.degrees(t.q[span, 2]) - t.slope
+    place = whole.point[span, :, 0]
+    lengths = [abs(place[row, HEEL[leg]] - place[row, HEEL[1 - leg]]) for row, leg in steps]
+    right, left = (believed[:, [toe, heel]].any(axis=1) for toe, heel in zip(TOE, HEEL, strict=True))
+    lean = -np.degrees(t.q[span, PITCH]) - t.slope
     return {
         "speed": speed,
         "speed_std": float(np.std(vx)),
@@ -73,7 +75,7 @@ def commonest_cycle(t: Trajectory, span: slice) -> dict[str, object]:
     cycles: Counter[str] = Counter()
     current: list[int] = []
     for state in states:
-        if state == 1 and current:
+        if state == STANCE + 1 and current:
             cycles["-".join(map(str, current))] += 1
             current = []
         current.append(state)

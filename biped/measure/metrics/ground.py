@@ -7,7 +7,9 @@ import math
 import numpy as np
 
 from biped.measure.trajectory import Trajectory
+from biped.robot.leg_states import FIRST_IN_AIR
 from biped.robot.model import gravity
+from biped.robot.topology import ENDS, HEEL, LEGS, TOE
 from biped.robot.tree import Motion
 
 _LOADED = 1.0
@@ -20,7 +22,7 @@ def centre_of_pressure(force: np.ndarray) -> np.ndarray:
     Args:
         force: (n, 4, 2) [N] ground forces.
     """
-    normal = force[..., 1].reshape(-1, 2, 2)
+    normal = force[..., 1].reshape(-1, LEGS, ENDS)
     total = normal.sum(axis=2)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.where(total > _LOADED, normal[..., 0] / total, math.nan)
@@ -45,13 +47,13 @@ def contact(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
 def _clearance(t: Trajectory, whole: Motion, span: slice) -> float:
     """Lowest point of a foot in the middle half of its swings [m]: the smallest over the span's swings."""
     lowest = math.nan
-    for leg in range(2):
-        air = np.concatenate([[0], (t.phase[span, leg] >= 3).astype(int), [0]])
+    for leg in range(LEGS):
+        air = np.concatenate([[0], (t.phase[span, leg] > FIRST_IN_AIR).astype(int), [0]])
         starts, ends = np.flatnonzero(np.diff(air) > 0), np.flatnonzero(np.diff(air) < 0)
         for start, end in zip(starts, ends, strict=True):
             if end - start < 100:
                 continue
             quarter = (end - start) // 4
-            height = whole.point[span, 2 * leg : 2 * leg + 2, 1][start + quarter : end - quarter].min()
+            height = whole.point[span, TOE[leg] : HEEL[leg] + 1, 1][start + quarter : end - quarter].min()
             lowest = float(np.fmin(lowest, height))
     return lowest

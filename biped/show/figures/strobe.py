@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
 from biped.measure.trajectory import Trajectory
-from biped.robot.tree import CHAINS, motion
+from biped.robot.topology import CHAINS
+from biped.robot.tree import motion
 from biped.show.figures.style import LEFT, RIGHT, TRUNK, figure
 
 # Metres between bodies, seconds between stick figures.

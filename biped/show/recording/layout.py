@@ -10,7 +10,6 @@ from biped.show.recording.recorded import Placed
 from biped.show.recording.series import curves
 
 # The eye and what it looks at [m from the ground below]: it is seen from its right and walks rightwards.
-_EYE, _TARGET = (0.3, -2.75, 1.2), (0.15, 0.0, 0.86)
 # Plots in which every run has a curve; the others are of the first run.
 _SHARED = ("velocity", "torso", "cost")
 
@@ -54,8 +53,9 @@ def _walk(runs: list[Placed]) -> rrb.Spatial3DView:
     (An eye that tracks an entity does not move when it is given a place of its own.)
     """
     aside = max(run.lane for run in runs)
-    target = np.array([_TARGET[0], 0.5 * aside, _TARGET[2]])
-    eye = target + (1.0 + 0.3 * aside) * (np.array(_EYE) - _TARGET)
+    shown = runs[0].run.trajectory.robot.shown
+    target = np.array([shown.target[0], shown.target[1] + 0.5 * aside, shown.target[2]])
+    eye = target + (1.0 + 0.3 * aside) * (np.array(shown.eye) - shown.target)
     past = rr.VisibleTimeRange(
         "time", start=rr.TimeRangeBoundary.infinite(), end=rr.TimeRangeBoundary.cursor_relative()
     )

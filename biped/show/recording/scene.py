@@ -14,7 +14,8 @@ import rerun as rr
 
 from biped.measure.signals import centre_of_mass, means
 from biped.robot.model import GRAVITY
-from biped.robot.tree import LINKS, POINT_LINK, POINTS, motion
+from biped.robot.topology import POINT_LINK
+from biped.robot.tree import motion
 from biped.show.recording.body import drawn_geoms, mass_centres
 from biped.show.recording.recorded import LANE, Placed, times
 
@@ -149,10 +150,11 @@ def contact_points(placed: Placed, rows: np.ndarray) -> np.ndarray:
     """(m, 4, 3) [m] toes and heels on the slope, beside the legs as the model draws them."""
     run = placed.run
     trajectory = run.trajectory
+    robot = trajectory.robot
     planar = motion(trajectory.tree, trajectory.q[rows], trajectory.v[rows]).point
     out = _lift(planar)
-    for i, (point, link) in enumerate(zip(POINTS, POINT_LINK, strict=True)):
-        out[:, i, 1] = _sideways(run.model, run.model.body(LINKS[link]).id, run.model.site(point).id) + _BESIDE
+    for i, (point, link) in enumerate(zip(robot.points, POINT_LINK, strict=True)):
+        out[:, i, 1] = _sideways(run.model, run.model.body(robot.links[link]).id, run.model.site(point).id) + _BESIDE
     return out
 
 
@@ -178,7 +180,7 @@ def _log_pushes(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray)
         label = f"{math.hypot(forward, up):.0f} N"
         style = rr.Arrows3D.from_fields(radii=0.035, colors=_PUSHED, labels=label, show_labels=True)
         recording.log(path, style, static=True)
-        origin = mass_centres(placed.run.model, trajectory.q[shown], body) - vector
+        origin = mass_centres(placed.run.model, trajectory.robot, trajectory.q[shown], body) - vector
         ended = time[last : last + 1]  # none if the run ends before the push does
         vectors = np.tile(vector, (len(shown), 1))
         recording.send_columns(

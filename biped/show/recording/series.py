@@ -8,7 +8,6 @@ import numpy as np
 import rerun as rr
 
 from biped.measure.signals import cost_of_transport, every, foot_force, joint_power, means, torso_angle
-from biped.robot.tree import POINTS
 from biped.show.recording.recorded import Placed, times
 
 RATE = 1000.0
@@ -18,7 +17,7 @@ RATE = 1000.0
 RIGHT, LEFT = (0, 114, 178), (213, 94, 0)
 JOINT_COLOURS = ((0, 60, 110), RIGHT, (86, 180, 233), (130, 50, 0), LEFT, (240, 175, 70))
 RUN_COLOURS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (230, 159, 0), (86, 180, 233))
-_JOINTS = tuple(f"{side} {joint}" for side in ("right", "left") for joint in ("hip", "knee", "ankle"))
+_JOINTS = ("hip", "knee", "ankle")
 
 LEG_STATES = {
     "1": ("1 stance", (0, 114, 178)), "2": ("2 heel off", (0, 158, 115)), "3": ("3 swing", (230, 159, 0)),
@@ -51,6 +50,8 @@ class Curves(NamedTuple):
 def curves(placed: Placed) -> list[Curves]:
     """All curves of a run."""
     trajectory = placed.run.trajectory
+    legs = trajectory.robot.legs
+    names = tuple(f"{leg} {joint}" for leg in legs for joint in _JOINTS)
     own = (RUN_COLOURS[placed.number % len(RUN_COLOURS)],)
 
     def single(entity: str, title: str, name: str, values: np.ndarray) -> Curves:
@@ -58,7 +59,7 @@ def curves(placed: Placed) -> list[Curves]:
         return Curves(entity, title, (label,), own, values[:, None])
 
     def joints(entity: str, title: str, values: np.ndarray) -> Curves:
-        return Curves(entity, title, _JOINTS, JOINT_COLOURS, values)
+        return Curves(entity, title, names, JOINT_COLOURS, values)
 
     return [
         single("velocity", "Forward velocity of the torso [m/s]", "velocity", trajectory.v[:, 0]),
@@ -68,7 +69,7 @@ def curves(placed: Placed) -> list[Curves]:
         joints("torque", "Joint torques [N m], colours as above", trajectory.applied[:, 3:]),
         joints("power", "Joint powers [W], colours as above", joint_power(trajectory)),
         Curves(
-            "force", "Normal force under each foot [N]", ("right", "left"), (RIGHT, LEFT),
+            "force", "Normal force under each foot [N]", legs, (RIGHT, LEFT),
             foot_force(trajectory),
         ),
     ]  # fmt: skip
@@ -101,14 +102,14 @@ def log_states(recording: rr.RecordingStream, placed: Placed) -> None:
     """Logs leg states, believed contacts and the rows of A as changes."""
     trajectory = placed.run.trajectory
     time, end = trajectory.time, float(trajectory.time[-1]) + trajectory.tick
-    phase = trajectory.phase.astype(int)
+    phase, robot = trajectory.phase.astype(int), trajectory.robot
     # Lanes are sorted by path: each leg's contacts come under its state.
-    for leg, side in enumerate(("right", "left")):
+    for leg, side in enumerate(robot.legs):
         _lane(recording, placed.entity("states", side), time, end, phase[:, leg], LEG_STATES)
-    for i, point in enumerate(POINTS):
+    for i, point in enumerate(robot.points):
         flag = trajectory.believed[:, i].astype(int)
         _lane(recording, placed.entity("states", *point.split("_")), time, end, flag, _ON)
-    for i, row in enumerate((*POINTS, "right_knee", "left_knee")):
+    for i, row in enumerate((*robot.points, *robot.stops)):
         flag = trajectory.active[:, i].astype(int)
         _lane(recording, placed.entity("constraints", *row.split("_")), time, end, flag, _IN_A)
     if trajectory.pushes:

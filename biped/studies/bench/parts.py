@@ -13,11 +13,14 @@ import numpy as np
 import pinocchio
 
 from biped.base.jit import bound
-from biped.control.controller import WORLD, controller_record
-from biped.control.tick import log_forces, log_tick, sense, thesis_tick
+from biped.control.law import WORLD
+from biped.control.setup import controller_record
+from biped.control.tick import log_tick, sense, thesis_tick
+from biped.engines.forces import log_forces
 from biped.engines.mujoco import simulate
 from biped.measure.metrics import measure
 from biped.measure.trajectory import Trajectory
+from biped.robot.description import robot_at
 from biped.robot.model import believed_model, compile_foreign, tree_at
 from biped.robot.run import Run
 
@@ -62,7 +65,8 @@ class _Parts:
         self.model = believed_model(run.model, run.scenario.ground.slope)
         self.data = self.model.createData()
         foreign = compile_foreign(run.model, run.scenario)
-        self.points, physics = foreign.points, mujoco.MjData(foreign.model)
+        order, physics = foreign.order, mujoco.MjData(foreign.model)
+        self.where = order.points, robot_at(run.model).contact.radius, order.contacts, order.stops
         physics.qpos[:] = run.q
         mujoco.mj_forward(foreign.model, physics)
         self.log = np.array(trajectory.log)
@@ -100,10 +104,10 @@ class _Parts:
             kernel(record, M, J, q, v, log, k, 0.0)
 
     def forces(self) -> None:
-        physics, points, log, place = self.physics, self.points, self.log, self.physics.geom_xpos
-        kernel = bound(log_forces, log, 0, physics.efc_force, place, points, 0.0)
+        physics, where, log, place = self.physics, self.where, self.log, self.physics.geom_xpos
+        kernel = bound(log_forces, log, 0, physics.efc_force, place, *where, 0.0)
         for k, _ in enumerate(self.states):
-            kernel(log, k, physics.efc_force, place, points, 0.0)
+            kernel(log, k, physics.efc_force, place, *where, 0.0)
 
 
 def tick_parts(run: Run, trajectory: Trajectory) -> dict[str, float]:

@@ -10,13 +10,13 @@ from __future__ import annotations
 import numpy as np
 
 from biped.base.errors import RunError
+from biped.robot.topology import KNEE, N_POINTS, NQ, PITCH, X, Z
 from biped.robot.tree import ABSOLUTE_FROM_JOINT, motion
 from biped.studies.stability.section import RIGHT_HEEL, Section
 
-LEAN, SPEED = 2, 9
+LEAN, SPEED = PITCH, NQ + X
 """Torso's angle and forward velocity among the 18 absolute coordinates and velocities."""
 
-_KNEES = (4, 7)
 # [rad] from its stop within which a knee is held.
 _STRAIGHT = 0.01
 _DIFFERENCE = 1e-6
@@ -41,10 +41,10 @@ class Kicks:
     def __init__(self, section: Section, z: np.ndarray):
         self.section, self.z = section, z
         whole = section.whole(z)
-        height = motion(section.tree, whole[:9], whole[9:]).point[:, 1]
+        height = motion(section.tree, whole[:NQ], whole[NQ:]).point[:, 1]
         touching = height < section.run.scenario.sensing.contact_height
-        self._points = [i for i in range(4) if touching[i] and i != RIGHT_HEEL]
-        self._knees = [j for j in _KNEES if whole[j] > -_STRAIGHT]
+        self._points = [i for i in range(N_POINTS) if touching[i] and i != RIGHT_HEEL]
+        self._knees = [j for j in KNEE if whole[j] > -_STRAIGHT]
         self._kept = self._values(z)
         rows = self._rows(z)
         _, s, directions = np.linalg.svd(rows)
@@ -53,17 +53,17 @@ class Kicks:
     def _values(self, z: np.ndarray) -> np.ndarray:
         """What stays as it is (…, m), of states (…, 17)."""
         whole = self.section.whole(z)
-        moved = motion(self.section.tree, whole[..., :9], whole[..., 9:])
+        moved = motion(self.section.tree, whole[..., :NQ], whole[..., NQ:])
         unit = self.section.unit
         held = [moved.point[..., RIGHT_HEEL, 1:] / unit[0]]
         held += [moved.point[..., i, 1:] / unit[0] for i in self._points]
-        held += [moved.point_velocity[..., i, :] / unit[9] for i in self._points]
-        held += [whole[..., [j, 9 + j]] / unit[[j, 9 + j]] for j in self._knees]
+        held += [moved.point_velocity[..., i, :] / unit[SPEED] for i in self._points]
+        held += [whole[..., [j, NQ + j]] / unit[[j, NQ + j]] for j in self._knees]
         return np.concatenate(held, axis=-1)
 
     def _rows(self, z: np.ndarray) -> np.ndarray:
         """Derivative (m, 17) of what stays as it is."""
-        e = _DIFFERENCE * np.eye(17)
+        e = _DIFFERENCE * np.eye(2 * NQ - 1)
         return ((self._values(z + e) - self._values(z - e)) / (2.0 * _DIFFERENCE)).T
 
     def along(self, direction: np.ndarray, size: float) -> np.ndarray:
@@ -86,20 +86,20 @@ class Kicks:
             RunError: The legs cannot follow.
         """
         absolute = self._absolute(self.z)
-        wanted = {LEAN: absolute[LEAN] - lean, SPEED: absolute[SPEED] + speed / self.section.unit[9]}
+        wanted = {LEAN: absolute[LEAN] - lean, SPEED: absolute[SPEED] + speed / self.section.unit[SPEED]}
         return self._placed(self.z, wanted)
 
     def _absolute(self, z: np.ndarray) -> np.ndarray:
         """Absolute coordinates and velocities (18,) of a state, natural units."""
         whole = np.concatenate([[0.0], z])
-        return np.concatenate([ABSOLUTE_FROM_JOINT @ whole[:9], ABSOLUTE_FROM_JOINT @ whole[9:]])
+        return np.concatenate([ABSOLUTE_FROM_JOINT @ whole[:NQ], ABSOLUTE_FROM_JOINT @ whole[NQ:]])
 
     def _placed(self, z: np.ndarray, wanted: dict[int, float]) -> np.ndarray:
         """The nearest state, by absolute angles and rates, with what is kept and what is wanted."""
-        turn = np.zeros((18, 18))
-        turn[:9, :9] = turn[9:, 9:] = ABSOLUTE_FROM_JOINT
-        weight = np.ones(18)
-        weight[[1, 9, 10]] = _TRAVEL
+        turn = np.zeros((2 * NQ, 2 * NQ))
+        turn[:NQ, :NQ] = turn[NQ:, NQ:] = ABSOLUTE_FROM_JOINT
+        weight = np.ones(2 * NQ)
+        weight[[Z, NQ + X, NQ + Z]] = _TRAVEL
         step = (np.linalg.inv(turn) * weight)[1:, 1:]
         names = list(wanted)
         for _ in range(_STEPS):

@@ -24,14 +24,15 @@ from biped.measure.metrics.gait import strikes
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import GRAVITY
 from biped.robot.run import Run
+from biped.robot.topology import HEEL
 from biped.robot.tree import Tree
 from biped.scenario.keys import Window
 
 ABOVE = 0.001
 """[m] of the section above the height at which contacts are sensed."""
 
-RIGHT_HEEL = 1
 _RIGHT = 0
+RIGHT_HEEL = HEEL[_RIGHT]
 # [s] between a crossing and the foot strike that it belongs to, at most.
 _NEAR = 0.2
 # Strides that a return may take: most take one, a stumble takes longer.

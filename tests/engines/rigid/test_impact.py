@@ -10,11 +10,12 @@ from hypothesis import strategies as st
 from scipy.sparse import csc_matrix
 
 from biped.base.files import locate
-from biped.engines.rigid.gauss import unilateral, weigh_rows
+from biped.engines.rigid.gauss import unilateral
 from biped.engines.rigid.motion import active_rows, evaluate, impact
 from biped.engines.rigid.record import rigid_record
 from biped.engines.rigid.release import release
 from biped.engines.rigid.tree import mass_and_bias, place
+from biped.numerics.triangular import weigh_rows
 
 HUMAN = locate("models", "human", "test")
 
@@ -30,22 +31,22 @@ def new(seed):
     active[[0, 2]] &= 1 - active[[1, 3]]  # toe and heel of a foot touch together only if it is flat
     if not active.any():
         active[rng.integers(6)] = 1
-    w["active"] = active
+    w["contact"]["active"] = active
     return w, q, v
 
 
 def flat(w, q):
     """The same posture with both feet parallel to the ground: rows of toe and heel are then redundant."""
     q[[5, 8]] = -q[2] - q[[3, 6]] - q[[4, 7]]
-    w["active"][:4] = 1
+    w["contact"]["active"][:4] = 1
 
 
 def signed_rows(w, q, v):
     place(w, q, v)
     mass_and_bias(w)
     m = active_rows(w)
-    M = np.triu(w["M"]) + np.triu(w["M"], 1).T
-    return M, w["A"][:m].copy(), w["signed"][:m].astype(bool)
+    M = np.triu(w["system"]["M"]) + np.triu(w["system"]["M"], 1).T
+    return M, w["system"]["A"][:m].copy(), w["system"]["signed"][:m].astype(bool)
 
 
 def reference(M, A, signed, v):
@@ -95,10 +96,10 @@ def test_impact_satisfies_3_4_is_optimal_and_never_adds_energy(seed, feet_flat):
     assert np.abs(A[~signed] @ after).max(initial=0.0) < speed
     lost = 0.5 * (v @ M @ v - after @ M @ after)
     assert lost > -1e-12 * (v @ M @ v)
-    assert w["loss"] == pytest.approx(lost, abs=1e-11 * (v @ M @ v))
+    assert w["ledger"]["loss"] == pytest.approx(lost, abs=1e-11 * (v @ M @ v))
     # Karush-Kuhn-Tucker: the change comes from the rows alone, no row pulls, and what parts is not pushed.
-    rows = w["row"][: len(A)]
-    impulse = w["impulse"][rows]
+    rows = w["system"]["row"][: len(A)]
+    impulse = w["ledger"]["impulse"][rows]
     momentum = np.abs(M @ v).max()
     np.testing.assert_allclose(M @ (after - v), A.T @ impulse, rtol=0, atol=1e-9 * momentum)
     assert (impulse[signed] > -1e-12 * momentum).all()
@@ -119,11 +120,11 @@ def test_a_held_constraint_does_not_part():
         impact(w, q, free)
         parting = A[signed] @ free > 1e-6
         w, q, v = new(seed)
-        w["held"] = 1
+        w["contact"]["held"] = 1
         held = v.copy()
         impact(w, q, held)
         assert np.abs(A @ held).max() < 1e-10
-        assert w["loss"] >= 0.0
+        assert w["ledger"]["loss"] >= 0.0
         found += int(parting.any())
     assert found > 5
 
@@ -137,22 +138,22 @@ def test_duplicated_rows_change_nothing():
             continue
         rng = np.random.default_rng(seed)
         y0 = rng.normal(size=9)
-        weigh_rows(w, m)
-        w["y"] = y0
+        weigh_rows(w["system"]["A"], w["system"]["R"], m, w["system"]["C"])
+        w["work"]["y"] = y0
         unilateral(w, m)
-        once = w["multiplier"][:m] @ w["C"][:m]
-        w["C"][m : 2 * m] = 1e3 * w["C"][:m]
-        w["signed"][m : 2 * m] = w["signed"][:m]
-        w["y"] = y0
+        once = w["work"]["multiplier"][:m] @ w["system"]["C"][:m]
+        w["system"]["C"][m : 2 * m] = 1e3 * w["system"]["C"][:m]
+        w["system"]["signed"][m : 2 * m] = w["system"]["signed"][:m]
+        w["work"]["y"] = y0
         unilateral(w, 2 * m)
-        twice = w["multiplier"][: 2 * m] @ w["C"][: 2 * m]
+        twice = w["work"]["multiplier"][: 2 * m] @ w["system"]["C"][: 2 * m]
         np.testing.assert_allclose(twice, once, rtol=0, atol=1e-11)
 
 
 def test_constrained_acceleration_is_3_7_with_a_dense_pseudo_inverse():
     for seed in range(100):
         w, q, v = new(seed)
-        w["Q"] = np.random.default_rng(seed).normal(scale=100.0, size=9)
+        w["acting"]["Q"] = np.random.default_rng(seed).normal(scale=100.0, size=9)
         M, A, _ = signed_rows(w, q, v)
         # (3.3) presumes velocities on the constraints.
         v -= np.linalg.pinv(A) @ (A @ v)
@@ -160,30 +161,35 @@ def test_constrained_acceleration_is_3_7_with_a_dense_pseudo_inverse():
         m = active_rows(w)
         R = np.linalg.cholesky(M).T
         C = A @ np.linalg.inv(R)
-        a = np.linalg.solve(M, w["Q"] - w["h"])
-        wanted = a + np.linalg.solve(R, np.linalg.pinv(C, rcond=1e-10) @ (w["b_v"][:m] - A @ a))
-        np.testing.assert_allclose(w["v_dot"], wanted, rtol=0, atol=1e-9 * np.abs(a).max())
-        np.testing.assert_allclose(w["q_dot"], v, rtol=0, atol=1e-12)
-        force = A.T @ w["lam"][w["row"][:m]]
-        np.testing.assert_allclose(M @ w["v_dot"], w["Q"] - w["h"] + force, rtol=0, atol=1e-8 * np.abs(force).max())
+        a = np.linalg.solve(M, w["acting"]["Q"] - w["system"]["h"])
+        wanted = a + np.linalg.solve(R, np.linalg.pinv(C, rcond=1e-10) @ (w["system"]["b_v"][:m] - A @ a))
+        np.testing.assert_allclose(w["motion"]["v_dot"], wanted, rtol=0, atol=1e-9 * np.abs(a).max())
+        np.testing.assert_allclose(w["motion"]["q_dot"], v, rtol=0, atol=1e-12)
+        force = A.T @ w["motion"]["lam"][w["system"]["row"][:m]]
+        np.testing.assert_allclose(
+            M @ w["motion"]["v_dot"],
+            w["acting"]["Q"] - w["system"]["h"] + force,
+            rtol=0,
+            atol=1e-8 * np.abs(force).max(),
+        )
 
 
 def test_release_lets_go_what_would_pull_and_keeps_what_pushes():
     released, kept = 0, 0
     for seed in range(200):
         w, q, v = new(seed)
-        w["Q"] = np.random.default_rng(seed).normal(scale=300.0, size=9)
-        w["active"][4:] = 0
+        w["acting"]["Q"] = np.random.default_rng(seed).normal(scale=300.0, size=9)
+        w["contact"]["active"][4:] = 0
         v[:] = 0.0
-        before = w["active"].copy()
+        before = w["contact"]["active"].copy()
         release(w, q, v)
-        if w["held"].any():  # friction alone would lift a point: held to the step's end instead
+        if w["contact"]["held"].any():  # friction alone would lift a point: held to the step's end instead
             continue
         m = active_rows(w)
-        force = w["lam"][w["row"][:m]][w["signed"][:m].astype(bool)]
+        force = w["motion"]["lam"][w["system"]["row"][:m]][w["system"]["signed"][:m].astype(bool)]
         assert (force > -1e-6).all()
-        released += int((before > w["active"]).sum())
-        kept += int(w["active"].sum())
+        released += int((before > w["contact"]["active"]).sum())
+        kept += int(w["contact"]["active"].sum())
     assert released > 50
     assert kept > 50
 
@@ -192,12 +198,12 @@ def test_release_on_redundant_rows_is_decided_by_the_motion():
     """Both feet flat, legs parallel, knees straight: ten rows of rank eight, and standing under gravity."""
     w = rigid_record(HUMAN, 0.0)[0]
     q, v = np.zeros(9), np.zeros(9)
-    w["active"] = 1
+    w["contact"]["active"] = 1
     place(w, q, v)
-    w["anchor"] = q[0] + w["point"][:, 0]
+    w["contact"]["anchor"] = q[0] + w["at"]["point"][:, 0]
     release(w, q, v)
-    assert w["active"][:4].all()
-    normal = w["lam"][:8:2]
-    assert normal.sum() == pytest.approx(w["mass"].sum() * 9.81, rel=0.2)
-    assert (w["lam"][[0, 2, 4, 6, 8, 9]] > -1e-6).all()
-    assert np.abs(w["A"] @ w["v_dot"]).max() < 1e-9
+    assert w["contact"]["active"][:4].all()
+    normal = w["motion"]["lam"][:8:2]
+    assert normal.sum() == pytest.approx(w["tree"]["mass"].sum() * 9.81, rel=0.2)
+    assert (w["motion"]["lam"][[0, 2, 4, 6, 8, 9]] > -1e-6).all()
+    assert np.abs(w["system"]["A"] @ w["motion"]["v_dot"]).max() < 1e-9

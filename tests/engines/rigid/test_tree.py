@@ -9,8 +9,9 @@ from biped.engines.rigid.motion import active_rows, gaps
 from biped.engines.rigid.record import pinocchio_tree, rigid_record
 from biped.engines.rigid.tree import applied_forces, mass_and_bias, place
 from biped.measure.metrics.energy import energy
+from biped.robot.description import robot_at
 from biped.robot.model import believed_model, tree_at, true_tree
-from biped.robot.tree import POINTS, motion
+from biped.robot.tree import motion
 from biped.scenario.keys import Truth
 
 HUMAN = locate("models", "human", "test")
@@ -44,9 +45,9 @@ def test_mass_matrix_and_bias_are_pinocchios(record, reference):
         place(w, q, v)
         mass_and_bias(w)
         M = np.triu(pinocchio.crba(model, data, q))
-        np.testing.assert_allclose(np.triu(w["M"]), M, rtol=0, atol=1e-12 * np.abs(M).max())
+        np.testing.assert_allclose(np.triu(w["system"]["M"]), M, rtol=0, atol=1e-12 * np.abs(M).max())
         h = pinocchio.nonLinearEffects(model, data, q, v)
-        np.testing.assert_allclose(w["h"], h, rtol=0, atol=1e-12 * np.abs(h).max())
+        np.testing.assert_allclose(w["system"]["h"], h, rtol=0, atol=1e-12 * np.abs(h).max())
 
 
 def test_rows_places_and_velocity_products_are_pinocchios(record, reference):
@@ -56,46 +57,46 @@ def test_rows_places_and_velocity_products_are_pinocchios(record, reference):
     for q, v in configurations():
         place(w, q, v)
         gaps(w, q, v)
-        w["held"] = 0
+        w["contact"]["held"] = 0
         pinocchio.forwardKinematics(model, data, q, v, np.zeros(9))
-        for i, name in enumerate(POINTS):
-            w["active"] = np.eye(6, dtype=np.uint8)[i]
+        for i, name in enumerate(robot_at(HUMAN).points):
+            w["contact"]["active"] = np.eye(6, dtype=np.uint8)[i]
             assert active_rows(w) == 2
             frame = model.getFrameId(name)
             at = pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
             J = pinocchio.computeFrameJacobian(model, data, q, frame, at)[planar]
-            np.testing.assert_allclose(w["A"][:2], J, rtol=0, atol=1e-12)
+            np.testing.assert_allclose(w["system"]["A"][:2], J, rtol=0, atol=1e-12)
             bias = pinocchio.getFrameClassicalAcceleration(model, data, frame, at).linear[planar]
-            np.testing.assert_allclose(w["b_v"][:2], -bias, rtol=0, atol=1e-11)
+            np.testing.assert_allclose(w["system"]["b_v"][:2], -bias, rtol=0, atol=1e-11)
             place_of = pinocchio.updateFramePlacement(model, data, frame).translation
-            assert w["gap"][i] == pytest.approx(place_of[2], abs=1e-13)
-            assert w["gap_rate"][i] == pytest.approx((J @ v)[0], abs=1e-12)
+            assert w["system"]["gap"][i] == pytest.approx(place_of[2], abs=1e-13)
+            assert w["system"]["gap_rate"][i] == pytest.approx((J @ v)[0], abs=1e-12)
 
 
 def test_flat_foot_has_one_tangential_row_and_a_knee_turns_backwards(record):
     w = record[0]
     q = np.zeros(9)
     place(w, q, q)
-    w["active"], w["held"] = (1, 1, 0, 1, 0, 1), 0
+    w["contact"]["active"], w["contact"]["held"] = (1, 1, 0, 1, 0, 1), 0
     m = active_rows(w)
-    assert w["row"][:m].tolist() == [0, 2, 3, 6, 7, 9]
-    assert w["signed"][:m].tolist() == [1, 1, 0, 1, 0, 1]
+    assert w["system"]["row"][:m].tolist() == [0, 2, 3, 6, 7, 9]
+    assert w["system"]["signed"][:m].tolist() == [1, 1, 0, 1, 0, 1]
     # The gap of a knee is the angle to its stop: it opens as the knee flexes, and flexing is negative.
-    np.testing.assert_array_equal(w["A"][m - 1], -np.eye(9)[7])
+    np.testing.assert_array_equal(w["system"]["A"][m - 1], -np.eye(9)[7])
 
 
 def test_push_does_the_work_that_its_links_centre_of_mass_sees(record):
     w = record[0]
     tree = tree_at(HUMAN)
     rng = np.random.default_rng(6)
-    w["Q"] = 0.0
-    w["pushed"] = 1
+    w["acting"]["Q"] = 0.0
+    w["acting"]["pushed"] = 1
     for q, v in list(configurations())[:20]:
-        w["push"] = rng.normal(size=(7, 2))
+        w["acting"]["push"] = rng.normal(size=(7, 2))
         place(w, q, v)
         applied_forces(w, v)
-        power = (w["push"] * motion(tree, q, v).com_velocity).sum()
-        assert w["force"] @ v == pytest.approx(power, rel=1e-12)
+        power = (w["acting"]["push"] * motion(tree, q, v).com_velocity).sum()
+        assert w["system"]["force"] @ v == pytest.approx(power, rel=1e-12)
 
 
 def test_true_biped_has_the_energy_of_its_true_tree():
@@ -104,12 +105,12 @@ def test_true_biped_has_the_energy_of_its_true_tree():
     )
     w = rigid_record(HUMAN, SLOPE, truth)[0]
     tree = true_tree(tree_at(HUMAN), truth)
-    for name, mine in pinocchio_tree(believed_model(HUMAN, 0.0))._asdict().items():
+    for name, mine in pinocchio_tree(believed_model(HUMAN, 0.0), robot_at(HUMAN))._asdict().items():
         np.testing.assert_allclose(mine, getattr(tree_at(HUMAN), name), rtol=0, atol=1e-14)
-    np.testing.assert_array_equal(w["damping"], 0.3)
+    np.testing.assert_array_equal(w["tree"]["damping"], 0.3)
     for q, v in list(configurations())[:20]:
         place(w, q, v)
         mass_and_bias(w)
-        M = np.triu(w["M"]) + np.triu(w["M"], 1).T
+        M = np.triu(w["system"]["M"]) + np.triu(w["system"]["M"], 1).T
         kinetic = energy(tree, q, v, 0.0) - energy(tree, q, np.zeros(9), 0.0)
         assert 0.5 * v @ M @ v == pytest.approx(kinetic, rel=1e-12)

@@ -100,7 +100,7 @@ def test_energy_lost_is_what_the_home_engine_books():
     steps = sum(0 < row <= n for row, _ in strikes(t.phase))
     # The last tick moves on from the last row of the log: its work is in the ledger alone.
     assert steps >= 4
-    assert loss_per_step(t, (0.0, n * t.tick)) == pytest.approx(float(record["loss"][0]) / steps, rel=2e-3)
+    assert loss_per_step(t, (0.0, n * t.tick)) == pytest.approx(float(record["ledger"]["loss"][0]) / steps, rel=2e-3)
 
 
 def test_control_rates_are_compared_at_the_same_moments(start):

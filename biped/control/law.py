@@ -1,0 +1,32 @@
+"""What an engine needs of any control law, the thesis's or a user's own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+import pinocchio
+
+WORLD = pinocchio.Convention.WORLD
+
+Tick = Callable[[int, float], int]
+
+
+class Law(Protocol):
+    """What an engine needs of a control law.
+
+    A law is bound to the measured coordinates of one run and ticks through it; what it wants is left in `u` and `Q_d`.
+
+    Attributes:
+        u: (6,) joint torques of the latest tick [N m].
+        Q_d: (9,) desired generalized forces of the latest tick.
+    """
+
+    u: np.ndarray
+    Q_d: np.ndarray
+
+    @property
+    def tick(self) -> Tick:
+        """One control tick (k, time [s]) from the bound measurements; returns a status of `biped.control.tick`."""
+        ...

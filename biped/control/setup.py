@@ -1,0 +1,81 @@
+"""A run's controller record: gait, beliefs and settings written into it before the first tick."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from biped.control import record
+from biped.control.bounded import EXACT, FOREIGN
+from biped.robot.model import gravity, torque_limits
+from biped.robot.run import Run
+from biped.robot.topology import Z
+from biped.robot.tree import Tree
+from biped.scenario.gains import Gains
+from biped.scenario.keys import Scenario
+
+
+def controller_record(run: Run, believed: Tree) -> np.ndarray:
+    """The compiled tick's record for a run.
+
+    Args:
+        run: Scenario, gains and draws.
+        believed: Lengths and masses the controller believes in.
+
+    Returns:
+        Array (1,) of `biped.control.record.CONTROL`.
+    """
+    s = run.scenario
+    out = record.new()
+    c = out[0]
+    set_gains(c["gait"], run.gains)
+    for name, value in believed._asdict().items():
+        c["tree"][name] = value
+    _set_beliefs(c["belief"], run)
+    _set_sensing(c["sensing"], s)
+    if s.backstep is not None:
+        back = c["backstep"]
+        back["on"], back["margin"], back["theta_l"] = 1, s.backstep.margin, np.radians(s.backstep.theta_l)
+        back["k_d2"], back["b_d2"] = s.backstep.k_d2, s.backstep.b_d2
+    _set_actuation(c["actuation"], s)
+    c["fall"]["height"] = s.fall.height * run.q[Z]
+    c["fall"]["tilt"] = np.radians(s.fall.tilt)
+    return out
+
+
+def set_gains(gait: np.void, gains: Gains) -> None:
+    """Writes a gait into the gait of a controller record."""
+    gait["k_d1"], gait["b_d1"], gait["theta_b"] = gains.k_d1, gains.b_d1, np.radians(gains.theta_b)
+    gait["k"] = np.transpose([gains.k_d2, gains.k_d3, gains.k_d4])
+    gait["b"] = np.transpose([gains.b_d2, gains.b_d3, gains.b_d4])
+    gait["theta_l"], gait["theta_a"] = np.radians(gains.theta_l), np.radians(gains.theta_a)
+
+
+def _set_beliefs(belief: np.void, run: Run) -> None:
+    ground = run.scenario.ground
+    belief["gravity"] = gravity(ground.slope)
+    belief["tilt"] = np.radians(ground.slope) if ground.angles == "gravity" else 0.0
+    belief["perturbed"] = run.mass_factor is not None or run.row_factor is not None
+    belief["mass_factor"] = 1.0 if run.mass_factor is None else run.mass_factor
+    belief["row_factor"] = 1.0 if run.row_factor is None else run.row_factor
+
+
+def _set_sensing(sensing: np.void, s: Scenario) -> None:
+    keys = s.sensing
+    sensing["contact_height"], sensing["knee_angle"] = keys.contact_height, keys.knee_angle
+    holds = (keys.heel_on, keys.heel_off, keys.toe_on, keys.toe_off)
+    sensing["hold"] = [round(hold * s.simulation.control_rate) for hold in holds]
+    sensing["extended"], sensing["ahead"] = keys.extended, keys.ahead
+    sensing["late_stance"] = np.radians(keys.late_stance)
+
+
+def _set_actuation(actuation: np.void, s: Scenario) -> None:
+    keys = s.actuation
+    actuation["generalized"] = keys.mode == "generalized"
+    actuation["release"] = keys.contacts == "released"
+    actuation["release_force"] = keys.release_force
+    actuation["single_tangential"] = keys.single_tangential
+    actuation["tolerance"] = keys.rank_tolerance
+    actuation["limit"] = torque_limits(s)
+    actuation["bounded"] = 0 if keys.limit == "clip" else EXACT if keys.solver == "active_set" else FOREIGN
+    actuation["use_u_0"] = keys.null_torque is not None
+    actuation["u_0"] = keys.null_torque or 0.0

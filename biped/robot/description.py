@@ -1,0 +1,184 @@
+"""What a biped is, as data: a TOML file beside its model file says which parts are which, and what is its own.
+
+`models/human.xml` is described by `models/human.toml`. A model file without a description beside it has the parts and
+names of the human's; so a variant of the human is a model file alone, and another robot is a model file and a
+description. Names are in the canonical order of `biped.robot.topology`; the model file may have another.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from typing import Annotated, Any
+
+from msgspec import Meta, field
+
+from biped.base.errors import InputError
+from biped.base.files import description_of, label, read_toml
+from biped.robot.topology import BASE, ENDS, LEGS, SEGMENTS
+from biped.scenario.section import NonNegative, Positive, Section
+from biped.scenario.valid import convert, known_keys
+
+Name = Annotated[str, Meta(min_length=1)]
+Base3 = Annotated[tuple[Name, ...], Meta(min_length=BASE, max_length=BASE)]
+Segments = Annotated[tuple[Name, ...], Meta(min_length=SEGMENTS, max_length=SEGMENTS)]
+Ends = Annotated[tuple[Name, ...], Meta(min_length=ENDS, max_length=ENDS)]
+Place = tuple[float, float, float]
+
+_KNEE = 1
+
+
+class Torso(Section, frozen=True):
+    """The link that moves freely in the plane.
+
+    Attributes:
+        link: Its body.
+        joints: Joints along x, along z and about -y that carry it.
+    """
+
+    link: Name
+    joints: Base3
+
+
+class Leg(Section, frozen=True):
+    """A leg of three links, from the torso outward.
+
+    Attributes:
+        name: What people call it, such as right.
+        links: Bodies: thigh, shank, foot.
+        joints: Joints: hip, knee, ankle.
+        actuators: Motors of the same joints.
+        points: Toe and heel: a site, a geom and a contact pair of each name.
+        stops: Joints with a stop at zero, beyond which they do not extend: the knee.
+    """
+
+    name: Name
+    links: Segments
+    joints: Segments
+    actuators: Segments
+    points: Ends
+    stops: tuple[Name, ...]
+
+
+class Contact(Section, frozen=True):
+    """How the feet meet the ground.
+
+    Attributes:
+        ground: The geom of the level plane.
+        radius: [m] of the spheres that stand for toe and heel.
+    """
+
+    ground: Name = "ground"
+    radius: Positive = 1e-6
+
+
+class Walked(Section, frozen=True):
+    """What counts as walking.
+
+    Attributes:
+        distance: [m/s] times the duration: how far a run must have gone.
+        speed: [m/s] that its mean speed over the window must exceed.
+    """
+
+    distance: NonNegative
+    speed: NonNegative
+
+
+class Shown(Section, frozen=True):
+    """Where a picture's camera is, relative to the torso's place on the ground.
+
+    Attributes:
+        eye: [m].
+        target: [m] what it looks at.
+    """
+
+    eye: Place
+    target: Place
+
+
+class Robot(Section, frozen=True):
+    """A biped's description.
+
+    Attributes:
+        description: One line for people.
+        base: The torso.
+        leg: The two legs; the first is the thesis's leg 1-3.
+        contact: Ground and contact points.
+        walked: What counts as walking.
+        shown: The camera.
+        scenario: Keys of a scenario and their values where a scenario of this robot does not say.
+    """
+
+    base: Torso
+    leg: Annotated[tuple[Leg, ...], Meta(min_length=LEGS, max_length=LEGS)]
+    walked: Walked
+    shown: Shown
+    contact: Contact = Contact()
+    description: str = ""
+    scenario: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        """The seven bodies in canonical order."""
+        return (self.base.link, *(link for leg in self.leg for link in leg.links))
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The nine joints in canonical order."""
+        return (*self.base.joints, *(joint for leg in self.leg for joint in leg.joints))
+
+    @property
+    def actuators(self) -> tuple[str, ...]:
+        """The six motors, in the order of the joints they drive."""
+        return tuple(actuator for leg in self.leg for actuator in leg.actuators)
+
+    @property
+    def points(self) -> tuple[str, ...]:
+        """The four contact points in canonical order."""
+        return tuple(point for leg in self.leg for point in leg.points)
+
+    @property
+    def stops(self) -> tuple[str, ...]:
+        """The joints with a stop, leg by leg."""
+        return tuple(stop for leg in self.leg for stop in leg.stops)
+
+    @property
+    def legs(self) -> tuple[str, ...]:
+        """What people call the legs."""
+        return tuple(leg.name for leg in self.leg)
+
+
+def robot_at(model: Path) -> Robot:
+    """The description of the robot in a model file.
+
+    Raises:
+        InputError: It cannot be read, lacks a part, or names a part twice.
+    """
+    path = description_of(model)
+    return _robot(str(path), path.stat().st_mtime)
+
+
+@lru_cache(maxsize=8)
+def _robot(file: str, modified: float) -> Robot:
+    path = Path(file)
+
+    def fail(key: str, what: str) -> InputError:
+        return InputError(f"{label(path)}: {key}: {what}")
+
+    data = read_toml(path)
+    known_keys({key: value for key, value in data.items() if key not in ("leg", "scenario")}, Robot, "", fail)
+    legs = data.get("leg", [])
+    if not isinstance(legs, list) or not all(isinstance(leg, dict) for leg in legs):
+        raise fail("leg", "expected two tables, each headed [[leg]]")
+    for i, leg in enumerate(legs):
+        known_keys(leg, Leg, f"leg[{i}].", fail)
+    robot = convert(data, Robot, fail)
+    for i, leg in enumerate(robot.leg):
+        if leg.stops != (leg.joints[_KNEE],):
+            raise fail(f"leg[{i}].stops", f"expected the knee, ['{leg.joints[_KNEE]}'], got {list(leg.stops)}")
+    for key in ("links", "joints", "actuators", "points", "legs"):
+        names = getattr(robot, key)
+        twice = [name for name in names if names.count(name) > 1]
+        if twice:
+            raise fail("leg", f"expected different names of {key}, got '{twice[0]}' twice")
+    return robot

@@ -1,0 +1,51 @@
+"""Where a model file has the parts of a biped: MuJoCo's numbers for them, in canonical order.
+
+A file may list legs, motors and contact pairs in any order. Engines and controllers speak the canonical one
+(`biped.robot.topology`); where the file's is another, the MuJoCo engine gathers and scatters by these numbers.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from biped.robot.description import Robot
+from biped.robot.topology import NQ, NU
+
+
+class Order(NamedTuple):
+    """MuJoCo's numbers of a biped's parts.
+
+    Attributes:
+        joints: (9,) of the coordinates.
+        actuators: (6,) of the motors.
+        points: (4,) of the contact points' geoms.
+        contacts: (4,) canonical numbers of the points, in the order in which MuJoCo lists contacts.
+        stops: (2,) canonical numbers of the stops, in the order in which MuJoCo lists joint limits.
+    """
+
+    joints: np.ndarray
+    actuators: np.ndarray
+    points: np.ndarray
+    contacts: np.ndarray
+    stops: np.ndarray
+
+    @property
+    def canonical(self) -> bool:
+        """Whether coordinates and motors are in canonical order, so that MuJoCo's own arrays will do."""
+        return bool((self.joints == np.arange(NQ)).all() and (self.actuators == np.arange(NU)).all())
+
+
+def order_of(model: mujoco.MjModel, robot: Robot) -> Order:
+    """The order of a compiled model file that has passed its check."""
+    joints = np.array([model.joint(joint).dofadr[0] for joint in robot.joints])
+    pairs = [robot.points.index(model.pair(i).name) for i in range(model.npair)]
+    return Order(
+        joints=joints,
+        actuators=np.array([model.actuator(motor).id for motor in robot.actuators]),
+        points=np.array([model.geom(point).id for point in robot.points]),
+        contacts=np.array(pairs),
+        stops=np.argsort([model.joint(stop).dofadr[0] for stop in robot.stops]),
+    )
