@@ -71,13 +71,17 @@ def test_bad_input_of_the_real_command(name, tmp_path):
 
 
 def test_law_that_fails_in_a_worker(tmp_path, monkeypatch, capsys):
-    """The complaint crosses from the process that found it, and the journal of the others goes."""
+    """The complaint crosses from the process that found it; what was finished before is kept, and nothing else."""
     bad = next(bad for bad in LAWS if bad.name == "law that raises in one run of many")
     prepared(bad, tmp_path)
     monkeypatch.chdir(tmp_path)
     code = main(["run", "s.toml", "--jobs", "2", "--out", "deep/down"])
-    assert_good_answer(bad, code, *capsys.readouterr())
-    assert not Path("deep").exists()
+    answer = capsys.readouterr()
+    assert_good_answer(bad, code, *answer)
+    noted = Path("deep/down/runs.jsonl").exists()
+    assert noted == ("finished runs are kept in deep/down/" in answer.err)
+    kept = {path.name for path in Path().glob("deep/down/*")}
+    assert kept - {"failures"} == ({"scenario.toml", "runs.jsonl"} if noted else set())
 
 
 def test_good_input_is_not_refused(tmp_path, monkeypatch, capsys):

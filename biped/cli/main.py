@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -121,7 +122,7 @@ def _tune(args: argparse.Namespace) -> int:
 
 
 def _compare(args: argparse.Namespace) -> int:
-    from biped.ensemble.results import new_folder
+    from biped.ensemble.folder import new_folder
     from biped.studies import comparison
     from biped.studies.run import RUNS, title_of
 
@@ -133,7 +134,7 @@ def _compare(args: argparse.Namespace) -> int:
     for name in args.scenario:
         title = title_of(name)
         made.append(comparison.compare(name, title, args.changes, _jobs(args)))
-        where = args.out or new_folder(RUNS, f"compare-{title.replace('/', '-')}")
+        where = args.out or new_folder(RUNS, f"compare-{title}")
         comparison.write(made[-1], where)
         if not args.json:
             print(f"figure, recording and numbers in {where}/")
@@ -148,7 +149,7 @@ def _compare(args: argparse.Namespace) -> int:
 
 
 def _print_json(results: list[dict]) -> None:
-    from biped.ensemble.results import dumps
+    from biped.base.json import dumps
 
     if len(results) == 1:
         print(dumps(results[0]))
@@ -246,9 +247,18 @@ _COMMANDS = {
 }
 
 
+def _somewhere() -> None:
+    """Complains once where everything would: names of files mean nothing in a folder that was deleted."""
+    try:
+        os.getcwd()
+    except OSError:
+        raise InputError("the working folder was deleted; expected to be called from one that exists") from None
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs one command; returns the exit code."""
     try:
+        _somewhere()
         args = parsed(argv)
         return _COMMANDS[args.command](args)
     except BipedError as error:

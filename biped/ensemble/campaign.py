@@ -5,29 +5,32 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from functools import partial
+from types import ModuleType
 from typing import Any
 
+from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
-from biped.ensemble.processes import FORKS, pool
+from biped.ensemble.rows import LOST, Row
 from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
 from biped.scenario.keys import Scenario
 
-Row = dict[str, Any]
-"""One run's numbers: index, seed, what it drew, how it ended, then every metric."""
-
-_plan: Plan | None = None
-_keep: Callable[[int, Trajectory, Row], None] | None = None
+Keep = Callable[[int, Trajectory, Row], None]
+"""Called where a run was made with (index, trajectory, row), for what must be kept of it."""
 
 
 def simulate(run: Run) -> Trajectory:
     """Simulates a run in the engine that its scenario names."""
-    if run.scenario.engine == "home":
+    return _engine(run.scenario).simulate(run)
+
+
+def _engine(scenario: Scenario) -> ModuleType:
+    if scenario.engine == "home":
         from biped.engines import home as engine
     else:
         from biped.engines import mujoco as engine
-
-    return engine.simulate(run)
+    return engine
 
 
 def run_one(plan: Plan, index: int) -> tuple[Trajectory, Row]:
@@ -37,17 +40,18 @@ def run_one(plan: Plan, index: int) -> tuple[Trajectory, Row]:
     run = plan.run(index)
     trajectory = simulate(run)
     numbers = measure(trajectory, run.scenario.interval)
-    row = {
-        "index": index,
-        "seed": run.seed,
-        "values": run.values,
-        "fell": bool(numbers.pop("falls")),
-        "end": trajectory.end,
-        "cause": trajectory.cause,
+    fell, walked = bool(numbers.pop("falls")), bool(numbers.pop("walked"))
+    row = Row(
+        index=index,
+        seed=run.seed,
+        values=run.values,
+        fell=fell,
+        end=trajectory.end,
+        cause=trajectory.cause,
+        walked=walked,
+        warnings=trajectory.warnings,
         **numbers,
-        "walked": bool(numbers["walked"]),
-        "warnings": trajectory.warnings,
-    }
+    )
     return trajectory, row
 
 
@@ -57,39 +61,65 @@ def cores() -> int:
 
 
 @contextmanager
-def rows_of(
-    plan: Plan, indices: Iterable[int], jobs: int, keep: Callable[[int, Trajectory, Row], None] | None = None
-) -> Iterator[Iterator[Row]]:
+def rows_of(plan: Plan, indices: Iterable[int], jobs: int, keep: Keep | None = None) -> Iterator[Iterator[Row]]:
     """Rows of the given runs, as they are finished.
 
     Args:
         plan: The ensemble.
         indices: Which runs.
         jobs: Number of processes; 1 stays in this one.
-        keep: Called where the run was made with (index, trajectory, row), for what must be kept of it.
+        keep: What must be kept of a run, where it was made.
 
     Yields:
         An iterator over rows, in any order.
     """
     indices = list(indices)
-    jobs = max(1, min(jobs, len(indices)))
-    _start(plan.scenario, keep, plan)
-    if jobs == 1:
-        yield map(_work, indices)
-        return
-    with pool(jobs, _start, (plan.scenario, keep, plan if FORKS else None)) as workers:
-        yield workers.imap_unordered(_work, indices)
+    if min(jobs, len(indices)) > 1:
+        # Forked workers share what is imported here: whoever takes a killed one's place is at work at once.
+        from biped.measure import metrics  # noqa: F401
+
+        _engine(plan.scenario)
+    with workers(Making(plan, keep), min(jobs, len(indices))) as carried_out:
+        yield carried_out(indices, ordered=False, lost=partial(_lost, plan))
 
 
-def _start(scenario: Scenario, keep: Callable[[int, Trajectory, Row], None] | None, plan: Plan | None = None) -> None:
-    global _plan, _keep
-    _plan = Plan(scenario) if plan is None else plan
-    _keep = keep
+class Making:
+    """Makes runs of a plan by number, wherever it is sent to: there the plan is made anew from its scenario.
+
+    Args:
+        plan: The ensemble.
+        keep: What must be kept of a run, where it was made.
+    """
+
+    def __init__(self, plan: Plan, keep: Keep | None):
+        self._plan, self._keep = plan, keep
+
+    def __call__(self, index: int) -> Row:
+        """The row of run `index`."""
+        trajectory, row = run_one(self._plan, index)
+        if self._keep is not None:
+            self._keep(index, trajectory, row)
+        return row
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _making, (self._plan.scenario, self._keep)
 
 
-def _work(index: int) -> Row:
-    assert _plan is not None
-    trajectory, row = run_one(_plan, index)
-    if _keep is not None:
-        _keep(index, trajectory, row)
-    return row
+def _making(scenario: Scenario, keep: Keep | None) -> Making:
+    return Making(Plan(scenario), keep)
+
+
+def _lost(plan: Plan, index: int, error: BaseException) -> Row:
+    run = plan.run(index)
+    cause = f"lost: {error}, and so was the next"
+    return Row(
+        index=index,
+        seed=run.seed,
+        values=run.values,
+        fell=False,
+        end=LOST,
+        cause=cause,
+        walked=False,
+        stood=0,
+        time=0.0,
+    )

@@ -1,4 +1,8 @@
-"""Processes that work for this one, and never longer than it."""
+"""Processes that work for this one, and never longer than it.
+
+Each has a pipe of its own, whose other end closes with it however it ends, even in the middle of an answer: so it is
+known who is gone, and with which item. (The pools of the standard library lose the item, or all of them.)
+"""
 
 from __future__ import annotations
 
@@ -6,41 +10,161 @@ import multiprocessing
 import os
 import signal
 import threading
+import traceback
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from multiprocessing.pool import Pool
+from contextlib import contextmanager, suppress
+from multiprocessing import connection
+from multiprocessing.connection import Connection
 from typing import Any
+
+from biped.base.errors import RunError
+from biped.base.writing import reason
+from biped.ensemble.executor import Done, WorkerLost
 
 FORKS = "fork" in multiprocessing.get_all_start_methods()
 """Whether workers share what is already imported and compiled; otherwise they start afresh."""
 
+PATIENCE = 1.0
+"""[s] after which it is looked whether workers are alive: a child of theirs may hold their pipe open."""
+FAREWELL = 10.0
+"""[s] that a worker is given to end by itself."""
 
-@contextmanager
-def pool(jobs: int, begin: Callable[..., None] | None = None, arguments: tuple[Any, ...] = ()) -> Iterator[Pool]:
-    """A pool of processes, which are gone when the block ends, however it ends.
+
+class Processes:
+    """A backend of processes, which start as there is something to do.
 
     Args:
+        work: The function; forked workers share it and what it refers to.
         jobs: Number of processes.
-        begin: Called first in each of them.
-        arguments: What it is called with; where processes fork, it may be anything.
     """
-    workers = multiprocessing.get_context("fork" if FORKS else "spawn").Pool(jobs, _begin, (begin, arguments))
+
+    def __init__(self, work: Callable[[Any], Any], jobs: int):
+        self.room = jobs
+        self._work = work
+        self._context = multiprocessing.get_context("fork" if FORKS else "spawn")
+        self._everyone: dict[Connection, Any] = {}  # processes by their pipe
+        self._idle: list[Connection] = []
+        self._busy: dict[Connection, int] = {}  # tickets
+
+    def send(self, ticket: int, item: Any) -> None:
+        """See `biped.ensemble.executor.Backend`."""
+        while True:
+            fresh = not self._idle
+            if fresh:
+                self._start()
+            pipe = self._idle.pop()
+            try:
+                pipe.send(item)
+            except OSError:
+                if not fresh:  # killed while it had nothing to do
+                    self._bury(pipe)
+                    continue
+            self._busy[pipe] = ticket  # that a worker dies of its start is found by `receive`
+            return
+
+    def receive(self) -> list[Done]:
+        """See `biped.ensemble.executor.Backend`."""
+        while True:
+            ready = connection.wait(list(self._busy), PATIENCE)
+            done = ready or [pipe for pipe in self._busy if not self._everyone[pipe].is_alive()]
+            if done:
+                return [self._answer(pipe) for pipe in done]  # pyright: ignore[reportArgumentType]
+
+    def _answer(self, pipe: Connection) -> Done:
+        ticket = self._busy.pop(pipe)
+        try:
+            if not pipe.poll():
+                raise EOFError
+            value, error = pipe.recv()
+        except (EOFError, OSError):
+            return Done(ticket, error=WorkerLost(self._bury(pipe)))
+        except Exception as what:  # errors of strange classes: pickled, but for good
+            value, error = None, RunError(f"a worker's answer cannot be read: {what}")
+        self._idle.append(pipe)
+        return Done(ticket, value, error)
+
+    def _start(self) -> None:
+        ours, theirs = self._context.Pipe()
+        inherited = [ours, *self._everyone] if FORKS else []
+        # No daemon: what it carries out may start processes of its own.
+        process = self._context.Process(target=_serve, args=(theirs, self._work, inherited))
+        with _undisturbed():
+            try:
+                process.start()
+            except OSError as error:
+                raise RunError(f"no process can be started: {reason(error)}; try fewer --jobs") from error
+            theirs.close()
+            self._everyone[ours] = process
+            self._idle.append(ours)
+
+    def _bury(self, pipe: Connection) -> str:
+        """Ends a worker that is of no use any more; says how it ended."""
+        process = self._everyone.pop(pipe)
+        pipe.close()
+        process.join(PATIENCE)
+        process.kill()
+        process.join()
+        code = process.exitcode
+        process.close()
+        if code is not None and code < 0:
+            return f"its process was killed ({signal.Signals(-code).name})"
+        return f"its process ended itself (exit code {code})"
+
+    def close(self, well: bool) -> None:
+        """See `biped.ensemble.executor.Backend`."""
+        with _undisturbed():
+            for pipe, process in self._everyone.items():
+                if not well or pipe in self._busy:
+                    process.kill()
+                    continue
+                with suppress(OSError):
+                    pipe.send(_Stop)
+            for pipe, process in list(self._everyone.items()):
+                process.join(FAREWELL)
+                self._bury(pipe)
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Lets Ctrl-C wait, so that no process is started or ended by half."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
     try:
-        yield workers
-        workers.close()  # whoever is done ends by itself, properly
-        workers.join()
+        yield
     finally:
-        workers.terminate()
-        workers.join()
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _begin(begin: Callable[..., None] | None, arguments: tuple[Any, ...]) -> None:
-    # Ctrl-C is the parent's business: it ends the pool and keeps what is finished. A parent that was killed
-    # cannot: then its workers end themselves.
+class _Stop:
+    """Sent to a worker that may go."""
+
+
+def _serve(pipe: Connection, work: Callable[[Any], Any], inherited: list[Connection]) -> None:
+    """What a worker does: answers items until it is told to stop or the parent is gone."""
+    # Ctrl-C is the parent's business: it ends its workers and keeps what is finished. A parent that was killed cannot:
+    # then its workers end themselves. (Until here the signal was held back: see `_undisturbed`.)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])
+    for other in inherited:
+        other.close()
     threading.Thread(target=_end_with, args=(multiprocessing.parent_process(),), daemon=True).start()
-    if begin is not None:
-        begin(*arguments)
+    while True:
+        try:
+            item = pipe.recv()
+        except (EOFError, OSError):  # the parent is gone
+            return
+        if item is _Stop:
+            return
+        try:
+            answer = work(item), None
+        except Exception as error:
+            error.add_note("".join(traceback.format_exception(error)))
+            answer = None, error
+        try:
+            pipe.send(answer)
+        except OSError:
+            return
+        except Exception as error:  # what cannot be pickled cannot be handed over
+            pipe.send((None, RunError(f"{answer[1] or type(answer[0]).__name__}: cannot be handed over: {error}")))
 
 
 def _end_with(parent: multiprocessing.process.BaseProcess) -> None:

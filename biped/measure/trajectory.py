@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import zlib
 from dataclasses import dataclass, replace
 from pathlib import Path
 from zipfile import BadZipFile
@@ -168,15 +169,18 @@ class Trajectory:
                 rest = json.loads(str(file["about"]))
                 n = len(file["time"])
                 log = np.hstack([file[name].reshape(n, -1) for name in COLUMNS])
-        except (OSError, EOFError, KeyError, TypeError, ValueError, BadZipFile) as error:
-            raise InputError(f"{path}: not a trajectory: {error}") from None
-        # What was saved before trajectories said so was the human's.
-        told = rest.pop("robot", None)
-        try:
+            # What was saved before trajectories said so was the human's.
+            told = rest.pop("robot", None)
             rest["robot"] = robot_at(folder("models") / "human.xml") if told is None else msgspec.convert(told, Robot)
-        except msgspec.ValidationError as error:
-            raise InputError(f"{path}: not a trajectory: {error}") from None
-        rest["tree"] = Tree(**{name: np.array(value) for name, value in rest["tree"].items()})
-        rest["torque_limit"] = tuple(rest["torque_limit"])
-        rest["pushes"] = tuple(tuple(push) for push in rest["pushes"])
-        return cls(log=log, **rest)
+            rest["tree"] = Tree(**{name: np.array(value) for name, value in rest["tree"].items()})
+            rest["torque_limit"] = tuple(rest["torque_limit"])
+            rest["pushes"] = tuple(tuple(push) for push in rest["pushes"])
+            loaded = cls(log=log, **rest)
+            if log.shape != (n, WIDTH) or log.dtype != np.float64 or n == 0 or not loaded.tick > 0.0:
+                raise ValueError(f"arrays of {log.shape}, {log.dtype}")
+        except (OSError, EOFError, KeyError, TypeError, ValueError, AttributeError, BadZipFile, MemoryError, zlib.error,
+                NotImplementedError, RecursionError, msgspec.ValidationError) as error:  # fmt: skip
+            raise InputError(
+                f"{path}: not a trajectory: {' '.join(str(error).split())[:200]}; remove it to have it simulated again"
+            ) from None
+        return loaded

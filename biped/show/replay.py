@@ -69,8 +69,12 @@ def record_runs(path: Path, plan: Plan, result: Mapping[str, Any], known: Mappin
 
 def plan_at(folder: Path) -> tuple[Plan, dict[str, Any]]:
     """The plan and the result object of a results folder."""
+    from biped.ensemble.stored import of_plan
+
     result = results_at(folder)
-    return Plan(read_scenario(str(folder / "scenario.toml"))), result
+    plan = Plan(read_scenario(str(folder / "scenario.toml")))
+    of_plan(folder, plan, result)
+    return plan, result
 
 
 def recording_of(path: Path | None) -> Path:
@@ -94,7 +98,9 @@ def recording_of(path: Path | None) -> Path:
 
 def _kept(folder: Path, result: Mapping[str, Any]) -> dict[int, Trajectory]:
     file = folder / "trajectory.npz"
-    return {result["runs"][0]["index"]: Trajectory.load(file)} if file.is_file() else {}
+    if not file.is_file() or len(result["runs"]) > 1:
+        return {}
+    return {result["runs"][0]["index"]: Trajectory.load(file)}
 
 
 def plot_results(folder: Path, out: Path | None = None) -> list[Path]:

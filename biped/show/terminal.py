@@ -102,7 +102,7 @@ def causes_of(runs: Sequence[Mapping[str, Any]]) -> list[tuple[str, int]]:
     """How runs failed and how often, the commonest first."""
     counts: dict[str, int] = {}
     for run in runs:
-        if run["fell"]:
+        if run["cause"] and not run["walked"]:
             cause = run["cause"].split(" at ")[0].split(" after ")[0]
             counts[cause] = counts.get(cause, 0) + 1
         elif not run["walked"]:

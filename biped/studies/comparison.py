@@ -13,6 +13,7 @@ import numpy as np
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.ensemble.results import result_of
+from biped.ensemble.rows import LOST
 from biped.measure.metrics import NAMES
 from biped.measure.trajectory import Trajectory
 from biped.robot.tree import absolute
@@ -45,7 +46,7 @@ class Comparison(NamedTuple):
         rows = [self.results[engine]["runs"] for engine in ENGINES]
         return {
             "scenario": self.scenario,
-            "passed": all(run["end"] != "diverged" for runs in rows for run in runs),
+            "passed": all(run["end"] not in ("diverged", LOST) for runs in rows for run in runs),
             "parted_at": parted_at(*(self.first[engine] for engine in ENGINES)),
             "metrics": self.metrics(),
             "results": self.results,
@@ -98,7 +99,7 @@ def compare(name: str, title: str, changes: Sequence[str], jobs: int) -> Compari
             rows = [row]
         else:
             with campaign.rows_of(plan, range(len(plan)), jobs) as finished:
-                rows = sorted(finished, key=lambda row: row["index"])
+                rows = sorted(finished, key=lambda row: row.index)
             first[engine] = campaign.simulate(plan.run(0))
         results[engine] = result_of(title, plan, rows)
     return Comparison(title, description, plans, results, first)
@@ -115,7 +116,8 @@ def write(comparison: Comparison, folder: Path) -> None:
         InputError: It cannot be written.
     """
     from biped.base.errors import InputError
-    from biped.ensemble.results import dumps
+    from biped.base.json import dumps
+    from biped.base.writing import write_text
     from biped.robot.model import compile_foreign
     from biped.scenario.reading import to_toml
     from biped.show.figures import plot_overlay
@@ -123,7 +125,7 @@ def write(comparison: Comparison, folder: Path) -> None:
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "comparison.json").write_text(dumps(comparison.as_dict(), indent=1), encoding="utf-8")
+        write_text(folder / "comparison.json", dumps(comparison.as_dict(), indent=1))
     except OSError as error:
         raise InputError(f"{folder}: cannot be written: {error.strerror}; choose another folder") from None
     plot_overlay(comparison.first, folder / "overlay.png", comparison.scenario)

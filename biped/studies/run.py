@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import json
+import sys
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -10,11 +10,15 @@ from typing import Any
 
 from biped.base.errors import InputError
 from biped.base.files import canonical, label, locate
+from biped.base.json import dumps
 from biped.ensemble import campaign
+from biped.ensemble.folder import Folder, keep
 from biped.ensemble.plan import Plan
-from biped.ensemble.results import Folder, new_folder, result_of
+from biped.ensemble.results import result_of, write_table
+from biped.ensemble.rows import Row
 from biped.measure.trajectory import Trajectory
 from biped.scenario.reading import blaming, read_scenario
+from biped.scenario.vary import run_seed
 
 RUNS = Path("runs")
 """Where results go unless --out says otherwise, below the working folder."""
@@ -30,14 +34,10 @@ def title_of(name: str) -> str:
     return path.stem if Path(known).suffix else known
 
 
-def _keep(path: Path, index: int, trajectory: Trajectory, row: campaign.Row) -> None:
+def _keep(folder: Path, index: int, trajectory: Trajectory, row: Row) -> None:
     """Keeps the last seconds of a run that fell."""
-    if not row["fell"]:
-        return
-    path.mkdir(exist_ok=True)
-    trajectory.last(LAST_SECONDS).save(path / f"run-{index:05d}.npz")
-    again = f"biped run {path.parent / 'scenario.toml'} --only {index}"
-    (path / f"run-{index:05d}.txt").write_text(f"{row['cause']}\nagain: {again}\n", encoding="utf-8")
+    if row.fell:
+        keep(folder, index, row.cause, trajectory.last(LAST_SECONDS))
 
 
 def run(
@@ -70,20 +70,24 @@ def run(
     title = title_of(name)
     if only is not None and not 0 <= only < len(plan):
         raise InputError(f"--only {only}: expected the number of a run, 0 … {len(plan) - 1}")
+    runs = None if only is None else [only]
     where = None
     if write:
-        suffix = title.replace("/", "-") + ("" if only is None else f"-run{only}")
-        where = Folder(out if out is not None else new_folder(RUNS, suffix), plan)
-    indices = range(len(plan)) if only is None else [only]
+        suffix = "" if only is None else f"-run{only}"
+        where = Folder.new(RUNS, title + suffix, plan, runs) if out is None else Folder(out, plan, runs)
     try:
         with blaming(name, changes):
-            result = _results(title, plan, indices, jobs, where, record)
+            result = _results(title, plan, runs or range(len(plan)), jobs, where, record)
     except BaseException as error:
-        # What an interrupted campaign finished is kept; half a run, or runs of what cannot be run, are not.
-        if where is not None and (isinstance(error, InputError) or not where.journal.is_file()):
+        # What an interrupted campaign finished is kept; half a run is not.
+        if where is not None:
             where.discard()
+            if where.noted and isinstance(error, InputError):
+                raise InputError(f"{error}; finished runs are kept in {label(where.path)}/") from error
         raise
-    return result, None if where is None else where.path, plan.scenario.description
+    if where is not None:
+        where.close()
+    return result, None if where is None else Path(label(where.path)), plan.scenario.description
 
 
 def plan_of(name: str, changes: Sequence[str]) -> Plan:
@@ -106,42 +110,57 @@ def _results(
     known: dict[int, Trajectory] = {}
     if len(indices) == 1:
         trajectory, row = campaign.run_one(plan, indices[0])
-        rows, known = [row], {row["index"]: trajectory}
+        rows, known = [row], {row.index: trajectory}
         if where is not None:
-            trajectory.save(where.path / "trajectory.npz")
+            with where.saving("trajectory.npz") as part:
+                trajectory.save(part)
     else:
         rows = _ensemble(plan, indices, jobs, where, partial(progress, title))
     result = result_of(title, plan, rows)
     if where is not None:
-        where.write_result(result)
-        where.write_table(rows)
+        where.save_text("result.json", dumps(result, indent=1))
+        with where.saving("runs.parquet") as part:
+            write_table(part, rows)
         if record:
             from biped.show.replay import record_runs
 
-            record_runs(where.path / "recording.rrd", plan, result, known)
+            with where.saving("recording.rrd") as part:
+                record_runs(part, plan, result, known)
     return result
 
 
-def _ensemble(plan: Plan, indices: Sequence[int], jobs: int, where: Folder | None, progress) -> list[campaign.Row]:
+def _ensemble(plan: Plan, indices: Sequence[int], jobs: int, where: Folder | None, progress) -> list[Row]:
     """Rows of an ensemble in order, those an interrupted campaign left included."""
-    done = {row["index"]: row for row in (where.finished() if where else [])}
+    done = _finished(plan, where) if where else {}
     left = [index for index in indices if index not in done]
-    keep = partial(_keep, where.path / "failures") if where else None
+    kept = partial(_keep, where.path) if where else None
     if left:
-        with campaign.rows_of(plan, left, jobs, keep) as rows, progress(len(indices), len(done)) as advance:
+        with campaign.rows_of(plan, left, jobs, kept) as rows, progress(len(indices), len(done)) as advance:
             for row in rows:
-                done[row["index"]] = row
-                if where is not None:
-                    where.note(row)
+                # What goes on from a journal must not be told from what was never stopped.
+                done[row.index] = row if where is None else Row.of(where.note(row.as_dict()))
                 advance()
     return [done[index] for index in indices]
+
+
+def _finished(plan: Plan, where: Folder) -> dict[int, Row]:
+    """Rows by number that are done with; a lost run is made again, and so is one whose seed is not the plan's."""
+    seeds = [run_seed(plan.scenario.seed, number) for number in range(plan.scenario.randomise.runs)]
+    rows = [Row.of(record) for record in where.finished()]
+    for words in where.notes:
+        print(f"biped: {words}", file=sys.stderr)
+    return {
+        row.index: row
+        for row in rows
+        if not row.lost and row.index < len(plan) and row.seed == seeds[row.index % len(seeds)]
+    }
 
 
 def results_at(path: Path) -> dict[str, Any]:
     """The result object in a results folder.
 
     Raises:
-        InputError: It is not a results folder.
+        InputError: It is not a results folder, or its result is not whole.
     """
     file = path / "result.json"
     if not file.is_file():
@@ -149,10 +168,9 @@ def results_at(path: Path) -> dict[str, Any]:
         raise InputError(
             f"{path}: expected a results folder (with result.json); there are: {', '.join(known) or 'none'}"
         )
-    try:
-        return json.loads(file.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise InputError(f"{label(file)}: expected a result in JSON: {error}") from None
+    from biped.ensemble.stored import result_in
+
+    return result_in(path)
 
 
 def newest_recording() -> Path:

@@ -76,5 +76,5 @@ def test_stepping_back_keeps_it_up_on_eight_degrees():
     for name, changes in (("off", []), ("on", ["backstep={}"])):
         plan = Plan(read_scenario("robust/own", ["ground.slope=8.0", "randomise.runs=24", *changes]))
         with campaign.rows_of(plan, range(len(plan)), campaign.cores()) as rows:
-            walked[name] = sum(row["walked"] for row in rows)
+            walked[name] = sum(row.walked for row in rows)
     assert walked["on"] >= walked["off"] + 3

@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import json
+import pickle
+from functools import partial
 from pathlib import Path
 
 import pytest
 
+from biped.base.json import dumps
 from biped.cli.main import main
-from biped.ensemble import campaign
+from biped.ensemble import campaign, processes
+from biped.ensemble.campaign import Making, run_one
+from biped.ensemble.plan import Plan
+from biped.scenario.reading import read_scenario
+from biped.studies.run import _keep
 from tests.cases import ENSEMBLE, command, contents, write
 
 
@@ -65,7 +72,7 @@ def test_interrupted_campaign_goes_on_to_the_same_bytes(monkeypatch, capsys):
     capsys.readouterr()
     assert main(["run", "e.toml", "--jobs", "1", "--out", "x"]) == 130
     assert "stopped" in capsys.readouterr().err
-    assert len(Path("x/runs.jsonl").read_text(encoding="utf-8").splitlines()) == 3
+    assert len(Path("x/runs.jsonl").read_bytes().splitlines()) == 1 + 3  # what it is about, and three rows
     assert not Path("x/result.json").exists()
 
     made = []
@@ -117,3 +124,23 @@ def test_falls_are_kept_and_say_how_to_see_them_again(capsys):
     note = Path(f"x/failures/run-{fallen[0]:05d}.txt").read_text(encoding="utf-8")
     argv = note.splitlines()[1].removeprefix("again: biped ").split()
     assert command(capsys, *argv)[1]["runs"] == [result["runs"][fallen[0]]]
+
+
+def test_work_can_be_sent_elsewhere(tmp_path):
+    """To another machine, or a process that shares nothing: the plan is made anew there."""
+    plan = Plan(read_scenario("e.toml"))
+    sent = pickle.loads(pickle.dumps(Making(plan, partial(_keep, tmp_path))))
+    assert dumps(sent(3).as_dict()) == dumps(run_one(plan, 3)[1].as_dict())
+    assert (tmp_path / "failures/run-00003.npz").is_file()
+
+
+@pytest.mark.slow
+def test_where_processes_do_not_fork(monkeypatch):
+    assert main(["run", "e.toml", "--jobs", "1", "--out", "1"]) == 0
+    monkeypatch.setattr(processes, "FORKS", False)
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2]))
+    assert main(["run", "e.toml", "--jobs", "2", "--out", "2"]) == 0
+    one, two = contents("1"), contents("2")
+    assert {name: data for name, data in one.items() if name.endswith((".json", ".npz", ".parquet"))} == {
+        name: data for name, data in two.items() if name.endswith((".json", ".npz", ".parquet"))
+    }

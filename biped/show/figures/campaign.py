@@ -87,7 +87,7 @@ def failures(rows: Rows, title: str) -> Figure:
     """When runs failed, by cause; runs that stayed up without walking on are counted at the end."""
     causes: dict[str, list[float]] = {}
     for row in rows:
-        if row["fell"]:
+        if row["cause"] and not row["walked"]:
             causes.setdefault(row["cause"].split(" at ")[0].split(" after ")[0], []).append(row["time"])
         elif not row["walked"]:
             causes.setdefault("stayed up without walking on", []).append(row["time"])

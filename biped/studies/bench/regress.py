@@ -95,7 +95,7 @@ def _print(timed: list[Timed], passed: bool, json: bool) -> None:
     if json:
         import msgspec
 
-        from biped.ensemble.results import dumps
+        from biped.base.json import dumps
 
         scenarios: list[Any] = [msgspec.to_builtins(one._asdict()) for one in timed]
         print(dumps({"passed": passed, "scenarios": scenarios}))

@@ -9,12 +9,13 @@ from __future__ import annotations
 import subprocess
 import sys
 import time
+from functools import partial
 from typing import Any
 
 from biped.engines.mujoco import simulate
 from biped.ensemble import campaign
+from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
-from biped.ensemble.processes import pool
 from biped.measure.metrics import measure
 from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
@@ -41,8 +42,8 @@ def contacts(name: str = "level_normal") -> dict[int, float]:
     return contact_costs(run, simulate(run))
 
 
-def _replay_again(argument: tuple[Run, Trajectory]) -> None:
-    replay(*argument)
+def _replay_again(run: Run, trajectory: Trajectory, _: int) -> None:
+    replay(run, trajectory)
 
 
 def ensemble_costs(name: str = "level_normal", jobs: int | None = None) -> dict[str, float]:
@@ -52,15 +53,14 @@ def ensemble_costs(name: str = "level_normal", jobs: int | None = None) -> dict[
     first = plan.run(0)
     trajectory = simulate(first)
     measure(trajectory, first.scenario.interval)  # compiles
-    work = [(first, trajectory)] * ENSEMBLE
-    with pool(jobs) as workers:
-        workers.map(_replay_again, work[:jobs])  # starts the workers
+    with workers(partial(_replay_again, first, trajectory), jobs) as again:
+        list(again(range(jobs)))  # starts the workers
         start = time.perf_counter()
-        workers.map(_replay_again, work, chunksize=1)
+        list(again(range(ENSEMBLE)))
         bare = (time.perf_counter() - start) / (ENSEMBLE * len(trajectory))
     start = time.perf_counter()
     with campaign.rows_of(plan, range(ENSEMBLE), jobs) as rows:
-        ticks = sum(round(row["time"] * plan.scenario.simulation.control_rate) for row in rows)
+        ticks = sum(round(row.time * plan.scenario.simulation.control_rate) for row in rows)
     wall = time.perf_counter() - start
     return {
         "runs": ENSEMBLE,
@@ -106,7 +106,7 @@ def run(json: bool = False, quick: bool = False) -> dict[str, Any]:
 
         result["features"] = prices()
     if json:
-        from biped.ensemble.results import dumps
+        from biped.base.json import dumps
 
         print(dumps(result))
     else:

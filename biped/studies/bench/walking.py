@@ -148,8 +148,8 @@ def steady(name: str, changes: Sequence[str]) -> dict[str, Any]:
     for index in range(len(plan)):
         before = time.process_time()
         trajectory, row = run_one(plan, index)
-        clock.append((time.process_time() - before) / row["time"])
-        fell += row["fell"]
+        clock.append((time.process_time() - before) / row.time)
+        fell += row.fell
         for window in halves(trajectory, plan.scenario.interval[0]):
             rows.append(measure(trajectory, window) | {"loss_per_step": loss_per_step(trajectory, window)})
     if len(rows) < 2:
@@ -226,7 +226,7 @@ def run(name: str = SCENARIO, json: bool = False, out: Path | None = None) -> di
 
         plot_walking(result, out)
     if json:
-        from biped.ensemble.results import dumps
+        from biped.base.json import dumps
 
         print(dumps(result))
     else:

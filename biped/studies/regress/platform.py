@@ -1,32 +1,14 @@
-"""Where bits can be expected to repeat: what the last digits of a run were measured to depend on.
-
-How kernels are compiled does not matter: plain Python, no optimisation, a generic processor and any number of jobs give
-the same bits. What matters is the library code that adds and multiplies: MuJoCo, Pinocchio, the BLAS behind NumPy (it
-picks its loops by the processor) and the C library's sines (likewise). See docs/regression.md.
-"""
+"""Names for a platform and for the state of the compiled sources, which references are recorded with."""
 
 from __future__ import annotations
 
 import json
-import platform
 from hashlib import blake2b
-from importlib.metadata import version
 from pathlib import Path
 
-LIBRARIES = ("mujoco", "pin", "numpy", "scipy")
+from biped.base.platform import here
 
-
-def here() -> dict[str, str]:
-    """This platform: system, C library, the processor's vector instructions and library versions."""
-    import numpy as np
-
-    simd = np.show_config(mode="dicts")["SIMD Extensions"]
-    return {
-        "system": f"{platform.system()} {platform.machine()}",
-        "libc": " ".join(platform.libc_ver()).strip(),
-        "instructions": " ".join(simd.get("found", [])),
-        **{name: version(name) for name in LIBRARIES},
-    }
+__all__ = ["here", "key", "sources"]
 
 
 def key(of: dict[str, str]) -> str:

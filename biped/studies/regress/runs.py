@@ -9,13 +9,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from hashlib import blake2b
-from typing import Any
 
 import msgspec
 
 from biped.ensemble import campaign
+from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
+from biped.ensemble.rows import Row
 from biped.measure.trajectory import Trajectory
 from biped.scenario.keys import Distribution
 from biped.studies.regress.references import METRICS, Reference
@@ -58,19 +60,19 @@ def measured(plan: Plan, jobs: int, date: str, platform: str, advance: Callable[
         advance: Called after every run.
     """
     numbers = chosen(plan)
-    rows = []
-    with campaign.rows_of(plan, numbers, jobs, _with_digest) as finished:
-        for row in finished:
+    rows, digests = [], []
+    with workers(partial(_made, plan), min(jobs, len(numbers))) as made:
+        for row, name in made(numbers):
             rows.append(row)
+            digests.append(name)
             advance()
-    rows.sort(key=lambda row: row["index"])
     return Reference(
         since=date,
         platform=platform,
         runs=numbers,
         ends="".join(_letter(row) for row in rows),
-        digests=[row["digest"] for row in rows],
-        **{name: [_rounded(row[name]) for row in rows] for name in METRICS},
+        digests=digests,
+        **{name: [_rounded(getattr(row, name)) for row in rows] for name in METRICS},
     )
 
 
@@ -79,12 +81,13 @@ def digest(trajectory: Trajectory) -> str:
     return blake2b(trajectory.log.tobytes(), digest_size=6).hexdigest()
 
 
-def _with_digest(index: int, trajectory: Trajectory, row: campaign.Row) -> None:
-    row["digest"] = digest(trajectory)
+def _made(plan: Plan, index: int) -> tuple[Row, str]:
+    trajectory, row = campaign.run_one(plan, index)
+    return row, digest(trajectory)
 
 
-def _letter(row: dict[str, Any]) -> str:
-    return "w" if row["walked"] else {"completed": "s", "fell": "f", "diverged": "d"}[row["end"]]
+def _letter(row: Row) -> str:
+    return "w" if row.walked else {"completed": "s", "fell": "f", "diverged": "d"}[row.end]
 
 
 def _rounded(value: float) -> float | None:

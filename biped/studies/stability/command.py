@@ -6,7 +6,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from biped.ensemble.results import dumps, new_folder
+from biped.base.json import dumps
+from biped.base.writing import write_text
+from biped.ensemble.folder import complaining, new_folder
 from biped.studies.run import RUNS, title_of
 from biped.studies.stability.basin import FELL, RETURNED, WALKS
 from biped.studies.stability.sizes import RETURNS
@@ -32,11 +34,12 @@ def run(
     from biped.show.figures.basin import plot_basin
     from biped.show.figures.stability import plot_stability
 
-    folder = out if out is not None else new_folder(RUNS, f"{title.replace('/', '-')}-stability")
+    folder = out if out is not None else new_folder(RUNS, f"{title}-stability")
     plot_stability(result, drawn, folder)
     if slices:
         plot_basin(result, folder)
-    (folder / "stability.json").write_text(dumps(result, indent=1), encoding="utf-8")
+    with complaining(folder / "stability.json"):
+        write_text(folder / "stability.json", dumps(result, indent=1))
     if json:
         print(dumps(result))
     else:

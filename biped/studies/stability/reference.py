@@ -159,7 +159,7 @@ def show(json: bool) -> None:
     """Prints the reference cycles beside what is known of them."""
     cycles = solve_all()
     if json:
-        from biped.ensemble.results import dumps
+        from biped.base.json import dumps
 
         print(dumps({name: _plain(*found) for name, found in cycles.items()}))
         return

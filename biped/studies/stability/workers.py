@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from biped.ensemble.processes import FORKS, pool
-
-_function: Callable[[Any], Any] | None = None
+from biped.ensemble.executor import workers
+from biped.ensemble.processes import FORKS
 
 
 def mapped(function: Callable[[Any], Any], items: Sequence[Any], jobs: int) -> list[Any]:
@@ -19,17 +18,5 @@ def mapped(function: Callable[[Any], Any], items: Sequence[Any], jobs: int) -> l
         items: What it is called with.
         jobs: Number of processes.
     """
-    if jobs <= 1 or len(items) < 2 or not FORKS:
-        return [function(item) for item in items]
-    with pool(min(jobs, len(items)), _begin, (function,)) as workers:
-        return workers.map(_call, items, chunksize=1)
-
-
-def _begin(function: Callable[[Any], Any]) -> None:
-    global _function
-    _function = function
-
-
-def _call(item: Any) -> Any:
-    assert _function is not None
-    return _function(item)
+    with workers(function, min(jobs, len(items)) if FORKS else 1) as carried_out:
+        return list(carried_out(items))

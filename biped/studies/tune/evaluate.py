@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import msgspec
 
 from biped.base.errors import InputError
+from biped.ensemble import executor
 from biped.ensemble.plan import Plan
-from biped.ensemble.processes import pool
 from biped.robot.run import Run
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario, Window
@@ -158,25 +158,8 @@ class Study:
         return mean / total + self.tune.weights.closeness * distance
 
 
-_study: Study | None = None
-
-
 @contextmanager
 def workers(study: Study, jobs: int) -> Iterator[Callable[[Sequence[Task]], list[Outcome]]]:
     """A function that carries out tasks on `jobs` processes, in their order; the results do not depend on `jobs`."""
-    _begin(study)
-    if jobs == 1:
-        yield lambda tasks: [_carry_out(task) for task in tasks]
-        return
-    with pool(jobs, _begin, (study,)) as forked:
-        yield lambda tasks: list(forked.imap(_carry_out, tasks))
-
-
-def _begin(study: Study) -> None:
-    global _study
-    _study = study
-
-
-def _carry_out(task: Task) -> Outcome:
-    assert _study is not None
-    return _study.outcome(task)
+    with executor.workers(study.outcome, jobs) as carried_out:
+        yield lambda tasks: list(carried_out(tasks))

@@ -1,0 +1,204 @@
+"""One way to carry out many items on many cores: `workers` opens them, the `Map` it gives does the rest.
+
+A worker that is killed (by hand, by the out-of-memory killer, by a fault of compiled code) costs the item that it had:
+that is done once more, at once and by another worker; killed again, it is lost, and whoever asked says what stands in
+its place. Whatever happens, a map ends.
+
+Who carries items out is a `Backend`: this process, its children, or any executor of `concurrent.futures`' interface:
+threads here, a cluster's elsewhere. Its workers share nothing but the function and their items.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar
+
+from biped.base.errors import RunError
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+AHEAD = 4
+"""Items per worker that may be finished before an earlier one that is still waited for."""
+STUCK = 20
+"""Workers lost in a row, without a single item done, that are no accident any more."""
+
+
+class WorkerLost(RunError):
+    """Whoever carried an item out is gone: says how."""
+
+
+class Done(NamedTuple):
+    """What became of an item.
+
+    Attributes:
+        ticket: Its number.
+        value: What came of it.
+        error: What was raised instead; a `WorkerLost` if nobody knows.
+    """
+
+    ticket: int
+    value: Any = None
+    error: BaseException | None = None
+
+
+class Backend(Protocol):
+    """Who carries items out.
+
+    Attributes:
+        room: Most items at a time.
+    """
+
+    room: int
+
+    def send(self, ticket: int, item: Any) -> None:
+        """Begins an item."""
+
+    def receive(self) -> list[Done]:
+        """Waits until at least one of the items begun is done."""
+        ...
+
+    def close(self, well: bool) -> None:
+        """Lets everyone go; where not `well`, without waiting for what they are at."""
+
+
+class Map(Generic[Item, Result]):
+    """The function's results for many items.
+
+    Args:
+        backend: Who carries them out.
+    """
+
+    def __init__(self, backend: Backend):
+        self._backend = backend
+
+    def __call__(
+        self, items: Iterable[Item], ordered: bool = True, lost: Callable[[Item, BaseException], Result] | None = None
+    ) -> Iterator[Result]:
+        """Yields results as they come; items are drawn as there is room for them, so they may be endless.
+
+        Args:
+            items: What the function is called with.
+            ordered: Whether results come in the order of items; otherwise as they are finished.
+            lost: The result of an item that cost two workers; without it, the map ends with the error.
+
+        Raises:
+            WorkerLost: An item cost two workers, or workers are lost one after the other.
+            BaseException: What the function raised.
+        """
+        room = self._backend.room
+        source = enumerate(items)
+        begun: dict[int, Item] = {}
+        early: dict[int, Result] = {}
+        lives = _Lives()
+        following, more = 0, True
+        while True:
+            while more and len(begun) < room and len(early) < AHEAD * room:
+                drawn = next(source, None)
+                if drawn is None:
+                    more = False
+                    break
+                begun[drawn[0]] = drawn[1]
+                self._backend.send(*drawn)
+            if not begun:
+                return
+            for done in self._backend.receive():
+                item = begun[done.ticket]
+                if lives.again(done, lost is not None):
+                    self._backend.send(done.ticket, item)
+                    continue
+                del begun[done.ticket]
+                result = done.value if done.error is None or lost is None else lost(item, done.error)
+                if not ordered:
+                    yield result
+                    continue
+                early[done.ticket] = result
+                while following in early:
+                    yield early.pop(following)
+                    following += 1
+
+
+class _Lives:
+    """How often workers were lost."""
+
+    def __init__(self):
+        self._once: set[int] = set()
+        self._in_a_row = 0
+
+    def again(self, done: Done, bearable: bool) -> bool:
+        """Whether an item is to be done once more; raises what cannot be borne."""
+        if done.error is None:
+            self._in_a_row = 0
+            return False
+        if not isinstance(done.error, WorkerLost):
+            raise done.error
+        self._in_a_row += 1
+        if self._in_a_row >= STUCK:
+            raise WorkerLost(f"{self._in_a_row} workers in a row were lost: {done.error}; try fewer --jobs")
+        if done.ticket not in self._once:
+            self._once.add(done.ticket)
+            return True
+        if not bearable:
+            raise WorkerLost(f"one piece of work cost two workers: {done.error}") from done.error
+        return False
+
+
+class Here:
+    """This process, one item after the other.
+
+    Args:
+        work: The function.
+    """
+
+    room = 1
+
+    def __init__(self, work: Callable[[Any], Any]):
+        self._work = work
+        self._begun: list[tuple[int, Any]] = []
+
+    def send(self, ticket: int, item: Any) -> None:
+        """See `Backend`."""
+        self._begun.append((ticket, item))
+
+    def receive(self) -> list[Done]:
+        """See `Backend`; errors are raised where they happen."""
+        ticket, item = self._begun.pop()
+        return [Done(ticket, self._work(item))]
+
+    def close(self, well: bool) -> None:
+        """See `Backend`."""
+
+
+@contextmanager
+def workers(work: Callable[[Item], Result], jobs: int, threads: bool = False) -> Iterator[Map[Item, Result]]:
+    """Opens workers, who are gone when the block ends, however it ends.
+
+    Args:
+        work: The function. Where processes fork, it may be anything, and what it refers to is shared; otherwise it
+            must be what pickle can take.
+        jobs: Number of workers; one works in this process.
+        threads: Whether they are threads of this process, for work that leaves the interpreter alone.
+
+    Yields:
+        A map that may be used many times, one at a time.
+    """
+    backend: Backend
+    if jobs <= 1:
+        backend = Here(work)
+    elif threads:
+        from concurrent.futures import ThreadPoolExecutor
+
+        from biped.ensemble.futures import Futures
+
+        backend = Futures(ThreadPoolExecutor(jobs), work, jobs)
+    else:
+        from biped.ensemble.processes import Processes
+
+        backend = Processes(work, jobs)
+    well = False
+    try:
+        yield Map(backend)
+        well = True
+    finally:
+        backend.close(well)

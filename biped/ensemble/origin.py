@@ -1,0 +1,23 @@
+"""What runs are made of and with: rows of different origin are never mixed in one journal."""
+
+from __future__ import annotations
+
+from hashlib import blake2b
+from pathlib import Path
+
+import biped
+from biped.base.kernels import digest
+from biped.base.platform import here
+from biped.ensemble.plan import Plan
+from biped.robot.description import description_of
+from biped.scenario.reading import to_toml
+
+
+def origin_of(plan: Plan) -> dict[str, str]:
+    """Digest of the effective scenario with the model, its description and the law; versions; and platform."""
+    state = blake2b(to_toml(plan.scenario).encode(), digest_size=8)
+    law = plan.scenario.law
+    for path in (plan.model, description_of(plan.model), *([Path(law.rpartition(":")[0])] if law else [])):
+        state.update(path.read_bytes())
+    package = Path(biped.__file__).parent
+    return {"scenario": state.hexdigest(), "biped": biped.__version__, "kernels": digest(package), **here()}

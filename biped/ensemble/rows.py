@@ -1,0 +1,120 @@
+"""A run's numbers as a record: what is computed with has names, types and units; results and journals hold its JSON."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import msgspec
+
+NAN = math.nan
+
+
+class Row(msgspec.Struct, frozen=True, kw_only=True):
+    """One run: which it was, how it ended, and every metric (nan where it does not exist).
+
+    Attributes:
+        index: Number in the campaign.
+        seed: Its own seed.
+        values: What its point of the sweep and its draws changed, by key.
+        fell: Whether it fell or diverged.
+        end: `completed`, `fell`, `diverged`, or `LOST`.
+        cause: How it ended, in words; empty if completed.
+        walked: Whether it walked (`biped.measure.metrics`).
+        stood: 1 if it stood still in the window.
+        time: [s] simulated.
+        distance: [m] along the ground.
+        speed: [m/s] mean over the window.
+        speed_std: [m/s] standard deviation over the window.
+        froude: Speed / sqrt(g leg length).
+        step_length: [m] heel to heel.
+        step_frequency: [1/s].
+        steps: Foot strikes in the window.
+        double_support: Share of the window with both feet on the ground.
+        flight: Share with neither.
+        cost_of_transport: Net.
+        cost_of_transport_absolute: Of the sum of absolute joint powers.
+        cost_of_transport_positive: Of the positive joint powers.
+        peak_torque: [N m] largest joint torque.
+        mean_torque: [N m] mean of their absolute values.
+        saturation: Share of ticks with a torque at its limit.
+        peak_power: [W] largest joint power.
+        torque_rate: [N m/ms] mean of the largest change from tick to tick.
+        switches: [1/s] changes of leg state.
+        constraint_switches: [1/s] changes of the rows in A.
+        peak_force: [N] largest normal force of a point.
+        support: Mean normal ground force / weight.
+        centre_of_pressure: Mean place under a foot, 0 heel … 1 toe.
+        slip: [m/m] sliding of loaded points per distance.
+        penetration: [m] deepest point.
+        clearance: [m] lowest toe or heel in the middle of a swing.
+        torso_lean: [degrees] mean, forward positive.
+        torso_sway: [degrees] standard deviation.
+        energy_residual: Energy that nothing explains / positive work.
+        contact_loss: [W] mean power lost in contacts.
+        leg_states: Commonest `cycle` of leg states and its `share`; None for a run that ended before the window.
+        per_joint: Peak and mean torque [N m] and peak power [W] of hip, knee and ankle; likewise.
+        warnings: The engine's, name to count.
+    """
+
+    index: int
+    seed: int
+    values: dict[str, Any]
+    fell: bool
+    end: str
+    cause: str
+    walked: bool
+    stood: int
+    time: float
+    distance: float = NAN
+    speed: float = NAN
+    speed_std: float = NAN
+    froude: float = NAN
+    step_length: float = NAN
+    step_frequency: float = NAN
+    steps: float = NAN
+    double_support: float = NAN
+    flight: float = NAN
+    cost_of_transport: float = NAN
+    cost_of_transport_absolute: float = NAN
+    cost_of_transport_positive: float = NAN
+    peak_torque: float = NAN
+    mean_torque: float = NAN
+    saturation: float = NAN
+    peak_power: float = NAN
+    torque_rate: float = NAN
+    switches: float = NAN
+    constraint_switches: float = NAN
+    peak_force: float = NAN
+    support: float = NAN
+    centre_of_pressure: float = NAN
+    slip: float = NAN
+    penetration: float = NAN
+    clearance: float = NAN
+    torso_lean: float = NAN
+    torso_sway: float = NAN
+    energy_residual: float = NAN
+    contact_loss: float = NAN
+    leg_states: dict[str, Any] | None = None
+    per_joint: dict[str, dict[str, float]] | None = None
+    warnings: dict[str, int] = {}
+
+    @property
+    def lost(self) -> bool:
+        """Whether nobody knows what became of it."""
+        return self.end == LOST
+
+    def as_dict(self) -> dict[str, Any]:
+        """As in result.json: keys in order, what a run has none of left out."""
+        fields = {name: getattr(self, name) for name in self.__struct_fields__}
+        return {name: value for name, value in fields.items() if value is not None}
+
+    @classmethod
+    def of(cls, record: Mapping[str, Any]) -> Row:
+        """The row that `as_dict` gave a record of."""
+        return cls(**{name: record[name] for name in cls.__struct_fields__ if name in record})
+
+
+LOST = "lost"
+"""How a run ended that cost two workers: it neither walked nor fell, its numbers are nan."""

@@ -1,0 +1,126 @@
+"""Results that were written once are read again: what is not whole is refused in one sentence, not halfway through."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+
+from biped.base.errors import InputError
+from biped.base.files import label
+from biped.ensemble.plan import Plan
+from biped.measure.metrics import NAMES
+
+Number = int | float | None
+Count = Annotated[int, msgspec.Meta(ge=0)]
+Share = tuple[float, float]
+
+
+class _Cycle(msgspec.Struct):
+    cycle: str
+    share: float
+
+
+class _Run(msgspec.Struct):
+    index: Count
+    fell: bool
+    walked: bool
+    end: str
+    cause: str
+    time: int | float
+    distance: Number
+    warnings: dict[str, int]
+    values: dict[str, Any] = {}
+    leg_states: _Cycle | None = None
+    per_joint: dict[str, dict[str, Number]] | None = None
+
+
+class _Check(msgspec.Struct):
+    name: str
+    value: Number
+    expected: str
+    passed: bool
+
+
+class _Point(msgspec.Struct):
+    values: dict[str, Any]
+    runs: Count
+    walked: Count
+    falls: Count
+    rate: float
+    interval: Share
+
+
+class _Threshold(msgspec.Struct):
+    key: str
+    sign: int
+    rate: float
+    holds_to: Number
+    fails_at: Number
+
+
+class _Summary(msgspec.Struct):
+    walked: Count
+    falls: Count
+    walked_interval: Share
+
+
+class _Result(msgspec.Struct):
+    """What readers of a result rely on; versions may add to it."""
+
+    scenario: str
+    engine: str
+    passed: bool
+    summary: _Summary
+    thesis: dict[str, int | float]
+    runs: Annotated[list[_Run], msgspec.Meta(min_length=1)]
+    checks: list[_Check]
+    points: list[_Point] = []
+    thresholds: list[_Threshold] = []
+
+
+def result_in(folder: Path) -> dict[str, Any]:
+    """The result object in a results folder; metrics that its version did not know yet are None.
+
+    Raises:
+        InputError: It is not there, or not whole.
+    """
+    file, again = folder / "result.json", folder / "scenario.toml"
+    if not again.is_file():
+        raise InputError(f"{label(folder)}: expected the scenario.toml of its result beside it, there is none")
+    try:
+        result = json.loads(file.read_bytes())
+        msgspec.convert(result, _Result)
+        for where in (result["summary"], *result["runs"], *result.get("points", [])):
+            _complete(where)
+    except OSError as error:
+        raise InputError(f"{label(file)}: cannot be read: {str(error.strerror).lower()}") from None
+    except (ValueError, RecursionError, msgspec.MsgspecError) as error:
+        why = " ".join(str(error).split())[:200]
+        raise InputError(
+            f"{label(file)}: expected the whole result of a run: {why}; make it again with: biped run {label(again)}"
+        ) from None
+    return result
+
+
+def _complete(numbers: dict[str, Any]) -> None:
+    for name in NAMES:
+        value = numbers.setdefault(name, None)
+        if value is not None and not isinstance(value, int | float):
+            raise ValueError(f"{name}: expected a number, got {str(value)[:40]!r}")
+
+
+def of_plan(folder: Path, plan: Plan, result: dict[str, Any]) -> None:
+    """Refuses a result that is not one of the scenario beside it.
+
+    Raises:
+        InputError: It has runs that the scenario has not.
+    """
+    last = max(run["index"] for run in result["runs"])
+    if last >= len(plan):
+        raise InputError(
+            f"{label(folder / 'result.json')}: has a run {last}, but {label(folder / 'scenario.toml')} makes "
+            f"{len(plan)}: expected both of the same run; choose another folder"
+        )
