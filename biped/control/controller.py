@@ -45,9 +45,7 @@ class ThesisLaw:
         self.c = self.record[0]
         self.u, self.Q_d = self.c["tick"]["u"], self.c["tick"]["Q_d"]
         self._own = agrees(run.model, believed)
-        self.python = "" if self._own else "Pinocchio finds another mass matrix than the planar tree"
-        if self.c["actuation"]["bounded"] == FOREIGN:
-            self.python = f"bounded torques by {run.scenario.actuation.solver}"
+        self.python = python_needed(run, believed)
         self._bind = run, q, v, log
 
     @property
@@ -96,6 +94,16 @@ def _from_pinocchio(
         return kernel(record, M, J, q, v, log, k, time)
 
     return M, tick
+
+
+def python_needed(run: Run, believed: Tree) -> str:
+    """Why a run's law cannot be part of a compiled loop; empty if it can."""
+    actuation = run.scenario.actuation
+    if run.scenario.law is not None:
+        return "a law of the user's own"
+    if actuation.limit == "bounded" and actuation.solver != "active_set":
+        return f"bounded torques by {actuation.solver}"
+    return "" if agrees(run.model, believed) else "Pinocchio finds another mass matrix than the planar tree"
 
 
 def law_of(run: Run, believed: Tree, q: np.ndarray, v: np.ndarray, log: np.ndarray) -> Law:

@@ -58,7 +58,7 @@ def simulate(run: Run) -> Trajectory:
     bodies = [model.body(i).name for i in range(1, model.nbody)]
     if order.canonical:
         walk = None
-        if s.law is None and (native := native_of(model, order, robot.contact.radius)) is not None:
+        if s.law is None and (native := native_of(model, order)) is not None:
             from biped.engines.walk import Plant, walk_plant
 
             plant = Plant(
@@ -79,10 +79,9 @@ def simulate(run: Run) -> Trajectory:
         physics = Physics(foreign.tree, q, v, wanted, bodies, push, reordered, None)
     with without_clock():
         trajectory = drive(run, physics)
+    counts = data.warning.number
     warnings = {
-        mujoco.mjtWarning(i).name.removeprefix("mjWARN_").lower(): int(w.number)
-        for i, w in enumerate(data.warning)
-        if w.number
+        mujoco.mjtWarning(i).name.removeprefix("mjWARN_").lower(): int(counts[i]) for i in np.flatnonzero(counts)
     }
     if warnings and trajectory.end != "diverged":
         # What falls because the numbers exploded has not fallen.

@@ -15,12 +15,13 @@ from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import mujoco
 
 from biped.base.jit import COMPILED
 from biped.robot.order import Order
-from biped.robot.topology import KNEE, Z
+from biped.robot.topology import KNEE, N_ROWS, Z
 
 _OFFSETS = {"4.0.0": (160576, 162096)}
 """Of nefc and efc_force in mjData [bytes], by version: asking MuJoCo takes as long as 10 s of walking."""
@@ -44,25 +45,30 @@ class _Unavailable(Exception):
     """Compiled code cannot step this model; says why."""
 
 
-def native(model: mujoco.MjModel, order: Order, radius: float) -> Native | None:
+def native(model: mujoco.MjModel, order: Order) -> Native | None:
     """What compiled code needs to step a model, or None where it must be stepped from Python.
 
     Args:
         model: The model, which is stepped here once from Python: what MuJoCo finds wrong with it is an exception there,
             but in compiled code the end of the process.
         order: Where it has what.
-        radius: [m] of the contact points.
     """
-    return None if reason(model, order, radius) else _library()
+    return None if reason(model, order) else _library()
 
 
-def reason(model: mujoco.MjModel, order: Order, radius: float) -> str:
+def reason(model: mujoco.MjModel, order: Order) -> str:
     """Why compiled code cannot step a model; empty if it can."""
-    try:
-        _check(_library(), model, order, radius)
-    except _Unavailable as said:
-        return str(said)
-    return ""
+    if model not in _reasons:
+        try:
+            _check(_library(), model, order)
+            _reasons[model] = ""
+        except _Unavailable as said:
+            _reasons[model] = str(said)
+    return _reasons[model]
+
+
+_reasons: WeakKeyDictionary[mujoco.MjModel, str] = WeakKeyDictionary()
+"""Of models that have been asked for: a step costs little, but the data to take it in as much as 100 ticks."""
 
 
 @lru_cache(maxsize=1)
@@ -104,7 +110,7 @@ def _library() -> Native:
     return Native(step or 0, *_OFFSETS[version])
 
 
-def _check(native: Native, model: mujoco.MjModel, order: Order, radius: float) -> None:
+def _check(native: Native, model: mujoco.MjModel, order: Order) -> None:
     """Takes one step from Python with everything that can touch touching, and compares what offsets say of it.
 
     Raises:
@@ -115,13 +121,13 @@ def _check(native: Native, model: mujoco.MjModel, order: Order, radius: float) -
     data = mujoco.MjData(model)
     if not hasattr(data, "_address") or not hasattr(model, "_address"):
         raise _Unavailable("MuJoCo's bindings do not tell addresses")
+    data.qpos[order.joints[list(KNEE)]] = 1e-3
     mujoco.mj_kinematics(model, data)
-    data.qpos[order.joints[Z]] -= data.geom_xpos[order.points, 2].max() - 0.5 * radius
-    data.qpos[order.joints[list(KNEE)]] = 1e-6
+    data.qpos[order.joints[Z]] -= data.geom_xpos[order.points, 2].max() + 1e-3
     mujoco.mj_step(model, data)
     rows = ctypes.c_int32.from_address(data._address + native.nefc).value
     address = ctypes.c_size_t.from_address(data._address + native.force).value
-    if data.nefc == 0 or rows != data.nefc or address != data.efc_force.ctypes.data:
+    if data.nefc < N_ROWS or rows != data.nefc or address != data.efc_force.ctypes.data:
         raise _Unavailable(f"constraint forces are not where MuJoCo {mujoco.mj_versionString()} had them")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import threading
+from weakref import WeakKeyDictionary
 
 import mujoco
 import numpy as np
@@ -12,7 +13,6 @@ import pytest
 from biped.engines import layout, native
 from biped.engines import mujoco as engine
 from biped.ensemble.plan import Plan
-from biped.robot.description import robot_at
 from biped.robot.model import compile_foreign
 from biped.robot.order import Order
 from biped.scenario.keys import Scenario, Start
@@ -24,7 +24,7 @@ SHORT = Scenario(duration=0.1, start=Start(posture="heel_toe"))
 @pytest.fixture(scope="module")
 def foreign():
     compiled = compile_foreign(HUMAN, SHORT)
-    return compiled.model, compiled.order, robot_at(HUMAN).contact.radius
+    return compiled.model, compiled.order
 
 
 def clock() -> int | None:
@@ -83,6 +83,7 @@ def test_what_does_not_hold_is_said_and_the_run_is_the_same(breaks, foreign, mon
     run = Plan(SHORT).run(0)
     usual = engine.simulate(run)
     with monkeypatch.context() as patch:
+        patch.setattr(native, "_reasons", WeakKeyDictionary())
         breaks(patch)
         assert BREAKS[breaks] in native.reason(*foreign)
         if breaks is not no_addresses:  # the Python loop needs data of its own
@@ -93,6 +94,7 @@ def test_what_does_not_hold_is_said_and_the_run_is_the_same(breaks, foreign, mon
 
 
 def test_another_versions_offsets_are_asked_for(foreign, monkeypatch):
+    monkeypatch.setattr(native, "_reasons", WeakKeyDictionary())
     monkeypatch.delitem(native._OFFSETS, mujoco.mj_versionString())
     native._library.cache_clear()
     assert native.reason(*foreign) == ""

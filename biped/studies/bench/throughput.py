@@ -12,12 +12,15 @@ import time
 from functools import partial
 from typing import Any
 
+from biped.control.controller import python_needed
 from biped.engines.mujoco import simulate
+from biped.engines.native import reason
 from biped.ensemble import campaign
 from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure
 from biped.measure.trajectory import Trajectory
+from biped.robot.model import compile_foreign, tree_at
 from biped.robot.run import Run
 from biped.scenario.reading import read_scenario
 from biped.studies.bench.parts import contact_costs, replay, tick_parts
@@ -34,6 +37,14 @@ def tick_costs(name: str = "level_normal") -> dict[str, float]:
     trajectory = simulate(run)  # compiles
     measure(trajectory, run.scenario.interval)
     return tick_parts(run, trajectory)
+
+
+def compiled(name: str = "level_normal") -> str:
+    """How a scenario's ticks are looped over: compiled, or in Python and why."""
+    run = Plan(read_scenario(name)).run(0)
+    foreign = compile_foreign(run.model, run.scenario)
+    why = python_needed(run, tree_at(run.model)) or reason(foreign.model, foreign.order)
+    return f"in Python: {why}" if why else "compiled"
 
 
 def contacts(name: str = "level_normal") -> dict[int, float]:
@@ -99,7 +110,8 @@ def run(json: bool = False, quick: bool = False) -> dict[str, Any]:
         quick: Leave out the prices of features, which take a process each.
     """
     result: dict[str, Any] = {
-        "tick": tick_costs(), "contacts": contacts(), "campaign": ensemble_costs(), "cold_start": cold_starts(),
+        "loop": compiled(), "tick": tick_costs(), "contacts": contacts(), "campaign": ensemble_costs(),
+        "cold_start": cold_starts(),
     }  # fmt: skip
     if not quick:
         from biped.studies.bench.features import prices
@@ -120,6 +132,7 @@ def _show(result: dict[str, Any]) -> None:
     out = console()
     units = {"tick": "µs a tick (ratios without unit)", "contacts": "µs of mj_step by points on the ground",
              "campaign": "wall time in s", "cold_start": "s of CPU"}  # fmt: skip
+    out.print(f"[bold]loop[/bold] {result['loop']}")
     for part, unit in units.items():
         out.print(f"[bold]{part}[/bold] [dim]{unit}[/dim]")
         for key, value in result[part].items():
