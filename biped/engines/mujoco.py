@@ -88,4 +88,5 @@ def simulate(run: Run) -> Trajectory:
         said = f"MuJoCo warned of {', '.join(warnings)} before {trajectory.time[-1]:.3f} s"
         cause = f"{said}; {trajectory.cause}" if trajectory.cause else said
         trajectory = replace(trajectory, end="diverged", cause=cause)
-    return replace(trajectory, warnings=warnings)
+    sampled = substeps > 1 or s.simulation.integrator == "RK4"
+    return replace(trajectory, warnings=warnings, sampled=sampled)

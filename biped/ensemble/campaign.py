@@ -34,22 +34,21 @@ def _engine(scenario: Scenario) -> ModuleType:
 
 
 def run_one(plan: Plan, index: int) -> tuple[Trajectory, Row]:
-    """Simulates and measures run `index` of a plan."""
-    from biped.measure.metrics import measure
+    """Simulates, judges and measures run `index` of a plan."""
+    from biped.measure.metrics import assess
 
     run = plan.run(index)
-    trajectory = simulate(run)
-    numbers = measure(trajectory, run.scenario.interval)
-    fell, walked = bool(numbers.pop("falls")), bool(numbers.pop("walked"))
+    trajectory, numbers = assess(simulate(run), run.scenario.interval)
+    told = {name: bool(numbers.pop(name)) for name in ("walked", "diverged", "doubtful")}
     row = Row(
         index=index,
         seed=run.seed,
         values=run.values,
-        fell=fell,
+        fell=bool(numbers.pop("falls")),
         end=trajectory.end,
         cause=trajectory.cause,
-        walked=walked,
         warnings=trajectory.warnings,
+        **told,
         **numbers,
     )
     return trajectory, row

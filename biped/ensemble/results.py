@@ -8,32 +8,30 @@ from pathlib import Path
 from typing import Any
 
 from biped.base.statistics import wilson
-from biped.ensemble.checks import Check, judge
+from biped.ensemble.checks import Check, judge, passed
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import Row
 from biped.ensemble.sweeps import by_point, thresholds
-from biped.measure.metrics import NAMES, aggregate
+from biped.measure.metrics import aggregate
+from biped.scenario.metrics import METRICS
 
 
 def result_of(name: str, plan: Plan, rows: Sequence[Row]) -> dict[str, Any]:
     """The result object of a scenario: verdict, checks, summary, runs.
 
-    It passes when all expectations hold; without expectations, when a single run stayed up; never if a run diverged or
-    was lost.
+    Whether it passes is `biped.ensemble.checks.passed`.
     """
     runs = [row.as_dict() for row in rows]
     summary = aggregate([run | {"falls": run["fell"]} for run in runs])
     checks: list[Check] = judge(plan.scenario.expect, summary)
-    failed = any(row.lost or row.end == "diverged" for row in rows)
-    lone_fall = not checks and len(rows) == 1 and rows[0].fell
     low, high = wilson(int(summary["walked"]), len(rows))
     points = by_point(plan.scenario, runs) if plan.scenario.sweep else []
     swept = {"points": points, "thresholds": thresholds(plan.scenario, points)} if points else {}
     return {
         "scenario": name,
         "engine": plan.scenario.engine,
-        "passed": all(check.passed for check in checks) and not failed and not lone_fall,
-        "summary": {name: summary[name] for name in NAMES} | {"runs": len(rows), "walked_interval": [low, high]},
+        "passed": passed(checks, runs),
+        "summary": {name: summary[name] for name in METRICS} | {"runs": len(rows), "walked_interval": [low, high]},
         "thesis": plan.scenario.thesis,
         "runs": runs,
         "checks": [check._asdict() for check in checks],

@@ -50,10 +50,11 @@ class Trajectory:
         generalized: Whether Q_d itself moved the biped.
         torque_limit: Limits of the six joint torques [N m].
         pushes: Pushes as (start [s], end [s], forward [N], up [N], body).
-        end: `completed`, `fell` or `diverged`.
+        end: `completed`, `fell` or `diverged`; once judged, perhaps `doubtful`.
         cause: How it ended, in words; empty if completed.
-        warnings: MuJoCo's warnings, name to count.
+        warnings: The engine's warnings, name to count.
         robot: What walked.
+        sampled: Whether `force` is that of one of several steps or stages in each tick, not the mean of all.
     """
 
     log: np.ndarray
@@ -67,6 +68,7 @@ class Trajectory:
     cause: str
     warnings: dict[str, int]
     robot: Robot
+    sampled: bool = False
 
     def __len__(self) -> int:
         return len(self.log)
@@ -149,7 +151,7 @@ class Trajectory:
         rest = {
             "tick": self.tick, "slope": self.slope, "generalized": self.generalized,
             "torque_limit": self.torque_limit, "pushes": self.pushes,
-            "end": self.end, "cause": self.cause, "warnings": self.warnings,
+            "end": self.end, "cause": self.cause, "warnings": self.warnings, "sampled": self.sampled,
             "robot": msgspec.to_builtins(self.robot),
             "tree": {name: value.tolist() for name, value in self.tree._asdict().items()},
         }  # fmt: skip

@@ -14,6 +14,7 @@ from msgspec.structs import replace
 
 from biped.base.errors import InputError
 from biped.base.files import canonical, description_of, label, layered, locate, merge, nearest, read_toml
+from biped.scenario import thesis
 from biped.scenario.gains import GAINS, Gains
 from biped.scenario.keys import Scenario
 from biped.scenario.valid import convert, known_keys, possible
@@ -22,7 +23,7 @@ COMMAND_LINE = Path("--set")
 
 
 def read_scenario(name: str, changes: Sequence[str] = ()) -> Scenario:
-    """Reads, layers, overrides and checks a scenario.
+    """Reads, layers, overrides and checks a scenario; the thesis's numbers of another gait or place are left out.
 
     Args:
         name: A scenario's name or path.
@@ -31,7 +32,9 @@ def read_scenario(name: str, changes: Sequence[str] = ()) -> Scenario:
     Raises:
         InputError: Anything in it is unknown, of the wrong type, impossible or missing.
     """
-    return _checked(*_layers(name, changes))
+    data, origin, path = _layers(name, changes)
+    scenario = _checked(data, origin, path)
+    return replace(scenario, thesis=thesis.about(data, origin)) if scenario.thesis else scenario
 
 
 def _layers(name: str, changes: Sequence[str]) -> tuple[dict[str, Any], dict[str, Path], Path]:

@@ -13,6 +13,7 @@ import msgspec
 from biped.base.errors import InputError
 from biped.base.files import nearest
 from biped.scenario.keys import Bound, Change, Distribution, Push, Scenario
+from biped.scenario.metrics import METRICS
 
 MOST_STEPS = 100_000_000
 """Physics steps of the longest run: a day at 1 kHz."""
@@ -86,12 +87,10 @@ def known_keys(data: Any, kind: type, at: str, fail: Fail) -> None:
 
 def _metrics(value: dict, key: str, fail: Fail) -> None:
     """Checks [expect] or [thesis]: names of metrics, and bounds or numbers."""
-    from biped.measure.metrics import NAMES
-
     for name, inner in value.items():
         dotted = f"{key}.{name}"
-        if name not in NAMES:
-            raise fail(dotted, f"unknown metric; {nearest(name, list(NAMES))}")
+        if name not in METRICS:
+            raise fail(dotted, f"unknown metric; {nearest(name, list(METRICS))}")
         if key == "thesis":
             _finite(inner, dotted, fail)
             if isinstance(inner, bool) or not isinstance(inner, int | float):

@@ -7,14 +7,15 @@ from pathlib import Path
 from typing import Any
 
 from biped.base.errors import InputError
+from biped.ensemble.plan import Plan
 from biped.ensemble.sweeps import threshold_words
 from biped.scenario.keys import Scenario
+from biped.scenario.metrics import HEAD, METRICS
 from biped.scenario.reading import read_scenario
+from biped.scenario.vary import points_of
 from biped.show.replay import plot_results
-from biped.show.terminal import causes_of, number
+from biped.show.terminal import NOWHERE, causes_of, failures, nowhere, number
 from biped.studies.run import results_at
-
-_COLUMNS = ("speed", "cost_of_transport", "double_support")
 
 
 def write_report(folders: Sequence[Path], out: Path, title: str) -> None:
@@ -33,23 +34,38 @@ def write_report(folders: Sequence[Path], out: Path, title: str) -> None:
         result = results_at(folder)
         scenario = read_scenario(str(folder / "scenario.toml"))
         figures = plot_results(folder, out.with_suffix("") / folder.name)
-        parts.append(_section(result, scenario, [figure.relative_to(out.parent) for figure in figures]))
+        drawn = [figure.relative_to(out.parent) for figure in figures]
+        parts.append(_section(result, scenario, _command(folder, result, scenario), drawn))
     try:
         out.write_text("\n".join(parts), encoding="utf-8")
     except OSError as error:
         raise InputError(f"--out {out}: cannot be written: {error.strerror}") from None
 
 
-def _section(result: Mapping[str, Any], scenario: Scenario, figures: Sequence[Path]) -> str:
+def _command(folder: Path, result: Mapping[str, Any], scenario: Scenario) -> str:
+    """The command that repeats a folder's runs: by the scenario's name only if that alone gives the same."""
+    try:
+        plan = Plan(read_scenario(result["scenario"]))
+        name = result["scenario"] if plan.scenario == Plan(scenario).scenario else ""
+    except InputError:
+        name = ""
+    runs = result["runs"]
+    several = scenario.randomise.runs * len(points_of(scenario)) > 1
+    only = f" --only {runs[0]['index']}" if several and len(runs) == 1 else ""
+    return f"biped run {name or folder / 'scenario.toml'}{only}"
+
+
+def _section(result: Mapping[str, Any], scenario: Scenario, command: str, figures: Sequence[Path]) -> str:
     runs, summary = result["runs"], result["summary"]
     low, high = summary["walked_interval"]
-    starts = "projected onto the ground" if scenario.start.settle else "as printed"
+    start, fell = scenario.start, failures(summary)
+    starts = "projected onto the ground" if start.settle else "as printed"
     lines = [
         f"## {result['scenario']}\n",
         f"{scenario.description}.\n",
-        f"`biped run {result['scenario']}`: {len(runs)} × {scenario.duration:g} s in {result['engine']}, jitter "
-        f"{scenario.start.jitter:g} rad, contacts {scenario.actuation.contacts}, starts {starts}. "
-        f"Walked {summary['walked']} of {len(runs)} (95 % interval {low:.0%} – {high:.0%}), fell {summary['falls']}.\n",
+        f"`{command}`: {len(runs)} × {scenario.duration:g} s in {result['engine']}, jitter "
+        f"{start.jitter:g} rad, contacts {scenario.actuation.contacts}, starts {starts}. "
+        f"Walked {summary['walked']} of {len(runs)} (95 % interval {low:.0%} – {high:.0%}), {fell}.\n",
     ]
     for cause, count in causes_of(runs):
         lines.append(f"- {count} × {cause}")
@@ -73,14 +89,14 @@ def _points(points: Sequence[Mapping[str, Any]]) -> str:
         "walked",
         "95 % interval",
         "fell",
-        *(name.replace("_", " ") for name in _COLUMNS),
+        *(METRICS[name].words for name in HEAD),
     ]
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     for p in points:
         low, high = p["interval"]
         cells = [
             *(number(p["values"][key]) for key in keys), f"{p['walked']}/{p['runs']}", f"{low:.0%} – {high:.0%}",
-            str(p["falls"]), *(number(_real(p[name])) for name in _COLUMNS),
+            str(p["falls"]), *(METRICS[name].text(p[name]) for name in HEAD),
         ]  # fmt: skip
         lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
@@ -88,11 +104,9 @@ def _points(points: Sequence[Mapping[str, Any]]) -> str:
 
 def _numbers(summary: Mapping[str, Any], thesis: Mapping[str, float]) -> str:
     lines = ["| | here | thesis |", "|---|---|---|"]
-    for name in _COLUMNS:
-        theirs = number(thesis[name]) if name in thesis else ""
-        lines.append(f"| {name.replace('_', ' ')} | {number(_real(summary[name]))} | {theirs} |")
-    return "\n".join(lines) + "\n"
-
-
-def _real(value: float | None) -> float:
-    return float("nan") if value is None else value
+    for name in HEAD:
+        metric = METRICS[name]
+        unit = f" [{metric.unit}]" if metric.unit else ""
+        theirs = metric.text(thesis[name]) if name in thesis else ""
+        lines.append(f"| {metric.words}{unit} | {metric.text(summary[name])} | {theirs} |")
+    return "\n".join([*lines, *(["", f"({NOWHERE})"] if nowhere(summary) else [])]) + "\n"

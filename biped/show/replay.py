@@ -25,7 +25,7 @@ DRAWN = 100
 
 
 def chosen(rows: Sequence[Mapping[str, Any]]) -> list[tuple[str, int]]:
-    """Runs worth looking at: the fastest walker, the median one, and up to three that fell: (what, index)."""
+    """Runs worth looking at: the fastest walker, the median one, up to three that did not stay up: (what, index)."""
     if len(rows) == 1:
         return [("run", rows[0]["index"])]
     walkers = sorted((row for row in rows if row["walked"]), key=lambda row: row["speed"])
@@ -34,8 +34,14 @@ def chosen(rows: Sequence[Mapping[str, Any]]) -> list[tuple[str, int]]:
         picked.append(("best", walkers[-1]["index"]))
     if len(walkers) > 2:
         picked.append(("median", walkers[len(walkers) // 2]["index"]))
-    fallen = [row["index"] for row in rows if row["fell"]][:FALLEN]
-    return picked + [(f"fell_{index}", index) for index in fallen]
+    fallen = [("fell" if row["fell"] else "doubtful", row["index"]) for row in rows if row["end"] != "completed"]
+    return picked + [(f"{how}_{index}", index) for how, index in fallen[:FALLEN]]
+
+
+def spread(rows: Sequence[Any], most: int) -> list[Any]:
+    """At most so many of the rows, evenly spread over all of them."""
+    count = min(most, len(rows))
+    return [rows[i * len(rows) // count] for i in range(count)]
 
 
 def record_runs(path: Path, plan: Plan, result: Mapping[str, Any], known: Mapping[int, Trajectory]) -> None:
@@ -56,7 +62,7 @@ def record_runs(path: Path, plan: Plan, result: Mapping[str, Any], known: Mappin
     shown = [
         Recorded(
             name=name,
-            trajectory=known[index] if index in known else campaign.simulate(plan.run(index)),
+            trajectory=known[index] if index in known else campaign.run_one(plan, index)[0],
             model=model,
             metrics=rows[index],
             checks=checks,
@@ -120,11 +126,13 @@ def plot_results(folder: Path, out: Path | None = None) -> list[Path]:
     out = folder / "figures" if out is None else out
     rows = result["runs"]
     if len(rows) == 1:
-        trajectory = kept[rows[0]["index"]] if kept else campaign.simulate(plan.run(rows[0]["index"]))
+        trajectory = kept[rows[0]["index"]] if kept else campaign.run_one(plan, rows[0]["index"])[0]
         return figures.plot_run(trajectory, out, title=result["scenario"], window=plan.scenario.interval)
     files = figures.plot_campaign(rows, result.get("points", []), out, title=result["scenario"])
-    drawn = rows[:: max(1, len(rows) // DRAWN)][:DRAWN]
-    trajectories = [campaign.simulate(plan.run(row["index"])) for row in drawn]
+    trajectories = [campaign.run_one(plan, row["index"])[0] for row in spread(rows, DRAWN)]
     files.append(out / "velocities.png")
-    figures.plot_ensemble(trajectories, files[-1], title=result["scenario"])
+    title = f"{result['scenario']}: {result['summary']['walked']} of {len(rows)} walked"
+    if len(trajectories) < len(rows):
+        title += f" ({len(trajectories)} drawn)"
+    figures.plot_ensemble(trajectories, files[-1], title=title)
     return files

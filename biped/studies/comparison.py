@@ -14,9 +14,9 @@ from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.ensemble.results import result_of
 from biped.ensemble.rows import LOST
-from biped.measure.metrics import NAMES
 from biped.measure.trajectory import Trajectory
 from biped.robot.tree import absolute
+from biped.scenario.metrics import METRICS
 from biped.scenario.reading import read_scenario
 
 ENGINES = ("home", "mujoco")
@@ -46,7 +46,7 @@ class Comparison(NamedTuple):
         rows = [self.results[engine]["runs"] for engine in ENGINES]
         return {
             "scenario": self.scenario,
-            "passed": all(run["end"] not in ("diverged", LOST) for runs in rows for run in runs),
+            "passed": not any(run["end"] in ("diverged", "doubtful", LOST) for runs in rows for run in runs),
             "parted_at": parted_at(*(self.first[engine] for engine in ENGINES)),
             "metrics": self.metrics(),
             "results": self.results,
@@ -63,7 +63,7 @@ class Comparison(NamedTuple):
                 "gap": gap(home[name], foreign[name]),
                 **({"thesis": thesis[name]} if name in thesis else {}),
             }
-            for name in NAMES
+            for name in METRICS
         }
 
 
@@ -100,7 +100,7 @@ def compare(name: str, title: str, changes: Sequence[str], jobs: int) -> Compari
         else:
             with campaign.rows_of(plan, range(len(plan)), jobs) as finished:
                 rows = sorted(finished, key=lambda row: row.index)
-            first[engine] = campaign.simulate(plan.run(0))
+            first[engine] = campaign.run_one(plan, 0)[0]
         results[engine] = result_of(title, plan, rows)
     return Comparison(title, description, plans, results, first)
 

@@ -35,8 +35,8 @@ def title_of(name: str) -> str:
 
 
 def _keep(folder: Path, index: int, trajectory: Trajectory, row: Row) -> None:
-    """Keeps the last seconds of a run that fell."""
-    if row.fell:
+    """Keeps the last seconds of a run that fell or is doubtful."""
+    if row.fell or row.doubtful:
         keep(folder, index, row.cause, trajectory.last(LAST_SECONDS))
 
 

@@ -133,7 +133,7 @@ def halves(t: Trajectory, start: float) -> list[tuple[float, float]]:
 
     A fraction of a stride more or less changes the mean power by percents. Halves of a walk are nearly independent.
     """
-    marks = [float(t.time[row]) for row, leg in strikes(t.phase) if leg == 0 and t.time[row] >= start]
+    marks = [float(t.time[row]) for row, leg in strikes(t.phase, t.tick) if leg == 0 and t.time[row] >= start]
     if t.end != "completed" or len(marks) < 3:
         return []
     middle = marks[len(marks) // 2]

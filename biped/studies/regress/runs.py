@@ -87,7 +87,7 @@ def _made(plan: Plan, index: int) -> tuple[Row, str]:
 
 
 def _letter(row: Row) -> str:
-    return "w" if row.walked else {"completed": "s", "fell": "f", "diverged": "d"}[row.end]
+    return "w" if row.walked else {"completed": "s", "fell": "f", "diverged": "d", "doubtful": "?"}[row.end]
 
 
 def _rounded(value: float) -> float | None:
