@@ -1,9 +1,9 @@
 """Twelve numbers side by side, which go through the processor's vector registers together.
 
 Twelve constraint rows fit: what is done to one row is done to all of them at once. Compilers cannot see by themselves
-that the arrays of a record do not overlap, and then take numbers one by one. Sums of products are fused (rounded once)
-and have a fixed order, so results do not depend on how wide the registers are. As plain Python the same functions work
-on arrays (12,), and products are rounded.
+that the arrays of a record do not overlap, and then take numbers one by one. Every product and sum is rounded, in a
+fixed order: results do not depend on how wide the registers are, and are those of plain Python, where the functions
+work on arrays (12,).
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from __future__ import annotations
 import numpy as np
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
 from numba.extending import intrinsic, models, register_model
 
 from biped.base.jit import COMPILED
@@ -44,11 +43,6 @@ def _shuffled(builder, x, indices):
 def _spread(builder, f):
     one = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), f, ir.Constant(_INDEX, 0))
     return _shuffled(builder, one, [0] * LANES)
-
-
-def _fused(builder, x, y, z):
-    kind = ir.FunctionType(_VECTOR, [_VECTOR] * 3)
-    return builder.call(cgutils.get_or_insert_function(builder.module, kind, f"llvm.fma.v{LANES}f64"), [x, y, z])
 
 
 def _row(context, builder, kind, array, row):
@@ -96,14 +90,18 @@ def _plus(_, x, y):
 def _added(_, x, f, y):
     def code(context, builder, signature, arguments):
         x, f, y = arguments
-        return _fused(builder, _spread(builder, f), y, x)
+        return builder.fadd(x, builder.fmul(_spread(builder, f), y))
 
     return _LANES(_LANES, types.float64, _LANES), code
 
 
 @intrinsic
 def _squared(_, x, y):
-    return _LANES(_LANES, _LANES), lambda context, builder, signature, a: _fused(builder, a[1], a[1], a[0])
+    def code(context, builder, signature, arguments):
+        x, y = arguments
+        return builder.fadd(x, builder.fmul(y, y))
+
+    return _LANES(_LANES, _LANES), code
 
 
 @intrinsic
@@ -121,6 +119,11 @@ def _plain_store(array, row, x):
     array[row] = x
 
 
+def _plain_total(x):
+    a, b, c, d = x[:4] + x[4:8] + x[8:]
+    return (a + b) + (c + d)
+
+
 load = _load if COMPILED else lambda array, row: np.array(array[row])
 """(array, row): the numbers of a row of an array (n, 12), contiguous."""
 store = _store if COMPILED else _plain_store
@@ -135,5 +138,5 @@ added = _added if COMPILED else lambda x, f, y: x + f * y
 """(x, f, y): x + f y for a number f."""
 squared = _squared if COMPILED else lambda x, y: x + y * y
 """(x, y): x + y²."""
-total = _total if COMPILED else lambda x: float(x[:4].sum() + x[4:8].sum() + x[8:].sum())
+total = _total if COMPILED else _plain_total
 """(x): the sum of all lanes."""
