@@ -6,10 +6,15 @@ disk. Whoever passes an address has checked it: a wrong one ends the process.
 
 from __future__ import annotations
 
+from typing import Any
+
 from llvmlite import ir
 from numba import int64, types
-from numba.extending import intrinsic
+from numba.extending import intrinsic as _intrinsic
 from numba.np.arrayobj import populate_array
+
+# What an intrinsic is called with is not what it is defined with.
+intrinsic: Any = _intrinsic
 
 _BYTE = ir.IntType(8).as_pointer()
 

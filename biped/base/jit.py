@@ -1,12 +1,36 @@
 """How kernels are compiled, and how a loop calls them."""
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from importlib.util import find_spec
 from typing import Any
 
-from numba import config, njit, typeof
+import numba
+import numba.core.config
+from numba import typeof
+
+from biped.base.kernels import cache_folder
+
+# numba's types know neither its settings nor what its decorators take.
+config: Any = numba.core.config
+njit: Any = numba.njit
+
+
+@contextmanager
+def cached() -> Iterator[None]:
+    """Within, what numba is handed is cached in biped's own folder; NUMBA_CACHE_DIR wins.
+
+    Elsewhere numba's settings stay as they are: a notebook's own functions do not land in biped's folder.
+    """
+    before = config.CACHE_DIR
+    if not before and not config.DISABLE_JIT:
+        config.CACHE_DIR = str(cache_folder())
+    try:
+        yield
+    finally:
+        config.CACHE_DIR = before
 
 
 def _postpone_blas() -> None:
@@ -41,7 +65,8 @@ def kernel(function: Callable[..., Any], signature: Any = None, alone: bool = Fa
         signature: Its types, if it is to be compiled at once.
         alone: Whether Python's other threads go on while it runs (it holds no interpreter lock); for long calls.
     """
-    return njit(signature, cache=True, error_model="numpy", _nrt=False, nogil=alone)(function)
+    with cached():
+        return njit(signature, cache=True, error_model="numpy", _nrt=False, nogil=alone)(function)
 
 
 long_kernel = partial(kernel, alone=True)

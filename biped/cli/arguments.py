@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 import re
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
 from biped import __version__
 from biped.base.errors import InputError
+from biped.base.text import said
 
 
 class Parser(argparse.ArgumentParser):
@@ -23,16 +25,16 @@ class Parser(argparse.ArgumentParser):
         if unknown:
             known = list(_commands(self))
             raise InputError(
-                f"command '{unknown[1]}': expected one of {', '.join(known)}; {nearest(unknown[1], known)}"
+                f"command '{said(unknown[1])}': expected one of {', '.join(known)}; {nearest(unknown[1], known)}"
             )
         raise InputError(f"{message.removeprefix('argument ')}; see: {self.prog} --help")
 
 
 def _whole(text: str) -> int:
     try:
-        return int(text)
+        return int(text) if len(text) < 20 else int("too many digits")
     except ValueError:
-        raise argparse.ArgumentTypeError(f"expected a whole number, got '{text}'") from None
+        raise argparse.ArgumentTypeError(f"expected a whole number, got '{said(text)}'") from None
 
 
 def _commands(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser]:
@@ -45,7 +47,8 @@ def _parser() -> Parser:
     parser = Parser(
         prog="biped",
         description="Does this walking controller really work? Runs walking scenarios, measures and checks them.",
-        epilog="Exit code 0: done, all expectations met; 1: a run or a check failed; 2: bad input.",
+        epilog="Exit code 0: done, all expectations met; 1: a run or a check failed; 2: bad input. "
+        "With --debug anywhere, errors come with a traceback.",
     )
     parser.add_argument("--version", action="version", version=f"biped {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
@@ -124,6 +127,11 @@ def parsed(argv: Sequence[str] | None) -> argparse.Namespace:
     Raises:
         InputError: They are not what a command takes.
     """
+    for word in sys.argv[1:] if argv is None else argv:
+        try:
+            word.encode()
+        except UnicodeEncodeError:
+            raise InputError(f"{said(word)}: expected arguments in UTF-8") from None
     parser = _parser()
     args, unknown = parser.parse_known_args(argv)
     if unknown:
@@ -132,5 +140,5 @@ def parsed(argv: Sequence[str] | None) -> argparse.Namespace:
         options = [option for action in _commands(parser)[args.command]._actions for option in action.option_strings]
         word = unknown[0]
         hint = nearest(word, [option for option in options if option.startswith("--")])
-        raise InputError(f"{word}: not something that biped {args.command} takes; {hint}")
+        raise InputError(f"{said(word)}: not something that biped {args.command} takes; {hint}")
     return args

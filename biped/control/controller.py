@@ -108,7 +108,7 @@ def python_needed(run: Run, believed: Tree) -> str:
 
 def law_of(run: Run, believed: Tree, q: np.ndarray, v: np.ndarray, log: np.ndarray) -> Law:
     """The control law of a run, bound to its measurements and its log."""
-    if run.scenario.law is None:
+    if run.scenario.law is None and run.law is None:
         return ThesisLaw(run, believed, q, v, log)
     from biped.control.user import UserLaw
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from biped.control import record
@@ -44,10 +46,11 @@ def controller_record(run: Run, believed: Tree) -> np.ndarray:
 
 def set_gains(gait: np.void, gains: Gains) -> None:
     """Writes a gait into the gait of a controller record."""
-    gait["k_d1"], gait["b_d1"], gait["theta_b"] = gains.k_d1, gains.b_d1, np.radians(gains.theta_b)
-    gait["k"] = np.transpose([gains.k_d2, gains.k_d3, gains.k_d4])
-    gait["b"] = np.transpose([gains.b_d2, gains.b_d3, gains.b_d4])
-    gait["theta_l"], gait["theta_a"] = np.radians(gains.theta_l), np.radians(gains.theta_a)
+    complete: Any = gains  # `read_gains` has seen to it
+    gait["k_d1"], gait["b_d1"], gait["theta_b"] = complete.k_d1, complete.b_d1, np.radians(complete.theta_b)
+    gait["k"] = np.transpose([complete.k_d2, complete.k_d3, complete.k_d4])
+    gait["b"] = np.transpose([complete.b_d2, complete.b_d3, complete.b_d4])
+    gait["theta_l"], gait["theta_a"] = np.radians(complete.theta_l), np.radians(complete.theta_a)
 
 
 def _set_beliefs(belief: np.void, run: Run) -> None:

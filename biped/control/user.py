@@ -76,10 +76,10 @@ class Sensed:
 
 
 class UserLaw:
-    """A law from a Python file, with the same sensing, leg states, limits and log as the thesis's.
+    """A law from a Python file or handed over as an object; sensing, leg states, limits and log are the thesis's.
 
     Args:
-        run: Scenario, gains and draws; `run.scenario.law` is `path.py:Class`.
+        run: Scenario, gains and draws; `run.scenario.law` is `path.py:Class`, or `run.law` makes it.
         believed: Lengths the controller believes in.
         q: (9,) measured joint coordinates, live.
         v: (9,) measured joint velocities, live.
@@ -91,8 +91,10 @@ class UserLaw:
 
     def __init__(self, run: Run, believed: Tree, q: np.ndarray, v: np.ndarray, log: np.ndarray):
         s = run.scenario
-        self.file, _, kind_name = (s.law or "").rpartition(":")
-        self.name = f"law: {label(Path(self.file))}:{kind_name}"
+        file, _, kind_name = (s.law or "").rpartition(":")
+        given = run.law
+        self.file = file if given is None else given.file
+        self.name = f"law: {label(Path(file))}:{kind_name}" if given is None else f"law: {kind_name}"
         self.record = controller_record(run, believed)
         self.c = self.record[0]
         self.u, self.Q_d = self.c["tick"]["u"], self.c["tick"]["Q_d"]
@@ -104,11 +106,11 @@ class UserLaw:
         self._live = {key: _read_only(self.c[part][key]) for key, part in parts.items()}
         limit = np.array(self.c["actuation"]["limit"])
         setup = Setup(s, run.gains, believed, self._model, 1.0 / s.simulation.control_rate, limit)
-        kind = load_law(s.law or "")
+        kind = load_law(s.law or "") if given is None else given.make
         try:
             self._law = kind(setup)
         except (Exception, SystemExit) as error:
-            raise self._fault(f"{kind.__name__}(setup) raised {_said(error, self.file)}") from error
+            raise self._fault(f"{kind_name}(setup) raised {_said(error, self.file)}") from error
         if not callable(getattr(self._law, "torques", None)):
             raise self._fault("expected a method torques(sensed) that returns six torques [N m]")
 

@@ -37,7 +37,8 @@ def offsets(names: tuple[str, ...]) -> tuple[int, ...]:
 def _structure(name: str) -> type[ctypes.Structure]:
     from mujoco.introspect import structs
 
-    fields = [(field.name, _type(field.type)) for field in structs.STRUCTS[name].fields]
+    described: tuple[Any, ...] = structs.STRUCTS[name].fields
+    fields = [(field.name, _type(field.type)) for field in described]
     return type(name, (ctypes.Structure,), {"_fields_": fields})
 
 

@@ -23,7 +23,7 @@ from biped.base.jit import COMPILED
 from biped.robot.order import Order
 from biped.robot.topology import KNEE, N_ROWS, Z
 
-_OFFSETS = {"4.0.0": (160576, 162096)}
+_OFFSETS: dict[str, tuple[int, ...]] = {"4.0.0": (160576, 162096)}
 """Of nefc and efc_force in mjData [bytes], by version: asking MuJoCo takes as long as 10 s of walking."""
 
 

@@ -9,6 +9,8 @@ from functools import partial
 from types import ModuleType
 from typing import Any
 
+import numpy as np
+
 from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
 from biped.ensemble.processes import FORKS
@@ -16,6 +18,7 @@ from biped.ensemble.rows import LOST, Row
 from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
 from biped.scenario.keys import Scenario
+from biped.scenario.origin import Origin
 
 Keep = Callable[[int, Trajectory, Row], None]
 """Called where a run was made with (index, trajectory, row), for what must be kept of it."""
@@ -23,7 +26,8 @@ Keep = Callable[[int, Trajectory, Row], None]
 
 def simulate(run: Run) -> Trajectory:
     """Simulates a run in the engine that its scenario names."""
-    return _engine(run.scenario).simulate(run)
+    with run.origin.naming():
+        return _engine(run.scenario).simulate(run)
 
 
 def _engine(scenario: Scenario) -> ModuleType:
@@ -39,7 +43,8 @@ def run_one(plan: Plan, index: int) -> tuple[Trajectory, Row]:
     from biped.measure.metrics import assess
 
     run = plan.run(index)
-    trajectory, numbers = assess(simulate(run), run.scenario.interval)
+    with np.errstate(all="ignore"):  # what blows up overflows, and is called so
+        trajectory, numbers = assess(simulate(run), run.scenario.interval)
     told = {name: bool(numbers.pop(name)) for name in ("walked", "diverged", "doubtful")}
     row = Row(
         index=index,
@@ -115,11 +120,11 @@ class Making:
         return row
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _making, (self._plan.scenario, self._keep)
+        return _making, (self._plan.scenario, self._plan.origin, self._keep)
 
 
-def _making(scenario: Scenario, keep: Keep | None) -> Making:
-    return Making(Plan(scenario), keep)
+def _making(scenario: Scenario, origin: Origin, keep: Keep | None) -> Making:
+    return Making(Plan(scenario, origin, checked=True), keep)
 
 
 def _lost(plan: Plan, index: int, error: BaseException) -> Row:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from biped.base.statistics import wilson
 from biped.ensemble.checks import Check, judge, passed
@@ -14,6 +14,9 @@ from biped.ensemble.rows import Row
 from biped.ensemble.sweeps import by_point, thresholds
 from biped.measure.metrics import aggregate
 from biped.scenario.metrics import METRICS
+
+if TYPE_CHECKING:
+    import pyarrow
 
 
 def result_of(name: str, plan: Plan, rows: Sequence[Row]) -> dict[str, Any]:
@@ -39,18 +42,23 @@ def result_of(name: str, plan: Plan, rows: Sequence[Row]) -> dict[str, Any]:
     }
 
 
+def table_of(rows: Sequence[Mapping[str, Any]]) -> pyarrow.Table:
+    """Rows as an Arrow table: one flat row each; what a row lacks is null."""
+    import pyarrow
+
+    flat = [_flat(row) for row in rows]
+    names = list(dict.fromkeys(name for row in flat for name in row))
+    return pyarrow.table({name: [row.get(name) for row in flat] for name in names})
+
+
 def write_table(path: Path, rows: Sequence[Row]) -> None:
     """Writes runs.parquet, one flat row per run."""
-    import pyarrow
     import pyarrow.parquet
 
-    flat = [_flat(row.as_dict()) for row in rows]
-    names = list(dict.fromkeys(name for row in flat for name in row))
-    table = pyarrow.table({name: [row.get(name) for row in flat] for name in names})
-    pyarrow.parquet.write_table(table, path)
+    pyarrow.parquet.write_table(table_of([row.as_dict() for row in rows]), path)
 
 
-def _flat(row: dict[str, Any]) -> dict[str, Any]:
+def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
     flat: dict[str, Any] = {}
     for key, value in row.items():
         if isinstance(value, dict):

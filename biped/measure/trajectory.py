@@ -6,6 +6,7 @@ import json
 import zlib
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import msgspec
@@ -36,6 +37,14 @@ COLUMNS = {
     "phase": (PHASE, (LEGS,)), "believed": (BELIEVED, (N_POINTS,)), "active": (ACTIVE, (N_CONSTRAINTS,)),
     "height": (HEIGHT, (N_POINTS,)), "force": (FORCE, (N_POINTS, 2)), "stop": (STOP, (N_STOPS,)),
 }  # fmt: skip
+
+
+UNITS = {
+    "time": "s", "q": "m, m, rad, then rad", "v": "m/s, m/s, rad/s, then rad/s", "u": "N m",
+    "Q_d": "N, N, N m, then N m", "phase": "leg state 1 … 4", "believed": "0 or 1", "active": "0 or 1",
+    "height": "m", "force": "N", "stop": "N m",
+}  # fmt: skip
+"""Units of the quantities of `COLUMNS`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +88,11 @@ class Trajectory:
         if not shape:
             return self.log[:, first]
         return self.log[:, first : first + int(np.prod(shape))].reshape(len(self.log), *shape)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of each array by its name; vectors of coordinates: torso x, z, pitch, then the joints."""
+        return UNITS
 
     @property
     def time(self) -> np.ndarray:
@@ -155,7 +169,7 @@ class Trajectory:
             "robot": msgspec.to_builtins(self.robot),
             "tree": {name: value.tolist() for name, value in self.tree._asdict().items()},
         }  # fmt: skip
-        arrays = {name: self.column(name) for name in COLUMNS}
+        arrays: dict[str, Any] = {name: self.column(name) for name in COLUMNS}
         with open(path, "wb") as file:
             np.savez(file, about=np.array(json.dumps(rest)), **arrays)
 
@@ -171,10 +185,9 @@ class Trajectory:
                 rest = json.loads(str(file["about"]))
                 n = len(file["time"])
                 log = np.hstack([file[name].reshape(n, -1) for name in COLUMNS])
-            # What was saved before trajectories said so was the human's.
-            told = rest.pop("robot", None)
+            told = rest.pop("robot", None)  # what was saved before trajectories said so was the human's
             rest["robot"] = robot_at(folder("models") / "human.xml") if told is None else msgspec.convert(told, Robot)
-            rest["tree"] = Tree(**{name: np.array(value) for name, value in rest["tree"].items()})
+            rest["tree"] = Tree(**{name: np.array(value, dtype=float) for name, value in rest["tree"].items()})
             rest["torque_limit"] = tuple(rest["torque_limit"])
             rest["pushes"] = tuple(tuple(push) for push in rest["pushes"])
             loaded = cls(log=log, **rest)

@@ -8,12 +8,18 @@ work on arrays (12,).
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from llvmlite import ir
 from numba import types
-from numba.extending import intrinsic, models, register_model
+from numba.extending import intrinsic as _intrinsic
+from numba.extending import models, register_model
 
 from biped.base.jit import COMPILED
+
+# What an intrinsic is called with is not what it is defined with.
+intrinsic: Any = _intrinsic
 
 LANES = 12
 

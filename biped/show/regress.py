@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from biped.scenario.metrics import METRICS as EVERY
 from biped.show.terminal import console, table
-from biped.studies.regress.command import Outcome
 from biped.studies.regress.compare import DIGITS, GONE, NEW, PHYSICS, RUNS, SAME, Moved, Verdict, compared
+from biped.studies.regress.guard import Outcome
 from biped.studies.regress.references import METRICS
 
 _WORDS = {

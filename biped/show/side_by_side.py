@@ -1,9 +1,10 @@
-"""Comparisons on a terminal: the thesis, home and MuJoCo in three columns."""
+"""Comparisons: the thesis, home and MuJoCo in three columns; one walker as a ghost over the other."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 
 from biped.measure.metrics.walking import outcome
 from biped.scenario.metrics import HEAD, METRICS, shown_in
@@ -43,3 +44,36 @@ def _ending(c: Comparison, engine: str) -> str:
         summary = c.results[engine]["summary"]
         return f"walked {summary['walked']} of {len(runs)}, {failures(summary)}"
     return outcome(runs[0]) + (f"; engine warnings {runs[0]['warnings']}" if runs[0]["warnings"] else "")
+
+
+def draw(comparison: Comparison, folder: Path) -> None:
+    """Writes the overlay figure and a recording in which the home walker is a ghost over MuJoCo's.
+
+    Args:
+        comparison: What to draw.
+        folder: Where; it exists.
+
+    Raises:
+        InputError: A file cannot be written.
+    """
+    from biped.robot.model import compile_foreign
+    from biped.scenario.reading import to_toml
+    from biped.show.figures import plot_overlay
+    from biped.show.recording import Recorded, record
+
+    plot_overlay(comparison.first, folder / "overlay.png", comparison.scenario)
+    recorded = []
+    for engine in ("mujoco", "home"):
+        plan, result = comparison.plans[engine], comparison.results[engine]
+        recorded.append(
+            Recorded(
+                name=engine,
+                trajectory=comparison.first[engine],
+                model=compile_foreign(plan.model, plan.scenario, visuals=True).model,
+                metrics=result["runs"][0],
+                checks=[tuple(check.values()) for check in result["checks"]],
+                scenario_text=to_toml(plan.scenario),
+                ghost=engine == "home",
+            )
+        )
+    record(folder / "recording.rrd", recorded, title=f"{comparison.scenario}: MuJoCo, and home as a ghost")

@@ -16,13 +16,14 @@ from biped.ensemble.sweeps import threshold_words
 from biped.measure.metrics.gait import MOVED
 from biped.measure.metrics.walking import kind_of, outcome
 from biped.scenario.metrics import HEAD, METRICS, shown_in
+from biped.show.safe import SafeConsole
 
 NOWHERE = f"no cost of transport, no slip: moved less than {MOVED:g} m in the window"
 
 
 def console() -> Console:
     """The terminal; plain and wide enough for tables when it is a file or a pipe."""
-    return Console(width=None if sys.stdout.isatty() else 120, highlight=False)
+    return SafeConsole(width=None if sys.stdout.isatty() else 120)
 
 
 def number(value: Any) -> str:
@@ -120,6 +121,13 @@ def real(value: float | None) -> bool:
     return value is not None and math.isfinite(value)
 
 
+def show_verdict(result: Mapping[str, Any], description: str) -> None:
+    """Prints whether a scenario is as it expects, and its checks."""
+    verdict = "[green]ok[/green]" if result["passed"] else "[red]FAILED[/red]"
+    console().print(f"[bold]{result['scenario']}[/bold] {verdict}: {description}")
+    show_checks(result)
+
+
 def show_checks(result: Mapping[str, Any]) -> None:
     """Prints one line per check."""
     out = console()
@@ -140,7 +148,7 @@ def progress(title: str, total: int, done: int) -> Iterator[Any]:
         bar.TextColumn("{task.description}"), bar.BarColumn(), bar.MofNCompleteColumn(),
         bar.TextColumn("{task.fields[rate]}"), bar.TimeRemainingColumn(),
     )  # fmt: skip
-    with bar.Progress(*columns, console=Console(stderr=True), transient=True) as shown:
+    with bar.Progress(*columns, console=SafeConsole(stderr=True), transient=True) as shown:
         task = shown.add_task(title, total=total, completed=done, rate="")
 
         def advance() -> None:

@@ -71,7 +71,7 @@ def test_only_the_thigh_of_a_leg_that_steps_back_has_another_couple():
 
 @pytest.mark.slow
 def test_stepping_back_keeps_it_up_on_eight_degrees():
-    """Without it about six of ten walk up 8°, with it nine or more (docs/robust.md)."""
+    """Without it about six of ten walk up 8°, with it nine or more (docs/notes/robust-search.md)."""
     walked = {}
     for name, changes in (("off", []), ("on", ["backstep={}"])):
         plan = Plan(read_scenario("robust/own", ["ground.slope=8.0", "randomise.runs=24", *changes]))

@@ -19,7 +19,7 @@ from biped.scenario.reading import read_scenario
 from tests.cases import SHORT, command, write
 from tests.control.bench import OFFSET, S, dynamics
 
-README = Path(__file__).parents[2] / "README.md"
+PAGE = Path(__file__).parents[2] / "docs" / "python.md"
 
 SPY = """from __future__ import annotations
 from dataclasses import dataclass
@@ -49,8 +49,8 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-def test_the_example_of_the_readme(capsys):
-    code, name = re.search(r"```python\n(# (\w+\.py)\n.*?)```", README.read_text(encoding="utf-8"), re.DOTALL).groups()
+def test_the_example_of_the_page(capsys):
+    code, name = re.search(r"```python\n(# (\w+\.py)\n.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL).groups()
     write(name, code)
     write("s.toml", SHORT)
     _, result = command(capsys, "run", "s.toml", "--set", f"law={name}:Stand", "--out", "x")

@@ -9,6 +9,7 @@ from biped.engines.native import native
 from biped.ensemble.plan import Plan
 from biped.robot.model import compile_foreign
 from biped.scenario.keys import Scenario, Start
+from biped.show.replay import record_runs
 from biped.studies.bench.features import FEATURES, prices
 from biped.studies.bench.inner import steps
 from biped.studies.bench.parts import contact_costs, tick_parts
@@ -65,7 +66,7 @@ NEEDS = {
 
 @pytest.fixture(scope="module")
 def priced():
-    return prices(("plain", "Q_d itself", "push", "actuator lag", *NEEDS), SECONDS)
+    return prices(("plain", "Q_d itself", "push", "actuator lag", *NEEDS), SECONDS, record_runs)
 
 
 @pytest.mark.parametrize("feature", ["Q_d itself", "push", "actuator lag", *NEEDS])
