@@ -16,7 +16,7 @@ from biped.base.files import label, nearest
 from biped.base.trust import refusal, trusted
 from biped.control.law import WORLD
 from biped.control.setup import controller_record
-from biped.control.tick import NOT_FINITE, log_tick, sense
+from biped.control.tick import NOT_FINITE, log_tick, sense_in
 from biped.robot.description import robot_at
 from biped.robot.model import believed_model
 from biped.robot.run import Run
@@ -128,7 +128,7 @@ class UserLaw:
         pinocchio.crba(self._model, self._data, self._q, WORLD)
         M = self._data.M
         c, live = self.c, self._live
-        status = sense(self.record, self._data.J, self._q, self._v, k == 0)
+        status = sense_in(self.record, self._data.J, self._q, self._v, k == 0)
         if status == NOT_FINITE:
             return status
         upright = np.array(UPRIGHT) * np.pi

@@ -13,6 +13,7 @@ import numpy as np
 
 from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
+from biped.ensemble.processes import FORKS
 from biped.ensemble.rows import LOST, Row
 from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
@@ -83,8 +84,21 @@ def rows_of(plan: Plan, indices: Iterable[int], jobs: int, keep: Keep | None = N
         from biped.measure import metrics  # noqa: F401
 
         _engine(plan.scenario)
-    with workers(Making(plan, keep), min(jobs, len(indices))) as carried_out:
+    with workers(Making(plan, keep), min(jobs, len(indices)), side_by_side(plan)) as carried_out:
         yield carried_out(indices, ordered=False, lost=partial(_lost, plan))
+
+
+def side_by_side(plan: Plan) -> bool:
+    """Whether runs are made by threads: where processes do not fork and would import and compile all anew.
+
+    Compiled loops hold no interpreter lock, so threads are as fast as processes; but a fault of compiled code ends them
+    all, where forked workers lose one run. Laws in Python need processes in any case.
+    """
+    from biped.control.controller import python_needed
+    from biped.robot.model import tree_at
+
+    first = plan.run(0)
+    return not FORKS and not python_needed(first, tree_at(first.model))
 
 
 class Making:

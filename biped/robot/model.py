@@ -27,7 +27,7 @@ from biped.robot.sizes import check_sizes
 from biped.robot.topology import BASE, NU, PARENT, POINT_LINK
 from biped.robot.tree import Tree, tree_of
 from biped.robot.trial import tried
-from biped.scenario.keys import Scenario, Truth
+from biped.scenario.keys import Ground, Scenario, Simulation, Truth
 
 GRAVITY = 9.81
 """[m/s²]"""
@@ -131,11 +131,29 @@ def _apply_truth(spec: mujoco.MjSpec, truth: Truth, robot: Robot) -> None:
 def compile_foreign(path: Path, scenario: Scenario, visuals: bool = False) -> Foreign:
     """Compiles the scenario's ground truth: this ground, this solver, these limits, and no visuals unless wanted.
 
+    Runs that differ in nothing of this share one model, which is not to be written to.
+
     Args:
         path: The MJCF file.
         scenario: What the run needs.
         visuals: Keep geoms that are only looked at.
     """
+    s = scenario
+    return _compiled(*_version(path), s.ground, s.simulation, s.truth, torque_limits(s), visuals)
+
+
+@lru_cache(maxsize=8)
+def _compiled(
+    file: str,
+    modified: float,
+    described: float,
+    ground: Ground,
+    simulation: Simulation,
+    truth: Truth,
+    limits: tuple[float, ...],
+    visuals: bool,
+) -> Foreign:
+    path = Path(file)
     spec, robot = spec_of(path), robot_at(path)
     if not visuals:
         kept = (robot.contact.ground, *robot.points)
@@ -143,9 +161,8 @@ def compile_foreign(path: Path, scenario: Scenario, visuals: bool = False) -> Fo
             spec.delete(geom)
         for light in list(spec.lights):
             spec.delete(light)
-    if scenario.truth != Truth():
-        _apply_truth(spec, scenario.truth, robot)
-    ground, simulation = scenario.ground, scenario.simulation
+    if truth != Truth():
+        _apply_truth(spec, truth, robot)
     option = spec.option
     option.timestep = simulation.timestep
     option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{simulation.integrator.upper()}")
@@ -161,7 +178,7 @@ def compile_foreign(path: Path, scenario: Scenario, visuals: bool = False) -> Fo
         pair.solref = solref
     for stop in robot.stops:
         spec.joint(stop).solref_limit = solref
-    for actuator, limit in zip(robot.actuators, torque_limits(scenario), strict=True):
+    for actuator, limit in zip(robot.actuators, limits, strict=True):
         spec.actuator(actuator).ctrlrange = [-limit, limit]
     model = spec.compile()
     return Foreign(model, order_of(model, robot), tree_of(model, label(path), robot))

@@ -78,6 +78,7 @@ class Actuation(Section, frozen=True):
         torque_limit: [N m] of every joint, or six limits: hip, knee, ankle, right then left.
         limit: What happens beyond the limit: `clip`, or the `bounded` form of (3.13), a QP in the ticks where a limit
             is exceeded.
+        solver: Who solves the bounded form: the exact `active_set`, or a package, for comparison.
         null_torque: u_0 (6,) [N m] of (4.7), the torques preferred where the solution is not unique.
         single_tangential: One tangential row per flat foot instead of two that say the same.
         rank_tolerance: Relative size below which a row of C is dependent on others.
@@ -90,6 +91,7 @@ class Actuation(Section, frozen=True):
     # (A fixed-length tuple of constrained numbers in a union crashes msgspec 0.22.)
     torque_limit: Positive | Annotated[tuple[Positive, ...], Meta(min_length=6, max_length=6)] = 200.0
     limit: Literal["clip", "bounded"] = "clip"
+    solver: Literal["active_set", "daqp", "quadprog", "osqp"] = "active_set"
     null_torque: Six | None = None
     single_tangential: bool = False
     rank_tolerance: Annotated[float, Meta(gt=0, lt=1)] = 1e-4
