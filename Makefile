@@ -1,23 +1,29 @@
-# Everything runs in .venv, made from requirements.lock by `make setup`; no compiler is needed.
+# Everything runs in .venv, made from requirements.lock; `make test` and `make lint` add requirements-dev.lock. No compiler
+# is needed.
 SHELL := /bin/bash
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+TOOLS := $(VENV)/.tools
 # Short tests of compiled kernels: `make coverage` runs them as plain Python too.
 KERNEL_TESTS := tests/control tests/engines/rigid tests/numerics tests/engines/test_mujoco.py tests/dynamics/test_linalg.py \
 	tests/robot/test_posture.py tests/base/test_kernels.py::test_compiled_kernels_do_what_they_do_as_plain_python
 # One BLAS thread: 9x9 problems gain nothing from more and can lose milliseconds.
 export OPENBLAS_NUM_THREADS := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
+LOCK = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
+	--custom-compile-command 'make lock'
 
-.PHONY: help setup run view test test-all stress coverage check regress bench lint format lock clean
+.PHONY: docs fuzz help setup tools run view test test-all stress coverage check regress bench lint format lock clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
-setup: $(STAMP) ## make .venv and install the locked packages
+setup: $(STAMP) ## make .venv and install what running needs
+
+tools: $(TOOLS) ## add what tests and checks need
 
 $(STAMP): requirements.lock pyproject.toml
 	@test -n "$(PYTHON)" || { echo "biped needs Python 3.11 or newer (set PYTHON=...)" >&2; exit 2; }
@@ -26,22 +32,29 @@ $(STAMP): requirements.lock pyproject.toml
 	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .
 	@touch $@
 
+$(TOOLS): $(STAMP) requirements-dev.lock
+	$(BIN)/python -m pip install --quiet --require-hashes -r requirements-dev.lock
+	@touch $@
+
 run: setup ## walk: the thesis's normal gait in MuJoCo, numbers and a recording
 	$(BIN)/biped run level_normal --record
 
 view: setup ## the newest recording in the rerun viewer
 	$(BIN)/biped view
 
-test: setup ## the default tests (minutes)
+test: tools ## the default tests (minutes)
 	$(BIN)/python -m pytest
 
-test-all: setup ## every test, the slow ones too
+test-all: tools ## every test, the slow ones too
 	$(BIN)/python -m pytest -m "slow or not slow"
 
-stress: setup ## extremes: steps, contacts, masses, starts, pushes, sensors; random physical models
+stress: tools ## extremes: steps, contacts, masses, starts, pushes, sensors; random physical models
 	$(BIN)/python -m pytest tests/test_stress.py tests/test_properties.py -m "slow or not slow"
 
-coverage: setup ## the default tests, those of kernels once more as plain Python; fails below 90 % of lines
+fuzz: tools ## ten thousand hostile scenarios, gaits, models, command lines, results folders and journals
+	$(BIN)/python -m tests.fuzz
+
+coverage: tools ## the default tests, those of kernels once more as plain Python; fails below 90 % of lines
 	$(BIN)/coverage erase
 	$(BIN)/coverage run -m pytest
 	# Compiled code overflows to inf without a word; as plain Python it would warn.
@@ -61,20 +74,24 @@ bench: setup ## run time against error
 	$(BIN)/biped bench walking
 	$(BIN)/biped bench mechanisms
 
-lint: setup ## ruff and the type checker
+lint: tools ## ruff, the type checker and which room may import which
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/basedpyright
+	$(BIN)/lint-imports --no-logo
 
-format: setup ## reformat the code
+format: tools ## reformat the code
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-lock: setup ## refresh requirements.lock from pyproject.toml
+lock: setup ## refresh both lock files from pyproject.toml
 	$(BIN)/python -m pip install --quiet uv
-	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
-		--extra dev --extra tune pyproject.toml -o requirements.lock
+	$(LOCK) --extra tune --group install pyproject.toml -o requirements.lock
+	$(LOCK) --group dev -c requirements.lock -o requirements-dev.lock
+
+docs: setup ## write the pages that are made from the code
+	$(BIN)/python -m biped.scenario.reference
 
 clean: ## remove the environment and caches (never runs/)
-	rm -rf $(VENV) .pytest_cache .ruff_cache
+	rm -rf $(VENV) .pytest_cache .ruff_cache .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

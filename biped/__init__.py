@@ -4,12 +4,23 @@ A walking controller is put through level walking, pushes, slopes and randomised
 never tuned in (MuJoCo) and in the one it comes from (the constrained dynamics of Braun, 2009).
 """
 
-import os
-
-from biped.base.kernels import place_cache
-
-# 9x9 problems gain nothing from BLAS threads and lose milliseconds under load; must precede numpy's import.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-place_cache()
+TYPE_CHECKING = False  # as type checkers know it: importing typing would take longer than all else here
+if TYPE_CHECKING:
+    from biped.api import Compared, Loaded, Result, compare, load, run, sweep
 
 __version__ = "0.1.0"
+
+__all__ = ["Compared", "Loaded", "Result", "compare", "load", "run", "sweep"]
+
+
+def __getattr__(name: str) -> object:
+    """Imports the Python interface when it is first used: `import biped` alone takes no time."""
+    if name in __all__:
+        from importlib import import_module
+
+        return getattr(import_module("biped.api"), name)
+    raise AttributeError(f"module 'biped' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

@@ -18,6 +18,7 @@ from tests.control.bench import HUMAN
 
 SCENARIOS = {
     "walk": Scenario(duration=2.0, start=Start(posture="heel_toe")),
+    "long": Scenario(duration=5.0, start=Start(posture="heel_toe")),
     "slope": Scenario(duration=1.0, start=Start(posture="heel_toe"), ground=Ground(slope=4.0)),
     "slippery": Scenario(duration=1.0, start=Start(posture="heel_toe"), ground=Ground(friction=0.3)),
     "pushed": Scenario(

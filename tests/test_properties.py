@@ -18,11 +18,12 @@ from hypothesis import strategies as st
 
 from biped.base.files import folder
 from biped.ensemble.campaign import simulate
-from biped.measure.metrics import NAMES, measure
+from biped.measure.metrics import measure
 from biped.measure.trajectory import COLUMNS
 from biped.robot.description import robot_at
 from biped.robot.model import _apply_truth, believed_model, spec_of
 from biped.scenario.keys import Actuation, Scenario, Start, Truth
+from biped.scenario.metrics import METRICS
 from biped.studies.run import plan_of
 from tests.control.bench import Bench, E, well_ranked
 
@@ -122,7 +123,7 @@ def walk():
 
 
 def same(one: dict, other: dict) -> None:
-    for name in NAMES:
+    for name in METRICS:
         assert other[name] == pytest.approx(one[name], rel=1e-6, abs=1e-9, nan_ok=True), name
 
 

@@ -1,9 +1,8 @@
 """What a run does when everything is extreme: an answer whose sentinels hold, or a failure that says so.
 
 Three outcomes are told apart, and each case says which it must have. *Sound*: the run completed or fell, every number
-is finite, the engine warned of nothing and the energy balance closes. *Flagged*: the run ended by itself, but the
-energy balance does not close, and `energy_residual` says so. *Failed*: the run is called diverged and its cause names
-the time and the quantity.
+is finite, the engine warned of nothing and every sentinel holds. *Flagged*: the run is called doubtful, and says which
+sentinel failed. *Failed*: the run is called diverged and its cause names the time and the quantity.
 """
 
 from __future__ import annotations
@@ -15,15 +14,13 @@ import pytest
 
 from biped.control.sensors import Sensors
 from biped.ensemble.campaign import simulate
-from biped.measure.metrics.energy import residual
+from biped.measure.metrics import assess
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import GRAVITY
 from biped.robot.tree import motion
 from biped.studies.run import plan_of
 
 SOUND, FLAGGED, FAILED = "sound", "flagged", "failed"
-CLOSES = 0.02
-"""Energy residual up to which the balance closes; 1 ms of Euler costs 0.01 in the worst of the sound cases."""
 
 UPRIGHT = "1.5707963267948966"
 TOGETHER = f"start.q=[0,1.3,{UPRIGHT},{UPRIGHT},{UPRIGHT},0,{UPRIGHT},{UPRIGHT},0]"
@@ -37,9 +34,9 @@ def at_rest(force: str) -> str:
 
 # Name: changes, outcome with joint torques, outcome with generalized forces.
 CASES: dict[str, tuple[tuple[str, ...], str, str]] = {
-    "contacts far stiffer than the step": (("ground.contact_time=1e-6",), SOUND, SOUND),
+    "contacts as stiff as the step allows": (("ground.contact_time=0.002",), SOUND, SOUND),
     "contacts of a mattress": (("ground.contact_time=0.1",), SOUND, SOUND),
-    "contacts that hardly damp": (("ground.damping_ratio=0.01",), FAILED, FLAGGED),
+    "contacts that hardly damp": (("ground.damping_ratio=0.01",), FAILED, FAILED),
     "contacts of honey": (("ground.damping_ratio=100.0",), SOUND, SOUND),
     "no friction": (("ground.friction=0.0",), SOUND, SOUND),
     "hardly any friction": (("ground.friction=1e-6",), SOUND, SOUND),
@@ -47,31 +44,32 @@ CASES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "friction 1000": (("ground.friction=1000.0",), SOUND, SOUND),
     "impratio 1e6": (("simulation.impratio=1e6",), SOUND, SOUND),
     "feet of a tonne": (("truth.mass=[1,1,1,1e3,1,1,1e3]",), SOUND, SOUND),
-    "feet of a milligram": (("truth.mass=[1,1,1,1e-6,1,1,1e-6]",), FLAGGED, FAILED),
-    "torso of fifty thousand tonnes": (("truth.mass=[1e6,1,1,1,1,1,1]",), FLAGGED, FLAGGED),
+    "feet of a milligram": (("truth.mass=[1,1,1,1e-6,1,1,1e-6]",), FAILED, FAILED),
+    "torso of fifty thousand tonnes": (("truth.mass=[1e6,1,1,1,1,1,1]",), SOUND, SOUND),
     "legs straight and together": ((TOGETHER,), SOUND, SOUND),
     "upside down": (HEAD_DOWN, SOUND, SOUND),
     "half a metre below the ground": (("start.q=[0,0.9,1.57,1.8,1.8,0,1.3,1.3,0]", "start.settle=false"),
-                                      FLAGGED, FLAGGED),
-    "1 km/s": (("start.v=[1000,0,0,0,0,0,0,0,0]",), FLAGGED, FLAGGED),
-    "spinning at 1000 rad/s": (("start.v=[0,0,1000,1000,1000,1000,1000,1000,1000]",), FLAGGED, FLAGGED),
+                                      FAILED, FAILED),
+    "1 km/s": (("start.v=[1000,0,0,0,0,0,0,0,0]",), FAILED, FAILED),
+    "spinning at 1000 rad/s": (("start.v=[0,0,1000,1000,1000,1000,1000,1000,1000]",), FAILED, FAILED),
     "spinning at 1e8 rad/s": (("start.v=[0,0,1e8,0,0,0,0,0,0]",), FAILED, FAILED),
     "pushed by 10 kN": ((at_rest("[10000.0,0.0]"),), SOUND, SOUND),
     "pressed down by 10 kN": ((at_rest("[0.0,-10000.0]"),), SOUND, SOUND),
-    "pushed by a rocket": ((at_rest("[1e9,1e9]"),), FLAGGED, FLAGGED),
+    "pushed by a rocket": ((at_rest("[1e9,1e9]"),), FAILED, FAILED),
     "pushed by 1e15 N": ((at_rest("[1e15,1e15]"),), FAILED, FAILED),
     "denormal numbers": (("start.v=[5e-324,1e-310,1e-310,0,0,0,0,0,0]", at_rest("[1e-310,5e-324]")), SOUND, SOUND),
     "no gains": (("gains.k_d1=0.0", "gains.b_d1=0.0"), SOUND, SOUND),
-    "torques of a watch": (("actuation.torque_limit=1e-9",), FLAGGED, SOUND),
+    "torques of a watch": (("actuation.torque_limit=1e-9",), SOUND, SOUND),
     "torques without limit": (("actuation.torque_limit=1e9",), SOUND, SOUND),
-    "one solver iteration": (("simulation.iterations=1",), FLAGGED, FLAGGED),
-    "solver tolerance 1": (("simulation.tolerance=1.0",), SOUND, SOUND),
+    "one solver iteration": (("simulation.iterations=1",), FAILED, FAILED),
+    "solver tolerance 1": (("simulation.tolerance=1.0",), FLAGGED, FLAGGED),
     "angles measured to ten radians": (("sensors.angle_noise=10.0",), SOUND, SOUND),
-    "RK4": (("simulation.integrator=RK4",), FLAGGED, SOUND),
+    "RK4": (("simulation.integrator=RK4",), SOUND, SOUND),
     "implicit": (("simulation.integrator=implicit",), SOUND, SOUND),
     "implicitfast": (("simulation.integrator=implicitfast",), SOUND, SOUND),
     "discrete": (("simulation.integrator=discrete",), SOUND, SOUND),
-    "20 ms steps": (("simulation.timestep=0.02", "simulation.control_rate=50.0"), FLAGGED, FLAGGED),
+    "20 ms steps": (("simulation.timestep=0.02", "simulation.control_rate=50.0", "ground.contact_time=0.04"),
+                    FAILED, FAILED),
 }  # fmt: skip
 
 
@@ -81,17 +79,16 @@ def run(*changes: str, seconds: float = 0.6) -> Trajectory:
 
 
 def outcome(t: Trajectory) -> str:
-    if t.end == "diverged":
+    t, numbers = assess(t, (0.0, 10.0))
+    assert np.isfinite(t.log).all()
+    if t.end in ("diverged", "doubtful"):
         assert re.search(r"\d\.\d{3} s", t.cause), "the time"
-        assert re.search(r"coordinate .*root|coordinate .*(hip|knee|ankle)|warned of bad", t.cause), "the quantity"
-        return FAILED
+        assert re.search(r"coordinate|faster than any fall|accounted for|from nowhere|warned of bad", t.cause), "what"
+        assert not numbers["walked"]
+        return FAILED if t.end == "diverged" else FLAGGED
     assert t.end in ("completed", "fell")
     assert t.warnings == {}, "an engine that warns has failed"
-    assert np.isfinite(t.log).all()
-    with np.errstate(over="ignore"):
-        off = residual(t)
-    assert np.isfinite(off)
-    return SOUND if off < CLOSES else FLAGGED
+    return SOUND
 
 
 @pytest.mark.parametrize("mode", ["joint", "generalized"])
@@ -138,6 +135,7 @@ def test_a_sensor_that_fails(monkeypatch, bad):
     monkeypatch.setattr(Sensors, "measure", broken)
     t = run("sensors.angle_noise=1e-6")
     assert outcome(t) == FAILED
+    assert assess(t, (0.0, 0.6)).numbers["time"] == 0.149
     assert len(t) == 151
     assert "0.149 s" in t.cause
 
@@ -150,7 +148,7 @@ def test_random_torques(tmp_path):
         "    def torques(self, sensed):\n        return 200.0 * self.rng.uniform(-1.0, 1.0, 6)\n",
         encoding="utf-8",
     )
-    assert outcome(run(f"law={law}:Noise", seconds=1.0)) == SOUND
+    assert outcome(run(f"law={law}:Noise", seconds=1.0)) == FLAGGED, "steps of 1 ms do not resolve it: 2 % of the work"
 
 
 def test_there_are_enough_cases():

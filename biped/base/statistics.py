@@ -31,6 +31,14 @@ def wilson(successes: int, trials: int, z: float = Z95) -> tuple[float, float]:
     return low, high
 
 
+def enough_for(rate: float, z: float = Z95) -> int | None:
+    """How few trials, all successes, show by Wilson's interval that a proportion is at least `rate`; None: no number.
+
+    With n of n successes the lower bound is n / (n + z²).
+    """
+    return None if rate >= 1.0 else math.ceil(z * z * rate / (1.0 - rate))
+
+
 def same_rate(first: int, second: int, trials: int, other: int) -> float:
     """Probability of counts at least as unlikely as these if both ensembles had one rate: Fisher's exact test.
 

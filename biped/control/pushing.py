@@ -132,10 +132,9 @@ def _free_mass(c, M):
         if push["side"][j] == 0:
             full[BASE + j, BASE + j] += 1.0 / push["regularisation"]
     cholesky(full, push["R"])
-    if belief["perturbed"]:
-        for j in range(NU):
-            if push["side"][j] == 0:
-                full[BASE + j, BASE + j] -= 1.0 / push["regularisation"]
+    for j in range(NU):  # M may be this very array
+        if push["side"][j] == 0:
+            full[BASE + j, BASE + j] -= 1.0 / push["regularisation"]
 
 
 @kernel

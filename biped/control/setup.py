@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from biped.control import record
+from biped.control.bounded import EXACT, FOREIGN
 from biped.robot.model import gravity, torque_limits
 from biped.robot.run import Run
 from biped.robot.topology import Z
@@ -44,10 +47,11 @@ def controller_record(run: Run, believed: Tree) -> np.ndarray:
 
 def set_gains(gait: np.void, gains: Gains) -> None:
     """Writes a gait into the gait of a controller record."""
-    gait["k_d1"], gait["b_d1"], gait["theta_b"] = gains.k_d1, gains.b_d1, np.radians(gains.theta_b)
-    gait["k"] = np.transpose([gains.k_d2, gains.k_d3, gains.k_d4])
-    gait["b"] = np.transpose([gains.b_d2, gains.b_d3, gains.b_d4])
-    gait["theta_l"], gait["theta_a"] = np.radians(gains.theta_l), np.radians(gains.theta_a)
+    complete: Any = gains  # `read_gains` has seen to it
+    gait["k_d1"], gait["b_d1"], gait["theta_b"] = complete.k_d1, complete.b_d1, np.radians(complete.theta_b)
+    gait["k"] = np.transpose([complete.k_d2, complete.k_d3, complete.k_d4])
+    gait["b"] = np.transpose([complete.b_d2, complete.b_d3, complete.b_d4])
+    gait["theta_l"], gait["theta_a"] = np.radians(complete.theta_l), np.radians(complete.theta_a)
 
 
 def _set_beliefs(belief: np.void, run: Run) -> None:
@@ -68,9 +72,14 @@ def _set_sensing(sensing: np.void, s: Scenario) -> None:
     sensing["late_stance"] = np.radians(keys.late_stance)
 
 
+def pushes(s: Scenario) -> bool:
+    """Whether joint torques are those for ground that only pushes."""
+    return s.actuation.contacts == "pushing" and s.actuation.mode == "joint"
+
+
 def _set_pushing(push: np.void, s: Scenario) -> None:
     keys = s.actuation.pushing
-    push["on"] = s.actuation.contacts == "pushing" and s.actuation.mode == "joint"
+    push["on"] = pushes(s)
     push["friction"], push["approach"], push["reach"] = keys.friction, keys.approach, keys.reach
     push["yielding"], push["regularisation"] = keys.yielding, keys.regularisation
 
@@ -83,6 +92,6 @@ def _set_actuation(actuation: np.void, s: Scenario) -> None:
     actuation["single_tangential"] = keys.single_tangential
     actuation["tolerance"] = keys.rank_tolerance
     actuation["limit"] = torque_limits(s)
-    actuation["bounded"] = keys.limit == "bounded"
+    actuation["bounded"] = 0 if keys.limit == "clip" else EXACT if keys.solver == "active_set" else FOREIGN
     actuation["use_u_0"] = keys.null_torque is not None
     actuation["u_0"] = keys.null_torque or 0.0

@@ -38,11 +38,8 @@ def check_derivatives(system: ConstrainedSystem, t: float, q: ArrayLike, v: Arra
     along = (ahead.phi_dot(v) - behind.phi_dot(v)) / (2 * STEP)
     _compare(system, "b_v", e.b_v, -along, tolerance)
     if system.has_potential:
-        potential = system.functions[-1]
-        slope = [
-            (potential(t, q + dq, v, system.p) - potential(t, q - dq, v, system.p)) / (2 * STEP)
-            for dq in STEP * np.eye(system.n)
-        ]
+        potential = system.potential_energy
+        slope = [(potential(t, q + dq, v) - potential(t, q - dq, v)) / (2 * STEP) for dq in STEP * np.eye(system.n)]
         rest = system.evaluate(t, q, 0.0 * v).Q
         _compare(system, "force (against the potential)", rest, -np.array(slope), tolerance)
 

@@ -1,52 +1,31 @@
 """From a system, a start and a scheme to a trajectory, or to an error that says what went wrong."""
 
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 import numpy as np
-from numba import float64, int64, typeof, types
+from numba import float64, typeof, types
 from numpy.typing import ArrayLike
 
 from biped.base.errors import InputError, RunError
 from biped.base.jit import kernel
-from biped.dynamics import march, stages
+from biped.dynamics import march, pattern, stages
+from biped.dynamics import rank as ranks
+from biped.dynamics import room as rooms
+from biped.dynamics.explain import explain
 from biped.dynamics.schemes import RK4, Scheme
+from biped.dynamics.sparse import Sparse, dense
 from biped.dynamics.system import SIGNATURES, ConstrainedSystem
+from biped.dynamics.trajectory import Trajectory
 
 MOST_VALUES = 500_000_000
 """Numbers a trajectory may hold (4 GB)."""
 
+SAMPLED = rooms.Samples._fields[:8]
+"""What a trajectory takes over from the march, by the same names."""
 
-@dataclass(frozen=True, eq=False)
-class Trajectory:
-    """What an integration leaves behind, K samples.
-
-    Attributes:
-        t: (K,) time [s].
-        q: (K, n) coordinates.
-        v: (K, n) velocities.
-        phi: (K,) largest |Φ| of all steps since the sample before.
-        phi_dot: (K,) largest |Φ̇| of all steps since the sample before.
-        ratio: (K,) smallest pivot ratio of C at the steps since the sample before; small: near a singularity.
-        rank: (K,) smallest rank of C at the steps since the sample before.
-        steps: Steps taken.
-        evaluations: Times the system's functions were evaluated.
-        splits: Steps taken in unequal parts to keep away from a singularity.
-        refused: Steps an adaptive scheme did again.
-    """
-
-    t: np.ndarray
-    q: np.ndarray
-    v: np.ndarray
-    phi: np.ndarray
-    phi_dot: np.ndarray
-    ratio: np.ndarray
-    rank: np.ndarray
-    steps: int
-    evaluations: int
-    splits: int
-    refused: int
+PATTERNS = 20
+"""Times that entries may turn up where none were expected, before all are expected everywhere."""
 
 
 def integrate(
@@ -55,10 +34,12 @@ def integrate(
     v: ArrayLike,
     *,
     duration: float,
-    dt: float,
+    dt: float | None = None,
+    sampling: float | None = None,
     scheme: Scheme = RK4,
     t: float = 0.0,
     every: int = 1,
+    rank: int | None = None,
 ) -> Trajectory:
     """Simulate a system from a start that need not satisfy the constraints.
 
@@ -67,52 +48,67 @@ def integrate(
         q: (n,) coordinates at the start.
         v: (n,) velocities at the start.
         duration: Time to simulate [s]; rounded to whole steps.
-        dt: Step [s]; with an adaptive scheme the time between samples, which its steps do not cross.
+        dt: The step [s]; with an adaptive scheme the longest one. Not given: `sampling`.
+        sampling: Time between samples [s], a multiple of dt. Not given: `every` times dt.
         scheme: How to step.
         t: Time of the start [s].
-        every: Keep one sample in so many steps; the last state is always kept.
+        every: Keep one sample in so many steps; the last state is always kept. An alternative to `sampling`.
+        rank: Largest rank the constraints may have; not given: found from the start and its neighbours.
 
     Returns:
-        The trajectory, the start and the last state included.
+        The trajectory, the start and the last state included; shorter than asked for if an event ended it.
 
     Raises:
         InputError: A size, step or duration cannot be used, or the mass matrix is not symmetric.
         RunError: The motion could not be carried to its end; the message has time, quantity and cause.
     """
     q, v = _state(system, "q", q), _state(system, "v", v)
+    dt, every = _sampling(system, dt, sampling, every)
     steps = _steps(system, duration, dt, t, every)
     _check_start(system, t, q, v, scheme)
     samples = -(-steps // every) + 1
-    if samples * (2 * system.n + 5) > MOST_VALUES:
+    if samples * (2 * system.n + 5 + len(system.powers)) > MOST_VALUES:
         raise InputError(f"{samples} samples of {system.name} do not fit in memory: raise every={every}")
-    out = march.Samples(
-        np.zeros(samples),
-        np.zeros((samples, system.n)),
-        np.zeros((samples, system.n)),
-        np.zeros(samples),
-        np.zeros(samples),
-        np.ones(samples),
-        np.full(samples, system.m),
-        np.zeros(5, np.int64),
+    grid = rooms.Grid(float(t), float(dt), steps, every)
+    filled = pattern.find(system, t, q, v) if system.n + system.m >= pattern.LEAST_SIZE else None
+    for _ in range(PATTERNS):
+        K = dense() if filled is None else pattern.plan(*filled)
+        most = _rank(system, rank, t, q, v, K)
+        place = rooms.room(system.n, system.m, scheme.tableau.b.size, len(system.powers), len(system.events), K)
+        place.factors.use[1] = most
+        out = rooms.samples(samples, system.n, len(system.powers))
+        end_q, end_v = q.copy(), v.copy()
+        loop: Any = compiled_march() if system.compiled else march.march
+        code, when = loop(
+            *system.functions, system.p, grid, scheme.settings(), scheme.tableau, end_q, end_v, place, out
+        )
+        if code != stages.SPILLED or filled is None:
+            break
+        filled = (filled[0] | (place.M != 0.0) | (place.M != 0.0).T, filled[1] | (place.A != 0.0))
+    if code not in (stages.OK, stages.EVENT):
+        raise RunError(explain(system, scheme, code, when, end_q, end_v, dt))
+    kept = out.count[rooms.KEPT]
+    return Trajectory(
+        **{name: values[:kept] for name, values in zip(SAMPLED, out[:8], strict=True)},
+        steps=int(out.count[rooms.TAKEN]),
+        evaluations=int(place.seen[rooms.EVALUATED]),
+        splits=int(place.seen[rooms.SPLIT]),
+        refused=int(place.seen[rooms.REFUSED]),
+        structural_rank=most,
+        event=system.events[int(place.seen[rooms.FIRED])] if code == stages.EVENT else None,
+        system=system,
     )
-    loop = compiled_march() if system.compiled else march.march
-    grid = march.Grid(float(t), float(dt), steps, every)
-    room = stages.room(system.n, system.m, scheme.tableau.b.size)
-    code, when = loop(*system.functions, system.p, grid, scheme.settings(), scheme.tableau, q, v, room, out)
-    if code != march.OK:
-        raise RunError(_explain(system, scheme, code, when, q, v, dt))
-    return Trajectory(*out[:7], *(int(c) for c in out.count[1:]))
 
 
 @cache
 def compiled_march() -> Any:
     """The marching loop, compiled for any system; from numba's cache after the first time."""
     functions = [types.FunctionType(signature) for signature in SIGNATURES.values()]
-    vector, matrix = float64[::1], float64[:, ::1]
-    grid = typeof(march.Grid(0.0, 0.0, 1, 1))
-    out = types.NamedTuple((vector, matrix, matrix, vector, vector, vector, int64[::1], int64[::1]), march.Samples)
+    vector = float64[::1]
+    grid = typeof(rooms.Grid(0.0, 0.0, 1, 1))
     scheme = (typeof(RK4.settings()), typeof(RK4.tableau))
-    signature = (*functions, vector, grid, *scheme, vector, vector, typeof(stages.room(1, 1, 1)), out)
+    room = typeof(rooms.room(1, 1, 1, 1, 1))
+    signature = (*functions, vector, grid, *scheme, vector, vector, room, typeof(rooms.samples(1, 1, 1)))
     return kernel(march.march, signature)
 
 
@@ -126,6 +122,35 @@ def _state(system: ConstrainedSystem, name: str, value: ArrayLike) -> np.ndarray
     if not np.isfinite(array).all():
         raise InputError(f"{system.name}: {name} must be finite at the start, not {array}")
     return array
+
+
+def _sampling(system: ConstrainedSystem, dt: float | None, sampling: float | None, every: int) -> tuple[float, int]:
+    """The step [s] and the number of steps between two samples."""
+    if sampling is None:
+        if dt is not None:
+            return dt, every
+        raise InputError(f"{system.name}: give the step dt or, with an adaptive scheme, the time between samples")
+    if not (np.isfinite(sampling) and sampling > 0.0):
+        raise InputError(f"{system.name}: sampling must be positive and finite, not {sampling}")
+    if every != 1:
+        raise InputError(f"{system.name}: give sampling={sampling} or every={every}, not both")
+    if dt is None:
+        return sampling, 1
+    if not (np.isfinite(dt) and dt > 0.0):
+        raise InputError(f"{system.name}: the step dt must be positive and finite, not {dt}")
+    steps = round(sampling / dt)
+    if steps < 1 or abs(steps * dt - sampling) > 1e-9 * sampling:
+        raise InputError(f"{system.name}: sampling must be a multiple of dt, but {sampling} / {dt} = {sampling / dt:g}")
+    return dt, steps
+
+
+def _rank(system: ConstrainedSystem, cap: int | None, t: float, q: np.ndarray, v: np.ndarray, K: Sparse) -> int:
+    if cap is None:
+        return ranks.structural_rank(system, t, q, v, K)
+    most = min(system.n, system.m)
+    if not 0 <= cap <= most:
+        raise InputError(f"{system.name}: rank must be from 0 to {most}, not {cap}")
+    return cap
 
 
 def _steps(system: ConstrainedSystem, duration: float, dt: float, t: float, every: int) -> int:
@@ -151,29 +176,3 @@ def _check_start(system: ConstrainedSystem, t: float, q: np.ndarray, v: np.ndarr
             f"{system.name}: the mass matrix must be symmetric, but M[{i},{j}] = {M[i, j]:g} "
             f"and M[{j},{i}] = {M[j, i]:g}"
         )
-
-
-def _explain(
-    system: ConstrainedSystem, scheme: Scheme, code: int, t: float, q: np.ndarray, v: np.ndarray, dt: float
-) -> str:
-    where = f"{system.name}, {scheme.name}, dt = {dt:g} s: at t = {t:.6g} s"
-    if code == march.TOO_MANY_RETRIES:
-        return f"{where} no step passes the error test; loosen the tolerance, or use fixed steps"
-    if code == march.UNSETTLED:
-        return (
-            f"{where} the constraint error does not settle, its correction is as large as the motion itself: "
-            f"the step is too long, q = {q}, v = {v}"
-        )
-    if code == march.NOT_PROJECTED:
-        return f"{where} the projection onto the constraints does not converge: the step is too long"
-    if not (np.isfinite(q).all() and np.isfinite(v).all()):
-        return f"{where} the state is no longer finite: the motion diverged, try a shorter step"
-    with np.errstate(all="ignore"):
-        e = system.evaluate(t, q, v)
-    for name, values in zip(e._fields, e, strict=True):
-        if not np.isfinite(values).all():
-            return f"{where} {name} is not finite: {name} = {values}, q = {q}, v = {v}"
-    if code == march.INDEFINITE:
-        least = np.linalg.eigvalsh(e.M)[0]
-        return f"{where} the mass matrix is not positive definite: smallest eigenvalue {least:.3g}, q = {q}"
-    return f"{where} the acceleration is not finite, q = {q}, v = {v}"

@@ -29,35 +29,25 @@ SAFE_RATIO = 1e-2
 class Workspace(NamedTuple):
     """Factors of one stage; every array is overwritten by the next call of `factor`."""
 
-    M: np.ndarray  # (n, n) the mass matrix that R belongs to
-    R: np.ndarray  # (n, n) lower triangle of Rᵀ
-    C: np.ndarray  # (m, n) rows of A R⁻¹
-    G: np.ndarray  # (m, m) Cholesky factor of CCᵀ
-    H: np.ndarray  # (m, n) scaled, permuted rows of C: Householder vectors and the lower trapezoid T
-    S: np.ndarray  # (m, m) columns of T as rows, then Householder vectors and the triangle of T = Q₂R₂
-    scale: np.ndarray  # (m,) length every row of C was divided by
-    order: np.ndarray  # (m,) row of C that stands at each place of H
-    tau: np.ndarray  # (2, m) Householder coefficients of H and S
-    x: np.ndarray  # (n,) scratch
-    y: np.ndarray  # (m,) scratch
-    rank: np.ndarray  # (2,) rank of C, and 1 if H holds the factors, 0 if G does
+    mass: np.ndarray  # (2, n, n) the mass matrix that R belongs to, and the lower triangle R of Rᵀ
+    C: np.ndarray  # (2, m, n) rows of A R⁻¹; scaled and permuted: Householder vectors and the lower trapezoid T
+    G: np.ndarray  # (2, m, m) Cholesky factor of CCᵀ; columns of T as rows, then those of T = Q₂R₂
+    tau: np.ndarray  # (4, m) Householder coefficients of T and of R₂, what rows of C were divided by, scratch
+    order: np.ndarray  # (2, m) row of C that stands at each place of T; the rows of A in use, use[0] of them
+    use: np.ndarray  # (2,) number of rows in use, and the largest rank that the constraints may have
+    rank: np.ndarray  # (2,) rank of C, and which factors hold: 0 G[0], 1 C[1], 2 `Sparse`
     ratio: np.ndarray  # (1,) smallest pivot over largest, 1 without constraints
 
 
 def workspace(n: int, m: int) -> Workspace:
     """Room for the factors of a system of n coordinates and m constraints."""
     return Workspace(
-        np.full((n, n), np.nan),
-        np.zeros((n, n)),
-        np.zeros((m, n)),
-        np.zeros((m, m)),
-        np.zeros((m, n)),
-        np.zeros((m, m)),
-        np.ones(m),
-        np.zeros(m, np.int64),
-        np.zeros((2, m)),
-        np.zeros(n),
-        np.zeros(m),
+        np.full((2, n, n), np.nan),
+        np.zeros((2, m, n)),
+        np.zeros((2, m, m)),
+        np.ones((4, m)),
+        np.array([np.arange(m), np.arange(m)]),
+        np.array([m, min(n, m)]),
         np.zeros(2, np.int64),
         np.ones(1),
     )
@@ -154,24 +144,24 @@ def reflect(u, tau, x):
 
 @kernel
 def decompose(w):
-    """Complete orthogonal decomposition of C into w.H and w.S; sets rank and pivot ratio."""
-    m, n = w.H.shape
+    """Complete orthogonal decomposition of C into C[1] and G[1]; sets rank and pivot ratio."""
+    m, n, most = w.use[0], w.C.shape[2], w.use[1]
     longest = 0.0
     for i in range(m):
-        w.scale[i] = np.sqrt(dot(w.C[i], w.C[i]))
-        longest = max(longest, w.scale[i])
+        w.tau[2, i] = np.sqrt(dot(w.C[0, i], w.C[0, i]))
+        longest = max(longest, w.tau[2, i])
     for i in range(m):
         # A row that is noise beside the others must not be blown up to their size.
-        if w.scale[i] <= RANK_TOLERANCE * longest:
-            w.scale[i] = longest if longest > 0.0 else 1.0
-        w.order[i] = i
+        if w.tau[2, i] <= RANK_TOLERANCE * longest:
+            w.tau[2, i] = longest if longest > 0.0 else 1.0
+        w.order[0, i] = i
         for j in range(n):
-            w.H[i, j] = w.C[i, j] / w.scale[i]
+            w.C[1, i, j] = w.C[0, i, j] / w.tau[2, i]
     rank, first, last = 0, 0.0, 1.0
-    for k in range(min(m, n)):
+    for k in range(min(m, n, most)):
         best, largest = k, -1.0
         for i in range(k, m):
-            square = dot(w.H[i, k:], w.H[i, k:])
+            square = dot(w.C[1, i, k:], w.C[1, i, k:])
             if square > largest:
                 best, largest = i, square
         pivot = np.sqrt(largest)
@@ -181,51 +171,92 @@ def decompose(w):
             break
         if best != k:
             for j in range(n):
-                w.H[k, j], w.H[best, j] = w.H[best, j], w.H[k, j]
-            w.order[k], w.order[best] = w.order[best], w.order[k]
-        w.tau[0, k] = reflector(w.H[k, k:])
+                w.C[1, k, j], w.C[1, best, j] = w.C[1, best, j], w.C[1, k, j]
+            w.order[0, k], w.order[0, best] = w.order[0, best], w.order[0, k]
+        w.tau[0, k] = reflector(w.C[1, k, k:])
         for i in range(k + 1, m):
-            reflect(w.H[k, k:], w.tau[0, k], w.H[i, k:])
+            reflect(w.C[1, k, k:], w.tau[0, k], w.C[1, i, k:])
         rank, last = k + 1, pivot
     if rank < m:
         for j in range(rank):
             for i in range(m):
-                w.S[j, i] = w.H[i, j] if i >= j else 0.0
+                w.G[1, j, i] = w.C[1, i, j] if i >= j else 0.0
         for j in range(rank):
-            w.tau[1, j] = reflector(w.S[j, j:])
+            w.tau[1, j] = reflector(w.G[1, j, j:m])
             for k in range(j + 1, rank):
-                reflect(w.S[j, j:], w.tau[1, j], w.S[k, j:])
+                reflect(w.G[1, j, j:m], w.tau[1, j], w.G[1, k, j:m])
     w.rank[0], w.rank[1] = rank, 1
     w.ratio[0] = last / first if rank > 0 else 1.0
 
 
 @kernel
 def factor(M, A, w):
-    """Factor M (n, n) and A (m, n) into w; False if M is not (numerically) positive definite.
+    """Factor M (n, n) and the rows in use of A (m, n) into w; False if M is not (numerically) positive definite.
 
     M's lower triangle alone is read, and factored only if it changed since the last call.
     """
-    m, n = A.shape
+    return factor_mass(M, w) and factor_rows(A, w)
+
+
+@kernel
+def factor_mass(M, w):
+    """Factor M unless it is there already; False if M is not (numerically) positive definite."""
+    n = M.shape[0]
     changed = False
     for i in range(n):
         for j in range(i + 1):
-            changed = changed or M[i, j] != w.M[i, j]
+            changed = changed or M[i, j] != w.mass[0, i, j]
     if changed:
         for i in range(n):
             for j in range(i + 1):
-                w.M[i, j] = w.R[i, j] = M[i, j]
-        if not cholesky(w.R) > n * 2.2e-16:
-            w.M[0, 0] = np.nan
+                w.mass[0, i, j] = w.mass[1, i, j] = M[i, j]
+        if not cholesky(w.mass[1]) > n * 2.2e-16:
+            w.mass[0, 0, 0] = np.nan
             return False
+    return True
+
+
+@kernel
+def factor_rows(A, w):
+    """Factor the rows of C in use by the cheapest means that is safe."""
+    m = w.use[0]
     for i in range(m):
-        copy(A[i], w.C[i])
-        solve_lower(w.R, w.C[i])
+        copy(A[w.order[1, i]], w.C[0, i])
+        solve_lower(w.mass[1], w.C[0, i])
         for j in range(i + 1):
-            w.G[i, j] = dot(w.C[i], w.C[j])
+            w.G[0, i, j] = dot(w.C[0, i], w.C[0, j])
     w.rank[0], w.rank[1] = m, 0
-    w.ratio[0] = np.sqrt(cholesky(w.G))
+    w.ratio[0] = np.sqrt(cholesky(w.G[0, :m, :m])) if m <= w.use[1] else 0.0
     if not w.ratio[0] > SAFE_RATIO:
         decompose(w)
+    return True
+
+
+@kernel
+def use_all(w):
+    """Put every row of A in use."""
+    w.use[0] = w.order.shape[1]
+    for i in range(w.use[0]):
+        w.order[1, i] = i
+
+
+@kernel
+def choose_rows(M, A, w):
+    """Put as many rows in use as the constraints have rank, the most independent ones; factor all or those.
+
+    Constraints that depend on each other on Φ = 0 do so only nearly at the stages of a step, which are a little
+    off: there the surplus rows would stand for forces that do not exist. Rows are chosen at the start of a step,
+    where the mechanism is nearest to its constraints, and kept as long as they stand well apart. Where even the
+    rank that the constraints have is not there (a singular position) all rows stay in use, up to that rank.
+    """
+    use_all(w)
+    if not (factor_mass(M, w) and factor_rows(A, w)):
+        return False
+    if w.rank[0] == w.use[1]:
+        w.use[0] = w.use[1]
+        for i in range(w.order.shape[1]):
+            w.order[1, i] = w.order[0, i]
+        return factor_rows(A, w)
     return True
 
 
@@ -233,37 +264,39 @@ def factor(M, A, w):
 def solve_mass(Q, w, out):
     """Out = M⁻¹Q."""
     copy(Q, out)
-    solve_lower(w.R, out)
-    solve_lower_transposed(w.R, out)
+    solve_lower(w.mass[1], out)
+    solve_lower_transposed(w.mass[1], out)
 
 
 @kernel
 def apply_w(b, w, out):
     """Out = W b = R⁻¹C⁺b: the least motion, in the metric of M, that changes the constraints by b."""
-    m, n = w.C.shape
+    n = w.C.shape[2]
+    m = w.use[0]
     out[:] = 0.0
     if w.rank[1] == 0:
-        copy(b, w.y)
-        solve_lower(w.G, w.y)
-        solve_lower_transposed(w.G, w.y)
+        for i in range(m):
+            w.tau[3, i] = b[w.order[1, i]]
+        solve_lower(w.G[0, :m, :m], w.tau[3, :m])
+        solve_lower_transposed(w.G[0, :m, :m], w.tau[3, :m])
         for i in range(m):
             for j in range(n):
-                out[j] += w.C[i, j] * w.y[i]
+                out[j] += w.C[0, i, j] * w.tau[3, i]
     else:
         rank = w.rank[0]
         for i in range(m):
-            w.y[i] = b[w.order[i]] / w.scale[w.order[i]]
+            w.tau[3, i] = b[w.order[1, w.order[0, i]]] / w.tau[2, w.order[0, i]]
         if rank == m:
-            solve_lower(w.H, w.y)
+            solve_lower(w.C[1, :m], w.tau[3, :m])
         else:
             for j in range(rank):
-                reflect(w.S[j, j:], w.tau[1, j], w.y[j:])
+                reflect(w.G[1, j, j:m], w.tau[1, j], w.tau[3, j:m])
             for i in range(rank - 1, -1, -1):
                 for k in range(i + 1, rank):
-                    w.y[i] -= w.S[k, i] * w.y[k]
-                w.y[i] /= w.S[i, i]
+                    w.tau[3, i] -= w.G[1, k, i] * w.tau[3, k]
+                w.tau[3, i] /= w.G[1, i, i]
         for j in range(rank):
-            out[j] = w.y[j]
+            out[j] = w.tau[3, j]
         for k in range(rank - 1, -1, -1):
-            reflect(w.H[k, k:], w.tau[0, k], out[k:])
-    solve_lower_transposed(w.R, out)
+            reflect(w.C[1, k, k:], w.tau[0, k], out[k:])
+    solve_lower_transposed(w.mass[1], out)

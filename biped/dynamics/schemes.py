@@ -13,6 +13,10 @@ LEAST_RTOL = 1e-14
 """Relative tolerance below which every step would fail: rounding alone is larger."""
 
 
+SETTLE = 0.1
+"""Pivot ratio below which the stages of `RK8` are put onto the constraints."""
+
+
 class Correction(IntEnum):
     """What a scheme does about the error Φ, Φ̇ that a step leaves behind."""
 
@@ -45,6 +49,7 @@ class Settings(NamedTuple):
     rtol: float
     atol: float
     split: float
+    settle: float
 
 
 def _tableau(rows: list[list[float]], b: list[float], c: list[float]) -> Tableau:
@@ -70,6 +75,9 @@ class Scheme:
         rtol: Relative error a step may make; 0 with `atol` 0 means fixed steps.
         atol: Absolute error a step may make, in the units of q and v.
         split: Pivot ratio of a stage below which the step is taken in unequal parts; 0 switches it off.
+        settle: Pivot ratio below which every stage is put onto the constraints before it is used; 0: none is.
+            Next to a singular position the constraint force is a quotient of two small numbers, and what a stage
+            is off the constraints by, no more than h², is not small beside them.
     """
 
     name: str
@@ -82,6 +90,7 @@ class Scheme:
     rtol: float = 0.0
     atol: float = 0.0
     split: float = 1e-4
+    settle: float = 0.0
 
     def uncorrected(self) -> "Scheme":
         """The same method on (2.17): nothing is done about drift."""
@@ -127,8 +136,8 @@ class Scheme:
         return replace(self, name=f"{self.name}, adaptive {rtol:g}", rtol=rtol, atol=atol)
 
     def without_splitting(self) -> "Scheme":
-        """The same scheme with every step in one piece, however close a singularity."""
-        return replace(self, split=0.0)
+        """The same scheme with every step in one piece, however close a singularity, and its stages as they come."""
+        return replace(self, split=0.0, settle=0.0)
 
     def settings(self) -> Settings:
         """What the compiled loop needs to know."""
@@ -140,6 +149,7 @@ class Scheme:
             float(self.rtol),
             float(self.atol),
             float(self.split),
+            float(self.settle),
         )
 
 
@@ -153,5 +163,5 @@ RK4 = Scheme(
 )
 """The classical method, the thesis's own."""
 
-RK8 = Scheme("RK8", 8, Tableau(dop853.A, dop853.B, dop853.C, np.vstack((dop853.E5, dop853.E3))))
+RK8 = Scheme("RK8", 8, Tableau(dop853.A, dop853.B, dop853.C, np.vstack((dop853.E5, dop853.E3))), settle=SETTLE)
 """Twelve stages of order 8 (Dormand and Prince)."""

@@ -10,6 +10,7 @@ from numba import float64, njit, types
 from numba.core.errors import NumbaError
 
 from biped.base.errors import InputError
+from biped.base.jit import cached
 
 _V, _M = float64[::1], float64[:, ::1]
 VECTOR = types.void(float64, _V, _V, _V, _V)
@@ -23,6 +24,8 @@ SIGNATURES = {
     "b_q": VECTOR,
     "b_v": VECTOR,
     "potential": SCALAR,
+    "power": VECTOR,
+    "event": VECTOR,
 }
 """What the compiled loop calls, in its order: every function gets (t, q, v, p) and an array to fill."""
 
@@ -70,9 +73,14 @@ class ConstrainedSystem:
         phi: Fills Φ (m,).
         A: Fills A = ∂Φ/∂q (m, n).
         b_q: Fills b_q = −∂Φ/∂t (m,); not given: zero, the constraints do not depend on time.
-        b_v: Fills b_v (m,), such that A v̇ = b_v is dΦ̇/dt = 0.
+        b_v: Fills b_v (m,), such that A v̇ = b_v is dΦ̇/dt = 0; not given: derived by differences of A v − b_q
+            (`differences`), good to about 1e-11, at some 18 evaluations of A each; `motion.notes` says so.
         potential: Returns the potential energy [J], called as (t, q, v, p); for energies and `energy_scaled`.
+        power: Fills the power [W] of every force named in `powers` (k,); its integral is the work in the results.
+        event: Fills a number for every event named in `events` (e,); the motion ends where one passes zero.
         params: Parameters, handed to every function as the array p.
+        powers: Names of the forces whose work is wanted.
+        events: Names of the events.
         name: Name in messages.
         compiled: False runs the functions as ordinary Python (slow: for functions numba cannot compile).
     """
@@ -86,7 +94,11 @@ class ConstrainedSystem:
     b_q: Callable[..., Any] = field(default=_nothing, repr=False)
     b_v: Callable[..., Any] = field(default=_nothing, repr=False)
     potential: Callable[..., Any] = field(default=_no_potential, repr=False)
+    power: Callable[..., Any] = field(default=_nothing, repr=False)
+    event: Callable[..., Any] = field(default=_nothing, repr=False)
     params: Sequence[float] | np.ndarray = ()
+    powers: tuple[str, ...] = ()
+    events: tuple[str, ...] = ()
     name: str = "system"
     compiled: bool = True
 
@@ -111,10 +123,20 @@ class ConstrainedSystem:
         """Whether a potential was given."""
         return self.potential is not _no_potential
 
+    @property
+    def derives_b_v(self) -> bool:
+        """Whether b_v is derived by differences, because none was given."""
+        return self.m > 0 and self.b_v is _nothing
+
     @cached_property
     def functions(self) -> tuple[Callable[..., Any], ...]:
         """The functions in the order of `SIGNATURES`, compiled unless `compiled` is False."""
         chosen = {name: getattr(self, name) for name in SIGNATURES}
+        if self.derives_b_v:
+            from biped.dynamics.differences import b_v_from
+
+            plain = [getattr(chosen[name], "py_func", chosen[name]) for name in ("A", "b_q")]
+            chosen["b_v"] = b_v_from(*plain, self.compiled)
         if not self.compiled:
             return tuple(chosen.values())
         return tuple(_compile(self.name, name, chosen[name]) for name in SIGNATURES)
@@ -125,12 +147,16 @@ class ConstrainedSystem:
 
     def evaluate(self, t: float, q: np.ndarray, v: np.ndarray) -> Evaluation:
         """Every function in one state."""
-        mass, force, phi, A, b_q, b_v, _ = self.functions
+        mass, force, phi, A, b_q, b_v = self.functions[:6]
         n, m = self.n, self.m
         e = Evaluation(*(np.zeros(shape) for shape in ((n, n), n, m, (m, n), m, m)))
         for function, out in ((mass, e.M), (force, e.Q), (phi, e.phi), (A, e.A), (b_q, e.b_q), (b_v, e.b_v)):
             function(t, q, v, self.p, out)
         return e
+
+    def potential_energy(self, t: float, q: np.ndarray, v: np.ndarray) -> float:
+        """Potential energy [J]; not a number if the system was given no potential."""
+        return float(self.functions[6](t, q, v, self.p))
 
     def energy(self, t: float, q: np.ndarray, v: np.ndarray) -> float:
         """Kinetic and potential energy [J].
@@ -140,7 +166,7 @@ class ConstrainedSystem:
         """
         if not self.has_potential:
             raise InputError(f"{self.name}: energies need a potential")
-        return float(0.5 * v @ self.evaluate(t, q, v).M @ v + self.functions[-1](t, q, v, self.p))
+        return float(0.5 * v @ self.evaluate(t, q, v).M @ v + self.potential_energy(t, q, v))
 
 
 _COMPILED: dict[tuple[Callable[..., Any], str], Callable[..., Any]] = {}
@@ -160,7 +186,10 @@ def _compile(system: str, name: str, function: Callable[..., Any]) -> Callable[.
 
 
 def _jit(function: Callable[..., Any], signature: Any) -> Callable[..., Any]:
+    if function.__closure__ is not None:  # numba would keep another copy of it beside the source in every process
+        return njit(signature, error_model="numpy")(function)
     try:
-        return njit(signature, cache=True, error_model="numpy")(function)
+        with cached():
+            return njit(signature, cache=True, error_model="numpy")(function)
     except RuntimeError:  # no file to keep the compiled code beside: a prompt, a notebook, exec
         return njit(signature, error_model="numpy")(function)

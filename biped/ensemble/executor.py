@@ -12,9 +12,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import Any, Generic, NamedTuple, Protocol, TypeVar
+from typing import Any, Generic, TypeVar
 
-from biped.base.errors import RunError
+from biped.ensemble.backend import Backend, Done, WorkerLost
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -23,44 +23,6 @@ AHEAD = 4
 """Items per worker that may be finished before an earlier one that is still waited for."""
 STUCK = 20
 """Workers lost in a row, without a single item done, that are no accident any more."""
-
-
-class WorkerLost(RunError):
-    """Whoever carried an item out is gone: says how."""
-
-
-class Done(NamedTuple):
-    """What became of an item.
-
-    Attributes:
-        ticket: Its number.
-        value: What came of it.
-        error: What was raised instead; a `WorkerLost` if nobody knows.
-    """
-
-    ticket: int
-    value: Any = None
-    error: BaseException | None = None
-
-
-class Backend(Protocol):
-    """Who carries items out.
-
-    Attributes:
-        room: Most items at a time.
-    """
-
-    room: int
-
-    def send(self, ticket: int, item: Any) -> None:
-        """Begins an item."""
-
-    def receive(self) -> list[Done]:
-        """Waits until at least one of the items begun is done."""
-        ...
-
-    def close(self, well: bool) -> None:
-        """Lets everyone go; where not `well`, without waiting for what they are at."""
 
 
 class Map(Generic[Item, Result]):

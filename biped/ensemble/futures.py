@@ -6,7 +6,7 @@ from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from typing import Any
 
-from biped.ensemble.executor import Done, WorkerLost
+from biped.ensemble.backend import Done, WorkerLost
 
 
 class Futures:

@@ -7,6 +7,7 @@ known who is gone, and with which item. (The pools of the standard library lose 
 from __future__ import annotations
 
 import multiprocessing
+import multiprocessing.process
 import os
 import signal
 import threading
@@ -19,7 +20,7 @@ from typing import Any
 
 from biped.base.errors import RunError
 from biped.base.writing import reason
-from biped.ensemble.executor import Done, WorkerLost
+from biped.ensemble.backend import Done, WorkerLost
 
 FORKS = "fork" in multiprocessing.get_all_start_methods()
 """Whether workers share what is already imported and compiled; otherwise they start afresh."""
@@ -41,7 +42,7 @@ class Processes:
     def __init__(self, work: Callable[[Any], Any], jobs: int):
         self.room = jobs
         self._work = work
-        self._context = multiprocessing.get_context("fork" if FORKS else "spawn")
+        self._context: Any = multiprocessing.get_context("fork" if FORKS else "spawn")
         self._everyone: dict[Connection, Any] = {}  # processes by their pipe
         self._idle: list[Connection] = []
         self._busy: dict[Connection, int] = {}  # tickets

@@ -3,37 +3,38 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from biped.base.statistics import wilson
-from biped.ensemble.checks import Check, judge
+from biped.ensemble.checks import Check, judge, passed
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import Row
 from biped.ensemble.sweeps import by_point, thresholds
-from biped.measure.metrics import NAMES, aggregate
+from biped.measure.metrics import aggregate
+from biped.scenario.metrics import METRICS
+
+if TYPE_CHECKING:
+    import pyarrow
 
 
 def result_of(name: str, plan: Plan, rows: Sequence[Row]) -> dict[str, Any]:
     """The result object of a scenario: verdict, checks, summary, runs.
 
-    It passes when all expectations hold; without expectations, when a single run stayed up; never if a run diverged or
-    was lost.
+    Whether it passes is `biped.ensemble.checks.passed`.
     """
     runs = [row.as_dict() for row in rows]
     summary = aggregate([run | {"falls": run["fell"]} for run in runs])
     checks: list[Check] = judge(plan.scenario.expect, summary)
-    failed = any(row.lost or row.end == "diverged" for row in rows)
-    lone_fall = not checks and len(rows) == 1 and rows[0].fell
     low, high = wilson(int(summary["walked"]), len(rows))
     points = by_point(plan.scenario, runs) if plan.scenario.sweep else []
     swept = {"points": points, "thresholds": thresholds(plan.scenario, points)} if points else {}
     return {
         "scenario": name,
         "engine": plan.scenario.engine,
-        "passed": all(check.passed for check in checks) and not failed and not lone_fall,
-        "summary": {name: summary[name] for name in NAMES} | {"runs": len(rows), "walked_interval": [low, high]},
+        "passed": passed(checks, runs),
+        "summary": {name: summary[name] for name in METRICS} | {"runs": len(rows), "walked_interval": [low, high]},
         "thesis": plan.scenario.thesis,
         "runs": runs,
         "checks": [check._asdict() for check in checks],
@@ -41,18 +42,23 @@ def result_of(name: str, plan: Plan, rows: Sequence[Row]) -> dict[str, Any]:
     }
 
 
+def table_of(rows: Sequence[Mapping[str, Any]]) -> pyarrow.Table:
+    """Rows as an Arrow table: one flat row each; what a row lacks is null."""
+    import pyarrow
+
+    flat = [_flat(row) for row in rows]
+    names = list(dict.fromkeys(name for row in flat for name in row))
+    return pyarrow.table({name: [row.get(name) for row in flat] for name in names})
+
+
 def write_table(path: Path, rows: Sequence[Row]) -> None:
     """Writes runs.parquet, one flat row per run."""
-    import pyarrow
     import pyarrow.parquet
 
-    flat = [_flat(row.as_dict()) for row in rows]
-    names = list(dict.fromkeys(name for row in flat for name in row))
-    table = pyarrow.table({name: [row.get(name) for row in flat] for name in names})
-    pyarrow.parquet.write_table(table, path)
+    pyarrow.parquet.write_table(table_of([row.as_dict() for row in rows]), path)
 
 
-def _flat(row: dict[str, Any]) -> dict[str, Any]:
+def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
     flat: dict[str, Any] = {}
     for key, value in row.items():
         if isinstance(value, dict):

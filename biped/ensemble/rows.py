@@ -19,8 +19,10 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         seed: Its own seed.
         values: What its point of the sweep and its draws changed, by key.
         fell: Whether it fell or diverged.
-        end: `completed`, `fell`, `diverged`, or `LOST`.
+        end: `completed`, `fell`, `diverged`, `doubtful`, or `LOST`.
         cause: How it ended, in words; empty if completed.
+        diverged: Whether its numbers blew up.
+        doubtful: Whether a sentinel failed.
         walked: Whether it walked (`biped.measure.metrics`).
         stood: 1 if it stood still in the window.
         time: [s] simulated.
@@ -28,14 +30,16 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         speed: [m/s] mean over the window.
         speed_std: [m/s] standard deviation over the window.
         froude: Speed / sqrt(g leg length).
-        step_length: [m] heel to heel.
-        step_frequency: [1/s].
-        steps: Foot strikes in the window.
-        double_support: Share of the window with both feet on the ground.
-        flight: Share with neither.
         cost_of_transport: Net.
         cost_of_transport_absolute: Of the sum of absolute joint powers.
         cost_of_transport_positive: Of the positive joint powers.
+        step_length: [m] heel to heel.
+        step_frequency: [1/s].
+        steps: Foot strikes in the window.
+        alternation: Share of foot strikes of the other leg than the one before.
+        strayed: [m] furthest that the torso was from its mean place.
+        double_support: Share of the window with both feet on the ground.
+        flight: Share with neither.
         peak_torque: [N m] largest joint torque.
         mean_torque: [N m] mean of their absolute values.
         saturation: Share of ticks with a torque at its limit.
@@ -51,7 +55,10 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         clearance: [m] lowest toe or heel in the middle of a swing.
         torso_lean: [degrees] mean, forward positive.
         torso_sway: [degrees] standard deviation.
-        energy_residual: Energy that nothing explains / positive work.
+        energy_residual: Energy that nothing explains / work.
+        energy_from_nowhere: Most energy that nothing put in / work.
+        momentum_residual: Vertical momentum that nothing explains / impulse.
+        link_speed: [m/s] largest of a link's centre of mass.
         contact_loss: [W] mean power lost in contacts.
         leg_states: Commonest `cycle` of leg states and its `share`; None for a run that ended before the window.
         per_joint: Peak and mean torque [N m] and peak power [W] of hip, knee and ankle; likewise.
@@ -64,6 +71,8 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     fell: bool
     end: str
     cause: str
+    diverged: bool = False
+    doubtful: bool = False
     walked: bool
     stood: int
     time: float
@@ -71,14 +80,16 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     speed: float = NAN
     speed_std: float = NAN
     froude: float = NAN
-    step_length: float = NAN
-    step_frequency: float = NAN
-    steps: float = NAN
-    double_support: float = NAN
-    flight: float = NAN
     cost_of_transport: float = NAN
     cost_of_transport_absolute: float = NAN
     cost_of_transport_positive: float = NAN
+    step_length: float = NAN
+    step_frequency: float = NAN
+    steps: float = NAN
+    alternation: float = NAN
+    strayed: float = NAN
+    double_support: float = NAN
+    flight: float = NAN
     peak_torque: float = NAN
     mean_torque: float = NAN
     saturation: float = NAN
@@ -95,6 +106,9 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     torso_lean: float = NAN
     torso_sway: float = NAN
     energy_residual: float = NAN
+    energy_from_nowhere: float = NAN
+    momentum_residual: float = NAN
+    link_speed: float = NAN
     contact_loss: float = NAN
     leg_states: dict[str, Any] | None = None
     per_joint: dict[str, dict[str, float]] | None = None

@@ -11,7 +11,7 @@ import msgspec
 from biped.base.errors import InputError
 from biped.base.files import label
 from biped.ensemble.plan import Plan
-from biped.measure.metrics import NAMES
+from biped.scenario.metrics import METRICS
 
 Number = int | float | None
 Count = Annotated[int, msgspec.Meta(ge=0)]
@@ -106,7 +106,7 @@ def result_in(folder: Path) -> dict[str, Any]:
 
 
 def _complete(numbers: dict[str, Any]) -> None:
-    for name in NAMES:
+    for name in METRICS:
         value = numbers.setdefault(name, None)
         if value is not None and not isinstance(value, int | float):
             raise ValueError(f"{name}: expected a number, got {str(value)[:40]!r}")

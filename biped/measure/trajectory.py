@@ -6,6 +6,7 @@ import json
 import zlib
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import msgspec
@@ -38,6 +39,14 @@ COLUMNS = {
 }  # fmt: skip
 
 
+UNITS = {
+    "time": "s", "q": "m, m, rad, then rad", "v": "m/s, m/s, rad/s, then rad/s", "u": "N m",
+    "Q_d": "N, N, N m, then N m", "phase": "leg state 1 … 4", "believed": "0 or 1", "active": "0 or 1",
+    "height": "m", "force": "N", "stop": "N m",
+}  # fmt: skip
+"""Units of the quantities of `COLUMNS`."""
+
+
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """One run.
@@ -50,10 +59,11 @@ class Trajectory:
         generalized: Whether Q_d itself moved the biped.
         torque_limit: Limits of the six joint torques [N m].
         pushes: Pushes as (start [s], end [s], forward [N], up [N], body).
-        end: `completed`, `fell` or `diverged`.
+        end: `completed`, `fell` or `diverged`; once judged, perhaps `doubtful`.
         cause: How it ended, in words; empty if completed.
-        warnings: MuJoCo's warnings, name to count.
+        warnings: The engine's warnings, name to count.
         robot: What walked.
+        sampled: Whether `force` is that of one of several steps or stages in each tick, not the mean of all.
     """
 
     log: np.ndarray
@@ -67,6 +77,7 @@ class Trajectory:
     cause: str
     warnings: dict[str, int]
     robot: Robot
+    sampled: bool = False
 
     def __len__(self) -> int:
         return len(self.log)
@@ -77,6 +88,11 @@ class Trajectory:
         if not shape:
             return self.log[:, first]
         return self.log[:, first : first + int(np.prod(shape))].reshape(len(self.log), *shape)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of each array by its name; vectors of coordinates: torso x, z, pitch, then the joints."""
+        return UNITS
 
     @property
     def time(self) -> np.ndarray:
@@ -149,11 +165,11 @@ class Trajectory:
         rest = {
             "tick": self.tick, "slope": self.slope, "generalized": self.generalized,
             "torque_limit": self.torque_limit, "pushes": self.pushes,
-            "end": self.end, "cause": self.cause, "warnings": self.warnings,
+            "end": self.end, "cause": self.cause, "warnings": self.warnings, "sampled": self.sampled,
             "robot": msgspec.to_builtins(self.robot),
             "tree": {name: value.tolist() for name, value in self.tree._asdict().items()},
         }  # fmt: skip
-        arrays = {name: self.column(name) for name in COLUMNS}
+        arrays: dict[str, Any] = {name: self.column(name) for name in COLUMNS}
         with open(path, "wb") as file:
             np.savez(file, about=np.array(json.dumps(rest)), **arrays)
 
@@ -169,10 +185,9 @@ class Trajectory:
                 rest = json.loads(str(file["about"]))
                 n = len(file["time"])
                 log = np.hstack([file[name].reshape(n, -1) for name in COLUMNS])
-            # What was saved before trajectories said so was the human's.
-            told = rest.pop("robot", None)
+            told = rest.pop("robot", None)  # what was saved before trajectories said so was the human's
             rest["robot"] = robot_at(folder("models") / "human.xml") if told is None else msgspec.convert(told, Robot)
-            rest["tree"] = Tree(**{name: np.array(value) for name, value in rest["tree"].items()})
+            rest["tree"] = Tree(**{name: np.array(value, dtype=float) for name, value in rest["tree"].items()})
             rest["torque_limit"] = tuple(rest["torque_limit"])
             rest["pushes"] = tuple(tuple(push) for push in rest["pushes"])
             loaded = cls(log=log, **rest)

@@ -7,14 +7,16 @@ from pathlib import Path
 from typing import Any
 
 from biped.base.errors import InputError
+from biped.ensemble.plan import Plan
 from biped.ensemble.sweeps import threshold_words
 from biped.scenario.keys import Scenario
+from biped.scenario.metrics import HEAD, METRICS
 from biped.scenario.reading import read_scenario
+from biped.scenario.vary import points_of
 from biped.show.replay import plot_results
-from biped.show.terminal import causes_of, number
+from biped.show.terminal import NOWHERE, causes_of, failures, nowhere, number
+from biped.show.words import harmless, told
 from biped.studies.run import results_at
-
-_COLUMNS = ("speed", "cost_of_transport", "double_support")
 
 
 def write_report(folders: Sequence[Path], out: Path, title: str) -> None:
@@ -28,59 +30,80 @@ def write_report(folders: Sequence[Path], out: Path, title: str) -> None:
     Raises:
         InputError: A folder holds no results, or the report cannot be written.
     """
-    parts = [f"# {title}\n"]
+    parts = [f"# {told(title)}\n"]
     for folder in folders:
-        result = results_at(folder)
-        scenario = read_scenario(str(folder / "scenario.toml"))
+        result = harmless(results_at(folder))
+        scenario = read_scenario(str(folder / "scenario.toml"), looking=True)
         figures = plot_results(folder, out.with_suffix("") / folder.name)
-        parts.append(_section(result, scenario, [figure.relative_to(out.parent) for figure in figures]))
+        drawn = [figure.relative_to(out.parent) for figure in figures]
+        parts.append(_section(result, scenario, _command(folder, result, scenario), drawn))
     try:
         out.write_text("\n".join(parts), encoding="utf-8")
     except OSError as error:
         raise InputError(f"--out {out}: cannot be written: {error.strerror}") from None
 
 
-def _section(result: Mapping[str, Any], scenario: Scenario, figures: Sequence[Path]) -> str:
+def _command(folder: Path, result: Mapping[str, Any], scenario: Scenario) -> str:
+    """The command that repeats a folder's runs: by the scenario's name only if that alone gives the same."""
+    try:
+        plan = Plan(read_scenario(result["scenario"], looking=True))
+        name = result["scenario"] if plan.scenario == Plan(scenario).scenario else ""
+    except InputError:
+        name = ""
+    runs = result["runs"]
+    several = scenario.randomise.runs * len(points_of(scenario)) > 1
+    only = f" --only {runs[0]['index']}" if several and len(runs) == 1 else ""
+    trust = " --trust" if scenario.law is not None else ""
+    return f"biped run {name or folder / 'scenario.toml'}{only}{trust}"
+
+
+def _section(result: Mapping[str, Any], scenario: Scenario, command: str, figures: Sequence[Path]) -> str:
     runs, summary = result["runs"], result["summary"]
     low, high = summary["walked_interval"]
-    starts = "projected onto the ground" if scenario.start.settle else "as printed"
+    start, fell = scenario.start, failures(summary)
+    starts = "projected onto the ground" if start.settle else "as printed"
     lines = [
-        f"## {result['scenario']}\n",
-        f"{scenario.description}.\n",
-        f"`biped run {result['scenario']}`: {len(runs)} × {scenario.duration:g} s in {result['engine']}, jitter "
-        f"{scenario.start.jitter:g} rad, contacts {scenario.actuation.contacts}, starts {starts}. "
-        f"Walked {summary['walked']} of {len(runs)} (95 % interval {low:.0%} – {high:.0%}), fell {summary['falls']}.\n",
+        f"## {told(result['scenario'])}\n",
+        f"{told(scenario.description)}.\n",
+        f"`{_code(command)}`: {len(runs)} × {scenario.duration:g} s in {told(result['engine'])}, jitter "
+        f"{start.jitter:g} rad, contacts {scenario.actuation.contacts}, starts {starts}. "
+        f"Walked {summary['walked']} of {len(runs)} (95 % interval {low:.0%} – {high:.0%}), {fell}.\n",
     ]
     for cause, count in causes_of(runs):
-        lines.append(f"- {count} × {cause}")
+        lines.append(f"- {count} × {told(cause)}")
     if "points" in result:
         lines.append("\n" + _points(result["points"]))
         for t in result["thresholds"]:
-            lines.append(f"- {threshold_words(t)}")
+            lines.append(f"- {told(threshold_words(t))}")
     else:
         lines.append("\n" + _numbers(summary, result["thesis"]))
     for check in result["checks"]:
         mark = "pass" if check["passed"] else "**FAIL**"
-        lines.append(f"- {mark}: {check['name']} = {number(check['value'])}, expected {check['expected']}")
+        lines.append(f"- {mark}: {check['name']} = {number(check['value'])}, expected {told(check['expected'])}")
     lines += ["", *(f"![{figure.stem}]({figure.as_posix()})" for figure in figures), ""]
     return "\n".join(lines)
+
+
+def _code(text: str) -> str:
+    """Somebody's name between backticks, which it cannot end."""
+    return text.replace("`", "'").replace("|", "/")
 
 
 def _points(points: Sequence[Mapping[str, Any]]) -> str:
     keys = list(points[0]["values"])
     head = [
-        *(f"`{key}`" for key in keys),
+        *(f"`{_code(key)}`" for key in keys),
         "walked",
         "95 % interval",
         "fell",
-        *(name.replace("_", " ") for name in _COLUMNS),
+        *(METRICS[name].words for name in HEAD),
     ]
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     for p in points:
         low, high = p["interval"]
         cells = [
-            *(number(p["values"][key]) for key in keys), f"{p['walked']}/{p['runs']}", f"{low:.0%} – {high:.0%}",
-            str(p["falls"]), *(number(_real(p[name])) for name in _COLUMNS),
+            *(told(number(p["values"][key])) for key in keys), f"{p['walked']}/{p['runs']}", f"{low:.0%} – {high:.0%}",
+            str(p["falls"]), *(METRICS[name].text(p[name]) for name in HEAD),
         ]  # fmt: skip
         lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
@@ -88,11 +111,9 @@ def _points(points: Sequence[Mapping[str, Any]]) -> str:
 
 def _numbers(summary: Mapping[str, Any], thesis: Mapping[str, float]) -> str:
     lines = ["| | here | thesis |", "|---|---|---|"]
-    for name in _COLUMNS:
-        theirs = number(thesis[name]) if name in thesis else ""
-        lines.append(f"| {name.replace('_', ' ')} | {number(_real(summary[name]))} | {theirs} |")
-    return "\n".join(lines) + "\n"
-
-
-def _real(value: float | None) -> float:
-    return float("nan") if value is None else value
+    for name in HEAD:
+        metric = METRICS[name]
+        unit = f" [{metric.unit}]" if metric.unit else ""
+        theirs = metric.text(thesis[name]) if name in thesis else ""
+        lines.append(f"| {metric.words}{unit} | {metric.text(summary[name])} | {theirs} |")
+    return "\n".join([*lines, *(["", f"({NOWHERE})"] if nowhere(summary) else [])]) + "\n"

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from biped.show.terminal import console, number, table
-from biped.studies.regress.command import Outcome
+from biped.scenario.metrics import METRICS as EVERY
+from biped.show.terminal import console, table
 from biped.studies.regress.compare import DIGITS, GONE, NEW, PHYSICS, RUNS, SAME, Moved, Verdict, compared
+from biped.studies.regress.guard import Outcome
 from biped.studies.regress.references import METRICS
 
 _WORDS = {
@@ -26,7 +27,7 @@ def show(outcome: Outcome) -> None:
         colour = "green" if v.passed else "red"
         page.add_row(
             v.scenario, f"[{colour}]{_WORDS[v.verdict]}[/{colour}]", f"{v.identical}/{v.runs}",
-            *(_counts(v) if compared([v]) else ("", "")), *(_mean(v.metrics.get(name)) for name in METRICS),
+            *(_counts(v) if compared([v]) else ("", "")), *(_mean(name, v.metrics.get(name)) for name in METRICS),
         )  # fmt: skip
     out.print(page)
     if outcome.recorded:
@@ -42,10 +43,11 @@ def _counts(v: Verdict) -> tuple[str, str]:
     return walked, fell
 
 
-def _mean(moved: Moved | None) -> str:
+def _mean(name: str, moved: Moved | None) -> str:
     if moved is None:
         return "–"
+    shown = EVERY[name].text
     if moved.old == moved.new:
-        return number(moved.new)
-    text = f"{number(moved.old)} → {number(moved.new)} ({moved.change:+.1%})"
+        return shown(moved.new)
+    text = f"{shown(moved.old)} → {shown(moved.new)} ({moved.change:+.1%})"
     return text if moved.within else f"[red]{text}[/red]"

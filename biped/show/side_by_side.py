@@ -1,21 +1,17 @@
-"""Comparisons on a terminal: the thesis, home and MuJoCo in three columns."""
+"""Comparisons: the thesis, home and MuJoCo in three columns; one walker as a ghost over the other."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 
-from biped.measure.metrics import NAMES
-from biped.show.terminal import console, number, table
+from biped.measure.metrics.walking import outcome
+from biped.scenario.metrics import HEAD, METRICS, shown_in
+from biped.show.terminal import console, failures, table
 from biped.studies.comparison import ENGINES, PARTED, Comparison, parted_at
 
-_ALL = (
-    "walked", "speed", "speed_std", "cost_of_transport", "cost_of_transport_absolute", "cost_of_transport_positive",
-    "double_support", "flight", "step_length", "step_frequency", "torso_lean", "mean_torque", "peak_torque",
-    "peak_force", "support", "slip", "penetration", "clearance", "switches", "constraint_switches", "contact_loss",
-    "energy_residual",
-)  # fmt: skip
-_SHORT = ("speed", "cost_of_transport", "double_support", "step_length", "step_frequency")
+_SHORT = (*HEAD, "step_length", "step_frequency")
 
 
 def show(comparisons: Sequence[Comparison]) -> None:
@@ -32,12 +28,13 @@ def show(comparisons: Sequence[Comparison]) -> None:
         when = f"parted after {at:.2f} s" if math.isfinite(at) else "together to the end"
         out.print(f"  {when} (a coordinate differs by {PARTED} m or rad)")
         metrics = c.metrics()
-        for i, name in enumerate(_SHORT if short else _ALL):
-            row = metrics[name]
-            thesis = number(row["thesis"]) if "thesis" in row else ""
+        for i, metric in enumerate([METRICS[name] for name in _SHORT] if short else shown_in("engines")):
+            row = metrics[metric.name]
+            thesis = metric.text(row["thesis"]) if "thesis" in row else ""
             gap = f"{row['gap']:+.1%}" if math.isfinite(row["gap"]) else "–"
             title = c.scenario if short and i == 0 else ""
-            page.add_row(title, name, thesis, number(row["home"]), number(row["mujoco"]), gap, NAMES[name])
+            values = (metric.text(row[engine]) for engine in ENGINES)
+            page.add_row(title, metric.name, thesis, *values, gap, metric.explained)
     out.print(page)
 
 
@@ -45,6 +42,39 @@ def _ending(c: Comparison, engine: str) -> str:
     runs = c.results[engine]["runs"]
     if len(runs) > 1:
         summary = c.results[engine]["summary"]
-        return f"walked {summary['walked']} of {len(runs)}, fell {summary['falls']}"
-    text = "stayed up" if runs[0]["end"] == "completed" else runs[0]["cause"]
-    return text + (f"; engine warnings {runs[0]['warnings']}" if runs[0]["warnings"] else "")
+        return f"walked {summary['walked']} of {len(runs)}, {failures(summary)}"
+    return outcome(runs[0]) + (f"; engine warnings {runs[0]['warnings']}" if runs[0]["warnings"] else "")
+
+
+def draw(comparison: Comparison, folder: Path) -> None:
+    """Writes the overlay figure and a recording in which the home walker is a ghost over MuJoCo's.
+
+    Args:
+        comparison: What to draw.
+        folder: Where; it exists.
+
+    Raises:
+        InputError: A file cannot be written.
+    """
+    from biped.robot.model import compile_foreign
+    from biped.scenario.reading import to_toml
+    from biped.show.figures import plot_overlay
+    from biped.show.recording import Recorded, record
+
+    plot_overlay(comparison.first, folder / "overlay.png", comparison.scenario)
+    recorded = []
+    for engine in ("mujoco", "home"):
+        plan, result = comparison.plans[engine], comparison.results[engine]
+        recorded.append(
+            Recorded(
+                name=engine,
+                title=f"{comparison.scenario} in {engine}",
+                trajectory=comparison.first[engine],
+                model=compile_foreign(plan.model, plan.scenario, visuals=True).model,
+                metrics=result["runs"][0],
+                checks=[tuple(check.values()) for check in result["checks"]],
+                scenario_text=to_toml(plan.scenario),
+                ghost=engine == "home",
+            )
+        )
+    record(folder / "recording.rrd", recorded, title=f"{comparison.scenario}: MuJoCo, and home as a ghost")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -12,18 +13,17 @@ from rich.console import Console
 from rich.table import Table
 
 from biped.ensemble.sweeps import threshold_words
-from biped.measure.metrics import NAMES
+from biped.measure.metrics.gait import MOVED
+from biped.measure.metrics.walking import kind_of, outcome
+from biped.scenario.metrics import HEAD, METRICS, shown_in
+from biped.show.safe import SafeConsole
 
-_MAIN = (
-    "speed", "cost_of_transport", "cost_of_transport_absolute", "cost_of_transport_positive", "double_support",
-    "step_length", "step_frequency", "froude", "torso_lean", "mean_torque", "peak_torque", "peak_force", "support",
-    "slip", "penetration", "clearance", "constraint_switches", "energy_residual",
-)  # fmt: skip
+NOWHERE = f"no cost of transport, no slip: moved less than {MOVED:g} m in the window"
 
 
 def console() -> Console:
     """The terminal; plain and wide enough for tables when it is a file or a pipe."""
-    return Console(width=None if sys.stdout.isatty() else 120, highlight=False)
+    return SafeConsole(width=None if sys.stdout.isatty() else 120)
 
 
 def number(value: Any) -> str:
@@ -58,14 +58,13 @@ def show_result(result: Mapping[str, Any], description: str) -> None:
     out.print(f"[bold]{result['scenario']}[/bold] in {result['engine']}: {description}")
     if len(runs) == 1:
         run = runs[0]
-        out.print(f"  {'stayed up' if run['end'] == 'completed' else run['cause']}; {run['time']:.2f} s, "
-                  f"{run['distance']:.2f} m")  # fmt: skip
+        out.print(f"  {outcome(run)}; {run['time']:.2f} s, {run['distance']:.2f} m")
         if "leg_states" in run:
             out.print(f"  leg states {run['leg_states']['cycle']} in {run['leg_states']['share']:.0%} of cycles")
     else:
         low, high = summary["walked_interval"]
         out.print(f"  walked {summary['walked']} of {len(runs)} (95 % interval {low:.0%} – {high:.0%}), "
-                  f"fell {summary['falls']}")  # fmt: skip
+                  f"{failures(summary)}")  # fmt: skip
         for cause, count in causes_of(runs):
             out.print(f"    {count} × {cause}")
     for run in runs:
@@ -73,10 +72,12 @@ def show_result(result: Mapping[str, Any], description: str) -> None:
             out.print(f"  run {run['index']}: engine warnings {run['warnings']}")
     thesis = result["thesis"]
     page = table(("metric", "value", *(["thesis"] if thesis else []), "meaning"), ("metric", "meaning"))
-    for name in _MAIN:
-        theirs = [number(thesis[name]) if name in thesis else ""] if thesis else []
-        page.add_row(name, number(summary[name]), *theirs, NAMES[name])
+    for metric in shown_in("run"):
+        theirs = [metric.text(thesis[metric.name]) if metric.name in thesis else ""] if thesis else []
+        page.add_row(metric.name, metric.text(summary[metric.name]), *theirs, metric.explained)
     out.print(page)
+    if nowhere(summary):
+        out.print(f"  {NOWHERE}")
     if "points" in result:
         show_points(result)
     show_checks(result)
@@ -86,12 +87,12 @@ def show_points(result: Mapping[str, Any]) -> None:
     """Prints the points of a sweep and its thresholds."""
     out = console()
     keys = list(result["points"][0]["values"])
-    page = table((*keys, "walked", "95 % interval", "speed", "cost_of_transport", "double_support"))
+    page = table((*keys, "walked", "95 % interval", *HEAD))
     for point in result["points"]:
         low, high = point["interval"]
         page.add_row(
             *(number(point["values"][key]) for key in keys), f"{point['walked']}/{point['runs']}",
-            f"{low:.0%} – {high:.0%}", *(number(point[m]) for m in ("speed", "cost_of_transport", "double_support")),
+            f"{low:.0%} – {high:.0%}", *(METRICS[name].text(point[name]) for name in HEAD),
         )  # fmt: skip
     out.print(page)
     for t in result["thresholds"]:
@@ -99,15 +100,32 @@ def show_points(result: Mapping[str, Any]) -> None:
 
 
 def causes_of(runs: Sequence[Mapping[str, Any]]) -> list[tuple[str, int]]:
-    """How runs failed and how often, the commonest first."""
-    counts: dict[str, int] = {}
-    for run in runs:
-        if run["cause"] and not run["walked"]:
-            cause = run["cause"].split(" at ")[0].split(" after ")[0]
-            counts[cause] = counts.get(cause, 0) + 1
-        elif not run["walked"]:
-            counts["stayed up without walking on"] = counts.get("stayed up without walking on", 0) + 1
-    return sorted(counts.items(), key=lambda item: -item[1])
+    """What became of the runs that did not walk and how often, the commonest first."""
+    return Counter(kind_of(run) for run in runs if not run["walked"]).most_common()
+
+
+def failures(summary: Mapping[str, Any]) -> str:
+    """How many fell, how many of those diverged, and how many runs are doubtful, in words."""
+    diverged = f" ({summary['diverged']} of them diverged)" if summary["diverged"] else ""
+    doubtful = f", {summary['doubtful']} doubtful" if summary["doubtful"] else ""
+    return f"fell {summary['falls']}{diverged}{doubtful}"
+
+
+def nowhere(summary: Mapping[str, Any]) -> bool:
+    """Whether there is a speed, but not the distance that a cost of transport is divided by."""
+    return real(summary["speed"]) and not real(summary["cost_of_transport"])
+
+
+def real(value: float | None) -> bool:
+    """Whether a number exists."""
+    return value is not None and math.isfinite(value)
+
+
+def show_verdict(result: Mapping[str, Any], description: str) -> None:
+    """Prints whether a scenario is as it expects, and its checks."""
+    verdict = "[green]ok[/green]" if result["passed"] else "[red]FAILED[/red]"
+    console().print(f"[bold]{result['scenario']}[/bold] {verdict}: {description}")
+    show_checks(result)
 
 
 def show_checks(result: Mapping[str, Any]) -> None:
@@ -130,7 +148,7 @@ def progress(title: str, total: int, done: int) -> Iterator[Any]:
         bar.TextColumn("{task.description}"), bar.BarColumn(), bar.MofNCompleteColumn(),
         bar.TextColumn("{task.fields[rate]}"), bar.TimeRemainingColumn(),
     )  # fmt: skip
-    with bar.Progress(*columns, console=Console(stderr=True), transient=True) as shown:
+    with bar.Progress(*columns, console=SafeConsole(stderr=True), transient=True) as shown:
         task = shown.add_task(title, total=total, completed=done, rate="")
 
         def advance() -> None:

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from biped.base.errors import InputError
+from biped.base.json import dumps
+from biped.base.writing import write_text
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.ensemble.results import result_of
 from biped.ensemble.rows import LOST
-from biped.measure.metrics import NAMES
 from biped.measure.trajectory import Trajectory
 from biped.robot.tree import absolute
-from biped.scenario.reading import read_scenario
+from biped.scenario.metrics import METRICS
+from biped.studies.run import plan_of
 
 ENGINES = ("home", "mujoco")
 PARTED = 0.05
@@ -46,7 +48,7 @@ class Comparison(NamedTuple):
         rows = [self.results[engine]["runs"] for engine in ENGINES]
         return {
             "scenario": self.scenario,
-            "passed": all(run["end"] not in ("diverged", LOST) for runs in rows for run in runs),
+            "passed": not any(run["end"] in ("diverged", "doubtful", LOST) for runs in rows for run in runs),
             "parted_at": parted_at(*(self.first[engine] for engine in ENGINES)),
             "metrics": self.metrics(),
             "results": self.results,
@@ -63,7 +65,7 @@ class Comparison(NamedTuple):
                 "gap": gap(home[name], foreign[name]),
                 **({"thesis": thesis[name]} if name in thesis else {}),
             }
-            for name in NAMES
+            for name in METRICS
         }
 
 
@@ -91,22 +93,21 @@ def compare(name: str, title: str, changes: Sequence[str], jobs: int) -> Compari
     plans, results, first = {}, {}, {}
     description = ""
     for engine in ENGINES:
-        scenario = read_scenario(name, [*changes, f"engine={engine}"])
-        description = scenario.description
-        plan = plans[engine] = Plan(scenario)
+        plan = plans[engine] = plan_of(name, [*changes, f"engine={engine}"])
+        description = plan.scenario.description
         if len(plan) == 1:
             first[engine], row = campaign.run_one(plan, 0)
             rows = [row]
         else:
             with campaign.rows_of(plan, range(len(plan)), jobs) as finished:
                 rows = sorted(finished, key=lambda row: row.index)
-            first[engine] = campaign.simulate(plan.run(0))
+            first[engine] = campaign.run_one(plan, 0)[0]
         results[engine] = result_of(title, plan, rows)
     return Comparison(title, description, plans, results, first)
 
 
 def write(comparison: Comparison, folder: Path) -> None:
-    """Writes comparison.json, the overlay figure and a recording in which the home walker is a ghost over MuJoCo's.
+    """Writes comparison.json.
 
     Args:
         comparison: What to write.
@@ -115,31 +116,8 @@ def write(comparison: Comparison, folder: Path) -> None:
     Raises:
         InputError: It cannot be written.
     """
-    from biped.base.errors import InputError
-    from biped.base.json import dumps
-    from biped.base.writing import write_text
-    from biped.robot.model import compile_foreign
-    from biped.scenario.reading import to_toml
-    from biped.show.figures import plot_overlay
-    from biped.show.recording import Recorded, record
-
     try:
         folder.mkdir(parents=True, exist_ok=True)
         write_text(folder / "comparison.json", dumps(comparison.as_dict(), indent=1))
     except OSError as error:
         raise InputError(f"{folder}: cannot be written: {error.strerror}; choose another folder") from None
-    plot_overlay(comparison.first, folder / "overlay.png", comparison.scenario)
-    recorded = []
-    for engine in ("mujoco", "home"):
-        plan, result = comparison.plans[engine], comparison.results[engine]
-        make = partial(
-            Recorded,
-            name=engine,
-            trajectory=comparison.first[engine],
-            model=compile_foreign(plan.model, plan.scenario, visuals=True).model,
-            metrics=result["runs"][0],
-            checks=[tuple(check.values()) for check in result["checks"]],
-            scenario_text=to_toml(plan.scenario),
-        )
-        recorded.append(make(ghost=engine == "home"))
-    record(folder / "recording.rrd", recorded, title=f"{comparison.scenario}: MuJoCo, and home as a ghost")

@@ -1,55 +1,209 @@
-"""Compiled kernels are never older than their sources."""
+"""Compiled kernels are never older than their sources, and importing biped leaves everything as it is."""
 
 from __future__ import annotations
 
+import ast
 import os
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
-from biped.base.kernels import digest
+import pytest
+
+from biped.base.kernels import ROOMS, digest
 
 PACKAGE = Path(__file__).parents[2] / "biped"
 
 
-def test_digest_changes_with_any_kernel_and_only_with_kernels(tmp_path):
-    shutil.copytree(PACKAGE, tmp_path / "biped", ignore=shutil.ignore_patterns("__pycache__"))
+def python(code: str, *argv: str, cwd: Path, **environment: str) -> subprocess.CompletedProcess:
+    """Runs code in a process that knows nothing of this one's settings of numba and BLAS."""
+    plain = {k: v for k, v in os.environ.items() if k not in ("NUMBA_CACHE_DIR", "OPENBLAS_NUM_THREADS")}
+    return subprocess.run(
+        [sys.executable, "-c", code, *argv],
+        cwd=cwd,
+        env=plain | environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+
+
+def test_digest_changes_with_every_file_that_kernels_are_made_of_and_only_with_those(tmp_path):
     copy = tmp_path / "biped"
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     assert digest(copy) == digest(PACKAGE)
     seen = {digest(PACKAGE)}
-    for name in ("control/springs.py", "numerics/factor.py", "robot/tree.py", "measure/trajectory.py"):
-        (copy / name).write_text((copy / name).read_text(encoding="utf-8") + "\n# changed\n", encoding="utf-8")
+    files = [path for room in ROOMS for path in (copy / room).rglob("*.py")]
+    for path in files:
+        path.write_text(path.read_text(encoding="utf-8") + "\n# changed\n", encoding="utf-8")
         seen.add(digest(copy))
-    assert len(seen) == 5
-    (copy / "cli" / "main.py").write_text("# changed\n", encoding="utf-8")
-    assert digest(copy) in seen
+    assert len(seen) == len(files) + 1
+    for name in ("cli/main.py", "show/terminal.py", "scenario/keys.py"):
+        (copy / name).write_text("# changed\n", encoding="utf-8")
+        assert digest(copy) in seen
 
 
-def test_an_edited_callee_is_compiled_again(tmp_path):
-    """In a package of two files, caller and callee, the caller's cache must not outlive the callee."""
-    package = tmp_path / "biped"
-    (package / "base").mkdir(parents=True)
-    for name in ("__init__.py", "base/__init__.py", "base/kernels.py"):
+def test_kernels_take_in_nothing_from_rooms_that_the_digest_leaves_out():
+    """A name that a kernel's file imports from biped, unless only other functions of the file use it."""
+    found = 0
+    for path in PACKAGE.rglob("*.py"):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        imported = {
+            alias.asname or alias.name: node.module.split(".")[1]
+            for node in tree.body
+            if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("biped.")
+            for alias in node.names
+        }
+        kernels = [
+            node for node in tree.body
+            if isinstance(node, ast.FunctionDef) and any("kernel" in ast.unparse(d) for d in node.decorator_list)
+        ]  # fmt: skip
+        for function in kernels:
+            found += 1
+            assert path.relative_to(PACKAGE).parts[0] in ROOMS
+            for name in {node.id for node in ast.walk(function) if isinstance(node, ast.Name)}:
+                assert imported.get(name, "base") in ROOMS, f"{path}: {function.name} takes in {name}"
+    assert found > 50
+
+
+SMALL = ("base/__init__.py", "base/kernels.py", "base/jit.py", "base/errors.py")
+CALLER = """from biped.base.jit import kernel
+from biped.control.callee import f
+
+
+@kernel
+def g(x):
+    return f(x)
+"""
+CALLEE = """from biped.base.jit import kernel
+from biped.robot.number import FACTOR
+
+
+@kernel
+def f(x):
+    return FACTOR * x
+"""
+CALL = "from biped.control.caller import g; print(g(1.0), sum(g.stats.cache_hits.values()))"
+
+
+@pytest.fixture
+def small(tmp_path) -> Path:
+    """A package of biped's own cache and two kernels, one of which calls the other, with a number from a third file."""
+    package = tmp_path / "here" / "biped"
+    for room in ("base", "control", "robot"):
+        (package / room).mkdir(parents=True)
+        (package / room / "__init__.py").touch()
+    for name in ("__init__.py", *SMALL):
         shutil.copy(PACKAGE / name, package / name)
-    (package / "caller.py").write_text(
-        "from numba import njit\nfrom biped.callee import f\n\n@njit(cache=True)\ndef g(x):\n    return f(x)\n",
-        encoding="utf-8",
-    )
-    environment = {k: v for k, v in os.environ.items() if k != "NUMBA_CACHE_DIR"} | {"PYTHONPATH": str(tmp_path)}
+    (package / "control" / "caller.py").write_text(CALLER, encoding="utf-8")
+    (package / "control" / "callee.py").write_text(CALLEE, encoding="utf-8")
+    (package / "robot" / "number.py").write_text("FACTOR = 2\n", encoding="utf-8")
+    return package
+
+
+def called(package: Path, **environment: str) -> tuple[list[str], str]:
+    done = python(CALL, cwd=package.parent, PYTHONPATH=str(package.parent), **environment)
+    return done.stdout.split(), done.stderr
+
+
+def folders(package: Path) -> list[Path]:
+    return sorted((package / "__pycache__").glob("kernels-*"))
+
+
+def test_an_edited_number_in_another_file_is_compiled_again(small):
     said = []
     for factor in (2, 3):
-        (package / "callee.py").write_text(
-            f"from numba import njit\n\n@njit(cache=True)\ndef f(x):\n    return {factor} * x\n", encoding="utf-8"
-        )
-        for _ in range(2):
-            code = "from biped.caller import g; print(g(1.0), sum(g.stats.cache_hits.values()))"
-            done = subprocess.run(
-                [sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
-            )
-            said.append(done.stdout.split())
+        (small / "robot" / "number.py").write_text(f"FACTOR = {factor}\n", encoding="utf-8")
+        said += [called(small)[0] for _ in range(2)]
     assert said == [["2.0", "0"], ["2.0", "1"], ["3.0", "0"], ["3.0", "1"]]
-    assert len(list((package / "__pycache__").glob("kernels-*"))) == 1
+
+
+def test_only_versions_that_nobody_used_for_a_week_are_removed(small):
+    for factor in (2, 3):
+        (small / "robot" / "number.py").write_text(f"FACTOR = {factor}\n", encoding="utf-8")
+        called(small)
+    assert len(folders(small)) == 2, "a process that still runs the other version may write there"
+    old = time.time() - 8 * 24 * 3600
+    for folder in folders(small):
+        os.utime(folder / ".used", (old, old))
+    (small / "robot" / "number.py").write_text("FACTOR = 4\n", encoding="utf-8")
+    called(small)
+    assert len(folders(small)) == 1
+
+
+def test_installations_that_share_a_home_keep_their_kernels_apart(small, tmp_path):
+    other = tmp_path / "there" / "biped"
+    shutil.copytree(small, other)
+    (other / "robot" / "number.py").write_text("FACTOR = 5\n", encoding="utf-8")
+    home = tmp_path / "home"
+    for package in (small, other):
+        (package / "__pycache__").write_text("no folder can be made here", encoding="utf-8")
+    for hits in "01":
+        for package, product in ((small, "2.0"), (other, "5.0")):
+            assert called(package, HOME=str(home), XDG_CACHE_HOME="") == ([product, hits], "")
+    assert len(list((home / ".cache" / "biped").glob("*/kernels-*"))) == 2
+
+
+def test_where_nothing_can_be_written_a_temporary_folder_serves_with_a_word(small, tmp_path):
+    called(small)  # whoever installed it compiled it
+    (kernels,) = folders(small)
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    (small / "__pycache__" / "none").touch()
+    code = (
+        "import sys, tempfile; from pathlib import Path; import biped.base.kernels as k\n"
+        "k._usable = lambda folder: False\n" + CALL
+    )
+    for _ in range(2):
+        done = python(code, cwd=small.parent, PYTHONPATH=str(small.parent), TMPDIR=str(temporary), HOME="/nowhere")
+        assert done.stdout.split() == ["2.0", "1"], "taken from the installation, not compiled again"
+        (line,) = done.stderr.splitlines()
+        assert "compiled kernels are kept in" in line
+    (folder,) = temporary.glob("biped-*/kernels-*")
+    assert folder.name == kernels.name
+    assert folder.parent.stat().st_mode & 0o077 == 0
+
+
+def test_a_temporary_folder_that_others_can_write_to_is_not_trusted(small, tmp_path):
+    code = (
+        "import sys, tempfile; from pathlib import Path; import biped.base.kernels as k\n"
+        "print(k._temporary(Path(k.__file__).parents[1]))"
+    )
+    call = {"cwd": small.parent, "PYTHONPATH": str(small.parent), "TMPDIR": str(tmp_path)}
+    first = Path(python(code, **call).stdout.strip())
+    assert Path(python(code, **call).stdout.strip()) == first
+    first.chmod(0o777)
+    assert Path(python(code, **call).stdout.strip()) != first
+
+
+def test_numba_cache_dir_wins(small, tmp_path):
+    assert called(small, NUMBA_CACHE_DIR=str(tmp_path / "mine"))[0] == ["2.0", "0"]
+    assert not folders(small)
+    assert list((tmp_path / "mine").rglob("*.nbc"))
+
+
+def test_importing_biped_has_no_side_effects(tmp_path):
+    """No files read but its own, nothing set, nothing written, no library imported; kernels leave numba's settings."""
+    code = (
+        "import os, sys; before = dict(os.environ), set(sys.modules)\n"
+        "import biped\n"
+        "assert dict(os.environ) == before[0]\n"
+        "new = set(sys.modules) - before[1]\n"
+        "assert new == {'biped'}, new\n"
+        "from numba import config\n"
+        "import biped.control.springs\n"
+        "assert dict(os.environ) == before[0] and config.CACHE_DIR == '', config.CACHE_DIR\n"
+    )
+    python(code, cwd=tmp_path, PYTHONPATH=str(PACKAGE.parent))
+
+
+def test_commands_take_one_blas_thread_and_the_users_word_wins(tmp_path):
+    code = "import os; from biped.cli.main import main; main(['list']); print(os.environ['OPENBLAS_NUM_THREADS'])"
+    for said, expected in (({}, "1"), ({"OPENBLAS_NUM_THREADS": "3"}, "3")):
+        done = python(code, cwd=tmp_path, PYTHONPATH=str(PACKAGE.parent), **said)
+        assert done.stdout.splitlines()[-1] == expected
 
 
 WALKS = """

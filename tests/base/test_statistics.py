@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from biped.base.statistics import wilson
+from biped.base.statistics import enough_for, wilson
 
 
 @pytest.mark.parametrize(
@@ -34,3 +34,10 @@ def test_ends_are_exact():
 def test_failures_mirror_successes():
     low, high = wilson(7, 31)
     assert wilson(24, 31) == pytest.approx((1.0 - high, 1.0 - low))
+
+
+def test_how_many_successes_show_a_rate():
+    for rate in (0.5, 0.9, 0.95, 0.99):
+        n = enough_for(rate)
+        assert wilson(n, n)[0] >= rate > wilson(n - 1, n - 1)[0]
+    assert enough_for(1.0) is None

@@ -14,8 +14,8 @@ import pytest
 
 from biped.base.files import names
 from biped.cli.main import main
-from biped.measure.metrics import NAMES
 from biped.measure.trajectory import Trajectory
+from biped.scenario.metrics import METRICS
 from tests.cases import SHORT, command, contents, write
 
 ROOT = Path(__file__).parents[2]
@@ -40,7 +40,7 @@ def test_json_has_the_agreed_keys(capsys):
     assert set(result) >= AGREED
     assert (result["scenario"], result["engine"], result["passed"]) == ("s", "mujoco", True)
     (run,) = result["runs"]
-    assert set(run) >= AGREED_OF_A_RUN | set(NAMES) - {"falls"}
+    assert set(run) >= AGREED_OF_A_RUN | set(METRICS) - {"falls"}
     assert [set(check) for check in result["checks"]] == [AGREED_OF_A_CHECK] * 2
     assert [check["name"] for check in result["checks"]] == ["speed", "falls"]
     assert (run["index"], run["fell"], run["time"]) == (0, False, 0.5)

@@ -22,7 +22,7 @@ def falls_back(c, place: float, speed: float, contacts: dict[int, float]) -> boo
     c["memory"]["believed"][:] = 0
     for point, x in contacts.items():
         c["memory"]["believed"][point] = 1
-        c["at"]["point"][point, 0] = x
+        c["at"]["point"][point, 0] = x - place
     c["memory"]["phase"][:] = [0, 2] if contacts else [2, 2]
     step_back(c, np.array([place, 1.0, *[0.0] * 7]), np.array([speed, *[0.0] * 8]))
     return bool(c["memory"]["back"])
@@ -71,7 +71,7 @@ def test_only_the_thigh_of_a_leg_that_steps_back_has_another_couple():
 
 @pytest.mark.slow
 def test_stepping_back_keeps_it_up_on_eight_degrees():
-    """Without it about six of ten walk up 8°, with it nine or more (docs/robust.md)."""
+    """Without it about six of ten walk up 8°, with it nine or more (docs/notes/robust-search.md)."""
     walked = {}
     for name, changes in (("off", []), ("on", ["backstep={}"])):
         plan = Plan(read_scenario("robust/own", ["ground.slope=8.0", "randomise.runs=24", *changes]))

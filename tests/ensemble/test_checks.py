@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from biped.ensemble.checks import judge, write_junit
+from biped.ensemble.checks import judge, passed, write_junit
 from biped.scenario.keys import Bound
 
 
@@ -52,3 +52,25 @@ def test_junit_is_what_ci_reads(tmp_path):
     assert [case.get("name") for case in cases] == ["speed", "falls"]
     assert cases[0].find("failure").get("message") == "speed = 0.5, expected >= 0.7"
     assert cases[1].find("failure") is None
+
+
+def row(end: str = "completed", flight: float = 0.0) -> dict:
+    return {"end": end, "fell": end in ("fell", "diverged"), "flight": flight}
+
+
+@pytest.mark.parametrize("end", ["diverged", "doubtful"])
+def test_what_cannot_be_believed_does_not_pass_unless_it_was_expected(end):
+    rows = [row(), row(end)]
+    speed = judge({"speed": Bound(min=0.0)}, {"speed": 1.0})
+    assert passed(speed, [row(), row("fell")])
+    assert not passed(speed, rows)
+    assert passed(judge({end: Bound(max=1)}, {end: 1}), rows)
+    assert not passed(judge({end: Bound(max=0)}, {end: 1}), rows)
+
+
+def test_a_single_run_passes_if_it_stays_up_on_the_ground():
+    assert passed([], [row()])
+    assert not passed([], [row("fell")])
+    assert not passed([], [row(flight=1.0)])
+    assert passed([], [row(flight=math.nan)]), "a run too short for its window"
+    assert passed(judge({"falls": Bound(max=1)}, {"falls": 1}), [row("fell")])

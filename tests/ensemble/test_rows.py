@@ -13,15 +13,15 @@ from biped.base.json import dumps, with_nan
 from biped.ensemble.campaign import run_one
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import LOST, Row
-from biped.measure.metrics import NAMES
 from biped.scenario.keys import Scenario, Window
+from biped.scenario.metrics import METRICS
 
 FIRST = ("index", "seed", "values", "fell", "end", "cause")
 LAST = ("leg_states", "per_joint", "warnings")
 
 
 def test_a_row_has_every_metric_in_the_order_of_all_tables():
-    assert Row.__struct_fields__ == (*FIRST, *(name for name in NAMES if name != "falls"), *LAST)
+    assert Row.__struct_fields__ == (*FIRST, *(name for name in METRICS if name != "falls"), *LAST)
 
 
 def test_every_field_says_what_it_is():

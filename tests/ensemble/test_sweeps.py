@@ -6,18 +6,22 @@ import numpy as np
 import pytest
 
 from biped.base.errors import InputError
+from biped.base.statistics import wilson
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.ensemble.sweeps import by_point, threshold_words, thresholds
 from biped.scenario.keys import Distribution, Push, Randomise, Scenario, Sensors, Simulation, Start, Threshold, Truth
-from biped.scenario.vary import drawn, points_of, run_seed, with_values
+from biped.scenario.vary import Asked, drawn, points_of, run_seed, with_values
 
 PUSHED = Scenario(duration=0.2, push=(Push(at=0.0, duration=0.1, force=(10.0, 0.0)),))
 
 
-def swept(*rates: float, values=(50.0, 100.0, 150.0)) -> tuple[Scenario, list[dict]]:
+def swept(*rates: float, values=(50.0, 100.0, 150.0), runs=1000) -> tuple[Scenario, list[dict]]:
     scenario = Scenario(sweep={"push.0.force.0": values}, push=PUSHED.push, threshold=Threshold(rate=0.9))
-    return scenario, [{"values": {"push.0.force.0": v}, "rate": r} for v, r in zip(values, rates, strict=True)]
+    return scenario, [
+        {"values": {"push.0.force.0": v}, "rate": r, "runs": runs, "interval": wilson(round(r * runs), runs)}
+        for v, r in zip(values, rates, strict=True)
+    ]
 
 
 def test_points_are_all_combinations_and_change_the_scenario():
@@ -53,6 +57,23 @@ def test_a_lucky_pocket_is_no_threshold():
     assert "not even the smallest" in threshold_words(down)
 
 
+def test_a_threshold_says_what_its_runs_are_too_few_to_say():
+    scenario, points = swept(1.0, 1.0, 0.0, runs=1000)
+    assert threshold_words(thresholds(scenario, points)[0]).endswith("holds to 100, fails at 150")
+    scenario, points = swept(1.0, 0.9, 0.0, runs=1000)
+    (up,) = thresholds(scenario, points)
+    assert (up["holds_to"], up["sure_to"], up["fails_at"], up["surely_fails"]) == (100.0, 50.0, 150.0, True)
+    assert threshold_words(up).endswith("fails at 150; the 95 % intervals are sure of it to 50")
+    scenario, points = swept(1.0, 1.0, 0.89, runs=1000)
+    assert threshold_words(thresholds(scenario, points)[0]).endswith("sure of it to 100, and the failure may be chance")
+    # 6 of 6 is [61 %, 100 %]; with n of n the lower bound is n / (n + 1.96²), which reaches 90 % at n = 35.
+    scenario, points = swept(1.0, 1.0, 0.0, runs=6)
+    words = threshold_words(thresholds(scenario, points)[0])
+    assert words.endswith("fails at 150; too few runs to say: 6 at a point show 61% at most, 90% takes 35")
+    assert "too few" not in threshold_words(thresholds(*swept(0.0, 0.0, 0.0, runs=6))[0]), "0 of 6 is enough to fail"
+    assert thresholds(scenario, points[:2]) == [], "a point without runs has no rate"
+
+
 def test_points_count_their_own_runs():
     scenario = Scenario(sweep={"ground.slope": (1.0, 2.0)}, randomise=Randomise(runs=2))
     rows = [
@@ -60,9 +81,9 @@ def test_points_count_their_own_runs():
         | {"index": i, "fell": i == 3, "walked": i < 3}
         for i in range(4)
     ]
-    from biped.measure.metrics import NAMES
+    from biped.scenario.metrics import METRICS
 
-    full = [dict.fromkeys(NAMES, 0.0) | row for row in rows]
+    full = [dict.fromkeys(METRICS, 0.0) | row for row in rows]
     first, second = by_point(scenario, full)
     assert (first["walked"], first["falls"], second["walked"], second["falls"]) == (2, 0, 1, 1)
     assert (first["speed"], second["speed"]) == (0.5, 2.0)  # means over the runs that walked
@@ -71,7 +92,7 @@ def test_points_count_their_own_runs():
 def test_draws_follow_their_distribution_and_their_own_stream():
     random = Randomise(draw={"ground.friction": Distribution(uniform=(0.5, 1.5)),
                              "push.0.force.0": Distribution(normal=(100.0, 10.0))})  # fmt: skip
-    scenario = with_values(PUSHED, {}, "test")
+    scenario = with_values(PUSHED, {}, Asked("test"))
     from msgspec.structs import replace
 
     scenario = replace(scenario, randomise=random)

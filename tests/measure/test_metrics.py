@@ -12,13 +12,16 @@ import pytest
 from biped.engines.mujoco import simulate
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
-from biped.measure.metrics import NAMES, aggregate, measure
+from biped.measure.metrics import aggregate, measure
 from biped.measure.metrics.energy import energy, residual
 from biped.measure.metrics.gait import commonest_cycle, strikes
 from biped.measure.metrics.ground import centre_of_pressure
+from biped.measure.metrics.walking import walked
+from biped.measure.trajectory import Trajectory
 from biped.robot.model import compile_foreign
 from biped.robot.tree import motion
 from biped.scenario.keys import Actuation, Ground, Scenario, Simulation, Start, Truth
+from biped.scenario.metrics import METRICS
 from tests.control.bench import HUMAN
 from tests.runs import SCENARIOS, made, mirrored, synthetic, tree
 
@@ -26,9 +29,10 @@ WEIGHT = 75.0 * 9.81
 
 
 def test_every_name_is_measured():
-    numbers = measure(made("walk"), (0.5, 2.0))
-    assert set(NAMES) <= set(numbers)
-    assert all(math.isfinite(numbers[name]) for name in NAMES)
+    numbers = measure(made("walk"), (0.0, 2.0))
+    assert set(METRICS) <= set(numbers)
+    missing = [name for name in METRICS if not math.isfinite(numbers[name])]
+    assert missing == ["alternation"], "two seconds have one step, which alternates with none"
 
 
 @pytest.mark.parametrize("name", ["walk", "generalized"])
@@ -122,7 +126,7 @@ def test_right_and_left_are_alike(name):
     t = made(name)
     window = (0.0, t.time[-1])
     one, two = measure(t, window), measure(mirrored(t), window)
-    for key in NAMES:
+    for key in METRICS:
         assert two[key] == pytest.approx(one[key], rel=1e-9, nan_ok=True), key
     for joint in one["per_joint"]:
         assert two["per_joint"][joint] == pytest.approx(one["per_joint"][joint])
@@ -153,8 +157,45 @@ def test_speed_of_a_steady_run():
     assert numbers["time"] == pytest.approx(2.0)
     leg = (0.245 + 0.246 + 0.039) * 1.8
     assert numbers["froude"] == pytest.approx(0.5 / math.sqrt(9.81 * leg), rel=1e-6)
-    assert numbers["walked"] == 1
-    assert numbers["falls"] == 0
+
+
+def borne(t: Trajectory) -> Trajectory:
+    """The run with its weight on the right foot and no energy that comes from nowhere."""
+    t.column("believed")[:, :2] = 1.0
+    t.column("force")[:, :2, 1] = 0.5 * WEIGHT
+    return t
+
+
+def walking(**columns) -> Trajectory:
+    """Three seconds at 0.5 m/s with a step of the right leg, then of the left, then of the right."""
+    phase = np.ones((3000, 2))
+    for start, leg in ((1600, 0), (2000, 1), (2400, 0)):
+        phase[start : start + 200, leg] = 3
+    q, v = np.zeros((3000, 9)), np.zeros((3000, 9))
+    q[:, 0], q[:, 1], v[:, 0] = 0.5 * np.arange(3000) * 0.001, 1.3, 0.5
+    return borne(synthetic(3.0, **({"q": q, "v": v, "phase": phase} | columns)))
+
+
+def test_a_walk_is_steps_on_the_ground():
+    window = (1.5, 3.0)
+    walk = measure(walking(), window)
+    assert (walk["walked"], walk["stood"], walk["falls"], walk["doubtful"]) == (1, 0, 0, 0)
+    assert walk["alternation"] == 1.0
+    sliding = walking(phase=np.ones((3000, 2)))
+    assert measure(sliding, window)["walked"] == 0, "no step at all"
+    hopping = walking()
+    hopping.phase[:, 1] = 1
+    assert measure(hopping, window)["walked"] == 0, "one leg only"
+    flying = walking()
+    flying.column("believed")[1500:2000] = 0.0
+    assert measure(flying, window)["walked"] == 0, "a third of the window in the air"
+    carried = walking()
+    carried.column("force")[:, :2, 1] = 0.35 * WEIGHT
+    lifted = measure(replace(carried, pushes=((0.0, 3.0, 0.0, 0.3 * WEIGHT, "torso"),)), window)
+    assert (lifted["walked"], lifted["doubtful"]) == (0, 0), "carried by something else"
+    slow = walking()
+    slow.q[:, 0] *= 0.5
+    assert measure(slow, window)["walked"] == 0
 
 
 def test_walking_is_more_than_standing_or_falling():
@@ -162,23 +203,26 @@ def test_walking_is_more_than_standing_or_falling():
     stood = measure(still, (1.0, 2.0))
     assert stood["walked"] == 0
     assert math.isnan(stood["cost_of_transport"])
-    fell = measure(replace(steady(), end="fell", cause="fell forward at 1.999 s"), (1.0, 2.0))
+    fell = measure(replace(walking(), end="fell", cause="fell forward at 1.999 s"), (1.0, 2.0))
     assert (fell["walked"], fell["falls"]) == (0, 1)
 
 
 def test_standing_is_more_than_staying_up():
-    still = synthetic(2.0, q=[0.0, 1.3, *[0.0] * 7])
+    still = borne(synthetic(2.0, q=[0.0, 1.3, *[0.0] * 7]))
     assert measure(still, (1.0, 2.0))["stood"] == 1
+    hovering = replace(synthetic(2.0, q=[0.0, 1.3, *[0.0] * 7]), pushes=((0.0, 2.0, 0.0, WEIGHT, "torso"),))
+    assert (measure(hovering, (1.0, 2.0))["stood"], measure(hovering, (1.0, 2.0))["doubtful"]) == (0, 0)
     assert measure(replace(still, end="fell", cause="fell forward at 1.999 s"), (1.0, 2.0))["stood"] == 0
     assert measure(steady(), (1.0, 2.0))["stood"] == 0
-    swaying = synthetic(2.0, q=np.outer(0.11 * np.sin(np.pi * np.arange(2000) / 500), np.eye(9)[0]))
+    swaying = borne(synthetic(2.0, q=np.outer(0.11 * np.sin(np.pi * np.arange(2000) / 500), np.eye(9)[0])))
     assert measure(swaying, (0.0, 2.0))["stood"] == 0
-    stepping = synthetic(2.0, q=[0.0, 1.3, *[0.0] * 7], phase=np.outer(1 + 2 * (np.arange(2000) % 500 > 250), [1, 0]))
+    steps = np.outer(1 + 2 * (np.arange(2000) % 500 > 250), [1, 0])
+    stepping = borne(synthetic(2.0, q=[0.0, 1.3, *[0.0] * 7], phase=steps))
     assert measure(stepping, (0.0, 2.0))["stood"] == 0
 
 
 def test_a_run_that_ended_before_the_window_has_no_means():
-    early = replace(steady(), end="fell", cause="x")
+    early = replace(borne(steady()), end="fell", cause="x")
     numbers = measure(early, (3.0, 4.0))
     assert math.isnan(numbers["speed"])
     assert math.isfinite(numbers["peak_torque"])
@@ -192,7 +236,7 @@ def test_strikes_of_known_phases():
     phase[400:600, 1] = 3
     phase[700:740, 0] = 3  # a bounce of 40 rows
     phase[900:, 1] = 3  # not yet down
-    assert strikes(phase) == [(300, 0), (600, 1)]
+    assert strikes(phase, 0.001) == [(300, 0), (600, 1)]
 
 
 def test_steps_and_support_of_known_contacts():
@@ -250,7 +294,7 @@ def test_slip_and_penetration():
 
 
 def test_ensemble_means_are_over_walkers():
-    walker = dict.fromkeys(NAMES, 1.0) | {"falls": 0, "walked": 1, "stood": 0}
+    walker = dict.fromkeys(METRICS, 1.0) | {"falls": 0, "diverged": 0, "doubtful": 0, "walked": 1, "stood": 0}
     runs = [walker, walker | {"speed": 2.0}, walker | {"speed": 9.0, "walked": 0, "falls": 1}]
     whole = aggregate(runs)
     assert (whole["falls"], whole["walked"], whole["speed"]) == (1, 2, 1.5)
@@ -268,3 +312,46 @@ def test_damped_joints_are_accounted_for(engine):
     assert residual(t) < 5e-3
     undamped = replace(t, tree=t.tree._replace(damping=np.zeros(6)))
     assert residual(undamped) > 10.0 * residual(t)
+
+
+@pytest.mark.parametrize("rate", [500.0, 2000.0])
+def test_metrics_count_seconds_not_rows(rate):
+    """One run, its rows taken at another rate: every duration and every step stays what it was."""
+    t = made("long")
+    other = resampled(t, rate)
+    assert len(strikes(other.phase, other.tick)) == len(strikes(t.phase, t.tick)) >= 4
+    for (row, leg), (there, same) in zip(strikes(t.phase, t.tick), strikes(other.phase, other.tick), strict=True):
+        assert leg == same
+        assert there * other.tick == pytest.approx(row * t.tick, abs=2.1e-3)
+    one, two = measure(t, (1.0, 5.0)), measure(other, (1.0, 5.0))
+    for name in ("steps", "alternation"):
+        assert two[name] == one[name], name
+    assert walked(one, 5.0, t.robot.walked)
+    assert walked(two, 5.0, t.robot.walked)
+    for name in ("step_length", "step_frequency", "speed", "clearance", "double_support", "cost_of_transport"):
+        assert two[name] == pytest.approx(one[name], rel=0.02), name
+
+
+def test_bounces_and_swings_are_told_apart_by_seconds():
+    """A foot 40 ms in the air has bounced, one of 60 ms stepped; a swing of 90 ms has no clearance, one of 110 has."""
+    for rate in (500, 1000, 2000, 4000):
+        for ms, stepped in ((40, 0), (60, 1)):
+            phase = np.ones((rate, 2))
+            phase[rate // 10 : rate // 10 + ms * rate // 1000, 0] = 3
+            assert len(strikes(phase, 1.0 / rate)) == stepped, (rate, ms)
+        for ms, cleared in ((90, False), (110, True)):
+            phase = np.ones((1000, 2))
+            phase[100 : 100 + ms, 0] = 3
+            t = resampled(borne(synthetic(1.0, q=[0.0, 1.3, *[0.0] * 7], phase=phase)), rate)
+            assert math.isfinite(measure(t, (0.0, 1.0))["clearance"]) == cleared, (rate, ms)
+
+
+def resampled(t: Trajectory, rate: float) -> Trajectory:
+    """The run with its rows at another rate [Hz]: every second one, or each twice."""
+    if rate * t.tick < 1.0:
+        step = round(1.0 / (rate * t.tick))
+        return replace(t, log=t.log[::step].copy(), tick=t.tick * step, sampled=True)
+    times = round(rate * t.tick)
+    log = np.repeat(t.log, times, axis=0)
+    log[:, 0] += np.tile(np.arange(times) * t.tick / times, len(t))
+    return replace(t, log=log, tick=t.tick / times)

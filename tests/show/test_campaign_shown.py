@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -62,12 +64,18 @@ def test_terminal(folder, monkeypatch, capsys):
 
 def test_causes_are_counted():
     runs = [
-        {"fell": True, "walked": False, "cause": "fell forward at 0.4 s"},
-        {"fell": True, "walked": False, "cause": "fell forward at 0.7 s"},
-        {"fell": False, "walked": False, "cause": ""},
-        {"fell": False, "walked": True, "cause": ""},
+        {"end": "fell", "walked": False, "cause": "fell forward at 0.400 s"},
+        {"end": "fell", "walked": False, "cause": "fell forward at 0.700 s"},
+        {"end": "completed", "walked": False, "stood": False, "flight": 0.5, "support": 0.4, "time": 10.0},
+        {"end": "completed", "walked": True, "cause": ""},
+        {"end": "doubtful", "walked": False, "cause": "energy not accounted for at 9.999 s: 3 %, at most 1 %"},
+        {"end": "doubtful", "walked": False, "cause": "energy not accounted for at 7.123 s: 4 %, at most 1 %"},
+        {"end": "diverged", "walked": False, "cause": "MuJoCo warned of badqacc before 0.024 s; fell at 0.024 s"},
     ]
-    assert causes_of(runs) == [("fell forward", 2), ("stayed up without walking on", 1)]
+    assert causes_of(runs) == [
+        ("fell forward", 2), ("doubtful: energy not accounted for", 2), ("stayed up without walking: in the air", 1),
+        ("diverged: MuJoCo warned of badqacc", 1),
+    ]  # fmt: skip
 
 
 def test_plot(result, capsys):
@@ -99,6 +107,95 @@ def test_report(result, capsys):
         assert is_picture(Path(f"r/c/{name}.png"))
 
 
+def test_words_of_a_stranger_are_text_in_a_report(result, tmp_path):
+    hostile = r"![x](http://e.example/p.png) <img src=x> `a` | $\bad c" + "\x1b[31m"
+    shutil.copytree("c", tmp_path / "c")
+    told = result | {
+        "scenario": hostile,
+        "checks": [{"name": "speed", "value": 1.0, "expected": hostile, "passed": True}],
+    }
+    told["runs"] = [run | ({"cause": hostile} if run["fell"] else {}) for run in told["runs"]]
+    told["points"] = [point | {"values": point["values"] | {"controller": hostile}} for point in told["points"]]
+    (tmp_path / "c/result.json").write_text(json.dumps(told), encoding="utf-8")
+    scenario = tmp_path / "c/scenario.toml"
+    text = scenario.read_text(encoding="utf-8")
+    line = next(line for line in text.splitlines() if line.startswith("description"))
+    scenario.write_text(text.replace(line, f"description = {json.dumps(hostile)}"), encoding="utf-8")
+    assert main(["report", str(tmp_path / "c"), "--out", "h.md", "--title", hostile]) == 0
+    page = Path("h.md").read_text(encoding="utf-8")
+    assert "http://e.example" in page
+    code = re.sub(r"`[^`\n]*`", "", page)  # between backticks all is text
+    assert "![x" not in code
+    assert "<img" not in code.replace(r"\<img", "")
+    assert all(line.isprintable() for line in page.splitlines())
+
+
+def test_a_report_names_the_command_that_repeats_the_runs(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    short = ["--set", "duration=0.3", "--set", "window.start=0.1", "--set", "window.end=0.3"]
+    assert main(["run", "level_fast", *short, "--set", "controller=robust", "--out", "changed"]) in (0, 1)
+    assert main(["run", "e.toml", "--only", "0", "--out", "alone"]) in (0, 1)
+    assert main(["report", "changed", "alone", "--out", "commands.md"]) == 0
+    commands = [line.split("`")[1] for line in Path("commands.md").read_text(encoding="utf-8").splitlines()
+                if line.startswith("`biped run")]  # fmt: skip
+    assert commands == ["biped run changed/scenario.toml", "biped run alone/scenario.toml --only 0"]
+    for line, out in zip(commands, ("again", "again-alone"), strict=True):
+        assert main([*line.split()[1:], "--out", out]) in (0, 1)
+        before = json.loads(Path(line.split()[2]).with_name("result.json").read_text(encoding="utf-8"))
+        assert json.loads(Path(out, "result.json").read_text(encoding="utf-8"))["runs"] == before["runs"]
+    changed = json.loads(Path("changed/result.json").read_text(encoding="utf-8"))
+    assert changed["thesis"] == {}, "the thesis's fast gait was not walked"
+
+
+def test_a_scenario_of_a_name_is_repeated_by_it():
+    from biped.scenario.reading import read_scenario
+    from biped.show.markdown import _command
+    from biped.studies.run import plan_of
+
+    named = {"scenario": "level_fast", "runs": [{"index": 0}]}
+    assert _command(Path("x"), named, plan_of("level_fast", []).scenario) == "biped run level_fast"
+    other = read_scenario("level_fast", ["seed=5"])
+    assert _command(Path("x"), named, other) == "biped run x/scenario.toml"
+
+
+def test_velocities_are_drawn_of_all_runs_evenly():
+    from biped.show.replay import spread
+
+    rows = list(range(180))
+    drawn = spread(rows, 100)
+    assert len(drawn) == len(set(drawn)) == 100
+    assert drawn[-1] >= 178
+    assert spread(rows[:7], 100) == rows[:7]
+
+
+def test_velocities_count_the_whole_campaign(result, monkeypatch):
+    from biped.show import figures, replay
+
+    titles = []
+    monkeypatch.setattr(replay, "DRAWN", 5)
+    monkeypatch.setattr(figures, "plot_ensemble", lambda drawn, path, title: titles.append((len(drawn), title)))
+    replay.plot_results(Path("c"), Path("few"))
+    assert titles == [(5, f"e: {result['summary']['walked']} of 12 walked (5 drawn)")]
+
+
+def test_a_standing_robot_has_no_cost_of_transport(folder, monkeypatch, capsys):
+    monkeypatch.chdir(folder)
+    standing = ["robust/own", "--set", "start.posture=flat", "--set", "actuation.contacts=touching",
+                "--set", "gains.theta_b=90.0", "--out", "standing"]  # fmt: skip
+    assert main(["run", *standing]) == 0
+    out = capsys.readouterr().out
+    assert "stood still" in out
+    assert "no cost of transport, no slip: moved less than 0.1 m in the window" in out
+    summary = json.loads(Path("standing/result.json").read_text(encoding="utf-8"))["summary"]
+    assert (summary["cost_of_transport"], summary["slip"], summary["stood"]) == (None, None, 1)
+
+
+def test_a_single_run_says_that_it_walked(capsys, folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    assert main(["run", "level_normal_generalized", "--out", "walked"]) == 0
+    assert "  walked; 10.00 s" in capsys.readouterr().out
+
+
 def test_report_of_a_single_run(result):
     assert main(["run", "e.toml", "--only", "0", "--out", "one"]) in (0, 1)
     assert main(["report", "one", "--out", "one.md"]) == 0
@@ -112,12 +209,16 @@ def test_report_below_a_file_is_refused(result, capsys):
 
 def test_chosen_runs():
     def row(index: int, walked: bool, speed: float = 0.0) -> dict:
-        return {"index": index, "walked": walked, "fell": not walked, "speed": speed}
+        end = "completed" if walked else "doubtful" if index == 4 else "fell"
+        return {"index": index, "walked": walked, "fell": end == "fell", "end": end, "speed": speed}
 
     assert chosen([row(4, True)]) == [("run", 4)]
     rows = [row(0, True, 0.5), row(1, True, 0.9), row(2, True, 0.7), *(row(i, False) for i in range(3, 8))]
-    assert chosen(rows) == [("best", 1), ("median", 2), ("fell_3", 3), ("fell_4", 4), ("fell_5", 5)]
-    assert chosen(rows[3:]) == [("fell_3", 3), ("fell_4", 4), ("fell_5", 5)]
+    assert chosen(rows) == [("best", 1), ("median", 2), ("fell_3", 3), ("doubtful_4", 4), ("fell_5", 5)]
+    assert chosen(rows[3:]) == [("fell_3", 3), ("doubtful_4", 4), ("fell_5", 5)]
+    still = [row(i, True) | {"walked": False} for i in (8, 9)]
+    assert chosen(still) == [("stayed_up_8", 8)]
+    assert chosen([rows[0], *still]) == [("best", 0), ("stayed_up_8", 8)]
 
 
 def test_recording_is_made_when_it_is_looked_at(result, monkeypatch):

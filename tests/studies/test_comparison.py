@@ -10,7 +10,7 @@ import pytest
 from biped.cli import main as cli
 from biped.engines import home
 from biped.ensemble.plan import Plan
-from biped.measure.metrics import NAMES
+from biped.scenario.metrics import METRICS
 from biped.scenario.reading import read_scenario
 from biped.show.figures.overlay import overlay
 from biped.studies.comparison import ENGINES, PARTED, compare, gap, parted_at
@@ -32,7 +32,7 @@ def test_gap_is_relative_to_home():
 
 def test_every_metric_is_there_from_both_engines_and_the_thesis(comparison):
     metrics = comparison.metrics()
-    assert list(metrics) == list(NAMES)
+    assert list(metrics) == list(METRICS)
     for name, row in metrics.items():
         for engine in ENGINES:
             np.testing.assert_equal(row[engine], comparison.results[engine]["summary"][name])

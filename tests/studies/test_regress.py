@@ -15,8 +15,8 @@ from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario
 from biped.show.regress import show
 from biped.studies.regress import platform, references
-from biped.studies.regress.command import Outcome, regress
 from biped.studies.regress.compare import DIGITS, PHYSICS, RUNS, SAME, altogether, compare
+from biped.studies.regress.guard import Outcome, regress
 from biped.studies.regress.references import Reference
 from biped.studies.regress.runs import MOST, SECONDS, chosen, digest, ensemble
 from biped.studies.run import plan_of
@@ -129,7 +129,7 @@ def test_without_a_reference_it_fails_and_says_how_to_record(capsys):
 
 
 def test_interrupted_update_keeps_what_was_finished(monkeypatch, capsys):
-    from biped.studies.regress import command as module
+    from biped.studies.regress import guard as module
 
     write("s.toml", SHORT)
     write("t.toml", SHORT)
@@ -149,7 +149,7 @@ def test_interrupted_update_keeps_what_was_finished(monkeypatch, capsys):
 
 def test_all_scenarios_means_no_reference_without_one(monkeypatch):
     """A reference whose scenario is no more fails, and an update removes it."""
-    from biped.studies.regress import command as module
+    from biped.studies.regress import guard as module
 
     write("s.toml", SHORT)
     monkeypatch.setattr(module, "names", lambda kind: ["s.toml"])

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from biped.measure.metrics.gait import strikes
+from biped.measure.metrics.gait import strikes, travelled
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import GRAVITY, gravity
-from biped.robot.topology import ANKLE, BASE, HIP, KNEE, PITCH, SEGMENTS, THIGH, TORSO
+from biped.robot.topology import ANKLE, BASE, HIP, KNEE, NQ, PITCH, SEGMENTS, THIGH, TORSO
 from biped.robot.tree import Motion, Tree, motion
 
 
@@ -34,35 +34,79 @@ def _steps(t: Trajectory) -> tuple[np.ndarray, Motion]:
 def _push_power(t: Trajectory, moved: Motion) -> np.ndarray:
     """Power (n - 1,) [W] of the pushes."""
     power = np.zeros(len(t) - 1)
-    angle = np.radians(t.slope)
-    for start, end, forward, up, body in t.pushes:
-        if body not in t.robot.links:
-            continue
-        force = np.array([forward * np.cos(angle) + up * np.sin(angle), up * np.cos(angle) - forward * np.sin(angle)])
-        at = t.robot.links.index(body)
-        first, last = round(start / t.tick), round(end / t.tick)
+    for first, last, force, at in _pushes(t):
         power[first:last] += moved.com_velocity[first:last, at] @ force
     return power
 
 
-def residual(t: Trajectory) -> float:
+def _pushes(t: Trajectory) -> list[tuple[int, int, np.ndarray, int]]:
+    """Pushes on links: first row, last row + 1, force (2,) [N] along and normal to the ground, number of the link."""
+    c, s = math.cos(math.radians(t.slope)), math.sin(math.radians(t.slope))
+    return [
+        (round(start / t.tick), round(end / t.tick), np.array([forward * c + up * s, up * c - forward * s]),
+         t.robot.links.index(body))
+        for start, end, forward, up, body in t.pushes if body in t.robot.links
+    ]  # fmt: skip
+
+
+def residual(t: Trajectory, squared: np.ndarray | None = None) -> float:
     """What work and losses leave unexplained of the change of energy, relative to the work put in.
 
     Change of energy = work of the actuators, pushes, knee stops, joint damping and ground forces, up to integration
-    error.
+    error. Where little work is done, as in a fall or a flight, it is relative to the largest kinetic energy of the
+    centres of mass; at least to a hundredth of the energy of the start.
+
+    Args:
+        t: The run.
+        squared: (n, 7) [m²/s²] squares of the speeds of the links' centres of mass, if they are known.
     """
     if len(t) < 2:
         return 0.0
     mean, moved = _steps(t)
-    actuators = (t.applied[:-1] * mean).sum(axis=1)
+    applied = t.Q_d[:-1] if t.generalized else t.u[:-1]
+    actuators = np.einsum("ij,ij->i", applied, mean[:, NQ - applied.shape[1] :])
     pushes = _push_power(t, moved)
     stops = t.stop[:-1, 0] * mean[:, KNEE[0]] + t.stop[:-1, 1] * mean[:, KNEE[1]]
-    damping = -(t.tree.damping * mean[:, BASE:] ** 2).sum(axis=1)
-    ground = (t.force[:-1] * moved.point_velocity).sum(axis=(1, 2))
+    damping = -np.einsum("j,ij,ij", t.tree.damping, mean[:, BASE:], mean[:, BASE:])
+    ground = np.einsum("ijk,ijk", t.force[:-1], moved.point_velocity)
     e = energy(t.tree, t.q[[0, -1]], t.v[[0, -1]], t.slope)
-    work = t.tick * (actuators + pushes + stops + damping + ground).sum()
-    scale = t.tick * (np.abs(actuators) + np.abs(pushes)).sum()
-    return float(abs(e[1] - e[0] - work) / max(scale, abs(e[0]) * 1e-3))
+    work = t.tick * ((actuators + pushes + stops).sum() + damping + ground)
+    put_in = t.tick * (np.abs(actuators) + np.abs(pushes)).sum()
+    if squared is None:
+        squared = (motion(t.tree, t.q, t.v).com_velocity ** 2).sum(axis=-1)
+    moving = 0.5 * (squared @ t.tree.mass).max()
+    return float(abs(e[1] - e[0] - work) / max(put_in, moving, abs(e[0]) * 1e-2))
+
+
+def from_nowhere(t: Trajectory, whole: Motion, squared: np.ndarray) -> float:
+    """Most energy that the biped ever had beyond what it started with and what actuators and pushes put in.
+
+    Ground, stops and joint damping only take: they may give back what they took, no more. No force of theirs is needed
+    for this, and work is exactly what was applied times how far the coordinates went, so that it holds where forces
+    are `sampled`, and where they do account for what a bad solution of the contacts gave away.
+
+    Args:
+        t: The run.
+        whole: How its rows move.
+        squared: (n, 7) [m²/s²] squares of the speeds of the links' centres of mass.
+
+    Returns:
+        A share of what was put in, of the largest kinetic energy or of a tenth of the start's energy, whichever is
+        more.
+    """
+    if len(t) < 2:
+        return 0.0
+    applied = t.Q_d[:-1] if t.generalized else t.u[:-1]
+    put_in = np.einsum("ij,ij->i", applied, np.diff(t.q[:, NQ - applied.shape[1] :], axis=0))
+    for first, last, force, at in _pushes(t):
+        put_in[first:last] += np.diff(whole.com[:, at], axis=0)[first:last] @ force
+    moving = 0.5 * (squared @ t.tree.mass)
+    spinning = 0.5 * (whole.rate**2 @ t.tree.inertia + t.v[:, BASE:] ** 2 @ t.tree.armature)
+    g = np.array(gravity(t.slope))
+    level = -(t.tree.mass @ whole.com) @ g
+    total = moving + spinning + level
+    most = (total[1:] - total[0] - np.cumsum(put_in)).max()
+    return float(max(most, 0.0) / max(np.abs(put_in).sum(), moving.max(), 0.1 * abs(total[0])))
 
 
 def loss_per_step(t: Trajectory, window: tuple[float, float]) -> float:
@@ -75,7 +119,7 @@ def loss_per_step(t: Trajectory, window: tuple[float, float]) -> float:
     work = float((t.applied[first:last] * np.diff(t.q[first : last + 1], axis=0)).sum())
     damped = float((t.tree.damping * t.v[first:last, BASE:] ** 2).sum() * t.tick)
     before, after = energy(t.tree, t.q[[first, last]], t.v[[first, last]], t.slope)
-    steps = sum(first < row <= last for row, _ in strikes(t.phase))
+    steps = sum(first < row <= last for row, _ in strikes(t.phase, t.tick))
     return (work - damped - float(after - before)) / steps if steps else math.nan
 
 
@@ -86,9 +130,7 @@ def transport(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
     """
     u, rate = t.u[span], t.v[span, BASE:]
     power = u * rate
-    distance = float(t.q[span, 0][-1] - t.q[span, 0][0])
-    # A walker that got nowhere has no cost of transport.
-    weight = float(t.tree.mass.sum()) * GRAVITY * abs(distance) / t.tick or math.nan
+    weight = float(t.tree.mass.sum()) * GRAVITY * travelled(t, span) / t.tick
     if t.generalized:
         # Q_d's virtual actuators: torso and thighs to the inertial frame, knees and ankles between links.
         Q, v = t.Q_d[span], t.v[span]

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import matplotlib
 import numpy as np
@@ -13,7 +11,7 @@ from matplotlib.patches import Patch
 
 from biped.show.figures.style import JOINTS, LEFT, QUIET, SETTINGS, figure, make_folder, save
 from biped.studies.stability.basin import FELL, IMPOSSIBLE, RETURNED, WALKS
-from biped.studies.stability.study import place
+from biped.studies.stability.gait import Studied
 
 _COLOURS = {RETURNED: JOINTS["hip"], WALKS: JOINTS["ankle"], FELL: LEFT, IMPOSSIBLE: QUIET}
 _WORDS = {
@@ -21,7 +19,7 @@ _WORDS = {
 }  # fmt: skip
 
 
-def plot_basin(result: Mapping[str, Any], folder: Path) -> Path:
+def plot_basin(studied: Studied, folder: Path) -> Path:
     """Draws the slices of a study side by side into basin.png; returns the file.
 
     A cell mixes the colours of what became of the states that were changed there.
@@ -30,23 +28,23 @@ def plot_basin(result: Mapping[str, Any], folder: Path) -> Path:
         InputError: The file cannot be written.
     """
     make_folder(folder)
-    gaits = [gait for gait in result["gaits"] if "basin" in gait]
+    cuts = [(gait.place, gait.measured.basin) for gait in studied.gaits
+            if gait.measured is not None and gait.measured.basin is not None]  # fmt: skip
     with matplotlib.rc_context(SETTINGS):
-        page = figure(0.8 + 3.9 * len(gaits), 3.9)
-        row = page.subplots(1, len(gaits), squeeze=False)[0]
+        page = figure(0.8 + 3.9 * len(cuts), 3.9)
+        row = page.subplots(1, len(cuts), squeeze=False)[0]
         shown: set[str] = set()
-        for axes, gait in zip(row, gaits, strict=True):
-            cut = gait["basin"]
-            share = {name: np.array(cut[name]) / cut["states"] for name in _COLOURS}
+        for axes, (place, cut) in zip(row, cuts, strict=True):
+            share = {name: np.array(cut.counts[name]) / cut.states for name in _COLOURS}
             picture = sum(share[name][..., None] * np.array(to_rgb(colour)) for name, colour in _COLOURS.items())
-            lean, speed = np.degrees(cut["lean"]), np.array(cut["speed"])
+            lean, speed = np.degrees(cut.lean), np.array(cut.speed)
             axes.pcolormesh(lean, speed, np.swapaxes(picture, 0, 1), shading="nearest")
             axes.plot(0.0, 0.0, "+", color="white", markersize=9.0)
             axes.grid(False)
-            axes.set(xlabel="torso leans further forward by [degrees]", title=place(gait))
+            axes.set(xlabel="torso leans further forward by [degrees]", title=place)
             shown |= {name for name in _COLOURS if share[name].any()}
         row[0].set_ylabel("moves faster by [m/s]")
         patches = [Patch(color=_COLOURS[name], label=_WORDS[name]) for name in _COLOURS if name in shown]
         page.legend(handles=patches, loc="outside lower center", ncols=4, fontsize=8)
-        page.suptitle(f"{result['scenario']}: slice of the basin of attraction", x=0.02, ha="left", fontsize=11.0)
+        page.suptitle(f"{studied.scenario}: slice of the basin of attraction", x=0.02, ha="left", fontsize=11.0)
         return save(page, folder / "basin.png")

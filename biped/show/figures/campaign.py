@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from biped.measure.metrics.walking import kind_of
 from biped.show.figures.style import JOINTS, PUSH, QUIET, figure
 
 _COLOURS = [*JOINTS.values(), PUSH, QUIET, "#0072B2", "#D55E00", "#56B4E9"]
@@ -84,19 +85,18 @@ def costs(rows: Rows, title: str) -> Figure:
 
 
 def failures(rows: Rows, title: str) -> Figure:
-    """When runs failed, by cause; runs that stayed up without walking on are counted at the end."""
+    """When runs failed, by cause; runs that stayed up without walking are counted at the end."""
     causes: dict[str, list[float]] = {}
     for row in rows:
-        if row["cause"] and not row["walked"]:
-            causes.setdefault(row["cause"].split(" at ")[0].split(" after ")[0], []).append(row["time"])
-        elif not row["walked"]:
-            causes.setdefault("stayed up without walking on", []).append(row["time"])
+        if not row["walked"]:
+            causes.setdefault(kind_of(row), []).append(row["time"])
     drawn = figure(7.0, 2.8)
     axes = drawn.add_subplot()
     if causes:
         bins = list(np.linspace(0.0, max(row["time"] for row in rows), 31))
         labels = [f"{cause} ({len(times)})" for cause, times in causes.items()]
-        axes.hist(list(causes.values()), bins, stacked=True, label=labels, color=_COLOURS[: len(causes)])
+        colours = [_COLOURS[i % len(_COLOURS)] for i in range(len(causes))]
+        axes.hist(list(causes.values()), bins, stacked=True, label=labels, color=colours)
         axes.legend(fontsize=8)
     axes.set(xlabel="time [s]", ylabel="runs", title=f"{title}: failures of {len(rows)} runs")
     return drawn

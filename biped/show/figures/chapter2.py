@@ -1,6 +1,7 @@
 """Figures 2.1–2.6 and 2.8–2.10 of the thesis, redrawn from our own runs."""
 
 from pathlib import Path
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -28,7 +29,7 @@ def _save(figure: Figure, folder: Path, name: str) -> None:
 
 def fig_2_1(folder: Path) -> None:
     """The last swing of 1000 s: exact, and with an imperfect start with and without correction."""
-    options = {"duration": 1000.0, "dt": 1e-3}
+    options: dict[str, Any] = {"duration": 1000.0, "dt": 1e-3}
     system = pendulum.pendulum()
     ours = integrate(system, *pendulum.INCONSISTENT, **options)
     drifting = integrate(system, *pendulum.INCONSISTENT, scheme=RK4.uncorrected(), **options)
@@ -95,7 +96,7 @@ def _draw_residuals(figure: Figure, panels: np.ndarray, residuals: tuple, style:
 def figs_2_3_and_2_4(folder: Path) -> None:
     """The slider-crank: one turn from both starts, and its constraints with and without correction."""
     system = slider_crank.slider_crank()
-    options = {"duration": 100.0, "dt": 1e-3}
+    options: dict[str, Any] = {"duration": 100.0, "dt": 1e-3}
     consistent = integrate(system, *slider_crank.CONSISTENT, **options)
     imperfect = integrate(system, *slider_crank.INCONSISTENT, **options)
     drifting = integrate(system, *slider_crank.INCONSISTENT, scheme=RK4.uncorrected(), **options)
@@ -122,7 +123,7 @@ def figs_2_3_and_2_4(folder: Path) -> None:
 def figs_2_5_and_2_6(folder: Path) -> None:
     """Two four-bars: a stretch of motion from both starts, and the constraints of the imperfect one."""
     system = four_bars.four_bars()
-    options = {"duration": 100.0, "dt": 1e-2}
+    options: dict[str, Any] = {"duration": 100.0, "dt": 1e-2}
     runs = [integrate(system, *start, **options) for start in (four_bars.CONSISTENT, four_bars.INCONSISTENT)]
     figure, axes = plt.subplots(figsize=(9, 4.5), layout="constrained")
     for r, style, label in zip(runs, ("k-", "C0--"), ("consistent start", "imperfect start"), strict=True):

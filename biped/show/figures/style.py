@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -22,7 +23,7 @@ PUSH = "#CC79A7"
 QUIET = "#9AA3AD"
 """What is there for comparison."""
 
-SETTINGS = {
+SETTINGS: dict[Any, Any] = {
     "font.size": 10.0,
     "axes.titlesize": 11.0,
     "axes.titlelocation": "left",
@@ -33,6 +34,7 @@ SETTINGS = {
     "axes.axisbelow": True,
     "lines.linewidth": 1.4,
     "legend.frameon": False,
+    "text.parse_math": False,  # names of scenarios may hold dollars
 }
 """Settings of matplotlib while a figure is made."""
 

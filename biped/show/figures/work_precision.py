@@ -28,10 +28,11 @@ def draw(points: "Sequence[Point]", folder: Path) -> None:
             work.loglog([1e3 * p.cpu for p in runs if p.cpu], [p.error for p in runs], label=method, **style)
             if "adaptive" not in method and "IDA" not in method:
                 step.loglog([p.setting for p in runs], [p.error for p in runs], **style)
-        work.set(xlabel="CPU time [ms]", ylabel="largest error [m]", title=f"{problem}, 10 s")
+        work.set(xlabel="CPU time [ms]", ylabel="largest error", title=problem)
         step.set(xlabel="step [s]", title="the same runs against the step")
         for axes in (work, step):
             axes.grid(True, which="major", alpha=0.3)
         figure.legend(loc="outside right center", fontsize=8)
-        figure.savefig(folder / f"work_precision_{problem.replace(' ', '_')}.png", dpi=90)
+        name = problem.replace(" ", "_").replace("'", "")
+        figure.savefig(folder / f"work_precision_{name}.png", dpi=90)
         plt.close(figure)

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,13 @@ FEATURES: dict[str, tuple[str, ...]] = {
     "sensor delay": ("sensors.delay=0.001",),
     "push": ("push=[{at=0.0, duration=0.1, force=[50.0, 0.0]}]",),
     "wrong masses": ("truth.mass=[1.01, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]",),
-    "torque limit by QP": ("actuation.limit='bounded'", "actuation.torque_limit=60.0"),
+    "torque limit, bounded form": ("actuation.limit='bounded'", "actuation.torque_limit=60.0"),
+    "torque limit by OSQP": (
+        "actuation.limit='bounded'",
+        "actuation.torque_limit=60.0",
+        "actuation.solver='osqp'",
+    ),
+    "change of gains": ("change=[{at=0.5, over=0.5, gains={k_d1=710.0}}]",),
     "physics at 0.5 ms": ("simulation.timestep=0.0005",),
     "RK4": ("simulation.integrator='RK4'",),
     "pyramidal cone": ("simulation.cone='pyramidal'",),
@@ -37,11 +44,17 @@ FEATURES: dict[str, tuple[str, ...]] = {
 }
 """Changes of the base scenario by feature; `recording` writes one."""
 
-_PROBE = "import sys; from biped.studies.bench.features import probe; probe(sys.argv[1], float(sys.argv[2]))"
+_PROBE = "from sys import argv; from biped.studies.bench.features import probe; probe(argv[1], float(argv[2]), argv[3])"
 
 
-def probe(feature: str, seconds: float) -> None:
-    """Runs the base scenario with a feature and prints, as JSON, what that took; for a fresh process."""
+def probe(feature: str, seconds: float, recorder: str = "") -> None:
+    """Runs the base scenario with a feature and prints, as JSON, what that took; for a fresh process.
+
+    Args:
+        feature: One of `FEATURES`.
+        seconds: Simulated.
+        recorder: What writes a recording, as `module:function`.
+    """
     import tracemalloc
 
     from biped.engines.mujoco import simulate as simulate_mujoco
@@ -57,7 +70,7 @@ def probe(feature: str, seconds: float) -> None:
     work = lambda: simulate(run)  # noqa: E731
     trajectory = work()
     if feature == "recording":
-        work = _recorded(plan)
+        work = _recorded(plan, recorder)
         work()
     imported = sorted(set(sys.modules) - before)
     kernels = _kernels()
@@ -75,12 +88,13 @@ def probe(feature: str, seconds: float) -> None:
     print(json.dumps(out))
 
 
-def _recorded(plan: Any) -> Callable[[], None]:
+def _recorded(plan: Any, recorder: str) -> Callable[[], None]:
     """A call that simulates the plan's run and writes its recording."""
     from biped.ensemble.campaign import run_one
     from biped.ensemble.results import result_of
-    from biped.show.replay import record_runs
 
+    module, _, name = recorder.partition(":")
+    record_runs = getattr(import_module(module), name)
     row = run_one(plan, 0)[1]
     path = Path(tempfile.mkdtemp()) / "recording.rrd"
 
@@ -109,20 +123,26 @@ def _kernels() -> list[str]:
     return sorted(found)
 
 
-def prices(features: Sequence[str] = tuple(FEATURES), seconds: float = SECONDS) -> dict[str, dict[str, Any]]:
+def prices(
+    features: Sequence[str] = tuple(FEATURES), seconds: float = SECONDS, recorder: Callable[..., None] | None = None
+) -> dict[str, dict[str, Any]]:
     """What features cost.
 
     Args:
         features: Names of `FEATURES`, the plain scene first.
         seconds: Simulated in each process.
+        recorder: Writes a run's recording (path, plan, result, trajectories); a recording has no price without one.
 
     Returns:
         For each its `tick` [µs], its `ratio` to bare `mj_step` of the plain scene, `memory` [MB] of a run, what it
         `imported` and which `kernels` it compiled; `only_imported` and `only_kernels` are those the plain scene lacks.
     """
     found: dict[str, dict[str, Any]] = {}
+    name = "" if recorder is None else f"{recorder.__module__}:{recorder.__qualname__}"
     for feature in features:
-        command = [sys.executable, "-c", _PROBE, feature, str(seconds)]
+        if feature == "recording" and recorder is None:
+            continue
+        command = [sys.executable, "-c", _PROBE, feature, str(seconds), name]
         done = subprocess.run(command, check=True, capture_output=True, text=True)
         found[feature] = json.loads(done.stdout.splitlines()[-1])
     plain = found[features[0]]

@@ -1,27 +1,21 @@
 """`biped bench mechanisms`: run time against error, ours and what a user would pick instead.
 
-Errors are the largest over samples every 0.1 s, against the exact pendulum or the four-bars' single angle;
-times are process time, the median of repeats, all in one run.
+Errors are the largest over the samples, against the exact pendulum, the four-bars' single angle, the squeezer's
+published end, or the energy of Bricard's six-bar; times are process time, the median of repeats, all in one run.
 """
 
-import argparse
-import json as json_format
-import sys
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
-from pathlib import Path
 
 import numpy as np
 
 from biped.base.errors import BipedError
-from biped.dynamics import EULER, RK4, RK8, Scheme, integrate
-from biped.dynamics.mechanisms import four_bars, pendulum
+from biped.dynamics import EULER, RK4, RK8, Scheme
 from biped.studies.bench import peers
-from biped.studies.bench.peers import DURATION, SAMPLE, TIMES
+from biped.studies.bench.problems import CHAIN, FOUR_BARS, PENDULUM, PROBLEMS, SQUEEZER, Problem
 
-PENDULUM, FOUR_BARS = "pendulum", "two four-bars"
 OURS = (EULER, RK4, RK8)
 """The schemes a ratio to a peer is taken with: ours without help from energy."""
 
@@ -55,12 +49,14 @@ class Report:
 
     Attributes:
         points: All runs.
-        ratios: Peer → [least, largest] CPU time over ours at the same error or less, on the four-bars.
+        ratios: Peer → [least, largest] CPU time over ours at the same error or less, on two four-bars.
+        large: The same on the chain of 40.
         skipped: Peer → why it did not run.
     """
 
     points: list[Point]
     ratios: dict[str, list[float]]
+    large: dict[str, list[float]]
     skipped: dict[str, str]
 
 
@@ -78,12 +74,20 @@ PEERS: tuple[Peer, ...] = (
         peers.pinocchio_proximal,
         (2e-2, 1e-2, 5e-3, 2.5e-3, 1e-3),
     ),
+    (CHAIN, "Pinocchio proximal", "pinocchio", lambda dt: peers.pinocchio_proximal(dt, 40), (2e-2, 1e-2, 5e-3)),
+    (CHAIN, "scipy index 1", "scipy", lambda rtol: peers.scipy_chain(40, rtol), (1e-6, 1e-8, 1e-10)),
+    (SQUEEZER, "scipy index 1", "scipy", peers.scipy_squeezer, (1e-6, 1e-8, 1e-10)),
 )
 
 
-def _schemes(problem: str) -> list[tuple[Scheme, tuple[float, ...]]]:
-    steps = (0.05, 0.02, 0.01, 5e-3, 2.5e-3, 1e-3)
-    listed = [
+def _schemes(problem: Problem) -> list[tuple[Scheme, tuple[float, ...]]]:
+    steps = problem.steps
+    tolerances = (1e-4, 1e-6, 1e-8, 1e-10)
+    adaptive = [(RK8.adaptive(tolerance), (tolerance,)) for tolerance in tolerances]
+    named = [(replace(s, name="RK8, adaptive"), t) for s, t in adaptive]
+    if problem.name not in (PENDULUM, FOUR_BARS):
+        return [(RK4, steps), (RK8, steps), *named]
+    return [
         (EULER, (1e-3, 1e-4, 2e-5)),
         (RK4, steps),
         (RK8, (0.1, *steps[:-1])),
@@ -91,33 +95,12 @@ def _schemes(problem: str) -> list[tuple[Scheme, tuple[float, ...]]]:
         (RK4.energy_scaled(), steps),
         (RK4.baumgarte(10.0, 10.0), steps),
         (RK4.uncorrected(), steps),
+        *named,
     ]
-    tolerances = (1e-4, 1e-6, 1e-8, 1e-10)
-    adaptive = [(RK8.adaptive(tolerance), (tolerance,)) for tolerance in tolerances]
-    return listed + [(replace(s, name="RK8, adaptive"), t) for s, t in adaptive]
-
-
-def _our_run(problem: str, scheme: Scheme, setting: float) -> peers.Run:
-    dt = SAMPLE if scheme.rtol else setting
-    every = round(SAMPLE / dt)
-
-    def run() -> np.ndarray:
-        if problem == PENDULUM:
-            system, start = pendulum.pendulum(), pendulum.CONSISTENT
-        else:
-            system, start = four_bars.four_bars(), four_bars.CONSISTENT
-        r = integrate(system, *start, duration=DURATION, dt=dt, scheme=scheme, every=every)
-        return r.q if problem == PENDULUM else r.q[:, 4]
-
-    return run
 
 
 def _exact(problem: str) -> np.ndarray:
-    if problem == PENDULUM:
-        return pendulum.exact(TIMES)
-    start = ([np.pi / 2], [-1.0])
-    fine = integrate(four_bars.trusted(), *start, duration=DURATION, dt=1e-3, scheme=RK8, every=100)
-    return 2.0 + np.cos(fine.q[:, 0])
+    return next(p for p in PROBLEMS if p.name == problem).exact()
 
 
 def _measure(run: peers.Run, exact: np.ndarray, repeats: int) -> tuple[float, float]:
@@ -135,21 +118,21 @@ def measure(quick: bool = False, progress: Callable[[str], None] = lambda line: 
     """Measure every scheme and every peer that is installed.
 
     Args:
-        quick: One repeat and the three longest steps or loosest tolerances of each.
+        quick: One repeat, the three longest steps or loosest tolerances of each, no peers on large problems.
         progress: Told the name of each method as it starts.
     """
     repeats = 1 if quick else 5
     points: list[Point] = []
     skipped: dict[str, str] = {}
-    for problem in (PENDULUM, FOUR_BARS):
-        exact = _exact(problem)
+    for case in PROBLEMS:
+        problem, exact = case.name, case.exact()
         jobs = [
-            (s.name, s.name in {x.name for x in OURS}, setting, _our_run(problem, s, setting))
-            for s, settings in _schemes(problem)
+            (s.name, s.name in {x.name for x in OURS}, setting, case.run(s, setting))
+            for s, settings in _schemes(case)
             for setting in (settings[:3] if quick else settings)
         ]
         for where, name, module, prepare, settings in PEERS:
-            if where != problem:
+            if where != problem or (quick and problem not in (PENDULUM, FOUR_BARS)):
                 continue
             if find_spec(module) is None:
                 skipped[name] = f"{module} is not installed: pip install 'biped[bench]'"
@@ -167,7 +150,7 @@ def measure(quick: bool = False, progress: Callable[[str], None] = lambda line: 
             points.append(
                 Point(problem, name, ours, setting, error if finite else None, cpu, "" if finite else "diverged")
             )
-    return Report(points, ratios(points), skipped)
+    return Report(points, ratios(points), ratios(points, CHAIN), skipped)
 
 
 def _prepared(prepare: Callable[[float], peers.Run], setting: float) -> peers.Run:
@@ -182,79 +165,25 @@ def _prepared(prepare: Callable[[float], peers.Run], setting: float) -> peers.Ru
     return run
 
 
-def ratios(points: Sequence[Point]) -> dict[str, list[float]]:
+def ratios(points: Sequence[Point], problem: str = FOUR_BARS) -> dict[str, list[float]]:
     """How many times our CPU time each peer takes, least and largest over its runs, at equal error or less."""
-    ours = [(p.error, p.cpu) for p in points if p.ours and p.problem == FOUR_BARS and p.error is not None]
+    ours = [
+        (p.error, p.cpu)
+        for p in points
+        if p.ours and p.problem == problem and p.error is not None and p.cpu is not None
+    ]
     found: dict[str, list[float]] = {}
     for name in dict.fromkeys(peer[1] for peer in PEERS):
         all_ratios = [
             p.cpu / min(cpu for error, cpu in ours if error <= p.error)
             for p in points
             if p.method == name
-            and p.problem == FOUR_BARS
+            and p.problem == problem
             and p.error is not None
+            and p.cpu is not None
             and p.error < 0.1  # beyond a tenth of the length the solution is lost, and so is its price
             and any(error <= p.error for error, _ in ours)
         ]
         if all_ratios:
             found[name] = [float(min(all_ratios)), float(max(all_ratios))]
     return found
-
-
-def _show(report: Report) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    console = Console()
-    for problem in (PENDULUM, FOUR_BARS):
-        table = Table("method", title=f"{problem}, {DURATION:g} s")
-        for column in ("step or tolerance", "largest error [m]", "CPU [ms]", "note"):
-            table.add_column(column, justify="left" if column == "note" else "right")
-        for p in report.points:
-            if p.problem == problem:
-                error = "-" if p.error is None else f"{p.error:.2g}"
-                cpu = "-" if p.cpu is None else f"{1e3 * p.cpu:.2f}"
-                table.add_row(p.method, f"{p.setting:g}", error, cpu, p.note)
-        console.print(table)
-    for name, (least, most) in report.ratios.items():
-        console.print(f"{name}: {least:.3g} to {most:.3g} times our CPU time at equal error ({FOUR_BARS})")
-    for name, why in report.skipped.items():
-        console.print(f"{name}: skipped, {why}")
-
-
-def run(json: bool = False, figures: Path | None = None, quick: bool = False) -> Report:
-    """Measure, print a table (or one JSON object) and draw the figures.
-
-    Args:
-        json: Print one JSON object on standard output and nothing else.
-        figures: Folder for the work-precision figures and chapter II's; none are drawn if not given.
-        quick: Fewer repeats and settings.
-    """
-    watched = sys.stderr.isatty()
-    report = measure(quick, lambda line: print(line, file=sys.stderr) if watched else None)
-    if json:
-        print(json_format.dumps(asdict(report)))
-    else:
-        _show(report)
-    if figures is not None:
-        from biped.show.figures import chapter2, work_precision
-
-        figures.mkdir(parents=True, exist_ok=True)
-        work_precision.draw(report.points, figures)
-        chapter2.draw(figures)
-    return report
-
-
-def main(args: Sequence[str] | None = None) -> int:
-    """Command line of `python -m biped.studies.bench.mechanisms`."""
-    parser = argparse.ArgumentParser(prog="biped bench mechanisms", description=__doc__)
-    parser.add_argument("--json", action="store_true", help="one JSON object on standard output")
-    parser.add_argument("--figures", type=Path, metavar="DIR", help="draw the figures into this folder")
-    parser.add_argument("--quick", action="store_true", help="fewer repeats and settings")
-    options = parser.parse_args(args)
-    run(options.json, options.figures, options.quick)
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -9,8 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from biped.dynamics.mechanisms import four_bars, pendulum
+from biped.dynamics.mechanisms import four_bars, pendulum, squeezer
 from biped.dynamics.mechanisms.four_bars_mjcf import four_bars_mjcf
+
+MOST_CALLS = 10_000
+"""Evaluations after which SciPy is stopped: steps collapse at a singular position."""
 
 Run = Callable[[], np.ndarray]
 
@@ -52,7 +55,7 @@ def mujoco_connect(dt: float) -> Run:
     return run
 
 
-def pinocchio_proximal(dt: float) -> Run:
+def pinocchio_proximal(dt: float, linkages: int = 2) -> Run:
     """Pinocchio: `constraintDynamics` in joint coordinates (proximal, 1e-12) under RK4 from Python."""
     import tempfile
     from pathlib import Path
@@ -61,11 +64,11 @@ def pinocchio_proximal(dt: float) -> Run:
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "four_bars.xml")
-        path.write_text(four_bars_mjcf(), encoding="utf-8")
+        path.write_text(four_bars_mjcf(linkages), encoding="utf-8")
         model = pin.buildModelFromMJCF(str(path))
     end = pin.SE3(np.eye(3), np.array([four_bars.LENGTH, 0.0, 0.0]))
     constraints = pin.StdVec_RigidConstraintModel()
-    for j in range(2):
+    for j in range(linkages):
         coupler, crank = model.getJointId(f"coupler{j}"), model.getJointId(f"crank{j + 1}")
         loop = pin.RigidConstraintModel(
             pin.ContactType.CONTACT_3D, model, coupler, end, crank, end, pin.ReferenceFrame.LOCAL
@@ -79,14 +82,14 @@ def pinocchio_proximal(dt: float) -> Run:
     pin.initConstraintDynamics(model, data, constraints, parts)
     settings = pin.ProximalSettings(1e-12, 1e-10, 20)
     q0, v0 = _joint_start(list(model.names)[1:])
-    crank, tau = model.joints[model.getJointId("crank2")].idx_q, np.zeros(model.nv)
+    crank, tau = model.joints[model.getJointId(f"crank{linkages}")].idx_q, np.zeros(model.nv)
 
     def acceleration(q: np.ndarray, v: np.ndarray) -> np.ndarray:
         return pin.constraintDynamics(model, data, q, v, tau, constraints, parts, settings).copy()
 
     def run() -> np.ndarray:
         q, v = q0.copy(), v0.copy()
-        x = [2.0 + np.cos(q[crank])]
+        x = [linkages + np.cos(q[crank])]
         for _ in TIMES[1:]:
             for _ in range(round(SAMPLE / dt)):
                 a1 = acceleration(q, v)
@@ -98,7 +101,7 @@ def pinocchio_proximal(dt: float) -> Run:
                 a4 = acceleration(q + dt * v3, v4)
                 q = q + dt / 6 * (v + 2 * v2 + 2 * v3 + v4)
                 v = v + dt / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
-            x.append(2.0 + np.cos(q[crank]))
+            x.append(linkages + np.cos(q[crank]))
         return np.array(x)
 
     return run
@@ -179,7 +182,7 @@ def ida_stabilised(system: Any, start: tuple[np.ndarray, np.ndarray], rtol: floa
     n, m = system.n, system.m
     M, Q, A = np.zeros((n, n)), np.zeros(n), np.zeros((m, n))
     phi, b_q = np.zeros(m), np.zeros(m)
-    mass, force, fill_phi, fill_A, fill_b_q, _, _ = system.functions
+    mass, force, fill_phi, fill_A, fill_b_q = system.functions[:5]
     p = system.p
 
     def residual(t, y, yp, res):
@@ -225,3 +228,58 @@ def ida_pendulum(rtol: float) -> Run:
     """SUNDIALS IDA on the pendulum."""
     run = ida_stabilised(pendulum.pendulum(), pendulum.CONSISTENT, rtol)
     return lambda: run()[:, :2]
+
+
+def scipy_index1(
+    system: Any, start: tuple[np.ndarray, np.ndarray], rtol: float, times: np.ndarray
+) -> Callable[[], Any]:
+    """SciPy's DOP853 on the index-1 form: v̇ from the whole linear system, Baumgarte's terms (10/s) against drift."""
+    from scipy.integrate import solve_ivp
+
+    n, m = system.n, system.m
+    mass, force, fill_phi, fill_A, fill_b_q, fill_b_v = system.functions[:6]
+    p, K, right = system.p, np.zeros((n + m, n + m)), np.zeros(n + m)
+    M, Q, A, phi, b_q, b_v = (np.zeros(shape) for shape in ((n, n), n, (m, n), m, m, m))
+
+    calls = [0]
+
+    def rate(t, y):
+        calls[0] += 1
+        if calls[0] > MOST_CALLS:
+            raise RuntimeError(f"stopped at t = {t:.3g} s: more than {MOST_CALLS} evaluations")
+        q, v = y[:n].copy(), y[n:].copy()
+        for x in (M, Q, A, phi, b_q, b_v):
+            x[:] = 0.0
+        mass(t, q, v, p, M)
+        force(t, q, v, p, Q)
+        fill_phi(t, q, v, p, phi)
+        fill_A(t, q, v, p, A)
+        fill_b_q(t, q, v, p, b_q)
+        fill_b_v(t, q, v, p, b_v)
+        K[:n, :n], K[:n, n:], K[n:, :n] = M, A.T, A
+        right[:n], right[n:] = Q, b_v - 20.0 * (A @ v - b_q) - 100.0 * phi
+        return np.concatenate((v, np.linalg.solve(K, right)[:n]))
+
+    def run() -> np.ndarray:
+        calls[0] = 0
+        span, y = (times[0], times[-1]), np.concatenate(start)
+        solution = solve_ivp(rate, span, y, method="DOP853", rtol=rtol, atol=rtol, t_eval=times)
+        if not solution.success:
+            raise RuntimeError(f"stopped: {solution.message}")
+        return solution.y.T
+
+    return run
+
+
+def scipy_chain(linkages: int, rtol: float) -> Run:
+    """SciPy on a chain of four-bars in natural coordinates."""
+    run = scipy_index1(four_bars.four_bars(linkages), four_bars.start(np.pi / 2, -1.0, linkages), rtol, TIMES)
+    return lambda: run()[:, 2 * linkages]
+
+
+def scipy_squeezer(rtol: float) -> Run:
+    """SciPy on Andrews' squeezing mechanism."""
+    s = squeezer.squeezer()
+    times = np.linspace(0.0, squeezer.DURATION, 11)
+    run = scipy_index1(s.plane.system, (s.plane.q, s.plane.v), rtol, times)
+    return lambda: s.plane.angle(run()[:, : s.plane.system.n], s.crank)[-1:]

@@ -10,6 +10,8 @@ from datetime import date
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import msgspec
+
 from biped.ensemble.campaign import simulate
 from biped.studies.bench.throughput import tick_costs
 from biped.studies.regress import platform
@@ -64,11 +66,29 @@ def judged(name: str, reference: Reference | None, old: Cost | None, new: Cost, 
     return Timed(name, result, old, new, slower)
 
 
-def run(json: bool = False, file: Path | None = None, reason: str | None = None) -> bool:
-    """Times scenarios and prints what changed; returns whether all results are as recorded, where that can be told.
+class Guarded(NamedTuple):
+    """Results and costs beside what was recorded.
+
+    Attributes:
+        timed: By scenario.
+    """
+
+    timed: list[Timed]
+
+    @property
+    def passed(self) -> bool:
+        """Whether all results are as recorded, where that can be told."""
+        return all(one.result in (SAME, ELSEWHERE) for one in self.timed)
+
+    def as_dict(self) -> dict[str, Any]:
+        """What `--json` prints."""
+        return {"passed": self.passed, "scenarios": [msgspec.to_builtins(one._asdict()) for one in self.timed]}
+
+
+def guard(file: Path | None = None, reason: str | None = None) -> Guarded:
+    """Times scenarios and compares with what was recorded.
 
     Args:
-        json: Print one JSON object instead of a table.
         file: File of references; default: that of the shipped scenarios.
         reason: Why costs changed: records them. Results are recorded by `biped regress --update`.
     """
@@ -86,30 +106,4 @@ def run(json: bool = False, file: Path | None = None, reason: str | None = None)
     if reason is not None:
         references.costs |= {one.scenario: one.new for one in timed}
         write(path, references)
-    passed = all(one.result in (SAME, ELSEWHERE) for one in timed)
-    _print(timed, passed, json)
-    return passed
-
-
-def _print(timed: list[Timed], passed: bool, json: bool) -> None:
-    if json:
-        import msgspec
-
-        from biped.base.json import dumps
-
-        scenarios: list[Any] = [msgspec.to_builtins(one._asdict()) for one in timed]
-        print(dumps({"passed": passed, "scenarios": scenarios}))
-        return
-    from biped.show.terminal import console, table
-
-    columns = ("scenario", "result", "closed loop / mj_step", "with metrics", "")
-    rows = table(columns, words=columns)
-    for one in timed:
-        colour = "green" if one.result in (SAME, ELSEWHERE) else "red"
-        rows.add_row(
-            one.scenario, f"[{colour}]{one.result}[/{colour}]",
-            *(f"{getattr(one.old, part):.2f} → {getattr(one.new, part):.2f}" if one.old else
-              f"{getattr(one.new, part):.2f}" for part in ("loop", "metrics")),
-            f"[yellow]slower by {one.slower:.0%}[/yellow]" if one.slower > SLOWER else "",
-        )  # fmt: skip
-    console().print(rows)
+    return Guarded(timed)

@@ -9,15 +9,19 @@ from __future__ import annotations
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
+from biped.control.controller import python_needed
 from biped.engines.mujoco import simulate
+from biped.engines.native import reason
 from biped.ensemble import campaign
 from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure
 from biped.measure.trajectory import Trajectory
+from biped.robot.model import compile_foreign, tree_at
 from biped.robot.run import Run
 from biped.scenario.reading import read_scenario
 from biped.studies.bench.parts import contact_costs, replay, tick_parts
@@ -27,6 +31,30 @@ ENSEMBLE = 40
 COMMANDS = (["--help"], ["list"], ["run", "level_normal", "--json"])
 
 
+class Throughput(NamedTuple):
+    """What was measured.
+
+    Attributes:
+        loop: How ticks are looped over: compiled, or in Python and why.
+        tick: µs per control tick by part; ratios without unit.
+        contacts: µs of a bare `mj_step` by points on the ground.
+        campaign: Of an ensemble, wall time in s.
+        cold_start: CPU seconds by command.
+        features: Prices by feature (`biped.studies.bench.features`); None if they were left out.
+    """
+
+    loop: str
+    tick: dict[str, float]
+    contacts: dict[int, float]
+    campaign: dict[str, float]
+    cold_start: dict[str, float]
+    features: dict[str, dict[str, Any]] | None
+
+    def as_dict(self) -> dict[str, Any]:
+        """What `--json` prints."""
+        return {name: value for name, value in self._asdict().items() if value is not None}
+
+
 def tick_costs(name: str = "level_normal") -> dict[str, float]:
     """µs per control tick of a scenario by part, and a run's ratios to bare `mj_step`, without and with metrics."""
     plan = Plan(read_scenario(name))
@@ -34,6 +62,14 @@ def tick_costs(name: str = "level_normal") -> dict[str, float]:
     trajectory = simulate(run)  # compiles
     measure(trajectory, run.scenario.interval)
     return tick_parts(run, trajectory)
+
+
+def compiled(name: str = "level_normal") -> str:
+    """How a scenario's ticks are looped over: compiled, or in Python and why."""
+    run = Plan(read_scenario(name)).run(0)
+    foreign = compile_foreign(run.model, run.scenario)
+    why = python_needed(run, tree_at(run.model)) or reason(foreign.model, foreign.order)
+    return f"in Python: {why}" if why else "compiled"
 
 
 def contacts(name: str = "level_normal") -> dict[int, float]:
@@ -91,44 +127,16 @@ def cold_starts() -> dict[str, float]:
     return out
 
 
-def run(json: bool = False, quick: bool = False) -> dict[str, Any]:
-    """Measures everything and prints it, as tables or as one JSON object.
+def everything(quick: bool = False, recorder: Callable[..., None] | None = None) -> Throughput:
+    """Measures everything.
 
     Args:
-        json: Print JSON.
         quick: Leave out the prices of features, which take a process each.
+        recorder: Writes a run's recording; its price is left out without one (`biped.show.replay.record_runs`).
     """
-    result: dict[str, Any] = {
-        "tick": tick_costs(), "contacts": contacts(), "campaign": ensemble_costs(), "cold_start": cold_starts(),
-    }  # fmt: skip
-    if not quick:
-        from biped.studies.bench.features import prices
+    costs = compiled(), tick_costs(), contacts(), ensemble_costs(), cold_starts()
+    if quick:
+        return Throughput(*costs, None)
+    from biped.studies.bench.features import prices
 
-        result["features"] = prices()
-    if json:
-        from biped.base.json import dumps
-
-        print(dumps(result))
-    else:
-        _show(result)
-    return result
-
-
-def _show(result: dict[str, Any]) -> None:
-    from biped.show.terminal import console, number, table
-
-    out = console()
-    units = {"tick": "µs a tick (ratios without unit)", "contacts": "µs of mj_step by points on the ground",
-             "campaign": "wall time in s", "cold_start": "s of CPU"}  # fmt: skip
-    for part, unit in units.items():
-        out.print(f"[bold]{part}[/bold] [dim]{unit}[/dim]")
-        for key, value in result[part].items():
-            out.print(f"  {key!s:<36}{number(value)}")
-    if "features" in result:
-        out.print("[bold]features[/bold] [dim]of a scene, each in a process of its own[/dim]")
-        words = ("feature", "what only it imports")
-        page = table((words[0], "µs a tick", "x mj_step", "MB", words[1]), words)
-        for name, price in result["features"].items():
-            cells = [number(price[key]) for key in ("tick", "ratio", "memory")]
-            page.add_row(name, *cells, ", ".join(price["only_imported"]))
-        out.print(page)
+    return Throughput(*costs, prices(recorder=recorder))

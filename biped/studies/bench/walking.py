@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgspec
@@ -133,7 +132,7 @@ def halves(t: Trajectory, start: float) -> list[tuple[float, float]]:
 
     A fraction of a stride more or less changes the mean power by percents. Halves of a walk are nearly independent.
     """
-    marks = [float(t.time[row]) for row, leg in strikes(t.phase) if leg == 0 and t.time[row] >= start]
+    marks = [float(t.time[row]) for row, leg in strikes(t.phase, t.tick) if leg == 0 and t.time[row] >= start]
     if t.end != "completed" or len(marks) < 3:
         return []
     middle = marks[len(marks) // 2]
@@ -216,44 +215,3 @@ def recommend(table: Sequence[dict[str, Any]], level: float, engine: str = "mujo
         return {"engine": engine, "level": level, "label": None, "settings": []}
     best = min(good, key=lambda row: row["cpu_per_second"] * (1.0 if row["own"] else 1.0 + NOISE))
     return {"engine": engine, "level": level, "label": best["label"], "settings": best["settings"]}
-
-
-def run(name: str = SCENARIO, json: bool = False, out: Path | None = None) -> dict[str, Any]:
-    """Measures, prints as a table or as one JSON object, and draws walking.png in `out` if one is given."""
-    result = compare(name)
-    if out is not None:
-        from biped.show.figures.walking import plot_walking
-
-        plot_walking(result, out)
-    if json:
-        from biped.base.json import dumps
-
-        print(dumps(result))
-    else:
-        _show(result)
-    return result
-
-
-def _show(result: dict[str, Any]) -> None:
-    from biped.show.terminal import console, table
-
-    heads = ("setting", "CPU s/s", "error [rad]", "speed", "cost of transport", "lost [J/step]", "depth [mm]", "slip",
-             "fell")  # fmt: skip
-    rows = table(heads, ("setting",), no_wrap=True)
-    for row in result["cases"]:
-        rows.add_row(
-            row["label"], f"{row['cpu_per_second']:.4f}", f"{row['error']:.1e}", _percent(row, "speed"),
-            _percent(row, "cost_of_transport"), f"{row['loss_per_step']:.2f}", f"{1e3 * row['penetration']:.2f}",
-            f"{row['slip']:.4f}", str(row["fell"]),
-        )  # fmt: skip
-    page = console()
-    page.print(f"[bold]{result['scenario']}[/bold]: error after {result['horizon']:g} s against steps of 1/64 ms "
-               "(median of starts); steady gait against 1/8 ms with 95 % half-width; MuJoCo's by RK4")  # fmt: skip
-    page.print(rows)
-    for best in result["recommended"]:
-        label = best["label"] or "none of these"
-        page.print(f"  {best['engine']}, cheapest within {best['level']:.1%}: [bold]{label}[/bold]")
-
-
-def _percent(row: dict[str, Any], metric: str) -> str:
-    return f"{100.0 * row[f'{metric}_shift']:+.2f} ± {100.0 * row[f'{metric}_shift_half_width']:.2f} %"

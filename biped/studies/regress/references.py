@@ -12,9 +12,10 @@ from msgspec import Struct, field
 
 from biped.base.errors import InputError
 from biped.base.files import folder, label
+from biped.scenario.metrics import HEAD
 from biped.scenario.valid import humane
 
-METRICS = ("speed", "cost_of_transport", "double_support")
+METRICS = HEAD
 """Numbers kept of every run."""
 
 
@@ -25,7 +26,7 @@ class Reference(Struct, frozen=True, forbid_unknown_fields=True):
         since: Date of the change that it has been the same since; `References.history` says why.
         platform: Key of the platform that it was recorded on.
         runs: Numbers of the runs, in the ensemble that `biped.studies.regress.runs` makes of the scenario.
-        ends: A letter for each: w walked, s stayed up without walking on, f fell, d diverged.
+        ends: A letter for each: w walked, s stayed up without walking on, f fell, d diverged, ? doubtful.
         digests: Of the bits of each run's log.
         speed: [m/s] of each run; None where it has none. Likewise the other metrics.
         cost_of_transport: Net.

@@ -7,7 +7,7 @@ them is one of three things: a fall, a walk that is not the gait's, the gait.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -34,6 +34,29 @@ FELL, WALKS, RETURNED, IMPOSSIBLE = "fell", "walks", "returned", "impossible"
 """What a change ends in: a fall; the walker is still up but not back; it is back; no such posture."""
 
 
+class Basin(NamedTuple):
+    """What became of every change of the grid.
+
+    Attributes:
+        lean: [rad] forward, of the grid.
+        speed: [m/s] forward, likewise.
+        reach: How far a state of the gait may be from the nearest of its other states, natural units.
+        states: Steady states that every change was made to.
+        counts: For each outcome [lean][speed] how many of them ended so.
+    """
+
+    lean: list[float]
+    speed: list[float]
+    reach: float
+    states: int
+    counts: dict[str, list[list[int]]]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Numbers by name, each outcome under its own."""
+        out = self._asdict()
+        return out | out.pop("counts")
+
+
 def reach(steady: np.ndarray) -> float:
     """How far a state of the gait may be from the nearest of its other states, natural units."""
     apart = np.linalg.norm(steady[:, None] - steady[None], axis=2)
@@ -47,7 +70,7 @@ def basin(
     stride: float,
     rng: np.random.Generator,
     mapped: Callable[[Callable, Sequence], list],
-) -> dict[str, Any]:
+) -> Basin:
     """Walks from every change of the grid.
 
     Args:
@@ -56,9 +79,6 @@ def basin(
         stride: [s] about as long as a stride takes.
         rng: Draws the states that are changed.
         mapped: How a function of many items is carried out (`biped.studies.stability.workers`).
-
-    Returns:
-        `lean` and `speed` of the grid, `reach`, and for each outcome its counts [lean][speed] of `states`.
     """
     chosen = [Kicks(section, z) for z in steady[rng.permutation(len(steady))[:STATES]]]
     near = reach(steady)
@@ -82,4 +102,4 @@ def basin(
     grid = [(kicks, lean, speed) for lean in LEAN for speed in SPEED for kicks in chosen]
     found = np.array(mapped(outcome, grid)).reshape(len(LEAN), len(SPEED), len(chosen))
     counts = {name: (found == name).sum(axis=2).tolist() for name in (FELL, WALKS, RETURNED, IMPOSSIBLE)}
-    return {"lean": list(LEAN), "speed": list(SPEED), "reach": near, "states": len(chosen), **counts}
+    return Basin(list(LEAN), list(SPEED), near, len(chosen), counts)

@@ -8,7 +8,7 @@ motion is stable if all lie inside the unit circle.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -61,7 +61,7 @@ def extrapolated(P: Map, z: np.ndarray, step: float) -> tuple[np.ndarray, np.nda
 
 def sorted_multipliers(matrix: np.ndarray) -> np.ndarray:
     """Eigenvalues (n,), the largest magnitude first; of a conjugate pair the upper one."""
-    values = np.linalg.eigvals(matrix).astype(complex)
+    values: np.ndarray[Any, np.dtype[np.complex128]] = np.linalg.eigvals(matrix).astype(complex)
     return values[np.lexsort((-values.imag, -np.round(np.abs(values), 12)))]
 
 
@@ -102,3 +102,8 @@ def find_cycle(P: Map, guess: np.ndarray, step: float = 1e-4, tolerance: float =
     J, fine = extrapolated(P, z, step)
     values = sorted_multipliers(J)
     return Cycle(z, float(np.abs(residual).max()), J, values, np.abs(values - matched(values, np.linalg.eigvals(fine))))
+
+
+def pairs(values: np.ndarray) -> list[list[float]]:
+    """Complex numbers as [real, imaginary]."""
+    return [[float(np.real(value)), float(np.imag(value))] for value in values]

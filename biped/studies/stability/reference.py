@@ -14,7 +14,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from biped.base.errors import RunError
-from biped.studies.stability.cycle import Cycle, find_cycle, sorted_multipliers
+from biped.studies.stability.cycle import Cycle, find_cycle, pairs, sorted_multipliers
 
 _TOLERANCE = 1e-13
 _LONGEST = 20.0
@@ -138,53 +138,43 @@ def one_sided(walker: SimplestWalker, state: tuple[float, float]) -> np.ndarray:
     return sorted_multipliers(np.column_stack(columns))
 
 
-def solve_all() -> dict[str, tuple[Cycle, np.ndarray, np.ndarray, np.ndarray]]:
-    """Every reference cycle: what is found, what is known of its state and multipliers, and the same way of finding.
+class Known(NamedTuple):
+    """A cycle as found and as known.
 
-    Returns:
-        Name to (cycle, known state, known multipliers, multipliers found in the way of the known ones).
+    Attributes:
+        cycle: What is found.
+        state: Known state just after the landing.
+        multipliers: Known multipliers.
+        alike: Multipliers found in the way of the known ones.
     """
+
+    cycle: Cycle
+    state: np.ndarray
+    multipliers: np.ndarray
+    alike: np.ndarray
+
+    def as_dict(self) -> dict[str, Any]:
+        """What `--json` prints."""
+        return {
+            "state": self.cycle.state.tolist(),
+            "known_state": self.state.tolist(),
+            "multipliers": pairs(self.cycle.multipliers),
+            "error": self.cycle.error.tolist(),
+            "known_multipliers": pairs(self.multipliers),
+            "multipliers_found_as_known": pairs(self.alike),
+            "stable": self.cycle.stable,
+        }
+
+
+def solve_all() -> dict[str, Known]:
+    """Every reference cycle by name: what is found, and what is known of it."""
     wheel = RimlessWheel()
     found = find_cycle(wheel.step, np.array([0.4]), step=_DIFFERENCE)
-    out = {"rimless wheel": (found, *wheel.exact(), found.multipliers)}
+    out = {"rimless wheel": Known(found, *wheel.exact(), found.multipliers)}
     walker = SimplestWalker()
     for known in PUBLISHED:
         cycle = find_cycle(walker.step, np.array(known.state), step=_DIFFERENCE)
         alike = one_sided(walker, known.state)
-        out[f"simplest walker, {known.name}"] = (cycle, np.array(known.state), np.array(known.multipliers), alike)
+        state, multipliers = np.array(known.state), np.array(known.multipliers)
+        out[f"simplest walker, {known.name}"] = Known(cycle, state, multipliers, alike)
     return out
-
-
-def show(json: bool) -> None:
-    """Prints the reference cycles beside what is known of them."""
-    cycles = solve_all()
-    if json:
-        from biped.base.json import dumps
-
-        print(dumps({name: _plain(*found) for name, found in cycles.items()}))
-        return
-    for name, (cycle, state, known, alike) in cycles.items():
-        print(f"{name}\n  state        {_text(cycle.state)}\n  known        {_text(state)}")
-        print(f"  multipliers  {_text(cycle.multipliers)}, each off by at most {cycle.error.max():.0e}")
-        print(f"  known        {_text(known)}\n  found as those were  {_text(alike)}")
-
-
-def _plain(cycle: Cycle, state: np.ndarray, known: np.ndarray, alike: np.ndarray) -> dict[str, Any]:
-    def pairs(values: np.ndarray) -> list[list[float]]:
-        return [[float(np.real(value)), float(np.imag(value))] for value in values]
-
-    return {
-        "state": cycle.state.tolist(),
-        "known_state": state.tolist(),
-        "multipliers": pairs(cycle.multipliers),
-        "error": cycle.error.tolist(),
-        "known_multipliers": pairs(known),
-        "multipliers_found_as_known": pairs(alike),
-        "stable": cycle.stable,
-    }
-
-
-def _text(values: np.ndarray) -> str:
-    return ", ".join(
-        f"{value:.10f}" if np.isreal(value) else f"{complex(value):.10f}" for value in np.real_if_close(values)
-    )

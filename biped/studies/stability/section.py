@@ -63,7 +63,7 @@ def crossings(t: Trajectory, height: float) -> Crossings:
     heel = t.height[:, RIGHT_HEEL]
     down = np.flatnonzero((heel[:-1] >= height) & (heel[1:] < height))
     rows = []
-    for strike, leg in strikes(t.phase):
+    for strike, leg in strikes(t.phase, t.tick):
         if leg == _RIGHT and down.size:
             # The heel may land a little before or after the leg states say so, or after the toe.
             nearest = down[np.argmin(np.abs(down - strike))]
@@ -108,7 +108,7 @@ class Section:
         """Walks on from a section state z (17,); returns the run and the states (m, 17) at its later crossings."""
         start = self.whole(z)
         # The section ahead of a start is that start: only what comes after a swing counts, which `strikes` sees to,
-        # since a swing that began before the run has no 50 rows of air yet.
+        # since a swing that began before the run has no 0.05 s of air yet.
         s = msgspec.structs.replace(self.run.scenario, duration=seconds, window=Window(), push=(), change=())
         t = simulate(self.run._replace(q=start[:9], v=start[9:], scenario=s))
         return t, self.states(crossings(t, self.height))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,8 @@ from biped.scenario.vary import stream
 from biped.studies.run import plan_of, title_of
 from biped.studies.stability import sizes
 from biped.studies.stability.basin import basin
-from biped.studies.stability.fit import Fit, Returns, fit_map
+from biped.studies.stability.fit import Returns, fit_map
+from biped.studies.stability.gait import Gait, KickedFit, Measured, Studied
 from biped.studies.stability.kicks import Kicks
 from biped.studies.stability.orbit import Exponent, Orbit, exponent, find_orbit
 from biped.studies.stability.section import Section, crossings
@@ -77,7 +78,8 @@ def steady_strides(plan: Plan, mapped: Mapped) -> Steady:
             f"no steady gait: {fell} of {len(plan)} walks of {plan.scenario.duration:g} s fell, and fewer than five "
             f"strides came after the first {SETTLING} of the others"
         )
-    return Steady(section, *(np.concatenate(part) for part in zip(*walks, strict=True)), fell, len(plan))
+    states, periods = (np.concatenate(part) for part in zip(*walks, strict=True))
+    return Steady(section, states, periods, fell, len(plan))
 
 
 def kicked_returns(gait: Steady, seconds: float, rng: np.random.Generator, mapped: Mapped) -> tuple[Returns, int]:
@@ -119,16 +121,13 @@ def word_for(orbit: Orbit | None, small: Exponent | None) -> str:
     return "stable limit cycle" if orbit.returns == 1 else f"stable cycle of {orbit.returns} returns"
 
 
-def measure(plan: Plan, jobs: int, slices: bool) -> tuple[dict[str, Any], Fit]:
+def measure(plan: Plan, jobs: int, slices: bool) -> Measured:
     """Measures a gait in one engine at one step.
 
     Args:
         plan: Its steady walks.
         jobs: Number of processes.
         slices: Whether to cut the basin of attraction too.
-
-    Returns:
-        The numbers, and the linear map fitted to returns of kicked walks.
 
     Raises:
         RunError: There is no steady gait.
@@ -147,63 +146,27 @@ def measure(plan: Plan, jobs: int, slices: bool) -> tuple[dict[str, Any], Fit]:
         orbit = None
     rows = sizes.shrinking(gait.section, gait.states, stride, rng, on_cores)
     returns, fell = kicked_returns(gait, 3.3 * stride, rng, on_cores)
-    fit = fit_map(returns, rng)
-    out: dict[str, Any] = {
-        "section": f"right heel {1e3 * gait.section.height:g} mm above the ground, coming down",
-        "walks": gait.walks,
-        "fell": gait.fell,
-        "strides": len(gait.periods),
-        "period": stride,
-        "period_std": float(gait.periods.std()),
-        "spread": float(np.sqrt(gait.states.var(axis=0).sum())),
-        "kind": word_for(orbit, small),
-        "exponent": None if small is None else small._asdict(),
-        "orbit": None if orbit is None else _orbit_dict(orbit),
-        "sizes": [row._asdict() for row in rows],
-        "floor": sizes.floor(rows),
-        "fit": _fit_dict(fit, fell),
-    }
-    if slices:
-        out["basin"] = basin(gait.section, gait.states, stride, rng, on_cores)
-    return out, fit
-
-
-def _fit_dict(fit: Fit, fell: int) -> dict[str, Any]:
-    return {
-        "kick": KICK,
-        "fell": fell,
-        "walks": KICKED,
-        "radius": fit.radius,
-        "interval": list(fit.interval),
-        "explained": fit.explained,
-        "multipliers": _pairs(fit.multipliers),
-        "stable": fit.interval[1] < 1.0,
-    }
-
-
-def _orbit_dict(orbit: Orbit) -> dict[str, Any]:
-    cycle = orbit.cycle
-    return {
-        "returns": orbit.returns,
-        "moved": orbit.moved,
-        "residual": None if cycle is None else cycle.residual,
-        "multipliers": None if cycle is None else _pairs(cycle.multipliers),
-        "error": None if cycle is None else cycle.error.tolist(),
-    }
-
-
-def _pairs(values: np.ndarray) -> list[list[float]]:
-    return [[float(value.real), float(value.imag)] for value in values]
-
-
-def place(gait: Mapping[str, Any]) -> str:
-    """Where a gait was measured, in words."""
-    return f"{gait['engine']}, {1e3 * gait['timestep']:g} ms"
+    return Measured(
+        section=f"right heel {1e3 * gait.section.height:g} mm above the ground, coming down",
+        walks=gait.walks,
+        fell=gait.fell,
+        strides=len(gait.periods),
+        period=stride,
+        period_std=float(gait.periods.std()),
+        spread=float(np.sqrt(gait.states.var(axis=0).sum())),
+        kind=word_for(orbit, small),
+        exponent=small,
+        orbit=orbit,
+        sizes=rows,
+        floor=sizes.floor(rows),
+        kicked=KickedFit(fit_map(returns, rng), KICK, fell, KICKED),
+        basin=basin(gait.section, gait.states, stride, rng, on_cores) if slices else None,
+    )
 
 
 def study(
     name: str, changes: Sequence[str], engines: Sequence[str] = ENGINES, jobs: int = 1, slices: bool = False
-) -> tuple[dict[str, Any], list[tuple[str, Fit]]]:
+) -> Studied:
     """Measures a gait in engines, at the scenario's time step and at half of it; the control rate is part of the gait.
 
     Args:
@@ -213,29 +176,21 @@ def study(
         jobs: Number of processes.
         slices: Whether to cut the basin of attraction too, at the scenario's time step.
 
-    Returns:
-        The result object, and where each fit was made, with the fit.
-
     Raises:
         InputError: The scenario cannot be used.
         RunError: It has no steady gait to speak of anywhere.
     """
     step = plan_of(name, changes).scenario.simulation.timestep
-    gaits, drawn = [], []
+    gaits = []
     for engine in engines:
         for factor in (1.0, 0.5):
-            where = {"engine": engine, "timestep": factor * step}
-            plan = plan_of(name, [*changes, *STEADY, f"engine={engine}", f"simulation.timestep={where['timestep']}"])
+            timestep = factor * step
+            plan = plan_of(name, [*changes, *STEADY, f"engine={engine}", f"simulation.timestep={timestep}"])
             try:
-                numbers, fit = measure(plan, jobs, slices and factor == 1.0)
+                gaits.append(Gait(engine, timestep, measure(plan, jobs, slices and factor == 1.0)))
             except RunError as error:
                 # A gait may walk here and fall there: that is a result, unless there is nothing else to tell.
-                gaits.append({**where, "failed": str(error)})
-                continue
-            gaits.append({**where, **numbers})
-            drawn.append((place(where), fit))
-    walking = [gait for gait in gaits if "failed" not in gait]
-    if not walking:
-        raise RunError("; ".join(f"{place(gait)}: {gait['failed']}" for gait in gaits))
-    stable = len(walking) == len(gaits) and all(gait["fit"]["stable"] for gait in walking)
-    return {"scenario": title_of(name), "gaits": gaits, "stable": stable}, drawn
+                gaits.append(Gait(engine, timestep, None, str(error)))
+    if all(gait.measured is None for gait in gaits):
+        raise RunError("; ".join(f"{gait.place}: {gait.failed}" for gait in gaits))
+    return Studied(title_of(name), gaits)

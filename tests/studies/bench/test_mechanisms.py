@@ -42,6 +42,9 @@ def test_the_benchmark_prints_one_json_object_and_keeps_its_promises(capsys):
     assert {(PENDULUM, "RK4"), (FOUR_BARS, "RK8"), (FOUR_BARS, "MuJoCo connect")} <= methods
     assert report["ratios"]["MuJoCo connect"][0] >= 30
     assert report["ratios"]["Pinocchio proximal"][0] >= 1
+    assert report["large"]["Pinocchio proximal"][0] >= 10
+    for problem in ("chain of 10 four-bars", "chain of 40 four-bars", "squeezer", "Bricard's six-bar"):
+        assert (problem, "RK8") in methods
     for name, module in (("exudyn", "exudyn"), ("SUNDIALS IDA", "sksundae")):
         assert (name in report["skipped"]) == (find_spec(module) is None)
 

@@ -97,7 +97,7 @@ def test_energy_lost_is_what_the_home_engine_books():
     run = plan_of(walking.SCENARIO, ["engine=home", "duration=4.0", "window.start=0.0", "window.end=4.0"]).run(0)
     t, record = simulate_with_ledger(run)
     n = len(t) - 1
-    steps = sum(0 < row <= n for row, _ in strikes(t.phase))
+    steps = sum(0 < row <= n for row, _ in strikes(t.phase, t.tick))
     # The last tick moves on from the last row of the log: its work is in the ledger alone.
     assert steps >= 4
     assert loss_per_step(t, (0.0, n * t.tick)) == pytest.approx(float(record["ledger"]["loss"][0]) / steps, rel=2e-3)

@@ -200,8 +200,8 @@ def test_basin_knows_the_gait_and_a_fall(walk, monkeypatch):
     cut = basin_module.basin(
         section, section.states(found)[4:], 1.588, np.random.default_rng(0), partial(mapped, jobs=1)
     )
-    assert cut["returned"] == [[2], [0]], "unchanged strides are the gait"
-    assert cut["fell"] == [[0], [2]], "69 degrees of lean is a fall"
+    assert cut.counts["returned"] == [[2], [0]], "unchanged strides are the gait"
+    assert cut.counts["fell"] == [[0], [2]], "69 degrees of lean is a fall"
 
 
 def test_answers_do_not_depend_on_the_number_of_jobs():

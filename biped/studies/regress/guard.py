@@ -1,4 +1,4 @@
-"""What `biped regress` does, without argv."""
+"""`biped regress`: scenarios against their references, and new references."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from biped.base.errors import InputError
 from biped.base.files import names
+from biped.base.progress import Progress, silent
 from biped.ensemble.plan import Plan
 from biped.studies.regress import platform
 from biped.studies.regress.compare import GONE, NEW, SAME, Verdict, altogether, compare, compared, missing
@@ -48,7 +49,9 @@ class Outcome(NamedTuple):
         return self._asdict() | {"passed": self.passed, "verdicts": verdicts}
 
 
-def regress(scenarios: Sequence[str], jobs: int, file: Path | None, reason: str | None) -> Outcome:
+def regress(
+    scenarios: Sequence[str], jobs: int, file: Path | None, reason: str | None, progress: Progress = silent
+) -> Outcome:
     """Runs scenarios and compares them with their references.
 
     Args:
@@ -57,6 +60,7 @@ def regress(scenarios: Sequence[str], jobs: int, file: Path | None, reason: str 
         file: File of references; default: that of the shipped scenarios.
         reason: Why results changed: what differs from its reference is recorded as the new one. None: nothing is
             written. What was finished when an update is interrupted is kept.
+        progress: Told of every finished run.
 
     Raises:
         InputError: A scenario or the file cannot be used.
@@ -71,7 +75,7 @@ def regress(scenarios: Sequence[str], jobs: int, file: Path | None, reason: str 
     verdicts: list[Verdict] = []
     stopped = False
     try:
-        _compare(plans, references.scenarios.copy(), jobs, platform.key(here), update, verdicts)
+        _compare(plans, references.scenarios.copy(), jobs, platform.key(here), update, verdicts, progress)
     except KeyboardInterrupt:
         stopped = True
     if not scenarios and not stopped:
@@ -101,10 +105,9 @@ def _compare(
     here: str,
     update: _Update | None,
     verdicts: list[Verdict],
+    progress: Progress,
 ) -> None:
     """Adds the verdict of each scenario to `verdicts` as it is finished."""
-    from biped.show.terminal import progress
-
     today = date.today().isoformat()
     with progress("regress", sum(len(chosen(plan)) for plan in plans.values()), 0) as advance:
         for name, plan in plans.items():

@@ -1,0 +1,266 @@
+"""biped from Python: load, run, sweep and compare scenarios; what comes back is data with names and units.
+
+    import biped
+
+    result = biped.run("level_fast", **{"ground.slope": 2, "randomise.runs": 50})
+    result.summary["speed"]            # m/s
+    result.runs.to_pandas()            # one row per run (an Arrow table)
+    result.trajectory.u                # (n, 6) joint torques [N m] of the first run
+    result.show()                      # in the rerun viewer
+
+Changes are keys of the scenario with Python's values, as after `--set`; see docs/scenarios.md.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from biped.base.errors import InputError
+from biped.base.progress import Progress, silent
+from biped.ensemble import campaign
+from biped.ensemble.results import table_of
+from biped.measure.trajectory import Trajectory
+from biped.robot.given import Factory, factory_of
+from biped.scenario.inline import setting
+from biped.scenario.keys import Scenario
+from biped.studies import comparison
+from biped.studies.run import Done, plan_of, run_plan, save, title_of
+
+if TYPE_CHECKING:
+    import pyarrow
+
+
+class Loaded(NamedTuple):
+    """A scenario that can be run as it is or changed further.
+
+    Attributes:
+        name: What it was loaded by: a name in scenarios/ or a path.
+        changes: What was changed, as after `--set`.
+        law: The control law given as a Python object; None: the scenario's own.
+    """
+
+    name: str
+    changes: tuple[str, ...]
+    law: Factory | None
+
+    @property
+    def scenario(self) -> Scenario:
+        """Every key with its value; gains are written out."""
+        return plan_of(self.name, self.changes, self.law).scenario
+
+    def changed(self, **changes: Any) -> Loaded:
+        """The same scenario with more changes."""
+        return self._replace(changes=(*self.changes, *(setting(key, value) for key, value in changes.items())))
+
+
+def load(name: str | Path | Loaded, *, law: Any = None, **changes: Any) -> Loaded:
+    """Reads, changes and checks a scenario.
+
+    Args:
+        name: Name in scenarios/, or path of a scenario file.
+        law: A control law: `path.py:Class`, or a Python object. That is a class or function called with a `Setup`
+            before every run, or an instance, of which every run gets a copy (`biped.control.user`).
+        **changes: Keys with their values, e.g. `**{"ground.slope": 2}`.
+
+    Raises:
+        InputError: Something in it cannot be used.
+    """
+    found = name if isinstance(name, Loaded) else Loaded(str(name), (), None)
+    found = found.changed(**changes)
+    if isinstance(law, str):
+        found = found.changed(law=law)
+    elif law is not None:
+        found = found._replace(law=factory_of(law))
+    plan_of(found.name, found.changes, found.law)  # complaints come now
+    return found
+
+
+class Result:
+    """What a scenario's runs came to.
+
+    Args:
+        done: As from `biped.studies.run`.
+
+    Attributes:
+        scenario: The scenario as run, every key written out.
+        passed: Whether all its expectations hold (without any: nothing diverged, and a single run stayed up).
+        summary: Means over the runs by metric, with counts and intervals; names and units in docs/scenarios.md.
+        checks: Every expectation: name, value, expected, passed.
+        points: Of a sweep, an entry per point; else empty.
+        thresholds: Of a sweep, where walking ends; else empty.
+    """
+
+    def __init__(self, done: Done):
+        self._done = done
+        self.scenario = done.plan.scenario
+        self.passed: bool = done.result["passed"]
+        self.summary: dict[str, Any] = done.result["summary"]
+        self.checks: list[dict[str, Any]] = done.result["checks"]
+        self.points: list[dict[str, Any]] = done.result.get("points", [])
+        self.thresholds: list[dict[str, Any]] = done.result.get("thresholds", [])
+        self._trajectories = dict(done.trajectories)
+
+    def __repr__(self) -> str:
+        s, count = self.summary, len(self._done.result["runs"])
+        return (f"<{self._done.result['scenario']} in {self.scenario.engine}: {s['walked']:.0f} of {count} walked, "
+                f"{s['speed']:.3g} m/s, {'passed' if self.passed else 'failed'}>")  # fmt: skip
+
+    @cached_property
+    def runs(self) -> pyarrow.Table:
+        """One row per run with every metric, as runs.parquet has it; `.to_pandas()` where pandas is installed."""
+        return table_of(self._done.result["runs"])
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """Of the first run: arrays by name, `q`, `v`, `u`, `force` and more, with their `units`."""
+        return self.replay(self._done.result["runs"][0]["index"])
+
+    def replay(self, index: int) -> Trajectory:
+        """The trajectory of a run of the ensemble, simulated again if it was not kept: the same to the last bit.
+
+        Raises:
+            InputError: There is no such run.
+        """
+        if index not in self._trajectories:
+            known = [row["index"] for row in self._done.result["runs"]]
+            if index not in known:
+                raise InputError(f"run {index}: expected the number of a run, {min(known)} … {max(known)}")
+            self._trajectories[index] = campaign.simulate(self._done.plan.run(index))
+        return self._trajectories[index]
+
+    def save(self, folder: str | Path) -> Path:
+        """Writes the results folder that `biped run` writes; returns it.
+
+        Raises:
+            InputError: The folder holds something else, or cannot be written.
+        """
+        return save(self._done, Path(folder))
+
+    def record(self, path: str | Path) -> Path:
+        """Writes a recording for the rerun viewer: the run, or of an ensemble those worth looking at.
+
+        Raises:
+            InputError: It cannot be written.
+        """
+        from biped.show.replay import record_runs
+
+        record_runs(Path(path), self._done.plan, self._done.result, self._trajectories)
+        return Path(path)
+
+    def show(self) -> None:
+        """Opens the recording in the rerun viewer; in a notebook with `rerun-notebook`, below the cell."""
+        from biped.show.recording.viewer import open_viewer
+
+        open_viewer(self.record(Path(tempfile.mkdtemp(prefix="biped-")) / "recording.rrd"))
+
+
+def run(
+    name: str | Path | Loaded,
+    *,
+    law: Any = None,
+    jobs: int | None = None,
+    progress: Progress = silent,
+    **changes: Any,
+) -> Result:
+    """Runs a scenario, a single run or an ensemble; nothing is written.
+
+    Args:
+        name: Name, path, or as from `load`.
+        law: See `load`.
+        jobs: Number of processes of an ensemble; default: all cores.
+        progress: Told of every finished run (`biped.base.progress`).
+        **changes: See `load`.
+
+    Raises:
+        InputError: Something cannot be used.
+        RunError: A run could not be carried out.
+    """
+    loaded = load(name, law=law, **changes)
+    plan = plan_of(loaded.name, loaded.changes, loaded.law)
+    return Result(run_plan(title_of(loaded.name), plan, campaign.cores() if jobs is None else jobs, progress))
+
+
+def sweep(
+    name: str | Path | Loaded, over: Mapping[str, Sequence[Any]], *, law: Any = None, jobs: int | None = None,
+    progress: Progress = silent, **changes: Any,
+) -> Result:  # fmt: skip
+    """Runs an ensemble at every combination of values of one or two keys.
+
+    Args:
+        name: Name, path, or as from `load`.
+        over: Keys with the values that they take, e.g. `{"ground.slope": range(-5, 6)}`.
+        law: See `load`.
+        jobs: Number of processes; default: all cores.
+        progress: Told of every finished run.
+        **changes: See `load`; `randomise.runs` is the number of runs at every point.
+
+    Returns:
+        The result; its `points` and `thresholds` say how the walk changes.
+    """
+    table = {key: list(values) for key, values in over.items()}
+    return run(name, law=law, jobs=jobs, progress=progress, **changes, sweep=table)
+
+
+class Compared:
+    """One scenario in both engines.
+
+    Args:
+        found: As from `biped.studies.comparison`.
+
+    Attributes:
+        passed: Whether no run diverged.
+        results: The result object of each engine, by name.
+        trajectories: Trajectory of the first run in each engine, by name.
+        parted_at: [s] when the two walkers first differ by 0.05 m or rad; nan if they never do.
+    """
+
+    def __init__(self, found: comparison.Comparison):
+        self._found = found
+        told = found.as_dict()
+        self.passed: bool = told["passed"]
+        self.results: dict[str, dict[str, Any]] = found.results
+        self.trajectories: dict[str, Trajectory] = found.first
+        self.parted_at: float = told["parted_at"]
+
+    @cached_property
+    def metrics(self) -> pyarrow.Table:
+        """A row per metric: its value in each engine, the relative gap, and the thesis's number where it has one."""
+        return table_of([{"metric": name, "thesis": None, **row} for name, row in self._found.metrics().items()])
+
+    def save(self, folder: str | Path) -> Path:
+        """Writes comparison.json, the overlay figure and a recording, as `biped compare` does; returns the folder."""
+        from biped.show.side_by_side import draw
+
+        comparison.write(self._found, Path(folder))
+        draw(self._found, Path(folder))
+        return Path(folder)
+
+    def show(self) -> None:
+        """Opens a recording in the rerun viewer: MuJoCo's walker, and home's as a ghost."""
+        from biped.show.recording.viewer import open_viewer
+
+        open_viewer(self.save(tempfile.mkdtemp(prefix="biped-")) / "recording.rrd")
+
+
+def compare(name: str | Path | Loaded, *, jobs: int | None = None, **changes: Any) -> Compared:
+    """Runs a scenario in both engines.
+
+    Args:
+        name: Name, path, or as from `load`.
+        jobs: Number of processes of an ensemble; default: all cores.
+        **changes: See `load`.
+
+    Raises:
+        InputError: Something cannot be used.
+    """
+    loaded = load(name, **changes)
+    if loaded.law is not None:
+        raise InputError("compare: law: expected in a file (law = 'path.py:Class'), got a Python object")
+    made = comparison.compare(
+        loaded.name, title_of(loaded.name), loaded.changes, campaign.cores() if jobs is None else jobs
+    )
+    return Compared(made)

@@ -1,0 +1,22 @@
+"""How long work says how far it is: whoever starts it hands in what to tell; nobody below prints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+
+Progress = Callable[[str, int, int], AbstractContextManager[Callable[[], None]]]
+"""Called with a title, how many pieces of work there are and how many are done; gives a call per finished piece."""
+
+Told = Callable[[str], None]
+"""Called with what a person should know although nothing failed."""
+
+
+@contextmanager
+def silent(title: str, total: int, done: int) -> Iterator[Callable[[], None]]:
+    """Progress that nobody watches."""
+    yield lambda: None
+
+
+def unheard(words: str) -> None:
+    """What nobody is told."""

@@ -1,0 +1,73 @@
+"""`biped bench`: run time against error, and what things cost."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from biped.cli.common import DONE, FAILED, print_json, reason_of
+
+
+def command(args: argparse.Namespace) -> int:
+    """Measures one thing."""
+    return {"throughput": _throughput, "walking": _walking, "mechanisms": _mechanisms, "regress": _regress}[args.what](
+        args
+    )
+
+
+def _throughput(args: argparse.Namespace) -> int:
+    from biped.show.bench.throughput import show
+    from biped.show.replay import record_runs
+    from biped.studies.bench.throughput import everything
+
+    measured = everything(args.quick, record_runs)
+    if args.json:
+        print_json(measured.as_dict())
+    else:
+        show(measured)
+    return DONE
+
+
+def _walking(args: argparse.Namespace) -> int:
+    from biped.show.bench.walking import show
+    from biped.studies.bench.walking import compare
+
+    result = compare()
+    if args.out is not None:
+        from biped.show.figures.walking import plot_walking
+
+        plot_walking(result, args.out)
+    if args.json:
+        print_json(result)
+    else:
+        show(result)
+    return DONE
+
+
+def _mechanisms(args: argparse.Namespace) -> int:
+    from dataclasses import asdict
+
+    from biped.show.bench.mechanisms import draw, show
+    from biped.studies.bench.mechanisms import measure
+
+    watched = sys.stderr.isatty()
+    report = measure(args.quick, lambda line: print(line, file=sys.stderr) if watched else None)
+    if args.json:
+        print_json(asdict(report))
+    else:
+        show(report)
+    if args.out is not None:
+        draw(report, args.out)
+    return DONE
+
+
+def _regress(args: argparse.Namespace) -> int:
+    from biped.show.bench.regress import show
+    from biped.studies.bench.regress import guard
+
+    guarded = guard(args.file, reason_of(args))
+    if args.json:
+        print_json(guarded.as_dict())
+    else:
+        show(guarded)
+    return DONE if guarded.passed else FAILED

@@ -1,0 +1,36 @@
+"""`biped check`: runs scenarios and compares them with what they expect."""
+
+from __future__ import annotations
+
+import argparse
+
+from biped.base.errors import InputError
+from biped.cli.common import DONE, FAILED, changes_of, jobs_of, print_all
+from biped.ensemble.checks import write_junit
+from biped.show.terminal import progress, show_verdict
+from biped.studies.run import plan_of, run
+
+
+def command(args: argparse.Namespace) -> int:
+    """Checks scenarios; nothing is written but the JUnit file."""
+    jobs = jobs_of(args)
+    if args.junit is not None and not args.junit.absolute().parent.is_dir():
+        raise InputError(f"--junit {args.junit}: cannot be written: expected a file in a folder that exists")
+    for name in args.scenario:
+        if not plan_of(name, changes_of(args)).scenario.expect:
+            raise InputError(f"{name}: expect: missing; a scenario to check says what it expects, e.g. "
+                             "falls = { max = 0 }")  # fmt: skip
+    results = []
+    for name in args.scenario:
+        done = run(name, changes_of(args), jobs, None, write=False, progress=progress)
+        results.append(done.result)
+        if not args.json:
+            show_verdict(done.result, done.plan.scenario.description)
+    if args.junit is not None:
+        try:
+            write_junit(args.junit, results)
+        except OSError as error:
+            raise InputError(f"--junit {args.junit}: cannot be written: {error.strerror}") from None
+    if args.json:
+        print_all(results)
+    return DONE if all(result["passed"] for result in results) else FAILED

@@ -1,0 +1,34 @@
+"""`biped compare`: the same scenario in both engines."""
+
+from __future__ import annotations
+
+import argparse
+
+from biped.base.errors import InputError
+from biped.cli.common import DONE, FAILED, jobs_of, one_folder, print_all
+from biped.ensemble.folder import new_folder
+from biped.show.side_by_side import draw, show
+from biped.studies.comparison import compare, write
+from biped.studies.run import RUNS, title_of
+
+
+def command(args: argparse.Namespace) -> int:
+    """Compares scenarios; each leaves numbers, a figure and a recording."""
+    if args.engine is not None:
+        raise InputError("--engine: compare runs both engines; expected no --engine")
+    one_folder(args)
+    made = []
+    for name in args.scenario:
+        title = title_of(name)
+        made.append(compare(name, title, args.changes, jobs_of(args)))
+        where = args.out or new_folder(RUNS, f"compare-{title}")
+        write(made[-1], where)
+        draw(made[-1], where)
+        if not args.json:
+            print(f"figure, recording and numbers in {where}/")
+    results = [one.as_dict() for one in made]
+    if args.json:
+        print_all(results)
+    else:
+        show(made)
+    return DONE if all(result["passed"] for result in results) else FAILED

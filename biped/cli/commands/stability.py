@@ -1,0 +1,57 @@
+"""`biped stability`: a gait as a limit cycle."""
+
+from __future__ import annotations
+
+import argparse
+
+from biped.base.errors import InputError
+from biped.cli.common import DONE, FAILED, jobs_of, print_json
+
+
+def command(args: argparse.Namespace) -> int:
+    """Studies a scenario's gait, or solves the walkers whose multipliers are known."""
+    if args.reference == (args.scenario is not None):
+        raise InputError("stability: expected a scenario, or --reference alone")
+    return _reference(args) if args.reference else _gait(args)
+
+
+def _reference(args: argparse.Namespace) -> int:
+    from biped.show.stability import show_known
+    from biped.studies.stability.reference import solve_all
+
+    cycles = solve_all()
+    if args.json:
+        print_json({name: known.as_dict() for name, known in cycles.items()})
+    else:
+        show_known(cycles)
+    return DONE
+
+
+def _gait(args: argparse.Namespace) -> int:
+    from biped.base.json import dumps
+    from biped.base.writing import write_text
+    from biped.ensemble.folder import complaining, new_folder
+    from biped.show.figures.stability import plot_stability
+    from biped.show.stability import show
+    from biped.studies.run import RUNS
+    from biped.studies.stability.study import ENGINES, study
+
+    engines = ENGINES if args.engine is None else (args.engine,)
+    studied = study(args.scenario, args.changes, engines, jobs_of(args), args.basin)
+    result = studied.as_dict()
+    folder = args.out
+    if folder is None:
+        folder = new_folder(RUNS, f"{studied.scenario}-stability")
+    plot_stability(studied, folder)
+    if args.basin:
+        from biped.show.figures.basin import plot_basin
+
+        plot_basin(studied, folder)
+    with complaining(folder / "stability.json"):
+        write_text(folder / "stability.json", dumps(result, indent=1))
+    if args.json:
+        print_json(result)
+    else:
+        show(studied)
+        print(f"  results in {folder}/")
+    return DONE if studied.stable else FAILED

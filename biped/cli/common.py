@@ -1,0 +1,74 @@
+"""What several commands share: exit codes, what stands in their arguments, and JSON."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from biped.base.errors import InputError
+
+DONE, FAILED, BAD_INPUT, STOPPED = 0, 1, 2, 130
+
+
+def changes_of(args: argparse.Namespace) -> list[str]:
+    """`--set` changes, `--engine` among them."""
+    return [*args.changes, *([f"engine={args.engine}"] if args.engine else [])]
+
+
+def jobs_of(args: argparse.Namespace) -> int:
+    """Number of processes.
+
+    Raises:
+        InputError: It is none.
+    """
+    from biped.ensemble.campaign import cores
+
+    if args.jobs is None:
+        return cores()
+    if args.jobs < 1:
+        raise InputError(f"--jobs {args.jobs}: expected at least 1")
+    return args.jobs
+
+
+def reason_of(args: argparse.Namespace) -> str | None:
+    """Why references change, or None if they are not to change.
+
+    Raises:
+        InputError: One of --update and --reason stands without the other.
+    """
+    reason = (args.reason or "").strip()
+    if args.update and not reason:
+        raise InputError('--update: --reason missing; expected why results changed, e.g. --reason "new solver"')
+    if args.reason is not None and not args.update:
+        raise InputError("--reason: expected with --update only; nothing is recorded without it")
+    return reason if args.update else None
+
+
+def one_folder(args: argparse.Namespace) -> None:
+    """Several scenarios cannot share `--out`.
+
+    Raises:
+        InputError: They are to.
+    """
+    if args.out is not None and len(args.scenario) > 1:
+        raise InputError("--out: expected with one scenario only; several make folders of their own below runs/")
+
+
+def print_json(result: Mapping[str, Any]) -> None:
+    """Prints one object."""
+    from biped.base.json import dumps
+
+    print(dumps(result))
+
+
+def print_all(results: Sequence[Mapping[str, Any]]) -> None:
+    """Prints one object: a scenario's result, or those of several with their common verdict."""
+    passed = all(result["passed"] for result in results)
+    print_json(results[0] if len(results) == 1 else {"passed": passed, "results": results})
+
+
+def warn(words: str) -> None:
+    """Says on stderr what a person should know although nothing failed."""
+    print(f"biped: {words}", file=sys.stderr)

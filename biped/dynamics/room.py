@@ -1,0 +1,116 @@
+"""The arrays a march works in and the ones it leaves behind: made once, so that it allocates nothing."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from biped.base.jit import kernel
+from biped.dynamics.linalg import Workspace, copy, workspace
+from biped.dynamics.sparse import Sparse, dense
+
+KEPT, TAKEN = range(2)
+"""What `Samples.count` counts."""
+
+
+class Functions(NamedTuple):
+    """The system's functions, in the order of `system.SIGNATURES`."""
+
+    mass: Any
+    force: Any
+    phi: Any
+    A: Any
+    b_q: Any
+    b_v: Any
+    potential: Any
+    power: Any
+    event: Any
+
+
+class Grid(NamedTuple):
+    """Where samples are asked for."""
+
+    t: float  # [s] start
+    dt: float  # [s] step, or the longest one when adaptive
+    steps: int
+    every: int  # a sample is kept every so many steps
+
+
+class Samples(NamedTuple):
+    """What is kept along the way, K = steps/every + 1 samples."""
+
+    t: np.ndarray  # (K,) [s]
+    q: np.ndarray  # (K, n)
+    v: np.ndarray  # (K, n)
+    phi: np.ndarray  # (K,) largest |Φ| since the sample before
+    phi_dot: np.ndarray  # (K,) largest |Φ̇| since the sample before
+    ratio: np.ndarray  # (K,) smallest pivot ratio of any stage since the sample before
+    rank: np.ndarray  # (K,) smallest rank of the constraints at any stage since the sample before
+    work: np.ndarray  # (K, k) [J] work of every force that is accounted for
+    count: np.ndarray  # (2,) samples kept, steps taken
+
+
+Q, ACCELERATION, MOVE, PLACE, SPEED, FIX_Q, FIX_V = range(7)
+"""Rows of `Room.c`: Q, M⁻¹Q, W times something, q and v of a stage, −WΦ and −WΦ̇ of the step's start."""
+
+PHI, B_Q, B_V, LAG = range(4)
+"""Rows of `Room.r`: Φ, b_q, b_v (then what C⁺ is applied to), and b_q − A v = −Φ̇, of a stage."""
+
+RATIO, RANK, EVALUATED, SPLIT, REFUSED, FIRED = range(6)
+"""Places of `Room.seen`: smallest pivot ratio and rank since the last sample, counts, the event that happened."""
+
+
+class Room(NamedTuple):
+    """Everything the march writes on its way: few arrays, because handing many to a call takes its time."""
+
+    M: np.ndarray  # (n, n)
+    A: np.ndarray  # (m, n)
+    c: np.ndarray  # (7, n) vectors of coordinates
+    r: np.ndarray  # (4, m) vectors of rows
+    rate: np.ndarray  # (2, s, n) q̇ and v̇ of the stages
+    power: np.ndarray  # (s + 1, k) [W] of every force that is accounted for, at the stages; last: their work [J]
+    event: np.ndarray  # (3, e) event functions at the start of a step, at its end, at a trial
+    seen: np.ndarray  # (6,)
+    factors: Workspace
+    sparse: Sparse
+
+
+def room(n: int, m: int, stages: int, powers: int = 0, events: int = 0, K: Sparse | None = None) -> Room:
+    """Room for a system of n coordinates and m constraints under a scheme of so many stages."""
+    shapes = ((n, n), (m, n), (7, n), (4, m), (2, stages, n), (stages + 1, powers), (3, events))
+    arrays = [np.zeros(shape) for shape in shapes]
+    return Room._make([*arrays, np.array([1.0, m, 0, 0, 0, 0]), workspace(n, m), dense() if K is None else K])
+
+
+def samples(count: int, n: int, powers: int) -> Samples:
+    """Room for so many samples."""
+    flat = [np.zeros(count) for _ in range(4)]
+    ranks, counts = np.zeros(count, np.int64), np.zeros(2, np.int64)
+    states = np.zeros((2, count, n))
+    return Samples._make([flat[0], *(x.copy() for x in states), *flat[1:], ranks, np.zeros((count, powers)), counts])
+
+
+@kernel
+def largest(x):
+    """Largest magnitude in x; nan if there is a nan."""
+    s = 0.0
+    for i in range(x.shape[0]):
+        if np.isnan(x[i]):
+            return np.nan
+        s = max(s, abs(x[i]))
+    return s
+
+
+@kernel
+def keep(arrived, t, q, v, room, out):
+    """Note how well the state satisfies the constraints; keep it as a sample if it has arrived at one."""
+    i = out.count[KEPT]
+    out.phi[i] = max(out.phi[i], largest(room.r[PHI]))
+    out.phi_dot[i] = max(out.phi_dot[i], largest(room.r[LAG]))
+    if arrived:
+        out.t[i] = t
+        copy(q, out.q[i])
+        copy(v, out.v[i])
+        copy(room.power[room.power.shape[0] - 1], out.work[i])
+        out.ratio[i], out.rank[i] = room.seen[RATIO], int(room.seen[RANK])
+        room.seen[RATIO], room.seen[RANK] = 1.0, room.r.shape[1]
+        out.count[KEPT] += 1

@@ -1,0 +1,90 @@
+"""What walking and standing are: of a run that stayed up and whose sentinels hold, from its numbers.
+
+A walker goes forward, by steps of one leg after the other, on ground that bears its weight. The bounds stand clear of
+what walks here show (all shipped scenarios and the four gaits at home): support 0.97 … 1.02, in the air for at most
+8 % of the window, which is chatter of contacts, and at least a third of the foot strikes the other leg's.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from biped.robot.description import Walked
+
+ALTERNATION = 0.2
+"""Least share of its foot strikes in the window that are the other leg's than the one before."""
+SUPPORT = (0.8, 1.2)
+"""Mean ground force / weight under it in the window."""
+FLIGHT = 0.2
+"""Share of the window that it may be in the air: walking has no flight, running has more."""
+STILL = 0.1
+"""[m] that a standing biped's torso may sway either way."""
+
+
+def walked(numbers: Mapping[str, Any], seconds: float, least: Walked) -> bool:
+    """Whether a run that stayed up walked; one that lacks a number did not.
+
+    Args:
+        numbers: Its metrics.
+        seconds: [s] that it took.
+        least: How fast a robot of its kind must be.
+    """
+    forward = numbers["distance"] > least.distance * seconds and numbers["speed"] > least.speed
+    return forward and _no_steps(numbers) is None
+
+
+def stood(numbers: Mapping[str, Any]) -> bool:
+    """Whether a run that stayed up stood still in the window: without a step, its torso no further than `STILL`."""
+    return _borne(numbers) is None and numbers["steps"] == 0 and numbers["strayed"] < STILL
+
+
+def outcome(run: Mapping[str, Any]) -> str:
+    """What became of a run, in words.
+
+    Args:
+        run: Its row, from memory or from a file (where a number that does not exist is None).
+    """
+    if run["end"] in ("diverged", "doubtful"):
+        return f"{run['end']}: {run['cause']}"
+    if run["end"] != "completed":
+        return run["cause"]
+    if run["walked"]:
+        return "walked"
+    if run["stood"]:
+        return "stood still"
+    return f"stayed up without walking: {_no_steps(run) or 'too slow'}"
+
+
+def kind_of(run: Mapping[str, Any]) -> str:
+    """What became of a run without its time and numbers, so that runs can be counted by it."""
+    return re.split(r" (?:at|after|before) (?=\d)", outcome(run))[0]
+
+
+def airborne(run: Mapping[str, Any]) -> bool:
+    """Whether a run was in the air for more of the window than a walker is."""
+    return _real(run["flight"]) >= FLIGHT
+
+
+def _borne(numbers: Mapping[str, Any]) -> str | None:
+    """What says that the ground does not bear the biped's weight; None if it does."""
+    flight, support = _real(numbers["flight"]), _real(numbers["support"])
+    if not flight < FLIGHT:
+        return "in the air"
+    if not SUPPORT[0] <= support <= SUPPORT[1]:
+        return "not borne by the ground"
+    return None
+
+
+def _no_steps(numbers: Mapping[str, Any]) -> str | None:
+    """What says that a run did not step along the ground; None if it did."""
+    air = _borne(numbers)
+    if air is not None:
+        return air
+    return None if _real(numbers["alternation"]) >= ALTERNATION else "no steps of one leg after the other"
+
+
+def _real(value: float | None) -> float:
+    return math.nan if value is None else value

@@ -1,0 +1,1 @@
+"""What benchmarks measured, on a terminal."""

@@ -1,0 +1,26 @@
+"""What a control tick, a run and every feature of a scene cost."""
+
+from __future__ import annotations
+
+from biped.show.terminal import console, number, table
+from biped.studies.bench.throughput import Throughput
+
+
+def show(measured: Throughput) -> None:
+    """Prints one block per part."""
+    out = console()
+    units = {"tick": "µs a tick (ratios without unit)", "contacts": "µs of mj_step by points on the ground",
+             "campaign": "wall time in s", "cold_start": "s of CPU"}  # fmt: skip
+    out.print(f"[bold]loop[/bold] {measured.loop}")
+    for part, unit in units.items():
+        out.print(f"[bold]{part}[/bold] [dim]{unit}[/dim]")
+        for key, value in getattr(measured, part).items():
+            out.print(f"  {key!s:<36}{number(value)}")
+    if measured.features is not None:
+        out.print("[bold]features[/bold] [dim]of a scene, each in a process of its own[/dim]")
+        words = ("feature", "what only it imports")
+        page = table((words[0], "µs a tick", "x mj_step", "MB", words[1]), words)
+        for name, price in measured.features.items():
+            cells = [number(price[key]) for key in ("tick", "ratio", "memory")]
+            page.add_row(name, *cells, ", ".join(price["only_imported"]))
+        out.print(page)

@@ -1,0 +1,30 @@
+"""A recording in the rerun viewer: below a notebook's cell, or in a window of its own."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import rerun as rr
+import rerun.notebook
+
+
+def open_viewer(path: Path) -> None:
+    """Shows a recording and does not wait.
+
+    Args:
+        path: The .rrd file.
+    """
+    if _in_notebook() and rerun.notebook.HAS_NOTEBOOK:
+        recording = rr.RecordingStream("biped")
+        recording.log_file_from_path(path)
+        rr.notebook_show(recording=recording)
+        return
+    subprocess.Popen([sys.executable, "-m", "rerun", str(path)], start_new_session=True)
+
+
+def _in_notebook() -> bool:
+    """Whether a notebook's kernel runs this process; a terminal's IPython is none."""
+    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
+    return getattr(shell, "kernel", None) is not None

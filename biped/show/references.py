@@ -1,0 +1,56 @@
+"""docs/references.md from the recorded numbers of every scenario: `python -m biped.show.references` writes it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from biped.base.statistics import wilson
+from biped.show.terminal import number
+from biped.studies.regress.references import METRICS, Reference, References, read, shipped
+
+PAGE = Path(__file__).parents[2] / "docs" / "references.md"
+
+_HEAD = """# Recorded numbers
+
+What `biped regress` compares with, scenario by scenario: two minutes of walking each, at most twelve runs
+([regression.md](regression.md)). With so few runs these are fingerprints, not claims: intervals (95 %) say how
+little they prove. Means are over the runs that walked. Written by `python -m biped.show.references`; a test
+keeps it equal to [references.json](../scenarios/references.json).
+
+"""
+
+
+def page(references: References) -> str:
+    """The page: a table of all scenarios, and why references changed."""
+    columns = ("scenario", "walked", "95 % interval", "fell", *(name.replace("_", " ") for name in METRICS))
+    lines = ["| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
+    lines += [_row(name, references.scenarios[name]) for name in sorted(references.scenarios)]
+    found = references.scenarios.values()
+    runs, walked = sum(len(one.runs) for one in found), sum(one.ends.count("w") for one in found)
+    lines.append(f"\n{walked} of {runs} runs walk. What changed, the latest first:\n")
+    for change in references.history:
+        lines.append(f"- {change.date}: {change.reason} ({_names(change.scenarios)})")
+    return _HEAD + "\n".join(lines) + "\n"
+
+
+def _names(scenarios: Sequence[str], most: int = 3) -> str:
+    more = f" and {len(scenarios) - most} more" if len(scenarios) > most else ""
+    return ", ".join(scenarios[:most]) + more
+
+
+def _row(name: str, one: Reference) -> str:
+    runs, walked = len(one.runs), one.ends.count("w")
+    low, high = wilson(walked, runs)
+    fell = one.ends.count("f") + one.ends.count("d")
+    means = []
+    for metric in METRICS:
+        values = [
+            value for value, end in zip(getattr(one, metric), one.ends, strict=True) if end == "w" and value is not None
+        ]
+        means.append(number(sum(values) / len(values)) if values else "–")
+    return f"| `{name}` | {walked} of {runs} | {low:.0%} – {high:.0%} | {fell} | {' | '.join(means)} |"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(read(shipped())), encoding="utf-8")

@@ -1,0 +1,84 @@
+"""What a gait is as a limit cycle, and the walkers whose cycles are known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from biped.show.terminal import console
+from biped.studies.stability.basin import FELL, RETURNED, WALKS, Basin
+from biped.studies.stability.gait import Measured, Studied
+from biped.studies.stability.reference import Known
+from biped.studies.stability.sizes import RETURNS
+
+
+def show(studied: Studied) -> None:
+    """Prints what a gait is, place by place."""
+    out = console()
+    out.print(f"[bold]{studied.scenario}[/bold]")
+    for gait in studied.gaits:
+        if gait.measured is None:
+            out.print(f"  {gait.place}: {gait.failed}")
+            continue
+        out.print(f"  {gait.place}: [bold]{gait.measured.kind}[/bold]; section: {gait.measured.section}")
+        for line in _lines(gait.measured):
+            out.print(f"    {line}", soft_wrap=True)
+
+
+def _lines(gait: Measured) -> list[str]:
+    lines = [
+        f"{gait.strides} strides of {gait.period:.4f} ± {gait.period_std:.4f} s, states spread by "
+        f"{gait.spread:.2g}; {gait.fell} of {gait.walks} walks fell"
+    ]
+    small = gait.exponent
+    if small is not None:
+        least = "at least " if small.bound else ""
+        lines.append(
+            f"Lyapunov exponent {least}{small.value:.3f} ± {small.half_width:.3f} per return; {small.lost} chains fell"
+        )
+    if gait.orbit is not None and gait.orbit.cycle is not None:
+        cycle = gait.orbit.cycle
+        sizes = ", ".join(f"{abs(m):.4f}" for m in cycle.multipliers[:4])
+        lines.append(
+            f"fixed to {cycle.residual:.0e}; |Floquet multipliers| of {gait.orbit.returns} return(s) {sizes}, each "
+            f"off by at most {max(cycle.error):.0e}"
+        )
+    after = ", ".join(f"{row.size:g}: {row.after[-1]:.2g}" for row in gait.sizes)
+    lines.append(f"distance {RETURNS} returns after a kick, by size: {after}")
+    lines.append(_floor_words(gait.floor))
+    fit = gait.kicked.fit
+    low, high = fit.interval
+    lines.append(
+        f"kicks of {gait.kicked.kick:g}, linear fit: largest multiplier {fit.radius:.2f} ({low:.2f} – {high:.2f}), "
+        f"explains {fit.explained:.0%}; {gait.kicked.fell} of {gait.kicked.walks} fell"
+    )
+    if gait.basin is not None:
+        lines.append(_basin_words(gait.basin))
+    return lines
+
+
+def _floor_words(floor: float | None) -> str:
+    if floor is None:
+        return "no size of kick has shrunk"
+    return "kicks of every size have shrunk" if floor == 0.0 else f"kicks above {floor:.2g} have shrunk"
+
+
+def _basin_words(basin: Basin) -> str:
+    counts = {name: sum(map(sum, basin.counts[name])) for name in (RETURNED, WALKS, FELL)}
+    total = sum(counts.values())
+    return "basin slice: " + ", ".join(f"{name} {count} of {total}" for name, count in counts.items())
+
+
+def show_known(cycles: Mapping[str, Known]) -> None:
+    """Prints the reference cycles beside what is known of them."""
+    for name, (cycle, state, known, alike) in cycles.items():
+        print(f"{name}\n  state        {_text(cycle.state)}\n  known        {_text(state)}")
+        print(f"  multipliers  {_text(cycle.multipliers)}, each off by at most {cycle.error.max():.0e}")
+        print(f"  known        {_text(known)}\n  found as those were  {_text(alike)}")
+
+
+def _text(values: np.ndarray) -> str:
+    return ", ".join(
+        f"{value:.10f}" if np.isreal(value) else f"{complex(value):.10f}" for value in np.real_if_close(values)
+    )

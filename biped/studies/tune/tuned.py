@@ -1,0 +1,132 @@
+"""`biped tune`: the gait that a scenario's search finds, and what it scores."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import takewhile
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from biped.base.files import label
+from biped.base.json import dumps
+from biped.base.progress import Progress, Told, silent, unheard
+from biped.ensemble.folder import Folder
+from biped.ensemble.plan import Plan
+from biped.scenario.reading import read_scenario
+from biped.studies.run import RUNS, title_of
+from biped.studies.tune.evaluate import Study, workers
+from biped.studies.tune.report import gait_text
+from biped.studies.tune.search import Found, Record, Search, strategy
+from biped.studies.tune.space import Space
+
+
+class Tuned(NamedTuple):
+    """What a search found.
+
+    Attributes:
+        scenario: Name of the tuning scenario.
+        folder: Where it is.
+        gait: The gait's file.
+        found: Its scores, on seeds never used before.
+        keys: Settings of the scenario that the gait was found with.
+        runs: Runs made now.
+        seconds: Wall time.
+    """
+
+    scenario: str
+    folder: Path
+    gait: Path
+    found: Found
+    keys: dict[str, float]
+    runs: int
+    seconds: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """What `--json` prints."""
+        found = self.found
+        return {
+            "scenario": self.scenario,
+            "folder": label(self.folder),
+            "gait": label(self.gait),
+            "objective": found.cost,
+            "before": found.start_cost,
+            "conditions": {
+                name: tally._asdict() | {"before": found.start_tallies[name]._asdict()}
+                for name, tally in found.tallies.items()
+            },
+            "keys": self.keys,
+            "runs": self.runs,
+            "runs_per_second": self.runs / self.seconds,
+        }
+
+
+def _nothing(journal: list[Record], folder: Path) -> None:
+    """What is done after a generation if nobody asks for more."""
+
+
+def tune(
+    name: str,
+    changes: Sequence[str],
+    jobs: int,
+    out: Path | None,
+    progress: Progress = silent,
+    after: Callable[[list[Record], Path], None] = _nothing,
+    tell: Told = unheard,
+) -> Tuned:
+    """Searches for the gait that a tuning scenario asks for; goes on where an interrupted search in `out` stopped.
+
+    Args:
+        name: Name or path of the scenario.
+        changes: `--set` changes.
+        jobs: Number of processes.
+        out: Results folder; default: a new one below runs/.
+        progress: Told of every generation.
+        after: Called after every generation with the journal so far and the folder.
+        tell: Told what of an interrupted search could not be used.
+    """
+    scenario = read_scenario(name, changes)
+    study = Study(scenario)
+    title = title_of(name)
+    strategy(Space(scenario, study.gains), study.tune, scenario.seed)  # complaints come before anything is written
+    folder = Folder.new(RUNS, title, Plan(scenario)) if out is None else Folder(out, Plan(scenario))
+    began = time.perf_counter()
+    try:
+        search, found = _search(folder, study, jobs, partial(progress, title), after, tell)
+    except BaseException:
+        folder.discard()  # but not what it noted
+        raise
+    seconds = time.perf_counter() - began
+    path = folder.path / "gait.toml"
+    folder.save_text(path.name, gait_text(title, search, found))
+    keys = dict(search.space.candidate(found.x).keys)
+    tuned = Tuned(title, folder.path, path, found, keys, search.runs, seconds)
+    folder.save_text("result.json", dumps(tuned.as_dict(), indent=1))
+    folder.close()
+    return tuned
+
+
+def _search(
+    folder: Folder,
+    study: Study,
+    jobs: int,
+    progress: Callable[..., Any],
+    after: Callable[[list[Record], Path], None],
+    tell: Told,
+) -> tuple[Search, Found]:
+    """Goes through the generations that an earlier search did not finish."""
+    generations = study.tune.generations
+    known = {record["index"]: record for record in folder.finished()}
+    for words in folder.notes:
+        tell(words)
+    # A generation follows from all before it.
+    told = [known[number] for number in takewhile(known.__contains__, range(1, generations + 1))]
+    with workers(study, jobs) as evaluate:
+        search = Search(study, evaluate, told)
+        with progress(generations, len(search.journal)) as advance:
+            while len(search.journal) < generations:
+                folder.note(search.generation())
+                after(search.journal, folder.path)
+                advance()
+        return search, search.finish()

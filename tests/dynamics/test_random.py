@@ -1,0 +1,70 @@
+"""Random mechanisms: each ends with an answer that keeps its energy and its constraints, or with an error."""
+
+import numpy as np
+import pytest
+from biped.dynamics.build import GROUND, Plane
+
+from biped.base.errors import RunError
+from biped.dynamics import RK8, integrate
+
+DURATION = 0.4  # [s]
+CONSTRAINED, CONSERVED = 1e-6, 1e-5  # m, and part of the energy that moves
+
+
+def build(seed):
+    """A tree of rods, masses over six decades; loops closed by rods as placed, rows twice, now and then singular."""
+    rng = np.random.default_rng(seed)
+    plane = Plane(name=f"random {seed}")
+    flat = rng.random() < 0.2
+    places = [(GROUND, np.zeros(2), 0.0)]
+    for i in range(rng.integers(1, 6)):
+        parent, end, _ = places[rng.integers(len(places))]
+        angle = np.pi * rng.integers(2) if flat else rng.uniform(-np.pi, np.pi)
+        length, mass = rng.uniform(0.3, 1.5), 10.0 ** rng.uniform(-3, 3)
+        rod = plane.body(
+            f"rod{i}", mass=mass, inertia=mass * length**2 / 12, at=end, angle=angle, centre=(length / 2, 0.0)
+        )
+        at = (0.0, 0.0) if parent is GROUND else (parent.length, 0.0)
+        plane.hinge(f"hinge{i}", GROUND if parent is GROUND else parent.body, at, rod, (0.0, 0.0))
+        if rng.random() < 0.3:
+            plane.hinge(f"twice{i}", GROUND if parent is GROUND else parent.body, at, rod, (0.0, 0.0))
+        places.append((Rod(rod, length), end + length * np.array([np.cos(angle), np.sin(angle)]), angle))
+    for k in range(rng.integers(0, 3)):
+        one = places[rng.integers(1, len(places))]
+        anchor = one[1] + rng.normal(size=2) * (np.array([1.0, 0.0]) if flat else 1.0)
+        plane.rod(f"loop{k}", one[0].body, (one[0].length, 0.0), GROUND, anchor)
+    return plane
+
+
+class Rod:
+    """A body and how long it is."""
+
+    def __init__(self, body, length):
+        self.body, self.length = body, length
+
+
+def verdict(seed):
+    """`answer` or `error`; anything else is a failure of the promise."""
+    plane = build(seed)
+    system = plane.system
+    try:
+        r = integrate(system, plane.q, plane.v, duration=DURATION, sampling=0.1, scheme=RK8.adaptive(1e-9))
+    except RunError as error:
+        return "error" if "at t = " in str(error) else "an error that does not say when"
+    moving = max(np.ptp(r.potential), r.kinetic.max(), 1e-6 * np.abs(r.potential).max(), 1e-6)
+    assert r.phi[1:].max() < CONSTRAINED, seed
+    assert np.abs(r.energy - r.energy[0]).max() < CONSERVED * moving, seed
+    return "answer"
+
+
+def test_forty_random_mechanisms():
+    verdicts = [verdict(seed) for seed in range(40)]
+    assert set(verdicts) <= {"answer", "error"}
+    assert verdicts.count("answer") >= 34
+
+
+@pytest.mark.slow
+def test_ten_thousand_random_mechanisms():
+    verdicts = [verdict(seed) for seed in range(10_000)]
+    assert set(verdicts) <= {"answer", "error"}
+    assert verdicts.count("answer") >= 8500

@@ -1,0 +1,111 @@
+"""What the documentation says of files, commands and rooms is so; what is generated equals its generator."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import tomllib
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from biped.base.errors import InputError
+from biped.base.files import locate
+from biped.cli.arguments import parsed
+from biped.scenario.reading import read_scenario
+from biped.show import references
+from biped.studies.regress.references import read, shipped
+
+ROOT = Path(__file__).parents[1]
+PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
+NOTES = ROOT / "docs" / "notes"
+
+
+def commands() -> list[tuple[str, list[str]]]:
+    """Every `biped …` of a shell block or between backquotes, with its page."""
+    found = []
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        blocks = "\n".join(re.findall(r"```sh\n(.*?)```", text, re.DOTALL))
+        # Between backquotes `biped tune` is a name; with an argument it is a command.
+        lines = [line.strip() for line in blocks.splitlines()] + re.findall(r"`(biped [^`]+ [^`]+)`", text)
+        for line in lines:
+            words = shlex.split(" ".join(line.split()), comments=True)
+            if words and words[0].split("/")[-1] == "biped" and "…" not in line:
+                found.append((page.name, words[1:]))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("page", "argv"), commands(), ids=lambda value: value if isinstance(value, str) else " ".join(value)
+)
+def test_every_command_can_be_typed(page, argv):
+    if argv[0].startswith("--"):
+        return
+    args = parsed(argv)
+    names = getattr(args, "scenario", None) or []
+    for name in [names] if isinstance(names, str) else names:
+        known = re.search(r"[A-Z*]|^my|^a\.toml", name) is None
+        if known and not Path(name).is_absolute():
+            locate("scenarios", name, page)
+
+
+def test_the_commands_were_found():
+    assert len(commands()) > 40
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_somewhere(page):
+    text = page.read_text(encoding="utf-8")
+    for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", text):
+        if "://" not in target:
+            assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if NOTES not in page.parents], ids=lambda page: page.name)
+def test_modules_and_files_that_are_named_exist(page):
+    text = page.read_text(encoding="utf-8")
+    for module in set(re.findall(r"`(?:python -m )?(biped\.[a-z_.]+[a-z])`", text)):
+        assert find_spec(module.rpartition(".")[0]), f"{page.name}: {module}"  # or a name within a module
+    files = r"(?<![\w/.])((?:tests|scenarios|controllers|models)/[\w/]+\.(?:py|toml|xml|json))"
+    for path in set(re.findall(files, text)):
+        assert (ROOT / path).exists(), f"{page.name}: {path}"
+
+
+def test_the_house_is_the_one_that_lint_enforces():
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    rooms = re.findall(r"^\| `(\w+)/` \|", text, re.MULTILINE)
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
+        "contracts"
+    ]
+    (layers,) = (contract["layers"] for contract in contracts if contract["type"] == "layers")
+    assert [room for layer in reversed(layers) for room in layer.split(" | ")] == rooms
+    package = ROOT / "biped"
+    there = {path.name for path in package.iterdir() if path.is_dir() and path.name not in ("__pycache__", "data")}
+    assert set(rooms) == there | {"api"}
+    for path in re.findall(rf"`((?:{'|'.join(rooms)})/[\w/]+\.py)`", text):
+        assert (package / path).is_file(), path
+
+
+def test_the_readme_is_short_and_begins_with_two_commands():
+    lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+    assert len(lines) <= 105
+    assert [line.split("#")[0].strip() for line in lines[3:5]] == ["make run", "make test"]
+    text = "\n".join(lines)
+    for word in ("Released", "**A**", "**Q_d**"):
+        assert text.index(word) < text.index("## What it found"), f"{word} is used before it is explained"
+
+
+def test_the_scenario_of_the_readme_is_valid(tmp_path):
+    (block,) = re.findall(r"```toml\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    (tmp_path / "my.toml").write_text(block, encoding="utf-8")
+    assert read_scenario(str(tmp_path / "my.toml")).ground.slope == 2.0
+    (tmp_path / "bad.toml").write_text(block.replace("slope", "slop"), encoding="utf-8")
+    with pytest.raises(InputError):
+        read_scenario(str(tmp_path / "bad.toml"))
+
+
+def test_recorded_numbers_are_what_their_page_says():
+    told = references.PAGE.read_text(encoding="utf-8")
+    assert told == references.page(read(shipped())), "python -m biped.show.references"
