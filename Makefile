@@ -16,7 +16,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 LOCK = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
 	--custom-compile-command 'make lock'
 
-.PHONY: help setup tools run view test test-all stress coverage check regress bench lint format lock clean
+.PHONY: docs fuzz help setup tools run view test test-all stress coverage check regress bench lint format lock clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -50,6 +50,9 @@ test-all: tools ## every test, the slow ones too
 
 stress: tools ## extremes: steps, contacts, masses, starts, pushes, sensors; random physical models
 	$(BIN)/python -m pytest tests/test_stress.py tests/test_properties.py -m "slow or not slow"
+
+fuzz: tools ## ten thousand hostile scenarios, gaits, models, command lines, results folders and journals
+	$(BIN)/python -m tests.fuzz
 
 coverage: tools ## the default tests, those of kernels once more as plain Python; fails below 90 % of lines
 	$(BIN)/coverage erase
@@ -85,6 +88,9 @@ lock: setup ## refresh both lock files from pyproject.toml
 	$(BIN)/python -m pip install --quiet uv
 	$(LOCK) --extra tune --group install pyproject.toml -o requirements.lock
 	$(LOCK) --group dev -c requirements.lock -o requirements-dev.lock
+
+docs: setup ## write the pages that are made from the code
+	$(BIN)/python -m biped.scenario.reference
 
 clean: ## remove the environment and caches (never runs/)
 	rm -rf $(VENV) .pytest_cache .ruff_cache .import_linter_cache

@@ -75,7 +75,7 @@ def test_law_that_fails_in_a_worker(tmp_path, monkeypatch, capsys):
     bad = next(bad for bad in LAWS if bad.name == "law that raises in one run of many")
     prepared(bad, tmp_path)
     monkeypatch.chdir(tmp_path)
-    code = main(["run", "s.toml", "--jobs", "2", "--out", "deep/down"])
+    code = main(["run", "s.toml", "--trust", "--jobs", "2", "--out", "deep/down"])
     answer = capsys.readouterr()
     assert_good_answer(bad, code, *answer)
     noted = Path("deep/down/runs.jsonl").exists()

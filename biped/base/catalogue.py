@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from biped.base.files import locate, names, read_toml
+from biped.base.text import plain
 
 
 def listing() -> list[tuple[str, str, str]]:
@@ -16,5 +17,5 @@ def _one_line(kind: str, name: str) -> str:
     path = locate(kind, name, "list")
     if kind == "models":
         comment = path.read_text(encoding="utf-8").partition("<!--")[2].partition("-->")[0].strip()
-        return comment.partition(";")[0].partition("\n")[0].strip()
-    return str(read_toml(path).get("description", ""))
+        return plain(comment.partition(";")[0].partition("\n")[0].strip())
+    return plain(read_toml(path).get("description", ""))

@@ -3,13 +3,25 @@
 from __future__ import annotations
 
 import difflib
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
 
 from biped.base.errors import InputError
+from biped.base.text import echo, said, short
 
 SUFFIX = {"models": ".xml", "controllers": ".toml", "scenarios": ".toml"}
+
+MOST_BYTES = 1_000_000
+"""Of a TOML file; the largest shipped one has four thousand."""
+DEEPEST = 32
+"""Most tables and lists within each other, and most parts of a dotted key."""
+MOST_FILES = 32
+"""Most files that extend one another."""
+
+# The reader's time grows with the square of a dotted key's parts.
+_LONG_KEY = re.compile(rf"""(?<![\w-])(?:(?:"[^"\n]*"|'[^'\n]*'|[\w-]++)[ \t]*+\.[ \t]*+){{{DEEPEST}}}""")
 
 
 def folder(kind: str) -> Path:
@@ -27,10 +39,10 @@ def names(kind: str) -> list[str]:
 
 def nearest(word: str, known: list[str]) -> str:
     """A sentence that names what the user may have meant."""
-    close = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
+    close = difflib.get_close_matches(word, known, n=1, cutoff=0.5) if len(word) < 100 else []
     if close:
         return f"did you mean '{close[0]}'?"
-    return f"valid: {', '.join(known)}" if known else "there are none"
+    return f"valid: {short(', '.join(known), 500)}" if known else "there are none"
 
 
 def locate(kind: str, name: str, asked_by: str, beside: Path | None = None) -> Path:
@@ -52,20 +64,28 @@ def locate(kind: str, name: str, asked_by: str, beside: Path | None = None) -> P
     else:
         candidates = [base / name for base in (Path(), beside, folder(kind)) if base is not None]
     for candidate in candidates:
-        if candidate.is_file():
+        if is_file(candidate):
             return candidate
-    near = [f"{name}{suffix}" for base in (Path(), beside) if base is not None and (base / f"{name}{suffix}").is_file()]
+    near = [f"{name}{suffix}" for base in (Path(), beside) if base is not None and is_file(base / f"{name}{suffix}")]
     hint = f"did you mean the file '{near[0]}'?" if near else nearest(Path(name).stem, names(kind))
     raise InputError(
-        f"{f'{asked_by}: ' if asked_by else ''}no {kind[:-1]} '{name}'; expected the path of a file *{suffix} or a "
-        f"name: {hint}"
+        f"{f'{asked_by}: ' if asked_by else ''}no {kind[:-1]} '{said(name)}'; expected the path of a "
+        f"file *{suffix} or a name: {hint}"
     )
+
+
+def is_file(path: Path) -> bool:
+    """Whether there is such a file; a name that no file can have (too long, a zero in it) is none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
 
 
 def description_of(model: Path) -> Path:
     """The file that describes a model file: the TOML file of its name beside it, or else the human's."""
     own = model.with_suffix(".toml")
-    return own if own.is_file() else folder("models") / "human.toml"
+    return own if is_file(own) else folder("models") / "human.toml"
 
 
 def canonical(kind: str, path: Path) -> str:
@@ -78,8 +98,11 @@ def canonical(kind: str, path: Path) -> str:
 
 def label(path: Path) -> str:
     """A short name of a file for people: relative to the working folder or to the three folders if it is below them."""
-    whole = path.resolve()
-    for base, prefix in ((Path.cwd(), Path()), *((folder(kind), Path(kind)) for kind in SUFFIX)):
+    try:
+        whole, here = path.resolve(), Path.cwd()
+    except OSError:  # the working folder is gone
+        return str(path)
+    for base, prefix in ((here, Path()), *((folder(kind), Path(kind)) for kind in SUFFIX)):
         if whole.is_relative_to(base.resolve()):
             return str(prefix / whole.relative_to(base.resolve()))
     return str(path)
@@ -89,39 +112,83 @@ def read_toml(path: Path) -> dict[str, Any]:
     """Reads a TOML file.
 
     Raises:
-        InputError: It cannot be read or is not TOML.
+        InputError: It cannot be read, is not TOML, or is larger or deeper than any scenario or gait.
     """
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        with open(path, "rb") as file:
+            text = file.read(MOST_BYTES + 1).decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{label(path)}: cannot be read: {_why(error)}; expected a TOML file in UTF-8") from error
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{label(path)}: not a TOML file: {error}") from error
+    if len(text) > MOST_BYTES:
+        raise InputError(f"{label(path)}: expected a file of at most {MOST_BYTES // 1000} kB")
+    try:
+        return parse_toml(text)
+    except ValueError as error:
+        raise InputError(f"{label(path)}: not a TOML file: {said(error)}") from None
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """Reads TOML, however hostile.
+
+    Raises:
+        ValueError: It is not TOML, or nothing that anybody would write.
+    """
+    if _LONG_KEY.search(text):
+        raise ValueError(f"expected keys of at most {DEEPEST} parts")
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        raise
+    except ValueError:  # Python refuses to convert it
+        raise ValueError("expected numbers of fewer digits") from None
+    except RecursionError:
+        raise ValueError(_TOO_DEEP) from None
+    level: list[Any] = [data]
+    for _ in range(DEEPEST):
+        level = [
+            inner
+            for outer in level
+            for inner in (outer.values() if isinstance(outer, dict) else outer)
+            if isinstance(inner, dict | list)
+        ]
+    if level:
+        raise ValueError(_TOO_DEEP)
+    return data
+
+
+_TOO_DEEP = f"expected at most {DEEPEST} tables or lists within each other"
 
 
 def _why(error: OSError | UnicodeDecodeError) -> str:
     return str(error.strerror).lower() if isinstance(error, OSError) else str(error)
 
 
-def layered(path: Path, kind: str, seen: tuple[Path, ...] = ()) -> tuple[dict[str, Any], dict[str, Path]]:
+def layered(path: Path, kind: str) -> tuple[dict[str, Any], dict[str, Path]]:
     """A TOML file on top of the one that it `extends`, and the file that each dotted key comes from.
 
     Raises:
         InputError: A file is missing, unreadable, or extends itself.
     """
-    if path.resolve() in seen:
-        chain = " -> ".join(label(file) for file in (*seen[seen.index(path.resolve()) :], path))
-        raise InputError(f"{label(path)}: extends: files extend each other in a circle: {chain}")
-    data = read_toml(path)
+    layers: list[tuple[Path, dict[str, Any]]] = []
+    seen: list[Path] = []
+    at: Path | None = path
+    while at is not None:
+        if at.resolve() in seen:
+            chain = " -> ".join(label(file) for file in (*seen[seen.index(at.resolve()) :], at))
+            raise InputError(f"{label(at)}: extends: files extend each other in a circle: {short(chain)}")
+        if len(layers) == MOST_FILES:
+            raise InputError(f"{label(path)}: extends: expected at most {MOST_FILES} files that extend one another")
+        seen.append(at.resolve())
+        data = read_toml(at)
+        layers.append((at, data))
+        parent = data.pop("extends", None)
+        if parent is not None and not isinstance(parent, str):
+            raise InputError(f"{label(at)}: extends: expected a name or path, got {echo(parent)}")
+        at = None if parent is None else locate(kind, parent, f"{label(at)}: extends", at.parent)
     below: dict[str, Any] = {}
     origin: dict[str, Path] = {}
-    parent = data.pop("extends", None)
-    if parent is not None:
-        if not isinstance(parent, str):
-            raise InputError(f"{label(path)}: extends: expected a name or path, got {parent!r}")
-        at = locate(kind, parent, f"{label(path)}: extends", path.parent)
-        below, origin = layered(at, kind, (*seen, path.resolve()))
-    merge(below, data, origin, path)
+    for file, data in reversed(layers):
+        merge(below, data, origin, file)
     return below, origin
 
 
@@ -129,11 +196,11 @@ def merge(below: dict[str, Any], above: dict[str, Any], origin: dict[str, Path],
     """Lays `above` over `below` in place: tables key by key, everything else as a whole."""
     for key, value in above.items():
         dotted = f"{at}{key}"
-        if isinstance(value, dict) and isinstance(below.get(key), dict):
+        origin[dotted] = path
+        if isinstance(value, dict):
+            there = below.get(key)
+            # A table of its own: what is laid over it later must not reach the one it came from.
+            below[key] = there if isinstance(there, dict) else {}
             merge(below[key], value, origin, path, f"{dotted}.")
         else:
             below[key] = value
-        origin[dotted] = path
-        if isinstance(value, dict):
-            for inner in value:
-                origin[f"{dotted}.{inner}"] = path

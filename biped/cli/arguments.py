@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 import re
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
 from biped import __version__
 from biped.base.errors import InputError
+from biped.base.text import said
 
 
 class Parser(argparse.ArgumentParser):
@@ -23,16 +25,16 @@ class Parser(argparse.ArgumentParser):
         if unknown:
             known = list(_commands(self))
             raise InputError(
-                f"command '{unknown[1]}': expected one of {', '.join(known)}; {nearest(unknown[1], known)}"
+                f"command '{said(unknown[1])}': expected one of {', '.join(known)}; {nearest(unknown[1], known)}"
             )
         raise InputError(f"{message.removeprefix('argument ')}; see: {self.prog} --help")
 
 
 def _whole(text: str) -> int:
     try:
-        return int(text)
+        return int(text) if len(text) < 20 else int("too many digits")
     except ValueError:
-        raise argparse.ArgumentTypeError(f"expected a whole number, got '{text}'") from None
+        raise argparse.ArgumentTypeError(f"expected a whole number, got '{said(text)}'") from None
 
 
 def _commands(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser]:
@@ -45,7 +47,8 @@ def _parser() -> Parser:
     parser = Parser(
         prog="biped",
         description="Does this walking controller really work? Runs walking scenarios, measures and checks them.",
-        epilog="Exit code 0: done, all expectations met; 1: a run or a check failed; 2: bad input.",
+        epilog="Exit code 0: done, all expectations met; 1: a run or a check failed; 2: bad input. "
+        "With --debug anywhere, errors come with a traceback.",
     )
     parser.add_argument("--version", action="version", version=f"biped {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
@@ -56,6 +59,7 @@ def _parser() -> Parser:
         command.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
                              help="change a key, e.g. ground.slope=2 (VALUE is TOML; repeatable)")  # fmt: skip
         command.add_argument("--engine", help="engine to run in")
+        _trust(command)
         command.add_argument("--jobs", type=_whole, help="processes for ensembles (default: all cores)")
         command.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
         return command
@@ -73,6 +77,7 @@ def _parser() -> Parser:
     regress.add_argument("--update", action="store_true", help="record what differs as the new reference")
     regress.add_argument("--reason", help="why results changed; kept in the file (needed by --update)")
     regress.add_argument("--file", type=Path, help="file of references (default: that of the shipped scenarios)")
+    _trust(regress)
     regress.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
     regress.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     compare = scenarios("compare", "run scenarios in both engines: every metric side by side, with its gap")
@@ -82,6 +87,7 @@ def _parser() -> Parser:
     tune.add_argument("scenario", help="name in scenarios/, or path of a scenario file with a [tune] table")
     tune.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
                       help="change a key (repeatable)")  # fmt: skip
+    _trust(tune)
     tune.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
     tune.add_argument("--out", type=Path, help="results folder; an interrupted search in it is continued")
     tune.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
@@ -109,6 +115,7 @@ def _parser() -> Parser:
     stability.add_argument("--reference", action="store_true", help="solve the walkers whose multipliers are known")
     stability.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
                            help="change a key (VALUE is TOML; repeatable)")  # fmt: skip
+    _trust(stability)
     stability.add_argument("--engine", choices=["mujoco", "home"], help="the only engine (default: both)")
     stability.add_argument("--basin", action="store_true", help="also cut the basin of attraction: lean and speed")
     stability.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
@@ -118,12 +125,21 @@ def _parser() -> Parser:
     return parser
 
 
+def _trust(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--trust", action="store_true", help="run a law of one's own that the scenario names")
+
+
 def parsed(argv: Sequence[str] | None) -> argparse.Namespace:
     """The arguments of one command.
 
     Raises:
         InputError: They are not what a command takes.
     """
+    for word in sys.argv[1:] if argv is None else argv:
+        try:
+            word.encode()
+        except UnicodeEncodeError:
+            raise InputError(f"{said(word)}: expected arguments in UTF-8") from None
     parser = _parser()
     args, unknown = parser.parse_known_args(argv)
     if unknown:
@@ -132,5 +148,5 @@ def parsed(argv: Sequence[str] | None) -> argparse.Namespace:
         options = [option for action in _commands(parser)[args.command]._actions for option in action.option_strings]
         word = unknown[0]
         hint = nearest(word, [option for option in options if option.startswith("--")])
-        raise InputError(f"{word}: not something that biped {args.command} takes; {hint}")
+        raise InputError(f"{said(word)}: not something that biped {args.command} takes; {hint}")
     return args

@@ -7,9 +7,12 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from biped.base.errors import BipedError, InputError
+from biped.base.errors import InputError
+from biped.base.trust import trusting
 from biped.cli.arguments import parsed
-from biped.cli.common import BAD_INPUT, DONE, FAILED, STOPPED
+from biped.cli.common import BAD_INPUT, FAILED, STOPPED
+from biped.cli.ending import DEBUG, complain
+from biped.cli.streams import safe_streams
 
 
 def _somewhere() -> None:
@@ -24,19 +27,25 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Runs one command; returns the exit code."""
     # 9x9 problems gain nothing from BLAS threads and lose milliseconds under load; must precede numpy's import.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    with safe_streams():
+        return _main(list(sys.argv[1:] if argv is None else argv))
+
+
+def _main(argv: list[str]) -> int:
+    debug = DEBUG in argv
     try:
         _somewhere()
-        args = parsed(argv)
-        return import_module(f"biped.cli.commands.{args.command}").command(args)
-    except BipedError as error:
-        print(f"biped: {' '.join(str(error).split())}", file=sys.stderr)
-        return BAD_INPUT if isinstance(error, InputError) else FAILED
+        args = parsed([word for word in argv if word != DEBUG])
+        with trusting(getattr(args, "trust", False)):
+            code = import_module(f"biped.cli.commands.{args.command}").command(args)
+        sys.stdout.flush()  # here, where it can be said if the disk is full
+        return code
     except KeyboardInterrupt:
         print("biped: stopped; what was finished is kept, and the same command with --out goes on from there",
               file=sys.stderr)  # fmt: skip
         return STOPPED
-    except BrokenPipeError:
-        return DONE
+    except Exception as error:  # the last handler: whatever went wrong, nobody gets a traceback who did not ask
+        return BAD_INPUT if complain(error, debug) else FAILED
 
 
 if __name__ == "__main__":

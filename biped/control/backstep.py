@@ -18,14 +18,15 @@ def step_back(c, q, v):
     """Writes whether the walker falls back into the record, and if so the extended state for legs in the air.
 
     It falls back while the torso's extrapolated centre of mass (Hof 2008), x + ẋ √(y/g) along the ground and taken
-    vertically below the torso, is behind the rearmost believed contact by more than `margin`.
+    vertically below the torso, is behind the rearmost believed contact by more than `margin`. (Places count from the
+    torso's origin.)
     """
     memory = c["memory"]
     rear = math.inf
     for i in range(N_POINTS):
         if memory["believed"][i]:
             rear = min(rear, c["at"]["point"][i, 0])
-    ahead = q[X] - q[Z] * math.tan(c["belief"]["tilt"]) + v[X] * math.sqrt(max(q[Z], 0.0) / GRAVITY)
+    ahead = -q[Z] * math.tan(c["belief"]["tilt"]) + v[X] * math.sqrt(max(q[Z], 0.0) / GRAVITY)
     memory["back"] = ahead < rear - c["backstep"]["margin"] and rear < math.inf
     if memory["back"]:
         for leg in range(LEGS):

@@ -2,77 +2,74 @@
 
 from __future__ import annotations
 
-from collections import deque
-from typing import NamedTuple
+import math
 
 import numpy as np
 
-from biped.control.law import Tick
+from biped.base.jit import kernel
 from biped.control.record import GAIT
 from biped.control.setup import set_gains
+from biped.robot.leg_states import STATES
 from biped.robot.run import Run
-from biped.scenario.gains import Gains
-from biped.scenario.keys import ActuationChange
+from biped.robot.topology import SEGMENTS
+
+CHANGE = np.dtype(
+    [
+        ("first", "i8"), ("count", "i8"), ("complete", "u1"),  # ticks: its first, and until its gains hold
+        ("before", GAIT), ("after", GAIT),
+        ("release", "i8"), ("release_force", "f8"),  # -1 and nan: not changed
+    ],
+    align=True,
+)  # fmt: skip
+"""One change in ticks: the gaits that it begins and ends at, and settings that change with its first tick."""
 
 
-class _Step(NamedTuple):
-    """One change in ticks.
-
-    Attributes:
-        first: The tick it begins with.
-        count: Ticks until its gains hold.
-        before: The gait that it begins at.
-        after: The gait that it ends at.
-        actuation: Settings that change with the first tick.
-    """
-
-    first: int
-    count: int
-    before: np.void
-    after: np.void
-    actuation: ActuationChange
+def changes_of(run: Run) -> np.ndarray:
+    """A run's changes (n,) of `CHANGE`, in time order; gains that a change does not name stay as they are."""
+    out = np.zeros(len(run.scenario.change), CHANGE)
+    gains, rate = run.gains, run.scenario.simulation.control_rate
+    for c, change in zip(out, run.scenario.change, strict=True):
+        c["first"], c["count"] = round(change.at * rate), max(1, round(change.over * rate))
+        set_gains(c["before"], gains)
+        gains = gains.replaced(change.gains)
+        set_gains(c["after"], gains)
+        contacts, force = change.actuation.contacts, change.actuation.release_force
+        c["release"] = -1 if contacts is None else contacts == "released"
+        c["release_force"] = math.nan if force is None else force
+    return out
 
 
-def changing(run: Run, c: np.void, tick: Tick) -> Tick:
-    """A tick that first brings the controller's record up to date.
-
-    Args:
-        run: Its scenario's changes; gains that they do not name stay as they are.
-        c: The record that `tick` reads.
-        tick: The tick itself.
-    """
-    pending = deque(_steps(run))
-
-    def changed(k: int, time: float) -> int:
-        while pending and k >= pending[0].first and _applied(c, pending[0], k):
-            pending.popleft()
-        return tick(k, time)
-
-    return changed
-
-
-def _steps(run: Run) -> list[_Step]:
-    steps, gains, rate = [], run.gains, run.scenario.simulation.control_rate
-    for change in run.scenario.change:
-        before, gains = gains, gains.replaced(change.gains)
-        count = max(1, round(change.over * rate))
-        steps.append(_Step(round(change.at * rate), count, _as_record(before), _as_record(gains), change.actuation))
-    return steps
+@kernel
+def bring_up_to_date(record, changes, k):
+    """Brings the controller's record (1,) to tick k of its changes (n,)."""
+    c = record[0]
+    actuation = c["actuation"]
+    for i in range(changes.size):
+        step = changes[i]
+        if step["complete"]:
+            continue
+        if k < step["first"]:
+            return
+        _blend(c["gait"], step["before"], step["after"], min(1.0, (k - step["first"] + 1) / step["count"]))
+        if step["release"] >= 0:
+            actuation["release"] = step["release"]
+        if not math.isnan(step["release_force"]):
+            actuation["release_force"] = step["release_force"]
+        step["complete"] = k - step["first"] + 1 >= step["count"]
+        if not step["complete"]:
+            return
 
 
-def _as_record(gains: Gains) -> np.void:
-    gait = np.zeros(1, GAIT)[0]
-    set_gains(gait, gains)
-    return gait
-
-
-def _applied(c: np.void, step: _Step, k: int) -> bool:
-    """Brings the record to tick k of a change; returns whether the change is complete."""
-    share = min(1.0, (k - step.first + 1) / step.count)
-    for name in GAIT.fields or ():
-        c["gait"][name] = (1.0 - share) * step.before[name] + share * step.after[name]
-    if step.actuation.contacts is not None:
-        c["actuation"]["release"] = step.actuation.contacts == "released"
-    if step.actuation.release_force is not None:
-        c["actuation"]["release_force"] = step.actuation.release_force
-    return share == 1.0
+@kernel
+def _blend(gait, before, after, share):
+    """Writes the gains this far on the way from `before` to `after`."""
+    rest = 1.0 - share
+    gait["k_d1"] = rest * before["k_d1"] + share * after["k_d1"]
+    gait["b_d1"] = rest * before["b_d1"] + share * after["b_d1"]
+    gait["theta_b"] = rest * before["theta_b"] + share * after["theta_b"]
+    for s in range(STATES):
+        for j in range(SEGMENTS):
+            gait["k"][s, j] = rest * before["k"][s, j] + share * after["k"][s, j]
+            gait["b"][s, j] = rest * before["b"][s, j] + share * after["b"][s, j]
+        gait["theta_l"][s] = rest * before["theta_l"][s] + share * after["theta_l"][s]
+        gait["theta_a"][s] = rest * before["theta_a"][s] + share * after["theta_a"][s]

@@ -10,7 +10,7 @@ from __future__ import annotations
 from biped.base.jit import kernel
 from biped.numerics.factor import factor_rows, least_squares, transposed_minimum_norm
 from biped.numerics.triangular import cholesky, solve_transposed, solve_upper, weigh_rows
-from biped.robot.kinematics import bias_forces, biases_on_links
+from biped.robot.kinematics import bias_forces, point_row
 from biped.robot.topology import (
     ANKLE,
     BASE,
@@ -22,8 +22,6 @@ from biped.robot.topology import (
     N_STOPS,
     NQ,
     PITCH,
-    POINT_LEG,
-    SEGMENTS,
     STOP_ROW,
 )  # fmt: skip
 
@@ -42,33 +40,24 @@ def candidates(c, q):
 
 
 @kernel
-def constraint_rows(c, J):
+def constraint_rows(c):
     """Builds A (m, 9) and b_v = -J̇v (m,) of the active constraints; returns m.
 
     Row 2i is a point's normal direction, row 2i + 1 its tangential one; the knees follow. With `single_tangential`, a
-    flat foot has one tangential row (the heel's): the toe's says the same thing. b_v means something only to the
-    release test, which has the J̇v computed.
+    flat foot has one tangential row (the heel's): the toe's says the same thing.
     """
     work, at, belief = c["work"], c["at"], c["belief"]
     A, b_v, row, active = work["A"], work["b_v"], work["row"], c["tick"]["active"]
-    point, bias = at["point"], at["point_bias"]
+    bias = at["point_bias"]
     m = 0
     for i in range(N_POINTS):
         if active[i] == 0:
             continue
-        x, z = point[i, 0], point[i, 1]
         alone = c["actuation"]["single_tangential"] == 0 or i in HEEL or active[i + 1] == 0
         for direction in range(2):
             if direction == 1 and not alone:
                 continue
-            for j in range(NQ):
-                A[m, j] = 0.0
-            for j in range(BASE + SEGMENTS):
-                dof = j if j < BASE else HIP[POINT_LEG[i]] + j - BASE
-                if direction == 0:
-                    A[m, dof] = J[2, dof] - J[4, dof] * x
-                else:
-                    A[m, dof] = J[0, dof] + J[4, dof] * z
+            point_row(at, i, direction, A[m])
             b_v[m] = -bias[i, 1 - direction]
             row[m] = 2 * i + direction
             m += 1
@@ -178,7 +167,7 @@ def constraint_forces(c, m, rank):
 
 
 @kernel
-def imposed_constraints(c, J, q):
+def imposed_constraints(c, q):
     """Leaves the factored constraints that are imposed on the robot in the record; returns (m, rank).
 
     Starting from the candidates, the point that would be pulled hardest is dropped until none is pulled harder than
@@ -187,11 +176,9 @@ def imposed_constraints(c, J, q):
     actuation, at, tick, work = c["actuation"], c["at"], c["tick"], c["work"]
     candidates(c, q)
     if actuation["release"]:
-        # Nothing else needs bias forces.
-        biases_on_links(c["tree"], at)
-        bias_forces(c["tree"], at, c["belief"]["gravity"], tick["h"])
+        bias_forces(c["tree"], at, c["belief"]["gravity"], tick["h"])  # nothing else needs them
     while True:
-        m = constraint_rows(c, J)
+        m = constraint_rows(c)
         rank = factor_constraints(c, m)
         if actuation["release"] == 0 or m == 0:
             return m, rank

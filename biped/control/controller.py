@@ -8,20 +8,26 @@ import numpy as np
 import pinocchio
 
 from biped.base.jit import bound
+from biped.control.bounded import FOREIGN, foreign_torques
+from biped.control.changes import bring_up_to_date, changes_of
 from biped.control.law import WORLD, Law, Tick
+from biped.control.referee import agrees
 from biped.control.setup import controller_record
-from biped.control.tick import NOT_FINITE, log_tick, thesis_tick
+from biped.control.tick import NOT_FINITE, log_tick, thesis_tick, thesis_tick_in
 from biped.robot.model import believed_model
 from biped.robot.run import Run
 from biped.robot.tree import Tree
 
 
 class ThesisLaw:
-    """Braun & Goldfarb's law: Pinocchio's M and Jacobians, then one compiled tick.
+    """Braun & Goldfarb's law: one compiled tick.
+
+    M and joint places are the planar tree's where Pinocchio, which reads the model file by itself, finds the same
+    numbers; otherwise they are Pinocchio's, tick by tick.
 
     Args:
         run: Scenario, gains and draws.
-        believed: Lengths the controller believes in.
+        believed: Lengths and masses the controller believes in.
         q: (9,) measured joint coordinates, live.
         v: (9,) measured joint velocities, live.
         log: (n, WIDTH) log that ticks write.
@@ -29,43 +35,75 @@ class ThesisLaw:
     Attributes:
         u: (6,) joint torques of the latest tick [N m].
         Q_d: (9,) desired generalized forces of the latest tick.
-        tick: One control tick (k, time [s]); see `Law`.
+        record: (1,) `biped.control.record.CONTROL`.
+        changes: (n,) `biped.control.changes.CHANGE`.
+        python: Why the tick cannot be part of a compiled loop (`biped.control.loop`); empty if it can.
     """
 
     def __init__(self, run: Run, believed: Tree, q: np.ndarray, v: np.ndarray, log: np.ndarray):
-        self.record = controller_record(run, believed)
+        self.record, self.changes = controller_record(run, believed), changes_of(run)
         self.c = self.record[0]
         self.u, self.Q_d = self.c["tick"]["u"], self.c["tick"]["Q_d"]
-        model = believed_model(run.model, run.scenario.ground.slope)
-        self.tick = self._bound(model, q, v, log)
-        if self.c["actuation"]["bounded"]:
-            self.tick = partial(self._bounded_tick, self.tick, q, v, log)
-        if run.scenario.change:
-            from biped.control.changes import changing
+        self._own = agrees(run.model, believed)
+        self.python = python_needed(run, believed)
+        self._bind = run, q, v, log
 
-            self.tick = changing(run, self.c, self.tick)
-
-    def _bound(self, model: pinocchio.Model, q: np.ndarray, v: np.ndarray, log: np.ndarray) -> Tick:
-        """The tick as a closure over the run's arrays: looking them up would cost as much as the leg states do."""
-        data, record, crba = model.createData(), self.record, pinocchio.crba
-        M, J = data.M, data.J
-        kernel = bound(thesis_tick, record, M, J, q, v, log, 0, 0.0)
+    @property
+    def tick(self) -> Tick:
+        """A closure, made anew at every asking: to look up the run's arrays would cost as much as the leg states do."""
+        run, q, v, log = self._bind
+        record, changes = self.record, self.changes
+        if self._own:
+            M, inner = self.c["work"]["M"], partial(bound(thesis_tick, record, q, v, log, 0, 0.0), record, q, v, log)
+        else:
+            M, inner = _from_pinocchio(run, record, q, v, log)
+        if self.c["actuation"]["bounded"] == FOREIGN:
+            inner = partial(self._bounded_tick, inner, M, run.scenario.actuation.solver, q, v, log)
+        if not len(changes):
+            return inner
+        update = bound(bring_up_to_date, record, changes, 0)
 
         def tick(k: int, time: float) -> int:
-            crba(model, data, q, WORLD)  # fills M (upper triangle) and J
-            return kernel(record, M, J, q, v, log, k, time)
+            update(record, changes, k)
+            return inner(k, time)
 
         return tick
 
-    def _bounded_tick(self, tick: Tick, q: np.ndarray, v: np.ndarray, log: np.ndarray, k: int, time: float) -> int:
-        """A tick that solves the bounded problem where a torque limit is exceeded."""
+    def _bounded_tick(
+        self, tick: Tick, M: np.ndarray, solver: str, q: np.ndarray, v: np.ndarray, log: np.ndarray, k: int, time: float
+    ) -> int:
+        """A tick that has another solver solve the bounded problem where a torque limit is exceeded."""
         status = tick(k, time)
         if self.c["tick"]["over"] and status != NOT_FINITE:
-            from biped.control.bounded import bounded_torques
-
-            self.u[:] = bounded_torques(self.c)
+            self.u[:] = foreign_torques(self.record, M, solver)
             log_tick(self.record, q, v, log, k, time)
         return status
+
+
+def _from_pinocchio(
+    run: Run, record: np.ndarray, q: np.ndarray, v: np.ndarray, log: np.ndarray
+) -> tuple[np.ndarray, Tick]:
+    """Pinocchio's M, live, and the tick that has it computed."""
+    model = believed_model(run.model, run.scenario.ground.slope)
+    data, crba = model.createData(), pinocchio.crba
+    M, J = data.M, data.J
+    kernel = bound(thesis_tick_in, record, M, J, q, v, log, 0, 0.0)
+
+    def tick(k: int, time: float) -> int:
+        crba(model, data, q, WORLD)  # fills M (upper triangle) and J
+        return kernel(record, M, J, q, v, log, k, time)
+
+    return M, tick
+
+
+def python_needed(run: Run, believed: Tree) -> str:
+    """Why a run's law cannot be part of a compiled loop; empty if it can."""
+    actuation = run.scenario.actuation
+    if run.scenario.law is not None:
+        return "a law of the user's own"
+    if actuation.limit == "bounded" and actuation.solver != "active_set":
+        return f"bounded torques by {actuation.solver}"
+    return "" if agrees(run.model, believed) else "Pinocchio finds another mass matrix than the planar tree"
 
 
 def law_of(run: Run, believed: Tree, q: np.ndarray, v: np.ndarray, log: np.ndarray) -> Law:

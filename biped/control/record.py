@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from biped.numerics.lanes import LANES
 from biped.numerics.triangular import BLOCK
 from biped.robot.kinematics import PLACES, TREE
 from biped.robot.leg_states import STATES
-from biped.robot.topology import LEGS, N_CONSTRAINTS, N_POINTS, N_ROWS, NQ, NU, SEGMENTS
+from biped.robot.topology import BASE, LEGS, N_CONSTRAINTS, N_POINTS, N_ROWS, NQ, NU, SEGMENTS
 
 GAIT = np.dtype(
     [
@@ -60,8 +61,12 @@ _FALL = np.dtype([("height", "f8"), ("tilt", "f8")], align=True)
 """When the run is over [m, rad]."""
 
 _MEMORY = np.dtype(
-    [("believed", "u1", N_POINTS), ("waiting", "i8", N_POINTS), ("phase", "i8", LEGS), ("back", "u1")], align=True
-)
+    [
+        ("believed", "u1", N_POINTS), ("waiting", "i8", N_POINTS), ("phase", "i8", LEGS), ("back", "u1"),
+        ("side", "i8", NU),  # limits that torques were last at, where the bounded problem begins
+    ],
+    align=True,
+)  # fmt: skip
 """What lasts from tick to tick: contacts, ticks that a change has lasted, leg states, whether it is falling back."""
 
 _TICK = np.dtype(
@@ -83,16 +88,31 @@ _WORK = np.dtype(
         # The reduced problem has factors of its own: the bounded form asks for C's once more.
         ("tau_B", "f8", N_ROWS), ("pivot_B", "i8", N_ROWS),
         ("X", "f8", (NQ, BLOCK)), ("line", "f8", BLOCK), ("B", "f8", (NQ, NU)),
+        # The bounded problem min ½ uᵀP u - rᵀu.
+        ("P", "f8", (NU, NU)), ("r", "f8", NU), ("lower", "f8", NU), ("root", "f8", (NU, NU)), ("x", "f8", NU),
     ],
     align=True,
 )  # fmt: skip
 """Work space of the allocation."""
 
+_ROWS = np.dtype(
+    [
+        ("A", "f8", (NQ, LANES)), ("C", "f8", (NQ, LANES)), ("E", "f8", (NQ, LANES)),  # columns of rows of A
+        ("b_v", "f8", (1, LANES)), ("kept", "f8", (1, LANES)), ("norm", "f8", (1, LANES)), ("force", "f8", (1, LANES)),
+        ("used", "u1", LANES),  # as a pivot
+        ("V", "f8", (NQ, LANES)), ("T", "f8", (NQ, NQ)), ("z", "f8", NQ),
+        ("L", "f8", (NQ, NQ)), ("S", "f8", (BASE, BASE)),
+        ("D", "f8", (BASE, LANES)), ("Y", "f8", (NU, LANES)),
+    ],
+    align=True,
+)  # fmt: skip
+"""Work space of the allocation by floating coordinates, a row of A in each lane (`biped.numerics.lanes`)."""
+
 CONTROL = np.dtype(
     [
         ("gait", GAIT), ("tree", TREE), ("belief", _BELIEF), ("sensing", _SENSING), ("backstep", _BACKSTEP),
         ("actuation", _ACTUATION), ("fall", _FALL), ("memory", _MEMORY), ("at", PLACES), ("tick", _TICK),
-        ("work", _WORK),
+        ("work", _WORK), ("rows", _ROWS),
     ],
     align=True,
 )  # fmt: skip

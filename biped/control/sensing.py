@@ -3,30 +3,43 @@
 from __future__ import annotations
 
 from biped.base.jit import kernel
-from biped.robot.kinematics import link_angles, points_on_links
-from biped.robot.topology import HEEL, LINK_DOF, N_LINKS, N_POINTS
+from biped.robot.kinematics import biases_on_links, forward, link_angles, points_on_links
+from biped.robot.topology import HEEL, LINK_DOF, N_LINKS, N_POINTS, X, Z
 
 
 @kernel
-def sense_links(c, J, q, v):
-    """Fills angles, rates, joint positions and contact points of the record from Pinocchio's Jacobian.
-
-    A hinge about -y at (x, z) has the world-frame column J[0] = z, J[2] = -x, so the columns *are* the joint positions.
+def sense_links(c, q, v):
+    """Fills the record's places, counted from the torso's origin, and the heights of the points.
 
     Args:
         c: Controller record (`biped.control.record.CONTROL`).
-        J: (6, 9) world-frame joint Jacobian.
         q: (9,) joint coordinates [m, rad].
         v: (9,) joint velocities [m/s, rad/s].
     """
-    at, height = c["at"], c["tick"]["height"]
+    forward(c["tree"], q, v, 0.0, 0.0, c["at"])
+    _heights(c, q)
+
+
+@kernel
+def sense_links_in(c, J, q, v):
+    """As `sense_links`, from Pinocchio's world-frame joint Jacobian J (6, 9) instead of the tree's lengths.
+
+    A hinge about -y at (x, z) has the world-frame column J[0] = z, J[2] = -x, so the columns *are* the joint positions.
+    """
+    at = c["at"]
     link_angles(q, v, at)
     for link in range(N_LINKS):
-        at["joint"][link, 0] = -J[2, link + LINK_DOF]
-        at["joint"][link, 1] = J[0, link + LINK_DOF]
+        at["joint"][link, 0] = -J[2, link + LINK_DOF] - q[X]
+        at["joint"][link, 1] = J[0, link + LINK_DOF] - q[Z]
     points_on_links(c["tree"], at)
+    biases_on_links(c["tree"], at)
+    _heights(c, q)
+
+
+@kernel
+def _heights(c, q):
     for i in range(N_POINTS):
-        height[i] = at["point"][i, 1]
+        c["tick"]["height"][i] = q[Z] + c["at"]["point"][i, 1]
 
 
 @kernel

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from biped.control.loop import measure
 from biped.robot.run import Run
 from biped.scenario.vary import stream
 
@@ -23,6 +24,9 @@ class Sensors:
     Attributes:
         q: (9,) measured joint coordinates, live.
         v: (9,) measured joint velocities, live.
+        noise: (count, 2, 9) what is added to coordinates and velocities.
+        past: (delay + 1, 2, 9) latest true coordinates and velocities.
+        resolution: [rad] of the angles; 0: exact.
     """
 
     def __init__(self, run: Run, q: np.ndarray, v: np.ndarray, count: int):
@@ -31,21 +35,12 @@ class Sensors:
         self._true_q, self._true_v = q, v
         self.q, self.v = np.array(q), np.array(v)
         rng = stream(run.seed, "sensors")
-        scale = np.array([sensors.height_noise] * 2 + [sensors.angle_noise] * 7)
-        self._noise_q = rng.standard_normal((count, 9)) * scale
-        self._noise_v = rng.standard_normal((count, 9)) * np.array([0.0] * 2 + [sensors.rate_noise] * 7)
-        self._delay = round(sensors.delay * s.simulation.control_rate)
-        self._past = np.zeros((self._delay + 1, 2, 9))
-        self._step = sensors.quantisation
+        self.noise = np.empty((count, 2, 9))
+        self.noise[:, 0] = rng.standard_normal((count, 9)) * ([sensors.height_noise] * 2 + [sensors.angle_noise] * 7)
+        self.noise[:, 1] = rng.standard_normal((count, 9)) * ([0.0] * 2 + [sensors.rate_noise] * 7)
+        self.past = np.zeros((round(sensors.delay * s.simulation.control_rate) + 1, 2, 9))
+        self.resolution = float(sensors.quantisation)
 
     def measure(self, k: int) -> None:
         """Updates the measurements at control tick k."""
-        size = self._delay + 1
-        if k == 0:
-            self._past[:] = self._true_q, self._true_v
-        self._past[k % size] = self._true_q, self._true_v
-        q, v = self._past[(k + 1) % size]
-        np.add(q, self._noise_q[k], out=self.q)
-        np.add(v, self._noise_v[k], out=self.v)
-        if self._step > 0.0:
-            self.q[2:] = np.round(self.q[2:] / self._step) * self._step
+        measure(k, self._true_q, self._true_v, self.noise, self.past, self.resolution, self.q, self.v)

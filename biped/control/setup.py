@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from biped.control import record
+from biped.control.bounded import EXACT, FOREIGN
 from biped.robot.model import gravity, torque_limits
 from biped.robot.run import Run
 from biped.robot.topology import Z
@@ -78,6 +79,6 @@ def _set_actuation(actuation: np.void, s: Scenario) -> None:
     actuation["single_tangential"] = keys.single_tangential
     actuation["tolerance"] = keys.rank_tolerance
     actuation["limit"] = torque_limits(s)
-    actuation["bounded"] = keys.limit == "bounded"
+    actuation["bounded"] = 0 if keys.limit == "clip" else EXACT if keys.solver == "active_set" else FOREIGN
     actuation["use_u_0"] = keys.null_torque is not None
     actuation["u_0"] = keys.null_torque or 0.0

@@ -10,10 +10,13 @@ import math
 from biped.base.jit import kernel
 from biped.control.allocation import joint_torques
 from biped.control.backstep import step_back
+from biped.control.bounded import EXACT, bounded_torques
+from biped.control.floating import floating_torques
 from biped.control.phase import leg_states
-from biped.control.sensing import believe_contacts, first_belief, sense_links
+from biped.control.sensing import believe_contacts, first_belief, sense_links, sense_links_in
 from biped.control.springs import desired_forces
 from biped.measure.trajectory import ACTIVE, BELIEVED, HEIGHT, PHASE, Q_D, TIME, Q, U, V
+from biped.robot.kinematics import mass_matrix
 from biped.robot.topology import LEGS, N_CONSTRAINTS, N_POINTS, NQ, NU, TORSO, Z
 
 GOING, LOW, TILTED, NOT_FINITE = 0, 1, 2, 3
@@ -21,14 +24,13 @@ GOING, LOW, TILTED, NOT_FINITE = 0, 1, 2, 3
 
 
 @kernel
-def sense(record, J, q, v, first):
-    """Links, believed contacts and leg states of this tick; returns GOING, LOW, TILTED or NOT_FINITE."""
+def sense(record, q, v, first):
+    """Believed contacts and leg states, from sensed links; returns GOING, LOW, TILTED or NOT_FINITE."""
     c = record[0]
     fall = c["fall"]
     for j in range(NQ):
         if not (math.isfinite(q[j]) and math.isfinite(v[j])):
             return NOT_FINITE
-    sense_links(c, J, q, v)
     if first:
         first_belief(c)
     else:
@@ -41,6 +43,13 @@ def sense(record, J, q, v, first):
     if abs(c["at"]["angle"][TORSO] + c["belief"]["tilt"]) > fall["tilt"]:
         return TILTED
     return GOING
+
+
+@kernel
+def sense_in(record, J, q, v, first):
+    """As `sense`, links too, from Pinocchio's world-frame joint Jacobian J (6, 9)."""
+    sense_links_in(record[0], J, q, v)
+    return sense(record, q, v, first)
 
 
 @kernel
@@ -66,14 +75,12 @@ def log_tick(record, q, v, log, k, time):
 
 
 @kernel
-def thesis_tick(record, M, J, q, v, log, k, time):
+def thesis_tick(record, q, v, log, k, time):
     """The thesis's control law for one tick; u or Q_d is left in the record.
 
     Args:
         record: (1,) `biped.control.record.CONTROL`; an array, because numba takes microseconds to recognise a bare
             record.
-        M: (9, 9) mass matrix, upper triangle (Pinocchio).
-        J: (6, 9) world-frame joint Jacobian (Pinocchio).
         q: (9,) measured joint coordinates [m, rad].
         v: (9,) measured joint velocities [m/s, rad/s].
         log: (n, WIDTH) log, row k is written.
@@ -83,12 +90,31 @@ def thesis_tick(record, M, J, q, v, log, k, time):
     Returns:
         GOING, LOW, TILTED or NOT_FINITE.
     """
-    status = sense(record, J, q, v, k == 0)
+    c = record[0]
+    sense_links(c, q, v)
+    M = c["work"]["M"]
+    if c["actuation"]["generalized"] == 0:
+        mass_matrix(c["tree"], c["at"], M)
+    return _decide(record, M, q, v, log, k, time)
+
+
+@kernel
+def thesis_tick_in(record, M, J, q, v, log, k, time):
+    """As `thesis_tick`, with M (9, 9), upper triangle, and the world-frame joint Jacobian J (6, 9) of Pinocchio's."""
+    sense_links_in(record[0], J, q, v)
+    return _decide(record, M, q, v, log, k, time)
+
+
+@kernel
+def _decide(record, M, q, v, log, k, time):
+    status = sense(record, q, v, k == 0)
     if status == NOT_FINITE:
         return status
     c = record[0]
     desired_forces(c, q, v)
     if c["actuation"]["generalized"] == 0:
-        c["tick"]["over"] = joint_torques(c, M, J, q)
+        c["tick"]["over"] = joint_torques(c, M, q) if c["belief"]["perturbed"] else floating_torques(c, M, q)
+        if c["tick"]["over"] and c["actuation"]["bounded"] == EXACT:
+            bounded_torques(c, M)
     log_tick(record, q, v, log, k, time)
     return status

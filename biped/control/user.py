@@ -13,9 +13,10 @@ import pinocchio
 
 from biped.base.errors import InputError
 from biped.base.files import label, nearest
+from biped.base.trust import refusal, trusted
 from biped.control.law import WORLD
 from biped.control.setup import controller_record
-from biped.control.tick import NOT_FINITE, log_tick, sense
+from biped.control.tick import NOT_FINITE, log_tick, sense_in
 from biped.robot.description import robot_at
 from biped.robot.model import believed_model
 from biped.robot.run import Run
@@ -23,6 +24,7 @@ from biped.robot.topology import NU, UPRIGHT
 from biped.robot.tree import Tree
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario
+from biped.scenario.law import changed_since
 
 
 @dataclass(frozen=True)
@@ -106,7 +108,7 @@ class UserLaw:
         self._live = {key: _read_only(self.c[part][key]) for key, part in parts.items()}
         limit = np.array(self.c["actuation"]["limit"])
         setup = Setup(s, run.gains, believed, self._model, 1.0 / s.simulation.control_rate, limit)
-        kind = load_law(s.law or "") if given is None else given.make
+        kind = load_law(s.law or "", s.law_sha256) if given is None else given.make
         try:
             self._law = kind(setup)
         except (Exception, SystemExit) as error:
@@ -126,7 +128,7 @@ class UserLaw:
         pinocchio.crba(self._model, self._data, self._q, WORLD)
         M = self._data.M
         c, live = self.c, self._live
-        status = sense(self.record, self._data.J, self._q, self._v, k == 0)
+        status = sense_in(self.record, self._data.J, self._q, self._v, k == 0)
         if status == NOT_FINITE:
             return status
         upright = np.array(UPRIGHT) * np.pi
@@ -169,27 +171,47 @@ def _said(error: BaseException, file: str) -> str:
     return f"{type(error).__name__}: {' '.join(str(error).split())}{where}"
 
 
-def load_law(law: str) -> type:
+def _forget(names: set[str], folder: Path) -> None:
+    """Forgets helpers from a law's folder: one of the same name beside the next law is another one."""
+    for name in names:
+        origin = getattr(sys.modules[name], "__file__", None)
+        if origin and Path(origin).is_relative_to(folder):
+            del sys.modules[name]
+
+
+def load_law(law: str, sha256: str | None = None) -> type:
     """The class that `path.py:Class` names.
 
+    Args:
+        law: File and class.
+        sha256: What the law must be (`biped.scenario.law.digest`); None: whatever it is.
+
     Raises:
-        InputError: The file cannot be imported or has no such class.
+        InputError: The file is not trusted, has changed, cannot be imported or has no such class.
     """
     file, _, name = law.rpartition(":")
     shown = label(Path(file))
+    # The one door that every law goes through: whoever forgets to ask earlier ends here.
+    if not trusted(Path(file)):
+        raise InputError(f"law: {refusal(Path(file))}", "law")
+    if changed := changed_since(law, sha256):
+        raise InputError(f"law: {changed}", "law")
     spec = importlib.util.spec_from_file_location(f"biped_law_{Path(file).stem}", file)
-    if spec is None or spec.loader is None:
+    if spec is None:
         raise InputError(f"law: {shown} cannot be loaded as a Python file", "law")
     module = importlib.util.module_from_spec(spec)
     # Dataclasses and pickle look a class's module up by name; helpers may lie beside the file.
     sys.modules[spec.name] = module
+    before = set(sys.modules)
     sys.path.append(str(Path(file).parent))
     try:
-        spec.loader.exec_module(module)
+        # What is read is what runs: the loader would prefer compiled code that lies beside it.
+        exec(compile(Path(file).read_bytes(), file, "exec", dont_inherit=True), module.__dict__)
     except (Exception, SystemExit) as error:
         raise InputError(f"law: importing {shown} raised {_said(error, file)}", "law") from error
     finally:
         sys.path.pop()
+        _forget(set(sys.modules) - before, Path(file).parent)
     kind = getattr(module, name, None)
     if not isinstance(kind, type):
         there = [n for n, value in vars(module).items() if isinstance(value, type)]

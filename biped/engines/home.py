@@ -10,14 +10,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from biped.engines.loop import drive
+from biped.base.jit import COMPILED
+from biped.control.loop import Control
+from biped.engines.loop import Physics, drive
 from biped.engines.rigid.events import advance, touch_down
 from biped.engines.rigid.record import rigid_record
-from biped.measure.trajectory import FORCE, STOP, WIDTH, Trajectory
+from biped.engines.rigid.walk import log_impulses, walk_rigid
+from biped.measure.trajectory import Trajectory
 from biped.robot.description import robot_at
 from biped.robot.model import tree_at, true_tree
 from biped.robot.run import Run
-from biped.robot.topology import BASE, STOP_ROW
+from biped.robot.topology import BASE
 
 
 def simulate(run: Run) -> Trajectory:
@@ -43,7 +46,6 @@ def simulate_with_ledger(run: Run) -> tuple[Trajectory, np.ndarray]:
     q, v = np.array(run.q), np.array(run.v)
     rigid = rigid_record(run.model, s.ground.slope, s.truth)
     w = rigid[0]
-    impulse = w["ledger"]["impulse"]
     touch_down(rigid, q, v)
 
     def push(forces: np.ndarray) -> None:
@@ -51,14 +53,14 @@ def simulate_with_ledger(run: Run) -> tuple[Trajectory, np.ndarray]:
 
     def step(k: int, log: np.ndarray) -> None:
         advance(rigid, q, v, tick / steps, steps)
-        # Rows come normal first; the log wants (forward, normal). A stop's torque bends the knee: negative.
-        line = log[k]
-        line[FORCE:STOP:2] = impulse[1:STOP_ROW:2] / tick
-        line[FORCE + 1 : STOP : 2] = impulse[0:STOP_ROW:2] / tick
-        line[STOP:WIDTH] = impulse[STOP_ROW:] / -tick
+        log_impulses(rigid, log, k, tick)
+
+    def walk(control: Control, log: np.ndarray, first: int, last: int) -> tuple[int, int]:
+        return walk_rigid(rigid, control, q, v, applied, tick / steps, steps, log, first, last)
 
     applied = w["acting"]["Q"] if s.actuation.mode == "generalized" else w["acting"]["Q"][BASE:]
     tree = true_tree(tree_at(run.model), s.truth)
-    trajectory = drive(run, tree, q, v, applied, robot_at(run.model).links, push, step)
+    links = robot_at(run.model).links
+    trajectory = drive(run, Physics(tree, q, v, applied, links, push, step, walk if COMPILED else None))
     capped = int(w["ledger"]["capped"])
     return replace(trajectory, warnings={"chattering_steps": capped} if capped else {}), rigid

@@ -5,20 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import nearest
-from biped.control.controller import law_of
+from biped.control.controller import ThesisLaw, law_of
 from biped.control.law import Law
+from biped.control.loop import Control
 from biped.control.tick import GOING, LOW, TILTED
 from biped.measure.trajectory import Q_D, WIDTH, Q, Trajectory, U, V
 from biped.robot.description import Robot, robot_at
 from biped.robot.model import torque_limits, tree_at
 from biped.robot.run import Run
-from biped.robot.topology import NQ, NU, PITCH, X
+from biped.robot.topology import NQ, PITCH, X
 from biped.robot.tree import Tree
 from biped.scenario.keys import Scenario
 from biped.scenario.keys import Sensors as SensorKeys
@@ -28,31 +29,47 @@ if TYPE_CHECKING:
 
 NO_SENSORS = SensorKeys()
 
+MOST = 10_000
+"""Ticks of one call of compiled code, which an interrupt has to wait for."""
+
 _STILL = 0.2
 """[m/s, rad] below which a fall has no direction."""
 
 
-def drive(
-    run: Run,
-    tree: Tree,
-    q: np.ndarray,
-    v: np.ndarray,
-    applied: np.ndarray,
-    bodies: Sequence[str],
-    push: Callable[[np.ndarray], None],
-    step: Callable[[int, np.ndarray], None],
-) -> Trajectory:
-    """Simulates a run to its end, a fall or a number that is not finite.
+class Physics(NamedTuple):
+    """What an engine lends the loop; arrays are live.
 
-    Args:
-        run: A concrete run.
+    Attributes:
         tree: Lengths and masses of the biped that walks.
-        q: (9,) joint coordinates [m, rad], live: what the engine moves and the law measures.
-        v: (9,) joint velocities, live.
-        applied: Joint torques (6,), or with `generalized` actuation generalized forces (9,), that the engine applies.
+        q: (9,) joint coordinates [m, rad].
+        v: (9,) joint velocities.
+        applied: Joint torques (6,), or with `generalized` actuation generalized forces (9,), that act.
         bodies: Names of the bodies that can be pushed.
         push: Called where pushes change with forces (len(bodies), 2) [N] along and normal to the ground.
         step: Called with (k, log) to move the physics through tick k and to log its ground forces.
+        walk: Called with (control, log, first, last) for ticks first … last - 1 in compiled code; returns the last
+            tick's status and the number of ticks that are logged. None: there is no such code.
+    """
+
+    tree: Tree
+    q: np.ndarray
+    v: np.ndarray
+    applied: np.ndarray
+    bodies: Sequence[str]
+    push: Callable[[np.ndarray], None]
+    step: Callable[[int, np.ndarray], None]
+    walk: Callable[[Control, np.ndarray, int, int], tuple[int, int]] | None
+
+
+def drive(run: Run, physics: Physics) -> Trajectory:
+    """Simulates a run to its end, a fall or a number that is not finite.
+
+    The thesis's law and the physics tick in one compiled loop between pushes, where the engine has one; a user's law
+    ticks in Python.
+
+    Args:
+        run: A concrete run.
+        physics: What moves the biped.
 
     Returns:
         What the run left behind.
@@ -64,29 +81,24 @@ def drive(
     tick = 1.0 / s.simulation.control_rate
     count = round(s.duration * s.simulation.control_rate)
     log = np.zeros((count, WIDTH))
-    sensors = _sensors(run, q, v, count)
-    law = law_of(run, tree_at(run.model), *((q, v) if sensors is None else (sensors.q, sensors.v)), log)
+    sensors = _sensors(run, physics, count)
+    q, v = (physics.q, physics.v) if sensors is None else (sensors.q, sensors.v)
+    law = law_of(run, tree_at(run.model), q, v, log)
     generalized = s.actuation.mode == "generalized"
-    wanted = law.Q_d if generalized else law.u
-    logged = slice(Q_D, Q_D + NQ) if generalized else slice(U, U + NU)
-    next_tick = law.tick
-    if sensors is not None:
-        next_tick = partial(_measured_tick, sensors, law, q, v, log)
+    wanted, logged = (law.Q_d, Q_D) if generalized else (law.u, U)
     follow = 1.0 if s.actuation.lag == 0.0 else 1.0 - float(np.exp(-tick / s.actuation.lag))
+    if physics.walk is not None and isinstance(law, ThesisLaw) and not law.python:
+        control = Control(law.record, law.changes, q, v, *_between(sensors), wanted, logged, follow, tick)
+        walk = partial(physics.walk, control, log)
+    else:
+        walk = _in_python(physics, law, sensors, wanted, logged, follow, tick, log)
     status, done = GOING, 0
-    for first, last, forces in push_spans(s, bodies, count, tick):
-        push(forces)
-        for k in range(first, last):
-            status = next_tick(k, k * tick)
-            done = k + 1
+    for first, last, forces in push_spans(s, physics.bodies, count, tick):
+        physics.push(forces)
+        for start in range(first, last, MOST):
+            status, done = walk(start, min(last, start + MOST))
             if status != GOING:
                 break
-            if follow == 1.0:
-                applied[:] = wanted
-            else:
-                applied += follow * (wanted - applied)
-                log[k, logged] = applied
-            step(k, log)
         if status != GOING:
             break
     robot = robot_at(run.model)
@@ -94,7 +106,7 @@ def drive(
     return Trajectory(
         log=log[:done],
         tick=tick,
-        tree=tree,
+        tree=physics.tree,
         slope=s.ground.slope,
         generalized=generalized,
         torque_limit=torque_limits(s),
@@ -106,13 +118,52 @@ def drive(
     )
 
 
-def _sensors(run: Run, q: np.ndarray, v: np.ndarray, count: int) -> Sensors | None:
+def _sensors(run: Run, physics: Physics, count: int) -> Sensors | None:
     """The run's sensors, or None if the controller reads the state itself."""
     if run.scenario.sensors == NO_SENSORS:
         return None
     from biped.control.sensors import Sensors
 
-    return Sensors(run, q, v, count)
+    return Sensors(run, physics.q, physics.v, count)
+
+
+def _between(sensors: Sensors | None) -> tuple[np.ndarray, np.ndarray, float]:
+    """Noise, past and resolution of sensors, or nothing of each."""
+    if sensors is None:
+        return np.empty((0, 2, 9)), np.empty((0, 2, 9)), 0.0
+    return sensors.noise, sensors.past, sensors.resolution
+
+
+def _in_python(
+    physics: Physics,
+    law: Law,
+    sensors: Sensors | None,
+    wanted: np.ndarray,
+    logged: int,
+    follow: float,
+    tick: float,
+    log: np.ndarray,
+) -> Callable[[int, int], tuple[int, int]]:
+    """The loop tick by tick in Python: for laws and engines that are not compiled."""
+    applied, step, next_tick = physics.applied, physics.step, law.tick
+    if sensors is not None:
+        next_tick = partial(_measured_tick, sensors, law, physics.q, physics.v, log)
+    columns = slice(logged, logged + len(applied))
+
+    def walk(first: int, last: int) -> tuple[int, int]:
+        for k in range(first, last):
+            status = next_tick(k, k * tick)
+            if status != GOING:
+                return status, k + 1
+            if follow == 1.0:
+                applied[:] = wanted
+            else:
+                applied[:] += follow * (wanted - applied)
+                log[k, columns] = applied
+            step(k, log)
+        return GOING, last
+
+    return walk
 
 
 def _measured_tick(

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import mujoco
 import numpy as np
 
 from biped.base.jit import bound
 from biped.engines.forces import log_forces
-from biped.engines.loop import drive
+from biped.engines.loop import Physics, drive
+from biped.engines.native import native as native_of
+from biped.engines.native import without_clock
 from biped.measure.trajectory import WIDTH, Trajectory
 from biped.robot.description import robot_at
 from biped.robot.model import compile_foreign
@@ -54,7 +57,16 @@ def simulate(run: Run) -> Trajectory:
     applied = data.qfrc_applied if generalized else data.ctrl
     bodies = [model.body(i).name for i in range(1, model.nbody)]
     if order.canonical:
-        trajectory = drive(run, foreign.tree, data.qpos, data.qvel, applied, bodies, push, step)
+        walk = None
+        if s.law is None and (native := native_of(model, order)) is not None:
+            from biped.engines.walk import Plant, walk_plant
+
+            plant = Plant(
+                native.step, model._address, data._address, data._address + native.nefc, data._address + native.force,
+                substeps, data.qpos, data.qvel, applied, place, *where, pyramid,
+            )  # fmt: skip
+            walk = partial(walk_plant, plant)
+        physics = Physics(foreign.tree, data.qpos, data.qvel, applied, bodies, push, step, walk)
     else:
         q, v, wanted = np.array(run.q), np.array(run.v), np.zeros(applied.size)
         places = order.joints if generalized else order.actuators
@@ -64,11 +76,12 @@ def simulate(run: Run) -> Trajectory:
             step(k, log)
             q[:], v[:] = data.qpos[order.joints], data.qvel[order.joints]
 
-        trajectory = drive(run, foreign.tree, q, v, wanted, bodies, push, reordered)
+        physics = Physics(foreign.tree, q, v, wanted, bodies, push, reordered, None)
+    with without_clock():
+        trajectory = drive(run, physics)
+    counts = data.warning.number
     warnings = {
-        mujoco.mjtWarning(i).name.removeprefix("mjWARN_").lower(): int(w.number)
-        for i, w in enumerate(data.warning)
-        if w.number
+        mujoco.mjtWarning(i).name.removeprefix("mjWARN_").lower(): int(counts[i]) for i in np.flatnonzero(counts)
     }
     if warnings and trajectory.end != "diverged":
         # What falls because the numbers exploded has not fallen.

@@ -9,12 +9,16 @@ from functools import partial
 from types import ModuleType
 from typing import Any
 
+import numpy as np
+
 from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
+from biped.ensemble.processes import FORKS
 from biped.ensemble.rows import LOST, Row
 from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
 from biped.scenario.keys import Scenario
+from biped.scenario.origin import Origin
 
 Keep = Callable[[int, Trajectory, Row], None]
 """Called where a run was made with (index, trajectory, row), for what must be kept of it."""
@@ -22,7 +26,8 @@ Keep = Callable[[int, Trajectory, Row], None]
 
 def simulate(run: Run) -> Trajectory:
     """Simulates a run in the engine that its scenario names."""
-    return _engine(run.scenario).simulate(run)
+    with run.origin.naming():
+        return _engine(run.scenario).simulate(run)
 
 
 def _engine(scenario: Scenario) -> ModuleType:
@@ -38,7 +43,8 @@ def run_one(plan: Plan, index: int) -> tuple[Trajectory, Row]:
     from biped.measure.metrics import assess
 
     run = plan.run(index)
-    trajectory, numbers = assess(simulate(run), run.scenario.interval)
+    with np.errstate(all="ignore"):  # what blows up overflows, and is called so
+        trajectory, numbers = assess(simulate(run), run.scenario.interval)
     told = {name: bool(numbers.pop(name)) for name in ("walked", "diverged", "doubtful")}
     row = Row(
         index=index,
@@ -78,8 +84,21 @@ def rows_of(plan: Plan, indices: Iterable[int], jobs: int, keep: Keep | None = N
         from biped.measure import metrics  # noqa: F401
 
         _engine(plan.scenario)
-    with workers(Making(plan, keep), min(jobs, len(indices))) as carried_out:
+    with workers(Making(plan, keep), min(jobs, len(indices)), side_by_side(plan)) as carried_out:
         yield carried_out(indices, ordered=False, lost=partial(_lost, plan))
+
+
+def side_by_side(plan: Plan) -> bool:
+    """Whether runs are made by threads: where processes do not fork and would import and compile all anew.
+
+    Compiled loops hold no interpreter lock, so threads are as fast as processes; but a fault of compiled code ends them
+    all, where forked workers lose one run. Laws in Python need processes in any case.
+    """
+    from biped.control.controller import python_needed
+    from biped.robot.model import tree_at
+
+    first = plan.run(0)
+    return not FORKS and not python_needed(first, tree_at(first.model))
 
 
 class Making:
@@ -101,11 +120,11 @@ class Making:
         return row
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _making, (self._plan.scenario, self._keep)
+        return _making, (self._plan.scenario, self._plan.origin, self._keep)
 
 
-def _making(scenario: Scenario, keep: Keep | None) -> Making:
-    return Making(Plan(scenario), keep)
+def _making(scenario: Scenario, origin: Origin, keep: Keep | None) -> Making:
+    return Making(Plan(scenario, origin, checked=True), keep)
 
 
 def _lost(plan: Plan, index: int, error: BaseException) -> Row:

@@ -196,14 +196,21 @@ class Folder:
         return [path for path in (self.path / FAILURES).iterdir() if _KEPT.fullmatch(path.name)]
 
 
-def keep(folder: Path, number: int, cause: str, trajectory: Trajectory) -> None:
+def keep(folder: Path, number: int, cause: str, trajectory: Trajectory, more: str = "") -> None:
     """Keeps a trajectory of run `number` of a results folder, wherever it was made, and how to see it again.
+
+    Args:
+        folder: The results folder.
+        number: Of the run.
+        cause: How it ended.
+        trajectory: What to keep.
+        more: Arguments that the command needs besides.
 
     Raises:
         RunError: It cannot be written.
     """
     kept = folder / FAILURES
-    again = f"biped run {shlex.quote(label(folder / 'scenario.toml'))} --only {number}"
+    again = f"biped run {shlex.quote(label(folder / 'scenario.toml'))} --only {number}{more}"
     with complaining(kept):
         kept.mkdir(exist_ok=True)
         with written(kept / f"run-{number:05d}.npz") as part:

@@ -185,10 +185,9 @@ class Trajectory:
                 rest = json.loads(str(file["about"]))
                 n = len(file["time"])
                 log = np.hstack([file[name].reshape(n, -1) for name in COLUMNS])
-            # What was saved before trajectories said so was the human's.
-            told = rest.pop("robot", None)
+            told = rest.pop("robot", None)  # what was saved before trajectories said so was the human's
             rest["robot"] = robot_at(folder("models") / "human.xml") if told is None else msgspec.convert(told, Robot)
-            rest["tree"] = Tree(**{name: np.array(value) for name, value in rest["tree"].items()})
+            rest["tree"] = Tree(**{name: np.array(value, dtype=float) for name, value in rest["tree"].items()})
             rest["torque_limit"] = tuple(rest["torque_limit"])
             rest["pushes"] = tuple(tuple(push) for push in rest["pushes"])
             loaded = cls(log=log, **rest)

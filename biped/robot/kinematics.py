@@ -6,18 +6,17 @@ the subtree that hinge j carries, and hinges at p, for i above or equal to j
 
     M_ij = T_j - S_j·(p_i + p_j) + m_j p_i·p_j
 
-The numbers are Pinocchio's at a tenth of the price; the controller still takes M and joints from Pinocchio itself, and
-the tests hold both together. Coordinates and order as in `biped.robot.topology`; vectors (x, z), angles
-counter-clockwise.
+The numbers are Pinocchio's at a tenth of the price; the controller asks Pinocchio at every model whether they are
+(`biped.control.referee`), and the tests hold both together. Coordinates and order as in `biped.robot.topology`;
+vectors (x, z), angles counter-clockwise.
 """
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from biped.base.jit import kernel
+from biped.numerics.sines import sines
 from biped.robot.topology import (
     BASE,
     CHAINS,
@@ -55,6 +54,7 @@ TREE = np.dtype(
 PLACES = np.dtype(
     [
         ("angle", "f8", N_LINKS), ("rate", "f8", N_LINKS),  # rad, rad/s, of the links
+        ("sin", "f8", N_LINKS), ("cos", "f8", N_LINKS),  # of the angles
         ("joint", "f8", (N_LINKS, 2)), ("com", "f8", (N_LINKS, 2)), ("point", "f8", (N_POINTS, 2)),  # m
         ("joint_velocity", "f8", (N_LINKS, 2)), ("com_velocity", "f8", (N_LINKS, 2)),  # m/s
         ("point_velocity", "f8", (N_POINTS, 2)),
@@ -68,7 +68,7 @@ PLACES = np.dtype(
 
 @kernel
 def link_angles(q, v, at):
-    """Fills the links' absolute angles and rates."""
+    """Fills the links' absolute angles, with their sines and cosines, and rates."""
     angle, rate = at["angle"], at["rate"]
     for k in range(N_LINKS):
         if k == TORSO:
@@ -76,12 +76,12 @@ def link_angles(q, v, at):
         else:
             up = PARENT[k]
             angle[k], rate[k] = angle[up] + q[k + LINK_DOF], rate[up] + v[k + LINK_DOF]
+    sines(angle, N_LINKS, at["sin"], at["cos"])
 
 
 @kernel
-def _ride(angle, rate, place, velocity, bias, offset, out, out_velocity, out_bias):
+def _ride(cos, sin, rate, place, velocity, bias, offset, out, out_velocity, out_bias):
     """Place, velocity and J̇v of a point fixed to a link, from those of the link's joint; offset in the link's frame."""
-    cos, sin = math.cos(angle), math.sin(angle)
     x = cos * offset[0] - sin * offset[1]
     z = sin * offset[0] + cos * offset[1]
     out[0] = place[0] + x
@@ -105,7 +105,7 @@ def forward(tree, q, v, x, z, at):
         at: `PLACES` record, filled.
     """
     link_angles(q, v, at)
-    angle, rate = at["angle"], at["rate"]
+    cos, sin, rate = at["cos"], at["sin"], at["rate"]
     joint, velocity, bias = at["joint"], at["joint_velocity"], at["joint_bias"]
     com, com_velocity, com_bias = at["com"], at["com_velocity"], at["com_bias"]
     point, point_velocity, point_bias = at["point"], at["point_velocity"], at["point_bias"]
@@ -117,14 +117,17 @@ def forward(tree, q, v, x, z, at):
         else:
             up = PARENT[k]
             _ride(
-                angle[up], rate[up], joint[up], velocity[up], bias[up], tree["joint"][k],
+                cos[up], sin[up], rate[up], joint[up], velocity[up], bias[up], tree["joint"][k],
                 joint[k], velocity[k], bias[k],
             )  # fmt: skip
-        _ride(angle[k], rate[k], joint[k], velocity[k], bias[k], tree["com"][k], com[k], com_velocity[k], com_bias[k])
+        _ride(
+            cos[k], sin[k], rate[k], joint[k], velocity[k], bias[k], tree["com"][k],
+            com[k], com_velocity[k], com_bias[k],
+        )  # fmt: skip
     for i in range(N_POINTS):
         k = POINT_LINK[i]
         _ride(
-            angle[k], rate[k], joint[k], velocity[k], bias[k], tree["point"][i],
+            cos[k], sin[k], rate[k], joint[k], velocity[k], bias[k], tree["point"][i],
             point[i], point_velocity[i], point_bias[i],
         )  # fmt: skip
 
@@ -134,7 +137,7 @@ def points_on_links(tree, at):
     """Fills the contact points' places from angles and joints that are known (the controller's, from Pinocchio)."""
     for i in range(N_POINTS):
         k = POINT_LINK[i]
-        cos, sin = math.cos(at["angle"][k]), math.sin(at["angle"][k])
+        cos, sin = at["cos"][k], at["sin"][k]
         x, z = tree["point"][i, 0], tree["point"][i, 1]
         at["point"][i, 0] = at["joint"][k, 0] + cos * x - sin * z
         at["point"][i, 1] = at["joint"][k, 1] + sin * x + cos * z
@@ -146,7 +149,7 @@ def biases_on_links(tree, at):
     joint, bias, rate, com, com_bias = at["joint"], at["joint_bias"], at["rate"], at["com"], at["com_bias"]
     for k in range(N_LINKS):
         up = PARENT[k]
-        cos, sin = math.cos(at["angle"][k]), math.sin(at["angle"][k])
+        cos, sin = at["cos"][k], at["sin"][k]
         x = cos * tree["com"][k, 0] - sin * tree["com"][k, 1]
         z = sin * tree["com"][k, 0] + cos * tree["com"][k, 1]
         for axis in range(2):

@@ -22,9 +22,12 @@ from biped.base.files import description_of, label, nearest
 from biped.robot.check import check_model, check_parts
 from biped.robot.description import Robot, robot_at
 from biped.robot.order import Order, order_of
+from biped.robot.safety import examine, packaged
+from biped.robot.sizes import check_sizes
 from biped.robot.topology import BASE, NU, PARENT, POINT_LINK
 from biped.robot.tree import Tree, tree_of
-from biped.scenario.keys import Scenario, Truth
+from biped.robot.trial import tried
+from biped.scenario.keys import Ground, Scenario, Simulation, Truth
 
 GRAVITY = 9.81
 """[m/s²]"""
@@ -59,7 +62,15 @@ def _version(path: Path) -> tuple[str, float, float]:
 
 @lru_cache(maxsize=8)
 def _checked(path: str, modified: float, described: float) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
-    """Parses, compiles and checks a model file once per version of it."""
+    """Parses, compiles and checks a model file once per version of it; first elsewhere if it may be anybody's."""
+    file = Path(path)
+    if not packaged(file):
+        examine(file)
+        tried(label(file), lambda: _survives(path))
+    return _parsed(path)
+
+
+def _parsed(path: str) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
     name, robot = label(Path(path)), robot_at(Path(path))
     try:
         spec = mujoco.MjSpec.from_file(path)
@@ -71,6 +82,14 @@ def _checked(path: str, modified: float, described: float) -> tuple[mujoco.MjSpe
         raise InputError(f"{name}: not a model MuJoCo can compile: {' '.join(str(error).split())}") from None
     check_model(model, name, robot)
     return spec, model
+
+
+def _survives(path: str) -> None:
+    """Everything that is ever done with a model file, once."""
+    _, model = _parsed(path)
+    check_sizes(model, label(Path(path)))
+    mujoco.mj_step(model, mujoco.MjData(model))
+    _pinocchio(path, 0.0, 0.0)
 
 
 def spec_of(path: Path) -> mujoco.MjSpec:
@@ -112,11 +131,29 @@ def _apply_truth(spec: mujoco.MjSpec, truth: Truth, robot: Robot) -> None:
 def compile_foreign(path: Path, scenario: Scenario, visuals: bool = False) -> Foreign:
     """Compiles the scenario's ground truth: this ground, this solver, these limits, and no visuals unless wanted.
 
+    Runs that differ in nothing of this share one model, which is not to be written to.
+
     Args:
         path: The MJCF file.
         scenario: What the run needs.
         visuals: Keep geoms that are only looked at.
     """
+    s = scenario
+    return _compiled(*_version(path), s.ground, s.simulation, s.truth, torque_limits(s), visuals)
+
+
+@lru_cache(maxsize=8)
+def _compiled(
+    file: str,
+    modified: float,
+    described: float,
+    ground: Ground,
+    simulation: Simulation,
+    truth: Truth,
+    limits: tuple[float, ...],
+    visuals: bool,
+) -> Foreign:
+    path = Path(file)
     spec, robot = spec_of(path), robot_at(path)
     if not visuals:
         kept = (robot.contact.ground, *robot.points)
@@ -124,9 +161,8 @@ def compile_foreign(path: Path, scenario: Scenario, visuals: bool = False) -> Fo
             spec.delete(geom)
         for light in list(spec.lights):
             spec.delete(light)
-    if scenario.truth != Truth():
-        _apply_truth(spec, scenario.truth, robot)
-    ground, simulation = scenario.ground, scenario.simulation
+    if truth != Truth():
+        _apply_truth(spec, truth, robot)
     option = spec.option
     option.timestep = simulation.timestep
     option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{simulation.integrator.upper()}")
@@ -142,7 +178,7 @@ def compile_foreign(path: Path, scenario: Scenario, visuals: bool = False) -> Fo
         pair.solref = solref
     for stop in robot.stops:
         spec.joint(stop).solref_limit = solref
-    for actuator, limit in zip(robot.actuators, torque_limits(scenario), strict=True):
+    for actuator, limit in zip(robot.actuators, limits, strict=True):
         spec.actuator(actuator).ctrlrange = [-limit, limit]
     model = spec.compile()
     return Foreign(model, order_of(model, robot), tree_of(model, label(path), robot))

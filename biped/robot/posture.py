@@ -65,7 +65,10 @@ def project(tree: Tree, q: np.ndarray, contacts: tuple[str, ...], points: tuple[
                 break
             return q
         rows = np.vstack([jacobian[standing], np.eye(NQ)[stops]])
-        q -= step @ (np.linalg.pinv(rows @ step, rcond=1e-9) @ residual)
+        try:
+            q -= step @ (np.linalg.pinv(rows @ step, rcond=1e-9) @ residual)
+        except np.linalg.LinAlgError:  # lengths beyond all measure
+            break
     raise InputError(
         f"start.contacts: the posture cannot be put on the ground with {', '.join(contacts)} touching; "
         "expected contacts that the legs can reach, or start.settle = false",

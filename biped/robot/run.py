@@ -10,6 +10,7 @@ import numpy as np
 from biped.robot.given import Factory
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario
+from biped.scenario.origin import UNKNOWN, Origin
 
 
 class Run(NamedTuple):
@@ -26,6 +27,7 @@ class Run(NamedTuple):
         v: (9,) joint velocities it starts with.
         mass_factor: (9, 9) elementwise factors of the controller's M, or None.
         row_factor: (10, 9) elementwise factors of the controller's A, or None.
+        origin: Where the keys of its scenario were written.
         law: Makes the run's own law where one was handed over as an object (`biped.robot.given`).
     """
 
@@ -39,4 +41,5 @@ class Run(NamedTuple):
     v: np.ndarray
     mass_factor: np.ndarray | None
     row_factor: np.ndarray | None
+    origin: Origin = UNKNOWN
     law: Factory | None = None

@@ -12,7 +12,20 @@ from typing import Annotated, Literal
 from msgspec import Meta, field
 
 from biped.scenario.gains import Gains
-from biped.scenario.section import Nine, NonNegative, Positive, Section, Seven, Six, Vector
+from biped.scenario.section import (
+    Count,
+    Degrees,
+    Hold,
+    Name,
+    Nine,
+    NonNegative,
+    Positive,
+    Real,
+    Section,
+    Seven,
+    Six,
+    Vector,
+)  # fmt: skip
 from biped.scenario.tune import Tune
 
 
@@ -20,18 +33,19 @@ class Start(Section, frozen=True):
     """How a run begins.
 
     Attributes:
-        posture: A keyframe of the model.
-        q: Nine absolute coordinates in thesis order [m, rad] instead of a posture.
-        v: Nine absolute velocities [m/s, rad/s].
-        contacts: Points that touch the ground; default: those the model names for the posture (none for q).
-        settle: Project the posture onto the ground before the run.
-        jitter: Standard deviation [rad] of noise on the seven angles, before settling.
+        posture: A keyframe of the model; human: `heel_toe`, `flat`, `single` (captions of Figs 3.4–3.6).
+        q: Nine absolute coordinates (x, y, θ, θ1 … θ6) [m, rad] instead of a posture.
+        v: Their velocities [m/s, rad/s].
+        contacts: Points that must touch: `right_toe`, `right_heel`, `left_toe`, `left_heel`; default: those the model
+            names for the posture (none for q).
+        settle: Project the posture onto the ground: the least change of the angles.
+        jitter: Standard deviation [rad] on the seven angles, after settling; the biped is then set down.
     """
 
-    posture: str = "flat"
+    posture: Name = "flat"
     q: Nine | None = None
     v: Nine = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    contacts: tuple[str, ...] | None = None
+    contacts: Annotated[tuple[Name, ...], Meta(max_length=16)] | None = None
     settle: bool = True
     jitter: NonNegative = 0.0
 
@@ -43,15 +57,15 @@ class Ground(Section, frozen=True):
         slope: Degrees, uphill positive.
         angles: What Q_d's absolute angles are measured from: the direction of gravity or the slope's normal.
         friction: Coefficient of Coulomb friction.
-        contact_time: Time constant [s] of the contacts and knee stops (solref).
+        contact_time: Time constant [s] of MuJoCo's contacts and knee stops (solref), at least two time steps.
         damping_ratio: Their damping ratio.
     """
 
     slope: Annotated[float, Meta(gt=-45, lt=45)] = 0.0
     angles: Literal["gravity", "slope"] = "gravity"
-    friction: NonNegative = 3.0
-    contact_time: Positive = 0.004
-    damping_ratio: Positive = 1.0
+    friction: Annotated[float, Meta(ge=0, le=1e6)] = 3.0
+    contact_time: Annotated[float, Meta(gt=0, le=1000)] = 0.004
+    damping_ratio: Annotated[float, Meta(ge=1e-6, le=1e6)] = 1.0
 
 
 class Actuation(Section, frozen=True):
@@ -62,10 +76,12 @@ class Actuation(Section, frozen=True):
         contacts: Rows of A: candidates that pass the release test, or all that are `touching`.
         release_force: Pull [N] beyond which a touching point is not a constraint.
         torque_limit: [N m] of every joint, or six limits: hip, knee, ankle, right then left.
-        limit: What happens beyond the limit: `clip`, or the `bounded` form of (3.13).
+        limit: What happens beyond the limit: `clip`, or the `bounded` form of (3.13), a QP in the ticks where a limit
+            is exceeded.
+        solver: Who solves the bounded form: the exact `active_set`, or a package, for comparison.
         null_torque: u_0 (6,) [N m] of (4.7), the torques preferred where the solution is not unique.
         single_tangential: One tangential row per flat foot instead of two that say the same.
-        rank_tolerance: Relative size below which a row of C is dependent.
+        rank_tolerance: Relative size below which a row of C is dependent on others.
         lag: Time constant [s] of the actuators' first-order response; 0: torques follow at once.
     """
 
@@ -75,22 +91,23 @@ class Actuation(Section, frozen=True):
     # (A fixed-length tuple of constrained numbers in a union crashes msgspec 0.22.)
     torque_limit: Positive | Annotated[tuple[Positive, ...], Meta(min_length=6, max_length=6)] = 200.0
     limit: Literal["clip", "bounded"] = "clip"
+    solver: Literal["active_set", "daqp", "quadprog", "osqp"] = "active_set"
     null_torque: Six | None = None
     single_tangential: bool = False
     rank_tolerance: Annotated[float, Meta(gt=0, lt=1)] = 1e-4
-    lag: NonNegative = 0.0
+    lag: Hold = 0.0
 
 
 class Sensing(Section, frozen=True):
     """When the controller takes a point to touch, and how long a change must last before leg states follow it.
 
     Attributes:
-        contact_height: [m] below which a point touches.
+        contact_height: [m] below which a point touches the ground.
         knee_angle: [rad] from its stop within which a knee's row may be in A.
-        heel_on: Hold time [s] of heel contact; likewise the next three.
-        heel_off: [s].
-        toe_on: [s].
-        toe_off: [s].
+        heel_on: Time [s] that contact of a heel must last before leg states follow it.
+        heel_off: The same of its end [s].
+        toe_on: The same of a toe's contact [s].
+        toe_off: The same of its end [s].
         extended: [rad] from its stop within which a knee counts as extended (state 4).
         ahead: [rad] by which the thigh must lead the other (state 4).
         late_stance: Degrees; a toe-only leg whose thigh still leans further forward has just landed: state 1.
@@ -98,13 +115,13 @@ class Sensing(Section, frozen=True):
 
     contact_height: Positive = 0.001
     knee_angle: NonNegative = 0.02
-    heel_on: NonNegative = 0.006
-    heel_off: NonNegative = 0.004
-    toe_on: NonNegative = 0.003
-    toe_off: NonNegative = 0.003
+    heel_on: Hold = 0.006
+    heel_off: Hold = 0.004
+    toe_on: Hold = 0.003
+    toe_off: Hold = 0.003
     extended: NonNegative = 0.05
-    ahead: float = 0.1
-    late_stance: Positive = 100.0
+    ahead: Real = 0.1
+    late_stance: Annotated[float, Meta(gt=0, le=36000)] = 100.0
 
 
 class Backstep(Section, frozen=True):
@@ -120,8 +137,8 @@ class Backstep(Section, frozen=True):
         b_d2: [N m s/rad] of its damper.
     """
 
-    margin: float = 0.04
-    theta_l: float = 60.0
+    margin: Real = 0.04
+    theta_l: Degrees = 60.0
     k_d2: NonNegative = 300.0
     b_d2: NonNegative = 10.0
 
@@ -132,20 +149,20 @@ class Simulation(Section, frozen=True):
     Attributes:
         timestep: [s] of the physics.
         control_rate: [Hz] of the controller; the physics takes a whole number of steps per tick.
-        integrator: MuJoCo's integrator.
-        cone: Friction cone.
-        impratio: Ratio of frictional to normal constraint impedance.
-        tolerance: Solver tolerance.
-        iterations: Most solver iterations a step.
+        integrator: MuJoCo's.
+        cone: MuJoCo's friction cone.
+        impratio: Ratio of MuJoCo's frictional to normal constraint impedance.
+        tolerance: Of MuJoCo's solver.
+        iterations: Most iterations of MuJoCo's solver in a step.
     """
 
-    timestep: Positive = 0.001
-    control_rate: Positive = 1000.0
+    timestep: Annotated[float, Meta(ge=1e-7, le=0.1)] = 0.001
+    control_rate: Annotated[float, Meta(ge=1, le=1e6)] = 1000.0
     integrator: Literal["Euler", "implicitfast", "implicit", "RK4", "discrete"] = "Euler"
     cone: Literal["elliptic", "pyramidal"] = "elliptic"
-    impratio: Positive = 10.0
-    tolerance: NonNegative = 1e-10
-    iterations: Annotated[int, Meta(ge=1)] = 100
+    impratio: Annotated[float, Meta(ge=1e-6, le=1e9)] = 10.0
+    tolerance: Annotated[float, Meta(ge=0, le=100)] = 1e-10
+    iterations: Annotated[int, Meta(ge=1, le=10_000)] = 100
 
 
 class Push(Section, frozen=True):
@@ -153,7 +170,7 @@ class Push(Section, frozen=True):
 
     Attributes:
         at: [s] when it begins.
-        duration: [s].
+        duration: [s] for which it acts.
         force: [N] forward (horizontally) and up.
         body: A body of the model; the force acts at its centre of mass.
     """
@@ -161,7 +178,7 @@ class Push(Section, frozen=True):
     at: NonNegative
     duration: Positive
     force: Vector
-    body: str = "torso"
+    body: Name = "torso"
 
 
 class Fall(Section, frozen=True):
@@ -182,15 +199,15 @@ class Sensors(Section, frozen=True):
     Attributes:
         angle_noise: Standard deviation [rad] of white noise on the seven joint coordinates that are angles.
         rate_noise: The same on their rates [rad/s].
-        height_noise: [m], on the torso's x and z.
-        delay: [s], rounded to control ticks.
-        quantisation: [rad], resolution of the angles.
+        height_noise: The same on the torso's x and z [m].
+        delay: [s], rounded to control ticks, of which there may be 100,000.
+        quantisation: Resolution [rad] of the angles.
     """
 
     angle_noise: NonNegative = 0.0
     rate_noise: NonNegative = 0.0
     height_noise: NonNegative = 0.0
-    delay: NonNegative = 0.0
+    delay: Hold = 0.0
     quantisation: NonNegative = 0.0
 
 
@@ -225,8 +242,8 @@ class Distribution(Section, frozen=True):
         grid: Values that runs take in turn.
     """
 
-    normal: tuple[float, NonNegative] | None = None
-    uniform: tuple[float, float] | None = None
+    normal: tuple[Real, NonNegative] | None = None
+    uniform: tuple[Real, Real] | None = None
     choice: tuple[bool | float | str, ...] | None = None
     grid: tuple[bool | float | str, ...] | None = None
 
@@ -241,34 +258,53 @@ class Randomise(Section, frozen=True):
         draw: Dotted scenario key, e.g. "ground.friction" or "push.0.at", to its distribution.
     """
 
-    runs: Annotated[int, Meta(ge=1)] = 1
-    controller_mass_matrix: NonNegative = 0.0
-    controller_constraints: NonNegative = 0.0
+    runs: Count = 1
+    controller_mass_matrix: Annotated[float, Meta(ge=0, le=1000)] = 0.0
+    controller_constraints: Annotated[float, Meta(ge=0, le=1000)] = 0.0
     draw: dict[str, Distribution] = field(default_factory=dict)
 
 
 class Threshold(Section, frozen=True):
-    """When a sweep's threshold holds: at every value up to it, at least this fraction of runs walked."""
+    """When a sweep's threshold holds.
+
+    Attributes:
+        rate: Fraction of the runs that must have walked at every value up to it.
+    """
 
     rate: Annotated[float, Meta(gt=0, le=1)] = 0.95
 
 
 class Window(Section, frozen=True):
-    """Means are taken over [start, end] [s]; default: the second half of the run."""
+    """What means are taken over.
+
+    Attributes:
+        start: [s]; default: half of the duration.
+        end: [s]; default: the end of the run.
+    """
 
     start: NonNegative | None = None
     end: Positive | None = None
 
 
 class Bound(Section, frozen=True):
-    """What a number is expected to be."""
+    """What a metric is expected to be: the mean of the runs that walked, but `falls`, `walked` and `stood` count runs.
+
+    Attributes:
+        min: Smallest value.
+        max: Largest value.
+    """
 
     min: float | None = None
     max: float | None = None
 
 
 class ActuationChange(Section, frozen=True):
-    """Settings of `Actuation` that may change during a run; same keys."""
+    """Settings of `[actuation]` that may change during a run.
+
+    Attributes:
+        contacts: As there.
+        release_force: As there [N].
+    """
 
     contacts: Literal["released", "touching"] | None = None
     release_force: NonNegative | None = None
@@ -287,7 +323,7 @@ class Change(Section, frozen=True):
 
     at: NonNegative
     over: NonNegative = 0.0
-    controller: str | None = None
+    controller: Name | None = None
     gains: Gains = Gains()
     actuation: ActuationChange = ActuationChange()
 
@@ -299,22 +335,41 @@ class Scenario(Section, frozen=True):
         description: One line for people.
         model: Name in models/ or path of an MJCF file.
         controller: Name in controllers/ or path of a gait file.
-        law: A control law of the user's own, `path.py:Class`; default: the thesis's.
+        law: A control law of the user's own, `path.py:Class`, looked for beside this file first; default: the thesis's.
+            It runs only if it is trusted ([security.md](security.md)).
+        law_sha256: What the law was when results were made; written with them, so that a changed law is noticed.
         engine: `mujoco`, or `home`: the thesis's own rigid contacts.
-        duration: [s].
-        seed: Everything random follows from it.
+        duration: [s] of a run.
+        seed: Everything random follows from it: the same scenario gives the same bytes on the same machine.
+        start: How a run begins.
+        ground: The ground.
+        actuation: How Q_d becomes torques.
+        sensing: What the controller takes for contact.
         backstep: The step back; default: none, as in the thesis.
+        simulation: How the physics is stepped.
+        gains: Gains that replace those of the controller file.
+        change: What holds from a time on.
+        push: Forces on bodies.
+        fall: What counts as a fall.
+        sensors: What stands between the biped and the controller's measurements.
+        truth: How the biped that walks differs from the model file.
+        randomise: The ensemble.
         sweep: Up to two dotted scenario keys, each with the values it takes; every combination is an ensemble.
+        threshold: When a sweep's threshold holds.
+        window: What means are taken over.
+        expect: What metrics are expected to be.
+        thesis: The thesis's values of metrics, shown beside the result.
         tune: What `biped tune` searches for; other commands take no notice of it.
     """
 
-    description: str = ""
-    model: str = "human"
-    controller: str = "normal"
-    law: str | None = None
+    description: Name = ""
+    model: Name = "human"
+    controller: Name = "normal"
+    law: Name | None = None
+    law_sha256: Name | None = None
     engine: Literal["mujoco", "home"] = "mujoco"
     duration: Positive = 10.0
-    seed: Annotated[int, Meta(ge=0)] = 0
+    seed: Annotated[int, Meta(ge=0, le=2**63 - 1)] = 0
     start: Start = Start()
     ground: Ground = Ground()
     actuation: Actuation = Actuation()
@@ -322,8 +377,8 @@ class Scenario(Section, frozen=True):
     backstep: Backstep | None = None
     simulation: Simulation = Simulation()
     gains: Gains = Gains()
-    change: tuple[Change, ...] = ()
-    push: tuple[Push, ...] = ()
+    change: Annotated[tuple[Change, ...], Meta(max_length=100)] = ()
+    push: Annotated[tuple[Push, ...], Meta(max_length=100)] = ()
     fall: Fall = Fall()
     sensors: Sensors = Sensors()
     truth: Truth = Truth()

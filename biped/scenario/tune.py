@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta, field
 
-from biped.scenario.section import NonNegative, Positive, Section
+from biped.scenario.section import Count, NonNegative, Positive, Real, Section
 
 
 class Range(Section, frozen=True):
@@ -18,8 +18,8 @@ class Range(Section, frozen=True):
         scale: Whether steps are differences (`linear`) or ratios (`log`).
     """
 
-    min: float
-    max: float
+    min: Real
+    max: Real
     scale: Literal["linear", "log"] = "linear"
 
 
@@ -50,7 +50,7 @@ class Condition(Section, frozen=True):
     """
 
     set: dict[str, Any] = field(default_factory=dict)
-    runs: Annotated[int, Meta(ge=1)] = 4
+    runs: Count = 4
     weight: Positive = 1.0
     speed: Positive | None = None
 
@@ -79,19 +79,19 @@ class Tune(Section, frozen=True):
     """
 
     gains: tuple[str, ...] | None = None
-    factor: Annotated[float, Meta(gt=1)] = 5.0
+    factor: Annotated[float, Meta(gt=1, le=1e6)] = 5.0
     angle: Positive = 20.0
     keys: dict[str, Range] = field(default_factory=dict)
     conditions: dict[str, Condition] = field(default_factory=dict)
     weights: Weights = Weights()
     duration: Positive | None = None
-    generations: Annotated[int, Meta(ge=1)] = 40
-    population: Annotated[int, Meta(ge=4)] = 16
+    generations: Count = 40
+    population: Annotated[int, Meta(ge=4, le=100_000)] = 16
     spread: Positive = 0.1
     covariance: Literal["diagonal", "full"] = "diagonal"
     first: Annotated[float, Meta(gt=0, le=1)] = 0.34
     keep: Annotated[float, Meta(gt=0, le=1)] = 0.6
-    recheck: Annotated[int, Meta(ge=1)] = 5
-    checks: Annotated[int, Meta(ge=1)] = 8
-    finalists: Annotated[int, Meta(ge=1)] = 3
-    unseen: Annotated[int, Meta(ge=1)] = 20
+    recheck: Count = 5
+    checks: Count = 8
+    finalists: Count = 3
+    unseen: Count = 20

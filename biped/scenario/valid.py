@@ -12,6 +12,7 @@ import msgspec
 
 from biped.base.errors import InputError
 from biped.base.files import nearest
+from biped.base.text import echo, said
 from biped.scenario.keys import Bound, Change, Distribution, Push, Scenario
 from biped.scenario.metrics import METRICS
 
@@ -20,6 +21,11 @@ MOST_STEPS = 100_000_000
 MOST_TICKS = 10_000_000
 """Control ticks of the longest run: each is a row of the trajectory, in memory."""
 MOST_RUNS = 1_000_000
+"""Of a campaign: points of its sweep times runs of each."""
+MOST_DELAY = 100_000
+"""Control ticks that sensors may lag behind: each is kept."""
+MOST_DIGITS = 2**63
+"""Beyond it lies no whole number that a file can mean."""
 
 LISTS: dict[str, type] = {"push": Push, "change": Change}
 """Lists of tables, and what each of their tables is."""
@@ -44,7 +50,7 @@ def _got(data: Any, key: str, text: str) -> str:
         return ""
     for part in re.findall(r"\w+", key):
         data = data[int(part)] if part.isdigit() else data[part]
-    return f", got {data!r}"
+    return f", got {echo(data)}"
 
 
 def humane(text: str) -> str:
@@ -54,8 +60,9 @@ def humane(text: str) -> str:
              "`float`": "a number", "`int`": "a whole number", "`str`": "a string", "`object`": "a table",
              "`array`": "a list", "`bool`": "true or false", "got `null`": "got nothing"}  # fmt: skip
     text = text.replace(" | null`", "`")  # TOML has no null
-    for word, plain in words.items():
-        text = text.replace(word, plain)
+    for word, ours in words.items():
+        text = text.replace(word, ours)
+    text = re.sub(r"-?\d{6,}(\.0)?", lambda number: f"{float(number[0]):g}", text)
     return text[0].lower() + text[1:]
 
 
@@ -65,7 +72,7 @@ def known_keys(data: Any, kind: type, at: str, fail: Fail) -> None:
     for key, value in data.items():
         dotted = f"{at}{key}"
         if key not in hints:
-            raise fail(dotted, f"unknown key; {nearest(key, sorted(hints))}")
+            raise fail(said(dotted), f"unknown key; {nearest(key, sorted(hints))}")
         _finite(value, dotted, fail)
         if key in ("draw", "sweep") and isinstance(value, dict):
             _variations(value, dotted, fail)
@@ -82,7 +89,7 @@ def known_keys(data: Any, kind: type, at: str, fail: Fail) -> None:
             for name, inner in value.items():
                 _table(inner, named, f"{dotted}.{name}", "{ }", fail)
         elif isinstance(value, str) and (choices := _choices(hints[key])) and value not in choices:
-            raise fail(dotted, f"expected one of {', '.join(choices)}, got '{value}'; {nearest(value, choices)}")
+            raise fail(dotted, f"expected one of {', '.join(choices)}, got '{said(value)}'; {nearest(value, choices)}")
 
 
 def _metrics(value: dict, key: str, fail: Fail) -> None:
@@ -90,11 +97,11 @@ def _metrics(value: dict, key: str, fail: Fail) -> None:
     for name, inner in value.items():
         dotted = f"{key}.{name}"
         if name not in METRICS:
-            raise fail(dotted, f"unknown metric; {nearest(name, list(METRICS))}")
+            raise fail(said(dotted), f"unknown metric; {nearest(name, list(METRICS))}")
         if key == "thesis":
             _finite(inner, dotted, fail)
             if isinstance(inner, bool) or not isinstance(inner, int | float):
-                raise fail(dotted, f"expected a number, got {inner!r}")
+                raise fail(dotted, f"expected a number, got {echo(inner)}")
         else:
             _table(inner, Bound, dotted, "{ min = 0.7, max = 1.0 }", fail)
 
@@ -102,20 +109,23 @@ def _metrics(value: dict, key: str, fail: Fail) -> None:
 def _variations(value: dict, at: str, fail: Fail) -> None:
     """Checks [randomise.draw] or [sweep]; that their keys exist is for `biped.scenario.vary`."""
     for key, inner in value.items():
-        dotted = f'{at}."{key}"'
+        dotted = said(f'{at}."{key}"')
         if isinstance(inner, dict) and (at == "sweep" or any(isinstance(one, dict) for one in inner.values())):
-            raise fail(f"{at}.{key}", f'expected the dotted key of what varies in quotes, such as {at}."ground.slope"')
+            raise fail(
+                said(f"{at}.{key}"),
+                f'expected the dotted key of what varies in quotes, such as {at}."ground.slope"',
+            )
         if at == "sweep":
             _finite(inner, dotted, fail)
             if not isinstance(inner, list) or any(isinstance(one, list | dict) for one in inner):
-                raise fail(dotted, f"expected a list of numbers or words, got {inner!r}")
+                raise fail(dotted, f"expected a list of numbers or words, got {echo(inner)}")
         else:
             _table(inner, Distribution, dotted, "{ uniform = [0.5, 1.0] }", fail)
 
 
 def _table(value: Any, kind: type, at: str, example: str, fail: Fail) -> None:
     if not isinstance(value, dict):
-        raise fail(at, f"expected a table such as {example}, got {value!r}")
+        raise fail(at, f"expected a table such as {example}, got {echo(value)}")
     known_keys(value, kind, f"{at}.", fail)
     convert(value, kind, lambda inside, what: fail(f"{at}.{inside}", what))
 
@@ -138,6 +148,11 @@ def _choices(hint: Any) -> list[str]:
 def _finite(value: Any, key: str, fail: Fail) -> None:
     if isinstance(value, float) and not math.isfinite(value):
         raise fail(key, f"expected a finite number, got {value}")
+    if isinstance(value, int) and not -MOST_DIGITS <= value < MOST_DIGITS:
+        raise fail(key, f"expected a number of fewer digits, got {echo(value)}")
+    if isinstance(value, dict):
+        for name, inner in value.items():
+            _finite(inner, f"{key}.{said(name)}", fail)
     if isinstance(value, list):
         for i, inner in enumerate(value):
             _finite(inner, f"{key}[{i}]", fail)
@@ -148,8 +163,12 @@ def possible(s: Scenario, fail: Fail) -> None:
     most = min(MOST_TICKS / s.simulation.control_rate, MOST_STEPS * s.simulation.timestep)
     if s.duration > most:
         raise fail("duration", f"expected at most {most:g} s at this time step and control rate, got {s.duration:g}")
-    if s.randomise.runs > MOST_RUNS:
-        raise fail("randomise.runs", f"expected at most {MOST_RUNS}, got {s.randomise.runs}")
+    if s.duration * s.simulation.control_rate < 1.0:
+        raise fail("duration", f"expected at least one control tick of {1.0 / s.simulation.control_rate:g} s, got "
+                   f"{s.duration:g}")  # fmt: skip
+    if s.sensors.delay * s.simulation.control_rate > MOST_DELAY:
+        raise fail("sensors.delay", f"expected at most {MOST_DELAY / s.simulation.control_rate:g} s at this control "
+                   f"rate, got {s.sensors.delay:g}")  # fmt: skip
     for i, push in enumerate(s.push):
         if push.at >= s.duration:
             raise fail(f"push[{i}].at", f"expected a time within the run (duration {s.duration} s), got {push.at}")
@@ -196,8 +215,13 @@ def possible(s: Scenario, fail: Fail) -> None:
             raise fail(f'sweep."{key}"', "expected at least one value")
         if key in s.randomise.draw:
             raise fail(f'sweep."{key}"', "expected a key that is not drawn at random as well")
-    if s.simulation.integrator == "RK4" and s.ground.contact_time < 2 * s.simulation.timestep:
-        raise fail("ground.contact_time", "expected at least two time steps")
+    runs = s.randomise.runs * math.prod(map(len, s.sweep.values()))
+    if runs > MOST_RUNS:
+        raise fail("sweep", f"expected at most {MOST_RUNS} runs in all (randomise.runs at each point), got {runs}")
+    # MuJoCo would take two steps instead, without a word. The home engine's contacts are rigid.
+    if s.engine == "mujoco" and s.ground.contact_time < 2 * s.simulation.timestep * (1.0 - 1e-9):
+        raise fail("ground.contact_time", f"expected at least two time steps ({2 * s.simulation.timestep:g} s), "
+                   f"got {s.ground.contact_time:g}")  # fmt: skip
 
 
 def _follow_one_another(s: Scenario, fail: Fail) -> None:

@@ -2,23 +2,45 @@
 
 from __future__ import annotations
 
-import itertools
+import math
 import zlib
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import Any, NamedTuple, get_type_hints
 
 import msgspec
 import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import nearest
+from biped.base.text import echo, said, short
 from biped.scenario.keys import Distribution, Scenario
 from biped.scenario.valid import humane, possible
 
 FIXED = (
-    "randomise", "sweep", "seed", "expect", "thesis", "window", "engine", "law", "description", "threshold", "tune",
+    "randomise", "sweep", "seed", "expect", "thesis", "window", "engine", "law", "law_sha256", "description",
+    "threshold", "tune",
 )  # fmt: skip
 """Sections that say what a campaign is and cannot vary within it."""
+
+
+class Asked(NamedTuple):
+    """Who asks for a key to change.
+
+    Attributes:
+        key: The scenario key where that is written, such as `sweep`.
+        run: Number of the run that it is asked for, if it is asked for one.
+    """
+
+    key: str
+    run: int | None = None
+
+    def fault(self, what: str) -> InputError:
+        """The error of what was asked for; the file is named by whoever knows it."""
+        return InputError(f"{self.key}{'' if self.run is None else f', run {self.run}'}{what}", self.key)
+
+
+SWEEP, DRAW = Asked("sweep"), Asked("randomise.draw")
 
 
 def run_seed(seed: int, index: int) -> int:
@@ -31,69 +53,101 @@ def stream(seed: int, name: str) -> np.random.Generator:
     return np.random.default_rng([seed, zlib.crc32(name.encode())])
 
 
-def points_of(scenario: Scenario) -> list[dict[str, Any]]:
-    """The points of the scenario's sweep, the last key varying fastest; one empty point without a sweep."""
-    keys = list(scenario.sweep)
-    return [dict(zip(keys, values, strict=True)) for values in itertools.product(*scenario.sweep.values())]
+class Points(Sequence[dict[str, Any]]):
+    """The points of a sweep, the last key varying fastest; each is made when it is asked for.
+
+    Args:
+        sweep: Values by key; without any there is one empty point.
+    """
+
+    def __init__(self, sweep: Mapping[str, Sequence[Any]]):
+        self._sweep = sweep
+
+    def __len__(self) -> int:
+        return math.prod(map(len, self._sweep.values()))
+
+    def __getitem__(self, index: Any) -> Any:
+        if isinstance(index, slice):
+            return [self[i] for i in range(*index.indices(len(self)))]
+        if not -len(self) <= index < len(self):
+            raise IndexError(index)
+        index %= len(self)
+        point = {}
+        for key, values in reversed(list(self._sweep.items())):
+            index, place = divmod(index, len(values))
+            point[key] = values[place]
+        return {key: point[key] for key in self._sweep}
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Sequence) and list(self) == list(other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def points_of(scenario: Scenario) -> Points:
+    """The points of the scenario's sweep; one empty point without a sweep."""
+    return Points(scenario.sweep)
 
 
 def drawn(scenario: Scenario, index: int, seed: int) -> dict[str, Any]:
     """The values that run `index` with its `seed` draws, by key."""
     values = {}
     for key, distribution in scenario.randomise.draw.items():
-        values[key] = _draw(distribution, stream(seed, f"draw.{key}"), index, _size(scenario, key))
+        there = lookup(scenario, key, DRAW)
+        size = len(there) if isinstance(there, tuple) else None
+        values[key] = _draw(distribution, seed, key, index, size)
     return values
 
 
-def _size(scenario: Scenario, key: str) -> int | None:
-    value = lookup(msgspec.to_builtins(scenario), key, "randomise.draw")
-    return len(value) if isinstance(value, list | tuple) else None
-
-
-def _draw(d: Distribution, rng: np.random.Generator, index: int, size: int | None) -> Any:
+def _draw(d: Distribution, seed: int, key: str, index: int, size: int | None) -> Any:
     if d.grid is not None:
         return d.grid[index % len(d.grid)]
+    rng = stream(seed, f"draw.{key}")
     if d.choice is not None:
         return d.choice[int(rng.integers(len(d.choice)))]
     if d.normal is not None:
-        value = rng.normal(*d.normal, size)
+        mean, deviation = d.normal
+        value = rng.normal(mean, abs(deviation), size)  # numpy takes -0.0 for less than zero
     else:
-        assert d.uniform is not None  # a distribution is one of the four
+        assert d.uniform is not None
         value = rng.uniform(*d.uniform, size)
     return value.tolist() if size is not None else float(value)
 
 
-def lookup(data: Any, key: str, asked_by: str) -> Any:
-    """The value at a dotted key of a scenario as plain data.
+def lookup(scenario: Scenario, key: str, asked: Asked) -> Any:
+    """The value at a dotted key of a scenario.
 
     Raises:
         InputError: There is no such key.
     """
-    at = data
+    at: Any = scenario
     parts = key.split(".")
     for i, part in enumerate(parts):
-        if isinstance(at, dict):
-            known = [name for name in at if i > 0 or name not in FIXED]
-            if part not in known:
-                raise _fault(f"{asked_by}.\"{key}\": no key '{part}' that can vary; {nearest(part, known)}", asked_by)
-            at = at[part]
-        elif isinstance(at, list | tuple):
-            if not part.isdigit() or int(part) >= len(at):
+        if isinstance(at, msgspec.Struct):
+            known = at.__struct_fields__
+            if part not in known or (i == 0 and part in FIXED):
+                known = [name for name in known if i > 0 or name not in FIXED]
+                what = f"no key '{said(part)}' that can vary; {nearest(part, known)}"
+                raise asked.fault(f'."{said(key)}": {what}')
+            at = getattr(at, part)
+        elif isinstance(at, tuple):
+            if not (part.isascii() and part.isdigit() and len(part) < 9 and int(part) < len(at)):
                 there = f"0 … {len(at) - 1}" if at else "of an entry, of which there are none,"
-                raise _fault(f"{asked_by}.\"{key}\": expected an index {there} instead of '{part}'", asked_by)
+                what = f"expected an index {there} instead of '{said(part)}'"
+                raise asked.fault(f'."{said(key)}": {what}')
             at = at[int(part)]
         else:
-            raise _fault(
-                f"{asked_by}.\"{key}\": '{part}' is below a single value; expected {key[: -len(part) - 1]}", asked_by
-            )
+            there = ".".join(parts[:i])
+            raise asked.fault(f".\"{said(key)}\": '{said(part)}' is below a single value; expected {said(there)}")
     return at
 
 
-def _fault(what: str, asked_by: str) -> InputError:
-    return InputError(what, asked_by.partition(",")[0])
+@cache
+def _hints() -> dict[str, Any]:
+    return get_type_hints(Scenario, include_extras=True)
 
 
-def with_values(scenario: Scenario, values: Mapping[str, Any], asked_by: str) -> Scenario:
+def with_values(scenario: Scenario, values: Mapping[str, Any], asked: Asked) -> Scenario:
     """The scenario with some keys changed.
 
     Raises:
@@ -101,27 +155,41 @@ def with_values(scenario: Scenario, values: Mapping[str, Any], asked_by: str) ->
     """
     if not values:
         return scenario
-    shown = ", ".join(f"{key} = {value}" for key, value in values.items())
-    data = msgspec.to_builtins(scenario)
+
+    def fault(what: str) -> InputError:
+        shown = short(", ".join(f"{said(key)} = {echo(value)}" for key, value in values.items()), 300)
+        return asked.fault(f": {shown}: {what}")
+
     for key, value in values.items():
-        lookup(data, key, asked_by)
-        *path, last = key.split(".")
-        at: Any = data
-        for part in path:
-            if isinstance(at, dict):
-                if isinstance(at[part], tuple):
-                    at[part] = list(at[part])
-                at = at[part]
-            else:
-                step = at[int(part)]
-                if isinstance(step, tuple):
-                    at[int(part)] = step = list(step)
-                at = step
-        at[int(last) if isinstance(at, list) else last] = value
-    try:
-        varied = msgspec.convert(data, Scenario)
-    except msgspec.ValidationError as error:
-        text = humane(str(error).partition(" - at ")[0])
-        raise _fault(f"{asked_by}: {shown}: {text}", asked_by) from None
-    possible(varied, lambda key, what: _fault(f"{asked_by}: {shown}: {key}: {what}", asked_by))
-    return varied
+        lookup(scenario, key, asked)
+        first, *rest = key.split(".")
+        if not _is_finite(value):
+            raise fault("expected finite numbers")
+        # Only the section that changes is looked at again: this is what every run of a campaign costs.
+        section = msgspec.to_builtins(getattr(scenario, first)) if rest else value
+        if rest:
+            section = _replaced(section, rest, value)
+        try:
+            typed = msgspec.convert(section, _hints()[first])
+        except msgspec.ValidationError as error:
+            raise fault(humane(str(error).partition(" - at ")[0])) from None
+        scenario = msgspec.structs.replace(scenario, **{first: typed})
+    possible(scenario, lambda key, what: fault(f"{key}: {what}"))
+    return scenario
+
+
+def _replaced(at: Any, path: Sequence[str], value: Any) -> Any:
+    """Plain data with the value at a path that exists replaced."""
+    if not path:
+        return value
+    first, *rest = path
+    if isinstance(at, dict):
+        return at | {first: _replaced(at[first], rest, value)}
+    place = int(first)
+    return [*at[:place], _replaced(at[place], rest, value), *at[place + 1 :]]
+
+
+def _is_finite(value: Any) -> bool:
+    if isinstance(value, list | tuple):
+        return all(map(_is_finite, value))
+    return not isinstance(value, float) or math.isfinite(value)

@@ -15,6 +15,7 @@ from biped.scenario.reading import read_scenario
 from biped.scenario.vary import points_of
 from biped.show.replay import plot_results
 from biped.show.terminal import NOWHERE, causes_of, failures, nowhere, number
+from biped.show.words import harmless, told
 from biped.studies.run import results_at
 
 
@@ -29,10 +30,10 @@ def write_report(folders: Sequence[Path], out: Path, title: str) -> None:
     Raises:
         InputError: A folder holds no results, or the report cannot be written.
     """
-    parts = [f"# {title}\n"]
+    parts = [f"# {told(title)}\n"]
     for folder in folders:
-        result = results_at(folder)
-        scenario = read_scenario(str(folder / "scenario.toml"))
+        result = harmless(results_at(folder))
+        scenario = read_scenario(str(folder / "scenario.toml"), looking=True)
         figures = plot_results(folder, out.with_suffix("") / folder.name)
         drawn = [figure.relative_to(out.parent) for figure in figures]
         parts.append(_section(result, scenario, _command(folder, result, scenario), drawn))
@@ -45,14 +46,15 @@ def write_report(folders: Sequence[Path], out: Path, title: str) -> None:
 def _command(folder: Path, result: Mapping[str, Any], scenario: Scenario) -> str:
     """The command that repeats a folder's runs: by the scenario's name only if that alone gives the same."""
     try:
-        plan = Plan(read_scenario(result["scenario"]))
+        plan = Plan(read_scenario(result["scenario"], looking=True))
         name = result["scenario"] if plan.scenario == Plan(scenario).scenario else ""
     except InputError:
         name = ""
     runs = result["runs"]
     several = scenario.randomise.runs * len(points_of(scenario)) > 1
     only = f" --only {runs[0]['index']}" if several and len(runs) == 1 else ""
-    return f"biped run {name or folder / 'scenario.toml'}{only}"
+    trust = " --trust" if scenario.law is not None else ""
+    return f"biped run {name or folder / 'scenario.toml'}{only}{trust}"
 
 
 def _section(result: Mapping[str, Any], scenario: Scenario, command: str, figures: Sequence[Path]) -> str:
@@ -61,31 +63,36 @@ def _section(result: Mapping[str, Any], scenario: Scenario, command: str, figure
     start, fell = scenario.start, failures(summary)
     starts = "projected onto the ground" if start.settle else "as printed"
     lines = [
-        f"## {result['scenario']}\n",
-        f"{scenario.description}.\n",
-        f"`{command}`: {len(runs)} × {scenario.duration:g} s in {result['engine']}, jitter "
+        f"## {told(result['scenario'])}\n",
+        f"{told(scenario.description)}.\n",
+        f"`{_code(command)}`: {len(runs)} × {scenario.duration:g} s in {told(result['engine'])}, jitter "
         f"{start.jitter:g} rad, contacts {scenario.actuation.contacts}, starts {starts}. "
         f"Walked {summary['walked']} of {len(runs)} (95 % interval {low:.0%} – {high:.0%}), {fell}.\n",
     ]
     for cause, count in causes_of(runs):
-        lines.append(f"- {count} × {cause}")
+        lines.append(f"- {count} × {told(cause)}")
     if "points" in result:
         lines.append("\n" + _points(result["points"]))
         for t in result["thresholds"]:
-            lines.append(f"- {threshold_words(t)}")
+            lines.append(f"- {told(threshold_words(t))}")
     else:
         lines.append("\n" + _numbers(summary, result["thesis"]))
     for check in result["checks"]:
         mark = "pass" if check["passed"] else "**FAIL**"
-        lines.append(f"- {mark}: {check['name']} = {number(check['value'])}, expected {check['expected']}")
+        lines.append(f"- {mark}: {check['name']} = {number(check['value'])}, expected {told(check['expected'])}")
     lines += ["", *(f"![{figure.stem}]({figure.as_posix()})" for figure in figures), ""]
     return "\n".join(lines)
+
+
+def _code(text: str) -> str:
+    """Somebody's name between backticks, which it cannot end."""
+    return text.replace("`", "'").replace("|", "/")
 
 
 def _points(points: Sequence[Mapping[str, Any]]) -> str:
     keys = list(points[0]["values"])
     head = [
-        *(f"`{key}`" for key in keys),
+        *(f"`{_code(key)}`" for key in keys),
         "walked",
         "95 % interval",
         "fell",
@@ -95,7 +102,7 @@ def _points(points: Sequence[Mapping[str, Any]]) -> str:
     for p in points:
         low, high = p["interval"]
         cells = [
-            *(number(p["values"][key]) for key in keys), f"{p['walked']}/{p['runs']}", f"{low:.0%} – {high:.0%}",
+            *(told(number(p["values"][key])) for key in keys), f"{p['walked']}/{p['runs']}", f"{low:.0%} – {high:.0%}",
             str(p["falls"]), *(METRICS[name].text(p[name]) for name in HEAD),
         ]  # fmt: skip
         lines.append("| " + " | ".join(cells) + " |")

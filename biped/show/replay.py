@@ -1,10 +1,8 @@
-"""From a results folder to what is looked at: recordings and figures of its runs, simulated again where needed.
-
-A run is replayed from its scenario and its number, which is exact and cheaper than keeping every trajectory.
-"""
+"""From a results folder to what is looked at: recordings and figures of its runs, simulated again where needed."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,8 +12,9 @@ from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import compile_foreign
-from biped.scenario.reading import read_scenario, to_toml
-from biped.studies.run import newest_recording, results_at
+from biped.scenario.reading import to_toml
+from biped.show.kept import Kept
+from biped.studies.run import newest_recording
 
 FALLEN = 3
 """Most runs that fell shown in one recording."""
@@ -25,7 +24,10 @@ DRAWN = 100
 
 
 def chosen(rows: Sequence[Mapping[str, Any]]) -> list[tuple[str, int]]:
-    """Runs worth looking at: the fastest walker, the median one, up to three that did not stay up: (what, index)."""
+    """Runs worth looking at: (what, index).
+
+    The fastest walker, the median one, up to three that did not stay up, and one that did without walking.
+    """
     if len(rows) == 1:
         return [("run", rows[0]["index"])]
     walkers = sorted((row for row in rows if row["walked"]), key=lambda row: row["speed"])
@@ -35,7 +37,8 @@ def chosen(rows: Sequence[Mapping[str, Any]]) -> list[tuple[str, int]]:
     if len(walkers) > 2:
         picked.append(("median", walkers[len(walkers) // 2]["index"]))
     fallen = [("fell" if row["fell"] else "doubtful", row["index"]) for row in rows if row["end"] != "completed"]
-    return picked + [(f"{how}_{index}", index) for how, index in fallen[:FALLEN]]
+    still = [("stayed_up", row["index"]) for row in rows if row["end"] == "completed" and not row["walked"]]
+    return picked + [(f"{how}_{index}", index) for how, index in (*fallen[:FALLEN], *still[:1])]
 
 
 def spread(rows: Sequence[Any], most: int) -> list[Any]:
@@ -45,7 +48,7 @@ def spread(rows: Sequence[Any], most: int) -> list[Any]:
 
 
 def record_runs(path: Path, plan: Plan, result: Mapping[str, Any], known: Mapping[int, Trajectory]) -> None:
-    """Writes one recording of the runs worth looking at.
+    """Writes one recording of the runs worth looking at, simulating those whose trajectory is not known.
 
     Args:
         path: The .rrd file.
@@ -53,41 +56,41 @@ def record_runs(path: Path, plan: Plan, result: Mapping[str, Any], known: Mappin
         result: Its result object.
         known: Trajectories that need not be simulated again, by run number.
     """
+    runs = {index: known[index] if index in known else campaign.run_one(plan, index)[0]
+            for _, index in chosen(result["runs"])}  # fmt: skip
+    _record(path, plan, result, runs)
+
+
+def _record(path: Path, plan: Plan, result: Mapping[str, Any], runs: Mapping[int, Trajectory]) -> None:
+    """Writes a recording of those of the chosen runs whose trajectory is there."""
     from biped.show.recording import Recorded, record
 
     model = compile_foreign(plan.model, plan.scenario, visuals=True).model
     text = to_toml(plan.scenario)
     rows = {row["index"]: row for row in result["runs"]}
     checks = [tuple(check.values()) for check in result["checks"]]
+    title, alone = result["scenario"], len(rows) == 1
     shown = [
         Recorded(
-            name=name,
-            trajectory=known[index] if index in known else campaign.run_one(plan, index)[0],
+            name=title.replace("/", "-") if alone else name,
+            title=title if alone else f"{title}, run {index}",
+            trajectory=runs[index],
             model=model,
             metrics=rows[index],
             checks=checks,
             scenario_text=text,
         )
         for name, index in chosen(result["runs"])
+        if index in runs
     ]
     record(path, shown, title=result["scenario"])
-
-
-def plan_at(folder: Path) -> tuple[Plan, dict[str, Any]]:
-    """The plan and the result object of a results folder."""
-    from biped.ensemble.stored import of_plan
-
-    result = results_at(folder)
-    plan = Plan(read_scenario(str(folder / "scenario.toml")))
-    of_plan(folder, plan, result)
-    return plan, result
 
 
 def recording_of(path: Path | None) -> Path:
     """The recording of a results folder, made now if there is none; or the .rrd file itself; or the newest.
 
     Raises:
-        InputError: It is neither.
+        InputError: It is neither, or its runs can only be made again by running somebody's law.
     """
     if path is None:
         return newest_recording()
@@ -97,39 +100,45 @@ def recording_of(path: Path | None) -> Path:
         return path
     recording = path / "recording.rrd"
     if not recording.is_file():
-        plan, result = plan_at(path)
-        record_runs(recording, plan, result, _kept(path, result))
+        kept = Kept(path)
+        picked = [index for _, index in chosen(kept.result["runs"])]
+        found = {index: kept.trajectory(index) for index in picked}
+        runs = {index: trajectory for index, trajectory in found.items() if trajectory is not None}
+        if not runs:
+            raise InputError(kept.again(picked[0]))
+        _record(recording, kept.plan, kept.result, runs)
     return recording
-
-
-def _kept(folder: Path, result: Mapping[str, Any]) -> dict[int, Trajectory]:
-    file = folder / "trajectory.npz"
-    if not file.is_file() or len(result["runs"]) > 1:
-        return {}
-    return {result["runs"][0]["index"]: Trajectory.load(file)}
 
 
 def plot_results(folder: Path, out: Path | None = None) -> list[Path]:
     """Draws the figures of a results folder; returns the files.
 
     A single run gets stroboscopic view, velocity, torso angle, phase portraits and, if pushed, the response; a
-    campaign its rates, velocities, costs and failures, and the stroboscopic view of its median walker.
+    campaign its rates, velocities, costs and failures, and the stroboscopic view of its median walker. Velocities are
+    left out, with a word, where a law would have to be run for them.
 
     Args:
         folder: The results folder.
         out: Where the figures go; default: its `figures/`.
+
+    Raises:
+        InputError: It is no results folder, or its run can only be made again by running somebody's law.
     """
-    plan, result = plan_at(folder)
+    kept = Kept(folder)
     from biped.show import figures
 
-    kept = _kept(folder, result)
+    result, rows = kept.result, kept.result["runs"]
     out = folder / "figures" if out is None else out
-    rows = result["runs"]
     if len(rows) == 1:
-        trajectory = kept[rows[0]["index"]] if kept else campaign.run_one(plan, rows[0]["index"])[0]
-        return figures.plot_run(trajectory, out, title=result["scenario"], window=plan.scenario.interval)
+        trajectory = kept.trajectory(rows[0]["index"])
+        if trajectory is None:
+            raise InputError(kept.again(rows[0]["index"]))
+        return figures.plot_run(trajectory, out, title=result["scenario"], window=kept.plan.scenario.interval)
     files = figures.plot_campaign(rows, result.get("points", []), out, title=result["scenario"])
-    trajectories = [campaign.run_one(plan, row["index"])[0] for row in spread(rows, DRAWN)]
+    if kept.plan.scenario.law is not None:
+        print(f"biped: no velocities.png: {kept.again(rows[0]['index'])}", file=sys.stderr)
+        return files
+    trajectories = [campaign.run_one(kept.plan, row["index"])[0] for row in spread(rows, DRAWN)]
     files.append(out / "velocities.png")
     title = f"{result['scenario']}: {result['summary']['walked']} of {len(rows)} walked"
     if len(trajectories) < len(rows):

@@ -68,6 +68,7 @@ def draw(comparison: Comparison, folder: Path) -> None:
         recorded.append(
             Recorded(
                 name=engine,
+                title=f"{comparison.scenario} in {engine}",
                 trajectory=comparison.first[engine],
                 model=compile_foreign(plan.model, plan.scenario, visuals=True).model,
                 metrics=result["runs"][0],

@@ -16,13 +16,14 @@ from biped.ensemble.sweeps import threshold_words
 from biped.measure.metrics.gait import MOVED
 from biped.measure.metrics.walking import kind_of, outcome
 from biped.scenario.metrics import HEAD, METRICS, shown_in
+from biped.show.safe import SafeConsole
 
 NOWHERE = f"no cost of transport, no slip: moved less than {MOVED:g} m in the window"
 
 
 def console() -> Console:
     """The terminal; plain and wide enough for tables when it is a file or a pipe."""
-    return Console(width=None if sys.stdout.isatty() else 120, highlight=False)
+    return SafeConsole(width=None if sys.stdout.isatty() else 120)
 
 
 def number(value: Any) -> str:
@@ -147,7 +148,7 @@ def progress(title: str, total: int, done: int) -> Iterator[Any]:
         bar.TextColumn("{task.description}"), bar.BarColumn(), bar.MofNCompleteColumn(),
         bar.TextColumn("{task.fields[rate]}"), bar.TimeRemainingColumn(),
     )  # fmt: skip
-    with bar.Progress(*columns, console=Console(stderr=True), transient=True) as shown:
+    with bar.Progress(*columns, console=SafeConsole(stderr=True), transient=True) as shown:
         task = shown.add_task(title, total=total, completed=done, rate="")
 
         def advance() -> None:

@@ -19,7 +19,7 @@ from biped.ensemble.rows import LOST
 from biped.measure.trajectory import Trajectory
 from biped.robot.tree import absolute
 from biped.scenario.metrics import METRICS
-from biped.scenario.reading import read_scenario
+from biped.studies.run import plan_of
 
 ENGINES = ("home", "mujoco")
 PARTED = 0.05
@@ -93,9 +93,8 @@ def compare(name: str, title: str, changes: Sequence[str], jobs: int) -> Compari
     plans, results, first = {}, {}, {}
     description = ""
     for engine in ENGINES:
-        scenario = read_scenario(name, [*changes, f"engine={engine}"])
-        description = scenario.description
-        plan = plans[engine] = Plan(scenario)
+        plan = plans[engine] = plan_of(name, [*changes, f"engine={engine}"])
+        description = plan.scenario.description
         if len(plan) == 1:
             first[engine], row = campaign.run_one(plan, 0)
             rows = [row]

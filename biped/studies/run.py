@@ -21,7 +21,8 @@ from biped.ensemble.rows import Row
 from biped.measure.trajectory import Trajectory
 from biped.robot.given import Factory
 from biped.scenario.keys import Scenario
-from biped.scenario.reading import blaming, read_scenario
+from biped.scenario.law import digest
+from biped.scenario.reading import read
 from biped.scenario.valid import possible
 from biped.scenario.vary import run_seed
 
@@ -61,10 +62,10 @@ def title_of(name: str) -> str:
     return path.stem if Path(known).suffix else known
 
 
-def _keep(folder: Path, index: int, trajectory: Trajectory, row: Row) -> None:
-    """Keeps the last seconds of a run that fell or is doubtful."""
+def _keep(folder: Path, index: int, trajectory: Trajectory, row: Row, more: str = "") -> None:
+    """Keeps the last seconds of a run that fell or is doubtful, and the command that makes it again."""
     if row.fell or row.doubtful:
-        keep(folder, index, row.cause, trajectory.last(LAST_SECONDS))
+        keep(folder, index, row.cause, trajectory.last(LAST_SECONDS), more)
 
 
 def run(
@@ -104,10 +105,9 @@ def run(
         suffix = "" if only is None else f"-run{only}"
         where = Folder.new(RUNS, title + suffix, plan, runs) if out is None else Folder(out, plan, runs)
     try:
-        with blaming(name, changes):
-            done = _made(title, plan, runs or range(len(plan)), jobs, where, progress, tell)
-            if where is not None:
-                _write(where, done, record)
+        done = _made(title, plan, runs or range(len(plan)), jobs, where, progress, tell)
+        if where is not None:
+            _write(where, done, record)
     except BaseException as error:
         # What an interrupted campaign finished is kept; half a run is not.
         if where is not None:
@@ -131,9 +131,11 @@ def plan_of(name: str, changes: Sequence[str], law: Factory | None = None) -> Pl
     Raises:
         InputError: Something in it, or in a file that it names, cannot be used.
     """
-    scenario = read_scenario(name, changes)
-    with blaming(name, changes):
-        return Plan(scenario if law is None else with_law(scenario, law), law)
+    scenario, origin = read(name, changes)
+    if law is not None:
+        with origin.naming():
+            scenario = with_law(scenario, law)
+    return Plan(scenario, origin, law=law)
 
 
 def with_law(scenario: Scenario, law: Factory) -> Scenario:
@@ -142,7 +144,7 @@ def with_law(scenario: Scenario, law: Factory) -> Scenario:
     Raises:
         InputError: It asks for what only the thesis's law does.
     """
-    scenario = replace(scenario, law=law.name)
+    scenario = replace(scenario, law=law.name, law_sha256=digest(law.name) if law.file and ".py:" in law.name else None)
     possible(scenario, lambda key, what: InputError(f"{key}: {what}", key))
     return scenario
 
@@ -201,7 +203,7 @@ def _ensemble(
     """Rows of an ensemble in order, those an interrupted campaign left included."""
     done = _finished(plan, where, tell) if where else {}
     left = [index for index in indices if index not in done]
-    kept = partial(_keep, where.path) if where else None
+    kept = partial(_keep, where.path, more=" --trust" if plan.scenario.law else "") if where else None
     if left:
         with campaign.rows_of(plan, left, jobs, kept) as rows, progress(len(indices), len(done)) as advance:
             for row in rows:

@@ -14,9 +14,14 @@ def law(body: str, init: str = "pass") -> dict[str, str]:
     }
 
 
-LAWS = tuple(
-    Bad(name, (says[0], *says[1:]), 'law = "l.py:Mine"' if scenario is None else scenario, files=files)
-    for name, says, files, scenario in (
+LAWS = (
+    Bad("law that is not trusted", ("s.toml: law: l.py", "outside the package", "--trust", 'trust = ["', "config.toml"),
+        'law = "l.py:Mine"', files=law("return np.zeros(6)")),
+    Bad("law that is not what it was", ("s.toml: law: ", "l.py has changed since", "SHA-256 0123", "--set law="),
+        f'law = "l.py:Mine"\nlaw_sha256 = "{"0123" * 16}"', ("run", "s.toml", "--trust"), law("return np.zeros(6)")),
+    *(Bad(name, (says[0], *says[1:]), 'law = "l.py:Mine"' if scenario is None else scenario,
+          ("run", "s.toml", "--trust"), files)
+      for name, says, files, scenario in (
         ("law without a class", ("s.toml: law: expected 'path.py:Class', got 'l.py'",), {}, 'law = "l.py"'),
         ("law whose file is missing", ("s.toml: law: no file 'm.py'", "'l.py'"), law("pass"), 'law = "m.py:Mine"'),
         ("law whose class is missing", ("s.toml: law: ", "l.py has no class 'Mine'", "'Mime'"),
@@ -47,5 +52,5 @@ LAWS = tuple(
         ("law that raises in one run of many", ("s.toml: law: ", "ValueError: seed"),
          law("return np.zeros(6)", "if setup.scenario.randomise.runs > 1: raise ValueError('seed')"),
          'law = "l.py:Mine"\nrandomise.runs = 3'),
-    )
+    )),
 )  # fmt: skip

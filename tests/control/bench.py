@@ -7,15 +7,17 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
-import pinocchio
 
 from biped.base.files import folder
-from biped.control.law import WORLD
+from biped.base.jit import kernel
+from biped.control.allocation import joint_torques
+from biped.control.sensing import sense_links
 from biped.control.setup import controller_record
 from biped.control.tick import thesis_tick
 from biped.ensemble.plan import Plan
 from biped.measure.trajectory import WIDTH
 from biped.robot.description import robot_at
+from biped.robot.kinematics import mass_matrix
 from biped.robot.model import believed_model, compile_foreign, tree_at
 from biped.scenario.keys import Actuation, Ground, Scenario
 
@@ -77,14 +79,24 @@ def jdot_v(q, v) -> np.ndarray:
     return (ahead - behind) @ v / (2 * e)
 
 
+@kernel
+def _allocate(record, q, v):
+    c = record[0]
+    sense_links(c, q, v)
+    mass_matrix(c["tree"], c["at"], c["work"]["M"])
+    c["tick"]["over"] = joint_torques(c, c["work"]["M"], q)
+
+
 class Bench:
     """A controller record that ticks at configurations of one's choice.
 
     Args:
         scenario: What the controller is told; torque limits are lifted unless it sets them.
+        general: Whether torques are those of `biped.control.allocation` even where the floating coordinates give them.
     """
 
-    def __init__(self, scenario: Scenario | None = None):
+    def __init__(self, scenario: Scenario | None = None, general: bool = False):
+        self.general = general
         scenario = scenario or Scenario(actuation=Actuation(torque_limit=1e9))
         self.run = Plan(scenario).run(0)
         self.record = controller_record(self.run, tree_at(self.run.model))
@@ -92,12 +104,13 @@ class Bench:
         self.c["fall"]["height"], self.c["fall"]["tilt"] = -1e9, 1e9
         self.model = believed_model(self.run.model, scenario.ground.slope)
         self.data = self.model.createData()
-        self.log = np.zeros((2, WIDTH))
+        self.log = np.zeros((10_000, WIDTH))
 
     def tick(self, q, v, k: int = 0) -> np.ndarray:
         """One tick; returns the torques."""
-        pinocchio.crba(self.model, self.data, q, WORLD)
-        assert thesis_tick(self.record, self.data.M, self.data.J, q, v, self.log, k, 0.001 * k) == 0
+        assert thesis_tick(self.record, q, v, self.log, k, 0.001 * k) == 0
+        if self.general:
+            _allocate(self.record, q, v)
         return self.c["tick"]["u"].copy()
 
     @property

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import msgspec
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from biped.control.bounded import bounded_torques
-from biped.scenario.keys import Actuation, Ground, Randomise, Scenario
+from biped.control.bounded import foreign_torques
+from biped.engines.mujoco import simulate
+from biped.ensemble.plan import Plan
+from biped.scenario.keys import Actuation, Ground, Randomise, Scenario, Start
 from tests.control.bench import Bench, E, S, dynamics, jdot_v, rows_of, states, torques, well_ranked
 
 FREE = Actuation(torque_limit=1e9, contacts="touching")
@@ -24,8 +27,9 @@ def solved(bench: Bench, count: int, seed: int):
             yield q, v, d, A, u
 
 
-def test_torques_equal_the_printed_formula():
-    bench, sets, worst = Bench(Scenario(actuation=FREE)), set(), 0.0
+@pytest.mark.parametrize("general", [False, True])
+def test_torques_equal_the_printed_formula(general):
+    bench, sets, worst = Bench(Scenario(actuation=FREE), general), set(), 0.0
     for _, _, d, A, u in solved(bench, 600, 1):
         oracle = torques(d.M, A, bench.c["tick"]["Q_d"], 1e-4)
         worst = max(worst, np.abs(u - oracle).max() / max(1.0, np.abs(oracle).max()))
@@ -80,11 +84,12 @@ def test_torques_minimise_the_acceleration_energy():
     assert seen >= {0, 1, 2}, "fully, over- and underactuated cases"
 
 
-def test_general_solution_with_u_0():
+@pytest.mark.parametrize("general", [False, True])
+def test_general_solution_with_u_0(general):
     """(4.7): u_0 shows where the torques are not unique, and nowhere else."""
     u_0 = (30.0, -20.0, 10.0, -40.0, 50.0, -60.0)
     plain = Bench(Scenario(actuation=FREE))
-    bench = Bench(Scenario(actuation=Actuation(torque_limit=1e9, contacts="touching", null_torque=u_0)))
+    bench = Bench(Scenario(actuation=Actuation(torque_limit=1e9, contacts="touching", null_torque=u_0)), general)
     differs = same = 0
     for q, v, d, A, u in solved(bench, 200, 4):
         oracle = torques(d.M, A, bench.c["tick"]["Q_d"], 1e-4, np.array(u_0))
@@ -97,8 +102,9 @@ def test_general_solution_with_u_0():
 
 def test_one_tangential_row_per_flat_foot_says_the_same():
     """With exact rows the second tangential row of a flat foot is redundant: torques are the same without it."""
-    double = Bench(Scenario(actuation=FREE))
-    single = Bench(Scenario(actuation=Actuation(torque_limit=1e9, contacts="touching", single_tangential=True)))
+    double = Bench(Scenario(actuation=FREE), general=True)
+    less = Actuation(torque_limit=1e9, contacts="touching", single_tangential=True)
+    single = Bench(Scenario(actuation=less), general=True)
     flat = 0
     for q, v, d, _, u in solved(double, 500, 5):
         lone = single.tick(q, v)
@@ -130,13 +136,17 @@ def test_clipping():
     assert over > 20
 
 
-def test_bounded_form_against_an_active_set_solver():
-    bench = Bench(Scenario(actuation=Actuation(torque_limit=40.0, contacts="touching", limit="bounded")))
+BOUNDED = Actuation(torque_limit=40.0, contacts="touching", limit="bounded")
+
+
+@pytest.mark.parametrize("solver", ["active_set", "daqp", "quadprog", "osqp"])
+def test_bounded_form_against_an_active_set_solver(solver):
+    bench = Bench(Scenario(actuation=msgspec.structs.replace(BOUNDED, solver=solver)))
     unique = compared = 0
-    for _, _, d, A, _ in solved(bench, 60, 7):
+    for _, _, d, A, exact in solved(bench, 60, 7):
         if not bench.c["tick"]["over"]:
             continue
-        u = bounded_torques(bench.c)
+        u = exact if solver == "active_set" else foreign_torques(bench.record, bench.c["work"]["M"], solver)
         assert np.abs(u).max() <= 40.0
         R = np.linalg.cholesky(d.M).T
         C = A @ np.linalg.inv(R)
@@ -154,6 +164,47 @@ def test_bounded_form_against_an_active_set_solver():
         compared += 1
     assert compared > 15
     assert unique > 3
+
+
+def walked_bounded(wrong: Randomise, limit: float = 60.0):
+    """Ticks of a walk within limits: the bench after each whose torques exceeded one, and u."""
+    act = Actuation(torque_limit=limit, limit="bounded")
+    walk = simulate(Plan(Scenario(duration=1.5, start=Start(posture="heel_toe"), actuation=act)).run(0))
+    assert walk.end == "completed"
+    bench = Bench(Scenario(actuation=act, randomise=wrong))
+    for k in range(len(walk)):
+        u = bench.tick(walk.q[k].copy(), walk.v[k].copy())
+        if bench.c["tick"]["over"]:
+            yield bench, u
+
+
+@pytest.mark.parametrize("wrong", [Randomise(), Randomise(controller_mass_matrix=0.05, controller_constraints=0.05)])
+def test_bounded_torques_meet_the_conditions_of_a_minimum(wrong):
+    """In a walk, each tick beginning at the last one's limits: exact, where OSQP was off by newton metres."""
+    count, held = 0, set()
+    for bench, u in walked_bounded(wrong):
+        P, r = bench.c["work"]["P"], bench.c["work"]["r"]
+        gradient, size = P @ u - r, np.abs(P) @ np.abs(u) + np.abs(r)
+        assert np.abs(u).max() <= 60.0
+        pull = np.where(
+            u == 60.0, np.maximum(gradient, 0.0), np.where(u == -60.0, np.maximum(-gradient, 0.0), gradient)
+        )
+        assert np.abs(pull).max() < 1e-12 * size.max()
+        held.add(int((np.abs(u) == 60.0).sum()))
+        count += 1
+    assert count > 300
+    assert held >= {1, 2, 3}
+
+
+@pytest.mark.parametrize(("solver", "near"), [("daqp", 1e-5), ("quadprog", 1e-5), ("osqp", 5.0)])
+def test_other_solvers_find_the_same_bounded_torques(solver, near):
+    compared = 0
+    for i, (bench, u) in enumerate(walked_bounded(Randomise())):
+        if i % 20 == 0:
+            theirs = foreign_torques(bench.record, bench.c["work"]["M"], solver)
+            np.testing.assert_allclose(theirs, u, rtol=0, atol=near)
+            compared += 1
+    assert compared > 15
 
 
 def dense_factors(bench: Bench) -> tuple[np.ndarray, np.ndarray]:

@@ -22,7 +22,7 @@ def falls_back(c, place: float, speed: float, contacts: dict[int, float]) -> boo
     c["memory"]["believed"][:] = 0
     for point, x in contacts.items():
         c["memory"]["believed"][point] = 1
-        c["at"]["point"][point, 0] = x
+        c["at"]["point"][point, 0] = x - place
     c["memory"]["phase"][:] = [0, 2] if contacts else [2, 2]
     step_back(c, np.array([place, 1.0, *[0.0] * 7]), np.array([speed, *[0.0] * 8]))
     return bool(c["memory"]["back"])

@@ -13,8 +13,9 @@ from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.measure.trajectory import Trajectory
 from biped.scenario.gains import Gains
+from biped.scenario.gait import read_gains
 from biped.scenario.keys import ActuationChange, Change, Distribution, Randomise, Scenario, Start
-from biped.scenario.reading import read_gains, read_scenario, to_toml
+from biped.scenario.reading import read_scenario, to_toml
 
 WALK = Scenario(duration=0.6, start=Start(posture="heel_toe"))
 LEAN = Gains(theta_b=80.0, k_d2=(500.0, 60.0, 60.0, 0.0))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
@@ -25,7 +26,7 @@ def test_candidates_are_low_points_and_straight_knees():
 def test_rows_and_their_accelerations():
     """A equals MuJoCo's Jacobians, b_v = -J̇v the finite differences of them."""
     # A release test that drops nothing: b_v is its alone.
-    bench = Bench(Scenario(actuation=Actuation(torque_limit=1e9, release_force=1e12)))
+    bench = Bench(Scenario(actuation=Actuation(torque_limit=1e9, release_force=1e12)), general=True)
     for q, v in states(60, 21, speed=5.0):
         bench.tick(q, v)
         A, b = rows_of(bench.active, dynamics(q, v), jdot_v(q, v))
@@ -78,15 +79,17 @@ def compare(bench: Bench, states, slope: float = 0.0) -> tuple[int, int]:
     return compared, dropped
 
 
-def test_release_at_random_states():
-    compared, dropped = compare(Bench(Scenario(actuation=FREE)), states(250, 22))
+@pytest.mark.parametrize("general", [False, True])
+def test_release_at_random_states(general):
+    compared, dropped = compare(Bench(Scenario(actuation=FREE), general), states(250, 22))
     assert compared > 100
     assert 20 < dropped < compared - 20
 
 
-def test_release_with_another_pull_and_a_slope():
+@pytest.mark.parametrize("general", [False, True])
+def test_release_with_another_pull_and_a_slope(general):
     act = Actuation(torque_limit=1e9, release_force=20.0)
-    bench = Bench(Scenario(actuation=act, ground=Ground(slope=5.0)))
+    bench = Bench(Scenario(actuation=act, ground=Ground(slope=5.0)), general)
     compared, dropped = compare(bench, states(100, 23), slope=5.0)
     assert compared > 40
     assert dropped > 10

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from biped.base.trust import trusting
 from biped.cli.main import main
 from biped.control.user import UserLaw, load_law
 from biped.engines.mujoco import simulate
@@ -59,7 +60,7 @@ def test_the_example_of_the_page(capsys):
     np.testing.assert_allclose(t.u, np.clip(wanted, -200.0, 200.0), atol=1e-9)
     assert not result["runs"][0]["fell"]
     # The effective scenario names the law too.
-    _, again = command(capsys, "run", "x/scenario.toml")
+    _, again = command(capsys, "run", "x/scenario.toml", "--trust")
     assert again["runs"] == result["runs"]
 
 
@@ -70,9 +71,10 @@ def spied():
     write("laws/spy.py", SPY)
     write("laws/helper.py", HELPER)
     write("laws/s.toml", "law = 'spy.py:Spy'\nground.slope = 3.0\n" + SHORT)
-    s = read_scenario("laws/s.toml")
-    t = simulate(Plan(s).run(0))
-    return t, sys.modules["biped_law_spy"].SEEN[-len(t) :], s
+    with trusting(everything=True):
+        s = read_scenario("laws/s.toml")
+        t = simulate(Plan(s).run(0))
+        yield t, sys.modules["biped_law_spy"].SEEN[-len(t) :], s
 
 
 def test_what_a_law_senses(spied):
@@ -125,10 +127,21 @@ def test_a_law_is_loaded_once_per_run_and_apart_from_other_modules(spied):
     assert hasattr(first, "torques")
 
 
+def test_helpers_of_two_laws_are_apart(tmp_path):
+    """Files of one name beside two laws: each law has its own."""
+    for name in "ab":
+        Path(name).mkdir()
+        write(f"{name}/law.py", "import aid\nclass Law:\n    value = aid.value\n")
+        write(f"{name}/aid.py", f"value = '{name}'\n")
+    with trusting(everything=True):
+        assert [load_law(f"{tmp_path}/{name}/law.py:Law").value for name in "aba"] == ["a", "b", "a"]
+    assert "aid" not in sys.modules
+
+
 def test_processes_do_not_change_a_laws_numbers():
     write("l.py", "import numpy as np\n\nclass Mine:\n    def __init__(self, setup):\n        pass\n\n"
           "    def torques(self, sensed):\n        return -50.0 * sensed.q[3:] - 5.0 * sensed.v[3:]\n")  # fmt: skip
     write("s.toml", "law = 'l.py:Mine'\nduration = 0.2\nrandomise.runs = 4\nstart.jitter = 0.01\n")
     for jobs in "12":
-        main(["run", "s.toml", "--jobs", jobs, "--out", jobs])
+        main(["run", "s.toml", "--trust", "--jobs", jobs, "--out", jobs])
     assert Path("1/result.json").read_bytes() == Path("2/result.json").read_bytes()

@@ -40,6 +40,7 @@ def walk():
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(home, "advance", advance)
+        patch.setattr(home, "COMPILED", False)  # tick by tick, so that it can be watched
         run = plan("level_normal_generalized").run(0)
         trajectory, rigid = simulate_with_ledger(run)
     moved = motion(trajectory.tree, trajectory.q, trajectory.v)
@@ -223,6 +224,7 @@ def test_sixty_seconds_without_drift(gait, monkeypatch):
         anchor.append(rigid[0]["contact"]["anchor"].copy())
 
     monkeypatch.setattr(home, "advance", advance)
+    monkeypatch.setattr(home, "COMPILED", False)
     trajectory = home.simulate(plan(f"level_{gait}_generalized", "duration=60.0", "window.end=60.0").run(0))
     assert trajectory.end == "completed"
     assert trajectory.q[-1, 0] > 40.0

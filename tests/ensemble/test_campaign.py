@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import pickle
+import threading
 from functools import partial
 from pathlib import Path
 
@@ -132,6 +133,26 @@ def test_work_can_be_sent_elsewhere(tmp_path):
     sent = pickle.loads(pickle.dumps(Making(plan, partial(_keep, tmp_path))))
     assert dumps(sent(3).as_dict()) == dumps(run_one(plan, 3)[1].as_dict())
     assert (tmp_path / "failures/run-00003.npz").is_file()
+
+
+def test_where_processes_do_not_fork_compiled_runs_are_made_by_threads(monkeypatch):
+    plan = Plan(read_scenario("e.toml"))
+    with campaign.rows_of(plan, range(len(plan)), 1) as rows:
+        one = {row.index: dumps(row.as_dict()) for row in rows}
+    monkeypatch.setattr(campaign, "FORKS", False)
+    assert campaign.side_by_side(plan)
+    made_by = set()
+    keep = lambda *_: made_by.add(threading.current_thread().name)  # noqa: E731
+    with campaign.rows_of(plan, range(len(plan)), 3, keep) as rows:
+        assert {row.index: dumps(row.as_dict()) for row in rows} == one
+    assert made_by
+    assert threading.main_thread().name not in made_by
+
+
+def test_bounded_torques_by_a_package_need_processes(monkeypatch):
+    monkeypatch.setattr(campaign, "FORKS", False)
+    solver = ["actuation.limit=bounded", "actuation.solver=osqp"]
+    assert not campaign.side_by_side(Plan(read_scenario("e.toml", solver)))
 
 
 @pytest.mark.slow

@@ -11,7 +11,7 @@ from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.ensemble.sweeps import by_point, threshold_words, thresholds
 from biped.scenario.keys import Distribution, Push, Randomise, Scenario, Sensors, Simulation, Start, Threshold, Truth
-from biped.scenario.vary import drawn, points_of, run_seed, with_values
+from biped.scenario.vary import Asked, drawn, points_of, run_seed, with_values
 
 PUSHED = Scenario(duration=0.2, push=(Push(at=0.0, duration=0.1, force=(10.0, 0.0)),))
 
@@ -92,7 +92,7 @@ def test_points_count_their_own_runs():
 def test_draws_follow_their_distribution_and_their_own_stream():
     random = Randomise(draw={"ground.friction": Distribution(uniform=(0.5, 1.5)),
                              "push.0.force.0": Distribution(normal=(100.0, 10.0))})  # fmt: skip
-    scenario = with_values(PUSHED, {}, "test")
+    scenario = with_values(PUSHED, {}, Asked("test"))
     from msgspec.structs import replace
 
     scenario = replace(scenario, randomise=random)

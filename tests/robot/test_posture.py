@@ -104,3 +104,10 @@ def test_jitter_turns_the_seven_angles_and_stays_on_the_ground():
     for i in range(10):
         assert min(heights(plan.run(i).q).values()) == pytest.approx(0.0, abs=1e-14)
     np.testing.assert_array_equal(plan.run(3).q, plan.run(3).q)
+
+
+def test_a_biped_beyond_all_measure_cannot_be_put_on_the_ground():
+    tree = tree_at(HUMAN)
+    huge = tree._replace(joint=tree.joint * 1e306, point=tree.point * 1e306)
+    with np.errstate(all="ignore"), pytest.raises(InputError, match="contacts that the legs can reach"):
+        project(huge, np.full(9, 0.1), ("right_toe", "left_toe"), robot_at(HUMAN).points)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -105,6 +107,29 @@ def test_report(result, capsys):
         assert is_picture(Path(f"r/c/{name}.png"))
 
 
+def test_words_of_a_stranger_are_text_in_a_report(result, tmp_path):
+    hostile = r"![x](http://e.example/p.png) <img src=x> `a` | $\bad c" + "\x1b[31m"
+    shutil.copytree("c", tmp_path / "c")
+    told = result | {
+        "scenario": hostile,
+        "checks": [{"name": "speed", "value": 1.0, "expected": hostile, "passed": True}],
+    }
+    told["runs"] = [run | ({"cause": hostile} if run["fell"] else {}) for run in told["runs"]]
+    told["points"] = [point | {"values": point["values"] | {"controller": hostile}} for point in told["points"]]
+    (tmp_path / "c/result.json").write_text(json.dumps(told), encoding="utf-8")
+    scenario = tmp_path / "c/scenario.toml"
+    text = scenario.read_text(encoding="utf-8")
+    line = next(line for line in text.splitlines() if line.startswith("description"))
+    scenario.write_text(text.replace(line, f"description = {json.dumps(hostile)}"), encoding="utf-8")
+    assert main(["report", str(tmp_path / "c"), "--out", "h.md", "--title", hostile]) == 0
+    page = Path("h.md").read_text(encoding="utf-8")
+    assert "http://e.example" in page
+    code = re.sub(r"`[^`\n]*`", "", page)  # between backticks all is text
+    assert "![x" not in code
+    assert "<img" not in code.replace(r"\<img", "")
+    assert all(line.isprintable() for line in page.splitlines())
+
+
 def test_a_report_names_the_command_that_repeats_the_runs(folder, monkeypatch):
     monkeypatch.chdir(folder)
     short = ["--set", "duration=0.3", "--set", "window.start=0.1", "--set", "window.end=0.3"]
@@ -191,6 +216,9 @@ def test_chosen_runs():
     rows = [row(0, True, 0.5), row(1, True, 0.9), row(2, True, 0.7), *(row(i, False) for i in range(3, 8))]
     assert chosen(rows) == [("best", 1), ("median", 2), ("fell_3", 3), ("doubtful_4", 4), ("fell_5", 5)]
     assert chosen(rows[3:]) == [("fell_3", 3), ("doubtful_4", 4), ("fell_5", 5)]
+    still = [row(i, True) | {"walked": False} for i in (8, 9)]
+    assert chosen(still) == [("stayed_up_8", 8)]
+    assert chosen([rows[0], *still]) == [("best", 0), ("stayed_up_8", 8)]
 
 
 def test_recording_is_made_when_it_is_looked_at(result, monkeypatch):

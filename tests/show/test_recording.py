@@ -3,8 +3,6 @@
 import dataclasses
 import math
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import mujoco
@@ -14,30 +12,15 @@ from rerun.chunk import RrdReader
 
 import biped
 from biped.base.errors import InputError
-from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
-from biped.robot.model import GRAVITY, compile_foreign, spec_of
+from biped.robot.model import GRAVITY, spec_of
 from biped.robot.topology import POINT_LINK
 from biped.robot.tree import motion
-from biped.scenario.reading import read_scenario, to_toml
-from biped.show.recording import Recorded, record
-from biped.show.recording.report import result
+from biped.scenario.reading import read_scenario
+from biped.show.recording import record
 from biped.show.recording.scene import BODY_WEIGHT, PUSH
 from biped.show.recording.series import curves
-
-SLOPE, FORWARD, UP = 5.0, 120.0, 30.0
-CHANGES = [
-    "duration=1.2", "window.start=0.6", "window.end=1.2", f"ground.slope={SLOPE}",
-    f"push=[{{at=0.4,duration=0.2,force=[{FORWARD},{UP}]}}]",
-]  # fmt: skip
-
-
-def recorded(name, changes, **more):
-    scenario = read_scenario("level_normal", changes)
-    plan = Plan(scenario)
-    model = compile_foreign(plan.model, scenario, visuals=True).model
-    text = to_toml(plan.scenario)
-    return Recorded(name, simulate(plan.run(0)), model, more.get("metrics", {}), more.get("checks", []), text)
+from tests.show.recordings import CHANGES, FORWARD, SLOPE, UP, contents_of, named_in, read, recorded, rerun
 
 
 @pytest.fixture(scope="module")
@@ -53,27 +36,6 @@ def path(run, tmp_path_factory):
 
 
 ROOT = r"/up\ hill\/push"
-
-
-def rerun(*arguments):
-    command = [sys.executable, "-m", "rerun", "rrd", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
-
-
-def read(path, entity):
-    """Columns of an entity by component: temporal ones as (times [ns], lists), static ones as lists."""
-    temporal, static = {}, {}
-    for chunk in RrdReader(str(path)).stream().filter(content=entity).to_chunks():
-        batch = chunk.to_record_batch()
-        for name in batch.schema.names:
-            values = batch.column(name)
-            if ":" not in name:
-                continue
-            if chunk.is_static:
-                static[name] = values.to_pylist()[0]
-            else:
-                temporal[name] = (np.asarray(batch.column("time")).astype("i8"), values.to_pylist())
-    return temporal, static
 
 
 def nanoseconds(trajectory, rows):
@@ -259,7 +221,7 @@ def test_cost_of_transport_ends_at_the_net_cost_and_begins_after_half_a_metre(tm
     assert cost[-1][0] == pytest.approx(work / (75.0 * GRAVITY * (t.q[last, 0] - t.q[0, 0])), rel=1e-9)
 
 
-@pytest.mark.parametrize(("lane", "column"), [("states/right", 0), ("states/left", 1)])
+@pytest.mark.parametrize(("lane", "column"), [("states/right_leg", 0), ("states/left_leg", 1)])
 def test_leg_states_can_be_rebuilt_from_their_changes(path, run, lane, column):
     t = run.trajectory
     temporal, static = read(path, f"{ROOT}/{lane}")
@@ -275,9 +237,9 @@ def test_leg_states_can_be_rebuilt_from_their_changes(path, run, lane, column):
 @pytest.mark.parametrize(
     ("lane", "source", "column"),
     [
-        ("states/left/heel", "believed", 3),
-        ("states/right/toe", "believed", 0),
-        ("constraints/left/knee", "active", 5),
+        ("states/left_leg_heel", "believed", 3),
+        ("states/right_leg_toe", "believed", 0),
+        ("constraints/left_knee", "active", 5),
     ],
 )
 def test_contacts_are_on_or_a_gap(path, run, lane, source, column):
@@ -365,27 +327,6 @@ def test_other_shapes_and_materials_of_a_users_model(run, tmp_path):
     assert sorted(corners.tolist()) == [[0.3, 0, 0], [0.3, 0, 1], [0.3, 1, 0], [1.3, 0, 0]]
 
 
-def test_the_text_tells_verdict_numbers_and_what_failed(run):
-    text = result(
-        run._replace(
-            trajectory=dataclasses.replace(run.trajectory, cause="fell forward at 1.100 s"),
-            metrics={"speed": 0.70312, "cost_of_transport": None},
-            checks=[("speed", 0.70312, ">= 0.9", False), ("falls", 0, "<= 0", True)],
-        )
-    )
-    assert "fell forward at 1.100 s" in text.splitlines()[0]
-    assert "**FAILED**: speed\n" in text
-    assert "| speed | >= 0.9 | 0.7031 | **FAILED** |" in text
-    assert "| cost of transport | - |" in text
-    assert "120 N forward, 30 N up, 0.4 to 0.6 s" in text
-    assert "slope +5°" in text
-
-
-def contents_of(part):
-    contents = getattr(part, "contents", None) or []
-    return [contents] if isinstance(contents, str) else contents
-
-
 def test_the_view_shows_what_is_logged(path, run):
     """Every entity that the blueprint names is in the file: else a view would be empty without a word."""
     logged = {chunk.entity_path for chunk in RrdReader(str(path)).stream().to_chunks()}
@@ -393,18 +334,8 @@ def test_the_view_shows_what_is_logged(path, run):
     from biped.show.recording.recorded import place
 
     placed = place([run])
-    named = set()
-
-    def visit(part):
-        for child in contents_of(part):
-            if isinstance(child, str):
-                named.add(child)
-            else:
-                visit(child)
-        named.add(str(getattr(part, "origin", "/")))
-
     assert contents_of(layout(placed).root_container)
-    visit(layout(placed).root_container)
+    named = named_in(layout(placed))
     named = {name.removesuffix("/**") for name in named} - {"/", "$origin"}
     assert len(named) >= len(curves(placed[0])) + 4
     for name in named:

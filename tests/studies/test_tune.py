@@ -14,7 +14,8 @@ from biped.base.errors import InputError
 from biped.cli.main import main
 from biped.ensemble.plan import Plan
 from biped.scenario.gains import GAINS, Gains
-from biped.scenario.reading import read_gains, read_scenario
+from biped.scenario.gait import read_gains
+from biped.scenario.reading import read_scenario
 from biped.studies.tune.evaluate import Outcome, Study, workers
 from biped.studies.tune.report import gait_of, gait_text
 from biped.studies.tune.search import Search

@@ -60,7 +60,7 @@ def travelled(t: Trajectory, span: slice) -> float:
 def stride(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
     """Speed, Froude number, step length and frequency, support phases, lean and switching over a span of rows."""
     x, vx, time = t.q[span, 0], t.v[span, 0], t.time[span]
-    seconds = float(time[-1] - time[0])
+    seconds = float(time[-1] - time[0]) or math.nan  # a run that ended in its first tick has no rates
     speed = float(x[-1] - x[0]) / seconds
     phase, believed, active = t.phase[span], t.believed[span], t.active[span]
     steps = strikes(phase, t.tick)

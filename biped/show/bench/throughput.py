@@ -11,6 +11,7 @@ def show(measured: Throughput) -> None:
     out = console()
     units = {"tick": "µs a tick (ratios without unit)", "contacts": "µs of mj_step by points on the ground",
              "campaign": "wall time in s", "cold_start": "s of CPU"}  # fmt: skip
+    out.print(f"[bold]loop[/bold] {measured.loop}")
     for part, unit in units.items():
         out.print(f"[bold]{part}[/bold] [dim]{unit}[/dim]")
         for key, value in getattr(measured, part).items():

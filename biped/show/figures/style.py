@@ -34,6 +34,7 @@ SETTINGS: dict[Any, Any] = {
     "axes.axisbelow": True,
     "lines.linewidth": 1.4,
     "legend.frameon": False,
+    "text.parse_math": False,  # names of scenarios may hold dollars
 }
 """Settings of matplotlib while a figure is made."""
 

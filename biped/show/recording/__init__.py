@@ -34,13 +34,13 @@ def record(path: Path, runs: Sequence[Recorded], *, title: str) -> None:
         title: What the viewer calls the recording.
 
     Raises:
-        InputError: The file cannot be written.
+        InputError: The file cannot be written, or a run is finite at no time.
     """
+    placed = place(runs)
     try:
         path.open("wb").close()  # rerun would say so only after taking data for it
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None
-    placed = place(runs)
     # The viewer keeps one layout per application, and a layout names entities: other names, another one.
     names = "\n".join(run.root for run in placed)
     application = "biped-" + hashlib.sha256(names.encode()).hexdigest()[:8]

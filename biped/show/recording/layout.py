@@ -16,20 +16,27 @@ _SHARED = ("velocity", "torso", "cost")
 
 def layout(runs: list[Placed]) -> rrb.Blueprint:
     """The blueprint of a recording."""
-    titles = {plot.entity: plot.title for plot in curves(runs[0])}
+    of_runs = [{plot.entity: plot.title for plot in curves(run)} for run in runs]
+    # A ghost or a run beside the first may have curves that the first has not.
+    titles = {entity: title for found in reversed(of_runs) for entity, title in found.items()}
     plots = {
         entity: rrb.TimeSeriesView(
             name=titles[entity],
             origin="/",
-            contents=[run.entity("series", entity) for run in (runs if entity in _SHARED else runs[:1])],
-            plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=_has_legend(entity, len(runs))),
+            contents=[
+                run.entity("series", entity)
+                for run, found in zip(runs if entity in _SHARED else runs[:1], of_runs, strict=False)
+                if entity in found
+            ],
+            # A legend hides the start of a walk: where colours stand for legs and joints, titles say so.
+            plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=entity in _SHARED and len(runs) > 1),
         )
         for entity in titles
     }
     details = rrb.Tabs(*(_details(run) for run in runs), name="Runs") if len(runs) > 1 else _details(runs[0])
     left = rrb.Vertical(_walk(runs), details, row_shares=[5, 3])
     right = rrb.Vertical(
-        rrb.Tabs(plots["velocity"], plots["torso"], plots["cost"]),
+        rrb.Tabs(*(plots[entity] for entity in _SHARED if entity in plots)),
         plots["angle"],
         plots["torque"],
         rrb.Tabs(plots["force"], plots["power"]),
@@ -40,11 +47,6 @@ def layout(runs: list[Placed]) -> rrb.Blueprint:
         rrb.SelectionPanel(state="collapsed"),
         rrb.BlueprintPanel(state="collapsed"),
     )
-
-
-def _has_legend(entity: str, runs: int) -> bool:
-    """A legend hides the start of a walk: torques and powers have the colours of the angles above them."""
-    return entity in ("angle", "force") or (entity in _SHARED and runs > 1)
 
 
 def _walk(runs: list[Placed]) -> rrb.Spatial3DView:
@@ -84,6 +86,7 @@ def _details(run: Placed) -> rrb.Container:
         ),
         rrb.Tabs(
             rrb.TextDocumentView(name="Result", origin=run.entity("result")),
+            rrb.TextDocumentView(name="All numbers", origin=run.entity("numbers")),
             rrb.TextDocumentView(name="Scenario", origin=run.entity("scenario")),
         ),
         column_shares=[5, 3],

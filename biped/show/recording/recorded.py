@@ -9,6 +9,8 @@ import mujoco
 import numpy as np
 import rerun as rr
 
+from biped.base.errors import InputError
+from biped.base.text import plain
 from biped.measure.signals import finite
 from biped.measure.trajectory import Trajectory
 
@@ -20,13 +22,14 @@ class Recorded(NamedTuple):
     """One run to record.
 
     Attributes:
-        name: Its name in the recording; unlike the others'.
+        name: Its name in the recording, of which its entities are; unlike the others'.
         trajectory: What it left behind.
         model: MuJoCo model with its visual geoms.
         metrics: Metrics by name; may be empty.
         checks: (name, value, expected, passed) of every expectation; may be empty.
         scenario_text: The effective scenario as TOML.
         ghost: Draw it as a grey shadow over the run before it.
+        title: What people call it; default: its name.
     """
 
     name: str
@@ -36,6 +39,7 @@ class Recorded(NamedTuple):
     checks: Sequence[tuple[str, Any, Any, bool]]
     scenario_text: str
     ghost: bool = False
+    title: str = ""
 
 
 class Placed(NamedTuple):
@@ -66,12 +70,18 @@ def times(seconds: np.ndarray) -> rr.TimeColumn:
 
 
 def place(runs: Sequence[Recorded]) -> list[Placed]:
-    """Puts runs side by side, ghosts over the run before them."""
+    """Puts runs side by side, ghosts over the run before them.
+
+    Raises:
+        InputError: A run has no row that is finite: there is nothing to see of it.
+    """
     placed, lane = [], 0.0
     for number, run in enumerate(runs):
         if number > 0 and not run.ghost:
             lane += LANE
         root = "/" + rr.escape_entity_path_part(run.name)
         whole = run._replace(trajectory=finite(run.trajectory))
+        if len(whole.trajectory) == 0:
+            raise InputError(f"recording: {plain(run.name)} is finite at no time: there is nothing to see")
         placed.append(Placed(whole, root, lane, number, len(runs) == 1))
     return placed

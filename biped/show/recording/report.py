@@ -1,61 +1,103 @@
-"""The text beside the picture: verdict, numbers, expectations; and the scenario."""
+"""The text beside the picture: verdict and five numbers; all numbers; the scenario."""
 
 from __future__ import annotations
 
+import math
+import re
+from collections.abc import Mapping
 from typing import Any
 
 import rerun as rr
 
+from biped.base.text import plain
+from biped.measure.metrics.walking import outcome
+from biped.scenario.metrics import METRICS
 from biped.show.recording.recorded import Placed, Recorded
+from biped.show.words import told, words
+
+FIVE = ("speed", "cost_of_transport", "double_support", "step_length", "peak_torque")
+"""What is looked at first."""
 
 
 def log_report(recording: rr.RecordingStream, placed: Placed) -> None:
-    """Logs a run's verdict and scenario as Markdown."""
-    for name, text in (
+    """Logs a run's verdict, its numbers and its scenario as Markdown."""
+    text = plain_lines(placed.run.scenario_text.strip())
+    fence = "`" * max(3, 1 + max(map(len, re.findall("`+", text)), default=0))
+    for name, page in (
         ("result", result(placed.run)),
-        ("scenario", f"```toml\n{placed.run.scenario_text.strip()}\n```"),
+        ("numbers", numbers(placed.run)),
+        ("scenario", f"{fence}toml\n{text}\n{fence}"),
     ):
-        document = rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN)
+        document = rr.TextDocument(page, media_type=rr.MediaType.MARKDOWN)
         recording.log(placed.entity(name), document, static=True)
 
 
 def result(run: Recorded) -> str:
-    """The verdict of a run in Markdown."""
+    """The verdict of a run in Markdown, its expectations, and the five numbers that say most."""
     trajectory = run.trajectory
     distance = trajectory.q[-1, 0] - trajectory.q[0, 0]
-    ending = trajectory.cause or "stayed up to the end"
-    failed = [name for name, _, _, passed in run.checks if not passed]
-    lines = [f"## {run.name}: {ending}", f"{trajectory.time[-1] + trajectory.tick:.1f} s, {distance:.2f} m"]
+    lines = [
+        f"## {told(run.title or run.name)}: {told(verdict(run))}",
+        f"{trajectory.time[-1] + trajectory.tick:.1f} s, {distance:.2f} m",
+    ]
     if trajectory.slope:
         lines[-1] += f", slope {trajectory.slope:+g}°"
     if trajectory.generalized:
         lines[-1] += ", generalized forces (no robot can apply them)"
     for start, end, forward, up, body in trajectory.pushes:
-        lines.append(f"- push on the {body}: {forward:g} N forward, {up:g} N up, {start:g} to {end:g} s")
+        lines.append(f"- push on the {words(body)}: {forward:g} N forward, {up:g} N up, {start:g} to {end:g} s")
+    if trajectory.warnings:
+        lines += ["", "MuJoCo warned: " + ", ".join(f"{told(n)} ({k} times)" for n, k in trajectory.warnings.items())]
+    shown = [name for name in FIVE if name in run.metrics]
+    if shown:
+        lines += ["", "| in the window | |", "|---|---|"]
+        lines += [f"| {words(name)} | {_with_unit(name, run.metrics[name])} |" for name in shown]
     if run.checks:
-        verdict = f"**FAILED**: {', '.join(failed)}" if failed else "**passed**: all expectations met"
-        lines += ["", verdict, "", "| expected | | value | |", "|---|---|---|---|"]
+        failed = [words(name) for name, _, _, passed in run.checks if not passed]
+        outcome = f"**FAILED**: {', '.join(failed)}" if failed else "**passed**: all expectations met"
+        lines += ["", outcome, "", "| expected | | value | |", "|---|---|---|---|"]
         for name, value, expected, passed in run.checks:
             mark = "ok" if passed else "**FAILED**"
-            lines.append(f"| {_words(name)} | {_show(expected)} | {_show(value)} | {mark} |")
-    if run.metrics:
-        lines += ["", "| metric | value |", "|---|---|"]
-        lines += [f"| {_words(name)} | {_show(value)} |" for name, value in run.metrics.items()]
-    if trajectory.warnings:
-        lines += [
-            "",
-            "MuJoCo warned: " + ", ".join(f"{n} ({k} times)" for n, k in trajectory.warnings.items()),
-        ]
+            lines.append(f"| {words(name)} | {told(expected)} | {_show(value)} | {mark} |")
     return "\n".join(lines)
 
 
-def _words(name: str) -> str:
-    return name.replace("_", " ")
+def verdict(run: Recorded) -> str:
+    """How the run ended, in words."""
+    if "end" in run.metrics:
+        return outcome(run.metrics)
+    return run.trajectory.cause or "stayed up to the end"
+
+
+def numbers(run: Recorded) -> str:
+    """Everything that was measured, and what it means, in Markdown; first what was drawn."""
+    lines = []
+    drawn = {key: run.metrics[key] for key in ("index", "seed") if key in run.metrics}
+    values = run.metrics.get("values")
+    for key, value in (drawn | (dict(values) if isinstance(values, Mapping) else {})).items():
+        lines.append(f"- {told(key)}: {_show(value)}")
+    lines += ["", "| number | value | |", "|---|---|---|"]
+    for name, metric in METRICS.items():
+        if name in run.metrics:
+            lines.append(f"| {words(name)} | {_with_unit(name, run.metrics[name])} | {told(metric.meaning)} |")
+    return "\n".join(lines)
+
+
+def plain_lines(text: str) -> str:
+    """Several lines, each made safe to show."""
+    return "\n".join(plain(line) for line in text.split("\n"))
+
+
+def _with_unit(name: str, value: Any) -> str:
+    text, unit = METRICS[name].text(value), METRICS[name].unit
+    return f"{text} {unit}" if unit and text != "–" else text
 
 
 def _show(value: Any) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
     if isinstance(value, float):
-        return f"{value:.4g}"
+        return f"{value:.4g}" if math.isfinite(value) else "–"
     if isinstance(value, list | tuple):
         return ", ".join(_show(v) for v in value)
-    return "-" if value is None else str(value)
+    return "–" if value is None else told(value)

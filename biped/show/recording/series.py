@@ -37,7 +37,7 @@ class Curves(NamedTuple):
         title: Title of the plot, with the unit.
         names: Of the curves.
         colours: Of the curves.
-        values: (n, number of curves); rows with nan are left out.
+        values: (m, number of curves) at every row that is shown; rows with nan are left out, and not all are.
     """
 
     entity: str
@@ -48,10 +48,11 @@ class Curves(NamedTuple):
 
 
 def curves(placed: Placed) -> list[Curves]:
-    """All curves of a run."""
+    """All curves of a run; one that has no value at any time (costs of a run that stays where it is) is none."""
     trajectory = placed.run.trajectory
     legs = trajectory.robot.legs
     names = tuple(f"{leg} {joint}" for leg in legs for joint in _JOINTS)
+    angles = f"Joint angles [°]: {legs[0]} blue, {legs[1]} orange; hip dark, ankle light"
     own = (RUN_COLOURS[placed.number % len(RUN_COLOURS)],)
 
     def single(entity: str, title: str, name: str, values: np.ndarray) -> Curves:
@@ -61,18 +62,20 @@ def curves(placed: Placed) -> list[Curves]:
     def joints(entity: str, title: str, values: np.ndarray) -> Curves:
         return Curves(entity, title, names, JOINT_COLOURS, values)
 
-    return [
+    plots = [
         single("velocity", "Forward velocity of the torso [m/s]", "velocity", trajectory.v[:, 0]),
         single("torso", "Torso angle [°], 90 is upright", "torso", np.degrees(torso_angle(trajectory))),
         single("cost", "Cost of transport so far [-]", "net cost", cost_of_transport(trajectory)),
-        joints("angle", "Joint angles [°]", np.degrees(trajectory.q[:, 3:])),
+        joints("angle", angles, np.degrees(trajectory.q[:, 3:])),
         joints("torque", "Joint torques [N m], colours as above", trajectory.applied[:, 3:]),
         joints("power", "Joint powers [W], colours as above", joint_power(trajectory)),
         Curves(
-            "force", "Normal force under each foot [N]", legs, (RIGHT, LEFT),
-            foot_force(trajectory),
+            "force", "Normal force under each foot [N]", legs, (RIGHT, LEFT), foot_force(trajectory),
         ),
     ]  # fmt: skip
+    rows = every(trajectory, RATE)
+    meant = [plot._replace(values=means(plot.values, rows)) for plot in plots]
+    return [plot for plot in meant if np.isfinite(plot.values).all(axis=1).any()]
 
 
 def log_series(recording: rr.RecordingStream, placed: Placed) -> None:
@@ -89,12 +92,11 @@ def log_series(recording: rr.RecordingStream, placed: Placed) -> None:
             aggregation_policy=rr.components.AggregationPolicy.Average,
         )
         recording.log(path, style, static=True)
-        values = means(plot.values, rows)
-        shown = np.isfinite(values).all(axis=1)
+        shown = np.isfinite(plot.values).all(axis=1)
         recording.send_columns(
             path,
             indexes=[times(trajectory.time[rows[shown]])],
-            columns=rr.Scalars.columns(scalars=values[shown]),
+            columns=rr.Scalars.columns(scalars=plot.values[shown]),
         )
 
 
@@ -103,15 +105,17 @@ def log_states(recording: rr.RecordingStream, placed: Placed) -> None:
     trajectory = placed.run.trajectory
     time, end = trajectory.time, float(trajectory.time[-1]) + trajectory.tick
     phase, robot = trajectory.phase.astype(int), trajectory.robot
-    # Lanes are sorted by path: each leg's contacts come under its state.
+    # The viewer names lanes by their path and sorts them by it: each leg's contacts come under its state.
     for leg, side in enumerate(robot.legs):
-        _lane(recording, placed.entity("states", side), time, end, phase[:, leg], LEG_STATES)
-    for i, point in enumerate(robot.points):
+        _lane(recording, placed.entity("states", f"{side}_leg"), time, end, phase[:, leg], LEG_STATES)
+    sides = [leg.name for leg in robot.leg for _ in leg.points]
+    for i, (side, point) in enumerate(zip(sides, robot.points, strict=True)):
         flag = trajectory.believed[:, i].astype(int)
-        _lane(recording, placed.entity("states", *point.split("_")), time, end, flag, _ON)
+        lane = f"{side}_leg_{point.removeprefix(f'{side}_')}"
+        _lane(recording, placed.entity("states", lane), time, end, flag, _ON)
     for i, row in enumerate((*robot.points, *robot.stops)):
         flag = trajectory.active[:, i].astype(int)
-        _lane(recording, placed.entity("constraints", *row.split("_")), time, end, flag, _IN_A)
+        _lane(recording, placed.entity("constraints", row), time, end, flag, _IN_A)
     if trajectory.pushes:
         pushed = np.zeros(len(time), int)
         for start, stop, *_ in trajectory.pushes:

@@ -1,4 +1,8 @@
-"""Where a control tick's time goes: each part repeated by itself over the states of one recorded run."""
+"""Where a control tick's time goes: each part repeated by itself over the states of one recorded run.
+
+Bare steps are called from Python, with MuJoCo's clock on: what anybody pays who writes the loop by hand. The strict
+comparison is with the same steps in compiled code, the clock off.
+"""
 
 from __future__ import annotations
 
@@ -10,18 +14,13 @@ from typing import Any
 import msgspec
 import mujoco
 import numpy as np
-import pinocchio
 
-from biped.base.jit import bound
-from biped.control.law import WORLD
-from biped.control.setup import controller_record
-from biped.control.tick import log_tick, sense, thesis_tick
-from biped.engines.forces import log_forces
 from biped.engines.mujoco import simulate
+from biped.engines.native import native as native_of
+from biped.engines.native import without_clock
 from biped.measure.metrics import measure
 from biped.measure.trajectory import Trajectory
-from biped.robot.description import robot_at
-from biped.robot.model import believed_model, compile_foreign, tree_at
+from biped.robot.model import compile_foreign
 from biped.robot.run import Run
 
 REPEATS = 7
@@ -56,103 +55,73 @@ def bare(run: Run, trajectory: Trajectory) -> float:
     return clock(lambda: replay(run, trajectory)) - clock(lambda: replay(run, trajectory, False))
 
 
-class _Parts:
-    """The parts of a tick over the states of a run, each a call without arguments."""
+def strict(run: Run, trajectory: Trajectory) -> float | None:
+    """CPU seconds of the same steps in one compiled loop, MuJoCo's clock off; None where that is not possible."""
+    foreign = compile_foreign(run.model, run.scenario)
+    native = native_of(foreign.model, foreign.order)
+    if native is None:
+        return None
+    from biped.studies.bench.inner import steps
 
-    def __init__(self, run: Run, trajectory: Trajectory):
-        self.states = list(zip(np.array(trajectory.q), np.array(trajectory.v), strict=True))
-        self.record = controller_record(run, tree_at(run.model))
-        self.model = believed_model(run.model, run.scenario.ground.slope)
-        self.data = self.model.createData()
-        foreign = compile_foreign(run.model, run.scenario)
-        order, physics = foreign.order, mujoco.MjData(foreign.model)
-        self.where = order.points, robot_at(run.model).contact.radius, order.contacts, order.stops
-        physics.qpos[:] = run.q
-        mujoco.mj_forward(foreign.model, physics)
-        self.log = np.array(trajectory.log)
-        self.physics = physics
-
-    def nothing(self) -> None:
-        for _k, (_q, _v) in enumerate(self.states):
-            pass
-
-    def pinocchio(self) -> None:
-        crba, model, data = pinocchio.crba, self.model, self.data
-        for q, _ in self.states:
-            crba(model, data, q, WORLD)
-
-    def sensing(self) -> None:
-        q, v = self.states[0]
-        kernel, record, J = bound(sense, self.record, self.data.J, q, v, False), self.record, self.data.J
-        for q, v in self.states:
-            kernel(record, J, q, v, False)
-
-    def log_row(self) -> None:
-        q, v = self.states[0]
-        kernel, record, log = bound(log_tick, self.record, q, v, self.log, 0, 0.0), self.record, self.log
-        for k, (q, v) in enumerate(self.states):
-            kernel(record, q, v, log, k, 0.0)
-
-    def pinocchio_and_law(self) -> None:
-        """Together, for every state needs the matrices of its own."""
-        crba, model, data, record, log = pinocchio.crba, self.model, self.data, self.record, self.log
-        M, J = data.M, data.J
-        q, v = self.states[0]
-        kernel = bound(thesis_tick, record, M, J, q, v, log, 0, 0.0)
-        for k, (q, v) in enumerate(self.states):
-            crba(model, data, q, WORLD)
-            kernel(record, M, J, q, v, log, k, 0.0)
-
-    def forces(self) -> None:
-        physics, where, log, place = self.physics, self.where, self.log, self.physics.geom_xpos
-        kernel = bound(log_forces, log, 0, physics.efc_force, place, *where, 0.0)
-        for k, _ in enumerate(self.states):
-            kernel(log, k, physics.efc_force, place, *where, 0.0)
+    data = mujoco.MjData(foreign.model)
+    data.qpos[:], data.qvel[:] = run.q, run.v
+    taken = data.qfrc_applied if trajectory.generalized else data.ctrl
+    given = np.ascontiguousarray(trajectory.Q_d if trajectory.generalized else trajectory.u)
+    with without_clock():
+        return clock(lambda: steps(native.step, foreign.model._address, data._address, taken, given))
 
 
 def tick_parts(run: Run, trajectory: Trajectory) -> dict[str, float]:
     """µs per control tick of a run by part; medians of several repeats, in one process.
 
-    A part that is a compiled call of its own here includes what calling it costs, about 0.2 µs; in a run sensing and
-    logging are called from the law, so `law` is what is left of the fused tick without such calls.
-
     Args:
-        run: A run in MuJoCo with the thesis's law.
+        run: A run in MuJoCo with the thesis's law, one step a tick.
         trajectory: What it left behind.
 
     Returns:
-        physics, pinocchio, law (sensing and its row of the log included), of which sensing, forces (read and logged),
-        set_up (spread over the run), loop (all that is left: Python's loop and handing over) and their sum closed_loop;
-        metrics; and the ratios of the closed loop, without and with metrics, to physics.
+        `physics`, bare steps called from Python as anybody would; of the closed loop `steps`, the same in compiled code
+        and without MuJoCo's clock, `tree` (kinematics and mass matrix), `torques`, `decisions` (sensing, leg states,
+        Q_d and the row of the log), `set_up` (spread over the run), `loop` (all that is left: handing over, reading and
+        logging forces; Python's loop where it is not compiled), and their sum `closed_loop`; `metrics`; the ratios of
+        the closed loop, without and with metrics, to physics, and with metrics to the compiled steps (`strict`).
     """
-    parts = _Parts(run, trajectory)
-    calls = (parts.nothing, parts.pinocchio, parts.sensing, parts.log_row, parts.pinocchio_and_law, parts.forces)
-    found: dict[str, list[float]] = {call.__name__: [] for call in calls}
-    found |= {"physics": [], "set_up": [], "closed_loop": [], "metrics": []}
+    from biped.studies.bench.inner import Inner
+
+    inner = Inner(run, trajectory)
     one_tick = run._replace(scenario=msgspec.structs.replace(run.scenario, duration=trajectory.tick))
+    calls: dict[str, Callable[[], float]] = {
+        "physics": lambda: bare(run, trajectory),
+        "steps": lambda: strict(run, trajectory) or bare(run, trajectory),
+        "tree": lambda: clock(inner.tree),
+        "tree_and_torques": lambda: clock(inner.tree_and_torques),
+        "law": lambda: clock(inner.law),
+        "set_up": lambda: clock(lambda: simulate(one_tick)),
+        "closed_loop": lambda: clock(lambda: simulate(run)),
+        "metrics": lambda: clock(lambda: measure(trajectory, run.scenario.interval)),
+    }
+    for call in calls.values():  # compiles
+        call()
+    found: dict[str, list[float]] = {name: [] for name in calls}
     for _ in range(REPEATS):
-        for call in calls:
-            found[call.__name__].append(clock(call))
-        found["physics"].append(bare(run, trajectory))
-        found["set_up"].append(clock(lambda: simulate(one_tick)))
-        found["closed_loop"].append(clock(lambda: simulate(run)))
-        found["metrics"].append(clock(lambda: measure(trajectory, run.scenario.interval)))
+        for name, call in calls.items():
+            found[name].append(call())
     t = {name: statistics.median(values) / len(trajectory) * 1e6 for name, values in found.items()}
-    nothing = t.pop("nothing")
     out = {
         "physics": t["physics"],
-        "pinocchio": t["pinocchio"] - nothing,
-        "law": t["pinocchio_and_law"] - t["pinocchio"],
-        "forces": t["forces"] - nothing,
+        "steps": t["steps"],
+        "tree": t["tree"],
+        "torques": t["tree_and_torques"] - t["tree"],
+        "decisions": t["law"] - t["tree_and_torques"],
         "set_up": t["set_up"],
     }
-    out["loop"] = t["closed_loop"] - sum(out.values())
+    out["loop"] = t["closed_loop"] - sum(out.values()) + out["physics"]
     out |= {"closed_loop": t["closed_loop"], "metrics": t["metrics"]}
-    runs = list(zip(found["closed_loop"], found["metrics"], found["physics"], strict=True))
     # Each repeat is divided by its own bare steps: what slows the machine down for a second slows both.
-    out["ratio_loop"] = statistics.median(loop / step for loop, _, step in runs)
-    out["ratio_with_metrics"] = statistics.median((loop + metrics) / step for loop, metrics, step in runs)
-    return out | {"of the law: sensing": t["sensing"] - nothing, "of the law: log": t["log_row"] - nothing}
+    runs = list(zip(*(found[name] for name in ("closed_loop", "metrics", "physics", "steps")), strict=True))
+    out["ratio_loop"] = statistics.median(loop / bare for loop, _, bare, _ in runs)
+    out["ratio_with_metrics"] = statistics.median((loop + metrics) / bare for loop, metrics, bare, _ in runs)
+    out["ratio_strict"] = statistics.median((loop + metrics) / steps for loop, metrics, _, steps in runs)
+    return out
 
 
 def contact_costs(run: Run, trajectory: Trajectory) -> dict[int, float]:

@@ -13,12 +13,15 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
+from biped.control.controller import python_needed
 from biped.engines.mujoco import simulate
+from biped.engines.native import reason
 from biped.ensemble import campaign
 from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure
 from biped.measure.trajectory import Trajectory
+from biped.robot.model import compile_foreign, tree_at
 from biped.robot.run import Run
 from biped.scenario.reading import read_scenario
 from biped.studies.bench.parts import contact_costs, replay, tick_parts
@@ -32,6 +35,7 @@ class Throughput(NamedTuple):
     """What was measured.
 
     Attributes:
+        loop: How ticks are looped over: compiled, or in Python and why.
         tick: µs per control tick by part; ratios without unit.
         contacts: µs of a bare `mj_step` by points on the ground.
         campaign: Of an ensemble, wall time in s.
@@ -39,6 +43,7 @@ class Throughput(NamedTuple):
         features: Prices by feature (`biped.studies.bench.features`); None if they were left out.
     """
 
+    loop: str
     tick: dict[str, float]
     contacts: dict[int, float]
     campaign: dict[str, float]
@@ -57,6 +62,14 @@ def tick_costs(name: str = "level_normal") -> dict[str, float]:
     trajectory = simulate(run)  # compiles
     measure(trajectory, run.scenario.interval)
     return tick_parts(run, trajectory)
+
+
+def compiled(name: str = "level_normal") -> str:
+    """How a scenario's ticks are looped over: compiled, or in Python and why."""
+    run = Plan(read_scenario(name)).run(0)
+    foreign = compile_foreign(run.model, run.scenario)
+    why = python_needed(run, tree_at(run.model)) or reason(foreign.model, foreign.order)
+    return f"in Python: {why}" if why else "compiled"
 
 
 def contacts(name: str = "level_normal") -> dict[int, float]:
@@ -121,7 +134,7 @@ def everything(quick: bool = False, recorder: Callable[..., None] | None = None)
         quick: Leave out the prices of features, which take a process each.
         recorder: Writes a run's recording; its price is left out without one (`biped.show.replay.record_runs`).
     """
-    costs = tick_costs(), contacts(), ensemble_costs(), cold_starts()
+    costs = compiled(), tick_costs(), contacts(), ensemble_costs(), cold_starts()
     if quick:
         return Throughput(*costs, None)
     from biped.studies.bench.features import prices

@@ -39,7 +39,7 @@ def ensemble(plan: Plan) -> Plan:
     if s.start.jitter == 0.0 and "start.jitter" not in random.draw:
         starts = Distribution(grid=(0.0, *(JITTER,) * (MOST - 1)))
         random = msgspec.structs.replace(random, draw=random.draw | {"start.jitter": starts})
-    return Plan(msgspec.structs.replace(s, randomise=random))
+    return Plan(msgspec.structs.replace(s, randomise=random), plan.origin)
 
 
 def chosen(plan: Plan) -> list[int]:

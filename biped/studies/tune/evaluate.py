@@ -17,7 +17,7 @@ from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario, Window
 from biped.scenario.reading import changed
 from biped.scenario.tune import Tune
-from biped.scenario.vary import stream, with_values
+from biped.scenario.vary import Asked, stream, with_values
 from biped.studies.tune.space import Candidate
 
 PLANS = 64
@@ -138,9 +138,9 @@ class Study:
             if len(self._plans) > PLANS:
                 self._plans.clear()
             scenario = self.condition(task.condition, task.full)
-            scenario = with_values(scenario, dict(task.candidate.keys), "tune.keys")
+            scenario = with_values(scenario, dict(task.candidate.keys), Asked("tune.keys"))
             random = msgspec.structs.replace(scenario.randomise, runs=RUNS)
-            self._plans[key] = Plan(msgspec.structs.replace(scenario, seed=task.seed, randomise=random))
+            self._plans[key] = Plan(msgspec.structs.replace(scenario, seed=task.seed, randomise=random), checked=True)
         return self._plans[key].run(task.number)._replace(gains=task.candidate.gains)
 
     def cost(self, outcomes: dict[str, list[Outcome]], distance: float) -> float:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import msgspec
 
 from biped.base.statistics import wilson
 from biped.scenario.gains import GAINS, Gains
+from biped.scenario.gait import SETTINGS, made_for
+from biped.scenario.vary import Asked, with_values
 from biped.studies.tune.search import Found, Search, Tally
 
 
@@ -25,19 +29,22 @@ def gait_text(title: str, search: Search, found: Found) -> str:
         *(_line(name, tally, found.start_tallies[name]) for name, tally in found.tallies.items()),
         f"objective {found.cost:.4f}, before {found.start_cost:.4f}",
     ]
-    if candidate.keys:
+    settings = made_for(with_values(study.scenario, dict(candidate.keys), Asked("tune.keys")))
+    others = [(key, value) for key, value in candidate.keys if key.partition(".")[0] not in SETTINGS]
+    if others:
         lines += ["It was found together with these settings, which a scenario must have:"]
-        lines += [f"  {key} = {value:g}" for key, value in candidate.keys]
+        lines += [f"  {key} = {value:g}" for key, value in others]
     head = "".join(f"# {line}\n" for line in lines)
     data = {
         "description": f"Found by biped tune {title}",
         "source": f"biped tune {title}, seed {study.scenario.seed}",
         **{name: _plain(value) for name in GAINS if (value := getattr(candidate.gains, name)) is not None},
+        **{name: {key: _plain(value) for key, value in table.items()} for name, table in settings.items()},
     }
     return head + "\n" + tomli_w.dumps(data)
 
 
-def _plain(value: float | tuple[float, ...]) -> float | list[float]:
+def _plain(value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
 

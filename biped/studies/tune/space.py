@@ -18,7 +18,7 @@ from biped.base.files import nearest
 from biped.scenario.gains import GAINS, Gains
 from biped.scenario.keys import Scenario
 from biped.scenario.tune import Range, Tune
-from biped.scenario.vary import lookup
+from biped.scenario.vary import Asked, lookup
 
 DEGREES = 20.0
 """Degrees per unit of an angle's coordinate."""
@@ -81,8 +81,8 @@ class Space:
         assert scenario.tune is not None
         self.gains = gains
         self.axes = _gain_axes(scenario.tune, gains)
-        data = msgspec.to_builtins(scenario)
-        self.axes += [_key_axis(key, span, lookup(data, key, "tune.keys")) for key, span in scenario.tune.keys.items()]
+        asked = Asked("tune.keys")
+        self.axes += [_key_axis(key, span, lookup(scenario, key, asked)) for key, span in scenario.tune.keys.items()]
         if not self.axes:
             raise InputError("tune.gains: expected at least one gain or key that can vary; zero gains stay zero")
 

@@ -1,0 +1,55 @@
+"""Words of somebody else, made safe to print: no control characters, no surrogates, no endless echoes."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+_HIDDEN = re.compile(
+    "[\x00-\x1f\x7f-\x9f\u061c\u200b-\u200f\u2028-\u202e\u2060-\u2069\ufeff\ufff9-\ufffb\ud800-\udfff\U000e0000-\U000e007f]"
+)
+"""What moves a terminal's cursor, turns the direction of writing, or is not to be seen at all."""
+
+ECHO, PARAGRAPH = 120, 1200
+"""Most characters of a value that is repeated to whoever wrote it, and of a whole complaint."""
+
+
+def plain(text: Any) -> str:
+    """The text with everything that a terminal would obey, or hide, written out by its number."""
+    return _HIDDEN.sub(_written_out, str(text))
+
+
+def _written_out(found: re.Match[str]) -> str:
+    code = ord(found[0])
+    return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
+
+
+def short(text: Any, most: int = ECHO) -> str:
+    """The text, its middle left out where it is longer than `most` characters."""
+    text = str(text)
+    if len(text) <= most:
+        return text
+    head = (most - 1) * 2 // 3
+    return f"{text[:head]}…{text[len(text) - (most - 1 - head) :]}"
+
+
+def said(text: Any) -> str:
+    """A name or text that somebody wrote, to be repeated in a complaint."""
+    return short(plain(text))
+
+
+def echo(value: Any) -> str:
+    """A value as its author may have written it, on one line and not too long."""
+    if isinstance(value, int) and value.bit_length() > 64:
+        return f"a whole number of {value.bit_length()} bits"
+    if isinstance(value, list | tuple) and len(value) > ECHO:
+        return f"a list of {len(value)}"
+    try:
+        return short(plain(repr(value)))
+    except (ValueError, RecursionError):  # such an integer deep inside
+        return f"a {type(value).__name__}"
+
+
+def paragraph(text: Any) -> str:
+    """A complaint as one paragraph that is safe to print."""
+    return short(plain(" ".join(str(text).split())), PARAGRAPH)

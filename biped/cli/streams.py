@@ -1,0 +1,82 @@
+"""Standard output and error as they are found: closed, a pipe nobody reads any more, a locale without our letters."""
+
+from __future__ import annotations
+
+import codecs
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+
+@contextmanager
+def safe_streams() -> Iterator[None]:
+    """What is printed in this block cannot fail for want of a reader or a letter.
+
+    A letter that the terminal's encoding lacks is printed by its number, as JSON writes it too. When the reader of a
+    pipe has gone, the rest goes nowhere, and the command ends with the exit code that it would have had.
+    """
+    codecs.register_error("biped", _by_number)
+    whole = sys.stdout, sys.stderr
+    opened, pipes = [], []
+    for name, number in (("stdout", 1), ("stderr", 2)):
+        stream = getattr(sys, name)
+        if stream is None:  # closed; its number must not become that of a results file
+            stream = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+            opened.append(stream)
+            if stream.fileno() != number:
+                os.dup2(stream.fileno(), number)
+        elif hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="biped")
+        pipes.append(_Pipe(stream))
+        setattr(sys, name, pipes[-1])
+    try:
+        yield
+    finally:
+        for stream in pipes:
+            try:
+                stream.flush()
+            except OSError:  # a full disk, which was said where it could be
+                stream.nowhere()
+        sys.stdout, sys.stderr = whole
+        for stream in opened:
+            stream.close()
+
+
+class _Pipe:
+    """A stream that goes nowhere once nobody reads it."""
+
+    def __init__(self, stream: Any):
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """See `io.TextIOBase.write`."""
+        try:
+            return self._stream.write(text)
+        except BrokenPipeError:
+            self.nowhere()
+            return len(text)
+
+    def flush(self) -> None:
+        """See `io.IOBase.flush`."""
+        try:
+            self._stream.flush()
+        except BrokenPipeError:
+            self.nowhere()
+
+    def nowhere(self) -> None:
+        """Lets go of whatever is printed from now on, and what is still buffered."""
+        nothing = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nothing, self._stream.fileno())
+        os.close(nothing)
+
+
+def _by_number(error: UnicodeError) -> tuple[str, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    units = error.object[error.start : error.end].encode("utf-16-be", "surrogatepass")
+    return "".join(f"\\u{units[i]:02x}{units[i + 1]:02x}" for i in range(0, len(units), 2)), error.end

@@ -1,0 +1,344 @@
+"""Joint torques (3.15) from the three floating coordinates alone: what the allocation finds, in a third of the time.
+
+What the actuators do not drive are the torso's three coordinates b; a are the six joints. With f = E u - Q_d - Aᵀμ,
+
+    ‖N R⁻ᵀ(E u - Q_d)‖² = min over μ of fᵀM⁻¹f,
+
+because N takes away what lies in the range of Cᵀ = R⁻ᵀAᵀ. The joint forces in f are free through u; at their best
+M⁻¹f has no joint part, and f_bᵀ M_bb⁻¹ f_b of the floating coordinates is left. So μ minimises ‖Q_b + A_bᵀμ‖ in the
+metric of M_bb⁻¹, the torso accelerates by a_b = -M_bb⁻¹(Q_b + A_bᵀμ), and
+
+    u = Q_a + A_aᵀμ + M_ab a_b,   of least norm over the μ in the null space of A_bᵀ.
+
+Rows of A stand in lanes: what is done to one row is done to all. Row number `Q_LANE` carries along Q_d, in which u
+appears. Which rows count is decided as in the allocation, by the pivots of C = A L⁻¹ with M = LᵀL; L begins at the
+feet and so keeps the zeros between the legs.
+"""
+
+from __future__ import annotations
+
+import math
+
+from biped.base.jit import kernel
+from biped.control.allocation import clip_torques
+from biped.control.constraints import NO_ROW, candidates
+from biped.numerics.lanes import added, everywhere, load, plus, squared, store, times, total
+from biped.robot.kinematics import bias_forces, point_row
+from biped.robot.topology import BASE, HEEL, HIP, KNEE, N_POINTS, N_ROWS, N_STOPS, NQ, NU, STOP_ROW
+
+Q_LANE = N_ROWS
+
+
+@kernel
+def floating_torques(c, M, q):
+    """Writes the joint torques u (6,) [N m] for the record's Q_d.
+
+    Args:
+        c: Controller record with sensed links and Q_d, believing in the tree as it is.
+        M: (9, 9) mass matrix, upper triangle.
+        q: (9,) joint coordinates.
+
+    Returns:
+        Whether a torque limit was exceeded.
+    """
+    tick, actuation, rows = c["tick"], c["actuation"], c["rows"]
+    active = tick["active"]
+    candidates(c, q)
+    _rows_in_lanes(c)
+    factor_from_feet(M, rows["L"])
+    if actuation["release"]:
+        bias_forces(c["tree"], c["at"], c["belief"]["gravity"], tick["h"])
+        for j in range(NQ):
+            rows["A"][j, Q_LANE] = tick["Q_d"][j] - tick["h"][j]
+    _weigh(rows)
+    while True:
+        tick["rows"] = _keep(c)
+        tick["rank"] = _independent_rows(rows, actuation["tolerance"])
+        if actuation["release"] == 0 or tick["rows"] == 0:
+            break
+        _constraint_forces(rows, tick["rank"])
+        worst, drop = -actuation["release_force"], NO_ROW
+        for i in range(N_POINTS):
+            if active[i] and rows["force"][0, 2 * i] < worst:
+                worst, drop = rows["force"][0, 2 * i], i
+        if drop == NO_ROW:
+            break
+        active[drop] = 0
+    _least_torques(c, M)
+    return clip_torques(c)
+
+
+@kernel
+def _rows_in_lanes(c):
+    """Writes the candidates' rows of A into their lanes, and b_v = -J̇v; all other lanes are zero."""
+    rows, at, active = c["rows"], c["at"], c["tick"]["active"]
+    A, b_v = rows["A"], rows["b_v"]
+    for j in range(NQ):
+        store(A, j, everywhere(0.0))
+    store(b_v, 0, everywhere(0.0))
+    for i in range(N_POINTS):
+        if active[i]:
+            for direction in range(2):
+                point_row(at, i, direction, A[:, 2 * i + direction])
+                b_v[0, 2 * i + direction] = -at["point_bias"][i, 1 - direction]
+    for leg in range(N_STOPS):
+        if active[N_POINTS + leg]:
+            A[KNEE[leg], STOP_ROW + leg] = 1.0
+
+
+@kernel
+def _keep(c):
+    """Marks the lanes of rows that are in A now, with 1, and the others with 0; returns how many there are."""
+    active, kept = c["tick"]["active"], c["rows"]["kept"]
+    store(kept, 0, everywhere(0.0))
+    m = 0
+    for i in range(N_POINTS):
+        if active[i]:
+            kept[0, 2 * i] = 1.0
+            m += 1
+            # With `single_tangential` a flat foot has the heel's tangential row alone: the toe's says the same.
+            if c["actuation"]["single_tangential"] == 0 or i in HEEL or active[i + 1] == 0:
+                kept[0, 2 * i + 1] = 1.0
+                m += 1
+    for leg in range(N_STOPS):
+        if active[N_POINTS + leg]:
+            kept[0, STOP_ROW + leg] = 1.0
+            m += 1
+    return m
+
+
+@kernel
+def _coupled(i, j):
+    """Whether coordinates i > j are on one chain: the legs meet only in the torso."""
+    return not (j >= HIP[0] and j < HIP[1] and i >= HIP[1])
+
+
+@kernel
+def factor_from_feet(M, L):
+    """Writes the lower L of M = LᵀL from M's upper triangle; entries between the legs are zero and stay unwritten."""
+    for i in range(NQ - 1, -1, -1):
+        s = M[i, i]
+        for k in range(i + 1, NQ):
+            if _coupled(k, i):
+                s -= L[k, i] * L[k, i]
+        L[i, i] = math.sqrt(s)
+        inverse = 1.0 / L[i, i]
+        for j in range(i):
+            if _coupled(i, j):
+                s = M[j, i]
+                for k in range(i + 1, NQ):
+                    if _coupled(k, i) and _coupled(k, j):
+                        s -= L[k, i] * L[k, j]
+                L[i, j] = s * inverse
+
+
+@kernel
+def _weigh(rows):
+    """Fills C = A L⁻¹, row by lane; the lane of Q_d - h becomes L⁻ᵀ(Q_d - h)."""
+    A, C, L = rows["A"], rows["C"], rows["L"]
+    for j in range(NQ):
+        store(C, j, load(A, j))
+    for i in range(NQ - 1, -1, -1):
+        x = times(everywhere(1.0 / L[i, i]), load(C, i))
+        store(C, i, x)
+        for j in range(i):
+            if _coupled(i, j):
+                store(C, j, added(load(C, j), -L[i, j], x))
+
+
+@kernel
+def _longest(rows):
+    """Square and number of the longest row that has not been a pivot; -1 if there is none."""
+    norm, used = rows["norm"], rows["used"]
+    best, at = 0.0, NO_ROW
+    for i in range(N_ROWS):
+        size = 0.0 if used[i] else norm[0, i]
+        better = size > best
+        best = size if better else best
+        at = i if better else at
+    return best, at
+
+
+@kernel
+def _independent_rows(rows, tolerance):
+    """Orthonormalises rows of C, always the longest remainder next, and marks them in `used`; returns their number.
+
+    A row is dependent once its remainder is below `tolerance` times the longest row. V keeps, step by step, every
+    row's part along the pivot: C = VᵀQ with orthonormal rows Q.
+    """
+    C, E, V, kept, norm, used = rows["C"], rows["E"], rows["V"], rows["kept"], rows["norm"], rows["used"]
+    mask = load(kept, 0)
+    zero = everywhere(0.0)
+    a = b = c = zero
+    for j in range(0, NQ, 3):
+        x, y, z = times(load(C, j), mask), times(load(C, j + 1), mask), times(load(C, j + 2), mask)
+        store(E, j, x)
+        store(E, j + 1, y)
+        store(E, j + 2, z)
+        a, b, c = squared(a, x), squared(b, y), squared(c, z)
+    store(norm, 0, plus(plus(a, b), c))
+    for i in range(N_ROWS):
+        used[i] = 0
+    least = 0.0
+    for step in range(NQ):
+        best, p = _longest(rows)
+        if step == 0:
+            least = tolerance * tolerance * best
+        if not best > least:
+            return step
+        used[p] = 1
+        scale = 1.0 / math.sqrt(best)
+        a = b = c = zero
+        for j in range(0, NQ, 3):
+            a = added(a, E[j, p], load(E, j))
+            b = added(b, E[j + 1, p], load(E, j + 1))
+            c = added(c, E[j + 2, p], load(E, j + 2))
+        along = times(everywhere(scale), plus(plus(a, b), c))
+        store(V, step, along)
+        a = b = c = zero
+        for j in range(0, NQ, 3):
+            x = added(load(E, j), -scale * E[j, p], along)
+            y = added(load(E, j + 1), -scale * E[j + 1, p], along)
+            z = added(load(E, j + 2), -scale * E[j + 2, p], along)
+            store(E, j, x)
+            store(E, j + 1, y)
+            store(E, j + 2, z)
+            a, b, c = squared(a, x), squared(b, y), squared(c, z)
+        store(norm, 0, plus(plus(a, b), c))
+    return NQ
+
+
+@kernel
+def _constraint_forces(rows, rank):
+    """Minimum-norm multipliers λ = (CCᵀ)⁺(b_v - A a) [N, N m] of the motion under Q_d, in `force` by lane.
+
+    With C = VᵀQ and V's rows orthonormalised, V = TᵀW, they are λ = Wᵀ T⁻ᵀT⁻¹ W(b_v - A a).
+    """
+    C, V, T, z = rows["C"], rows["V"], rows["T"], rows["z"]
+    left = load(rows["b_v"], 0)
+    for j in range(NQ):
+        left = added(left, -C[j, Q_LANE], load(C, j))
+    left = times(left, load(rows["kept"], 0))
+    for s in range(rank):
+        x = load(V, s)
+        for t in range(s):
+            T[t, s] = total(times(x, load(V, t)))
+            x = added(x, -T[t, s], load(V, t))
+        T[s, s] = math.sqrt(total(times(x, x)))
+        x = times(everywhere(1.0 / T[s, s]), x)
+        store(V, s, x)
+        z[s] = total(times(x, left))
+        left = added(left, -z[s], x)
+    for s in range(rank - 1, -1, -1):
+        f = z[s]
+        for t in range(s + 1, rank):
+            f -= T[s, t] * z[t]
+        z[s] = f / T[s, s]
+    force = everywhere(0.0)
+    for s in range(rank):
+        f = z[s]
+        for t in range(s):
+            f -= T[t, s] * z[t]
+        z[s] = f / T[s, s]
+        force = added(force, z[s], load(V, s))
+    store(rows["force"], 0, force)
+
+
+@kernel
+def _least_torques(c, M):
+    """Writes u for the rows that are marked as used."""
+    rows, actuation, Q_d, u = c["rows"], c["actuation"], c["tick"]["Q_d"], c["tick"]["u"]
+    A, D, Y, kept, used = rows["A"], rows["D"], rows["Y"], rows["kept"], rows["used"]
+    for i in range(N_ROWS):
+        kept[0, i] = 1.0 if used[i] else 0.0
+        used[i] = 0
+    kept[0, Q_LANE] = 1.0
+    mask = load(kept, 0)
+    for j in range(NQ):
+        A[j, Q_LANE] = Q_d[j]
+    if actuation["use_u_0"]:
+        for j in range(NU):
+            A[BASE + j, Q_LANE] -= actuation["u_0"][j]
+    for j in range(BASE):
+        store(D, j, times(mask, load(A, j)))
+    for j in range(NU):
+        store(Y, j, times(mask, load(A, BASE + j)))
+    reached = _float(rows, M, actuation["tolerance"])
+    _shorten(rows, c["tick"]["rank"] - reached)
+    for j in range(NU):
+        u[j] = Y[j, Q_LANE]
+        if actuation["use_u_0"]:
+            u[j] += actuation["u_0"][j]
+
+
+@kernel
+def _float(rows, M, tolerance):
+    """Makes the torso move as Q_d would, as far as the rows can: μ in the range of A_b, and a_b; returns A_b's rank.
+
+    Rows are combined so that the floating parts of the pivots are orthonormal in the metric of M_bb⁻¹ = (SᵀS)⁻¹, and
+    those of all others zero.
+    """
+    D, Y, S, norm, used = rows["D"], rows["Y"], rows["S"], rows["norm"], rows["used"]
+    S[2, 2] = math.sqrt(M[2, 2])
+    S[2, 1] = M[1, 2] / S[2, 2]
+    S[2, 0] = M[0, 2] / S[2, 2]
+    S[1, 1] = math.sqrt(M[1, 1] - S[2, 1] * S[2, 1])
+    S[1, 0] = (M[0, 1] - S[2, 1] * S[2, 0]) / S[1, 1]
+    S[0, 0] = math.sqrt(M[0, 0] - S[2, 0] * S[2, 0] - S[1, 0] * S[1, 0])
+    z = times(everywhere(1.0 / S[2, 2]), load(D, 2))
+    y = times(everywhere(1.0 / S[1, 1]), added(load(D, 1), -S[2, 1], z))
+    x = times(everywhere(1.0 / S[0, 0]), added(added(load(D, 0), -S[2, 0], z), -S[1, 0], y))
+    least, reached = 0.0, 0
+    for step in range(BASE):
+        store(D, 0, x)
+        store(D, 1, y)
+        store(D, 2, z)
+        store(norm, 0, squared(squared(times(x, x), y), z))
+        best, p = _longest(rows)
+        if step == 0:
+            least = tolerance * tolerance * best
+        if not best > least:
+            break
+        used[p] = 1
+        reached += 1
+        scale = 1.0 / math.sqrt(best)
+        ex, ey, ez = scale * D[0, p], scale * D[1, p], scale * D[2, p]
+        along = added(added(times(everywhere(ex), x), ey, y), ez, z)
+        x, y, z = added(x, -ex, along), added(y, -ey, along), added(z, -ez, along)
+        for j in range(NU):
+            store(Y, j, added(load(Y, j), -scale * Y[j, p], along))
+    if reached < BASE:
+        # (With three, nothing of Q_b is left for the torso to accelerate by.)
+        a_x = -D[0, Q_LANE] / S[0, 0]
+        a_y = (-D[1, Q_LANE] - S[1, 0] * a_x) / S[1, 1]
+        a_z = (-D[2, Q_LANE] - S[2, 0] * a_x - S[2, 1] * a_y) / S[2, 2]
+        for j in range(NU):
+            Y[j, Q_LANE] += M[0, BASE + j] * a_x + M[1, BASE + j] * a_y + M[2, BASE + j] * a_z
+    return reached
+
+
+@kernel
+def _shorten(rows, count):
+    """Takes from u what the `count` rows that are left, whose floating parts are zero, can give without it."""
+    Y, norm, used = rows["Y"], rows["norm"], rows["used"]
+    a = b = everywhere(0.0)
+    for j in range(0, NU, 2):
+        a, b = squared(a, load(Y, j)), squared(b, load(Y, j + 1))
+    store(norm, 0, plus(a, b))
+    for _ in range(count):
+        best, p = _longest(rows)
+        if not best > 0.0:
+            return
+        used[p] = 1
+        scale = 1.0 / math.sqrt(best)
+        a = b = everywhere(0.0)
+        for j in range(0, NU, 2):
+            a, b = added(a, Y[j, p], load(Y, j)), added(b, Y[j + 1, p], load(Y, j + 1))
+        along = times(everywhere(scale), plus(a, b))
+        a = b = everywhere(0.0)
+        for j in range(0, NU, 2):
+            x, y = added(load(Y, j), -scale * Y[j, p], along), added(load(Y, j + 1), -scale * Y[j + 1, p], along)
+            store(Y, j, x)
+            store(Y, j + 1, y)
+            a, b = squared(a, x), squared(b, y)
+        store(norm, 0, plus(a, b))

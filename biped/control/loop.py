@@ -1,0 +1,107 @@
+"""One tick of a thesis controller between what is measured and what is applied, for compiled loops."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from biped.base.jit import kernel
+from biped.control.changes import bring_up_to_date
+from biped.control.tick import thesis_tick
+from biped.measure.trajectory import Q, V
+from biped.robot.topology import NQ, PITCH
+
+
+class Control(NamedTuple):
+    """A run's controller as compiled loops take it.
+
+    Attributes:
+        record: (1,) `biped.control.record.CONTROL`.
+        changes: (n,) `biped.control.changes.CHANGE`.
+        q: (9,) measured joint coordinates [m, rad]; the true ones where nothing is between.
+        v: (9,) measured joint velocities.
+        noise: (n, 2, 9) added to the measurements of each tick; empty without sensors.
+        past: (delay + 1, 2, 9) latest true coordinates and velocities.
+        resolution: [rad] of measured angles; 0: exact.
+        wanted: (6,) u or (9,) Q_d of the latest tick, live.
+        logged: Column of the log where it stands.
+        follow: Fraction of the way to the wanted that actuators go in a tick; 1: all of it.
+        tick: [s].
+    """
+
+    record: np.ndarray
+    changes: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+    noise: np.ndarray
+    past: np.ndarray
+    resolution: float
+    wanted: np.ndarray
+    logged: int
+    follow: float
+    tick: float
+
+
+@kernel
+def measure(k, true_q, true_v, noise, past, resolution, q, v):
+    """Writes what the sensors make of the state at tick k: late, noisy, rounded.
+
+    Args:
+        k: Number of the tick.
+        true_q: (9,) joint coordinates [m, rad].
+        true_v: (9,) joint velocities.
+        noise: (n, 2, 9) added to coordinates and velocities.
+        past: (delay + 1, 2, 9) latest true coordinates and velocities; at the start all are those of the start.
+        resolution: [rad] of the angles; 0: exact.
+        q: (9,) measured coordinates, overwritten.
+        v: (9,) measured velocities, overwritten.
+    """
+    size = past.shape[0]
+    for i in range(size if k == 0 else 1):
+        at = (k + i) % size
+        for j in range(NQ):
+            past[at, 0, j] = true_q[j]
+            past[at, 1, j] = true_v[j]
+    oldest = (k + 1) % size
+    for j in range(NQ):
+        q[j] = past[oldest, 0, j] + noise[k, 0, j]
+        v[j] = past[oldest, 1, j] + noise[k, 1, j]
+        if resolution > 0.0 and j >= PITCH:
+            q[j] = np.rint(q[j] / resolution) * resolution
+
+
+@kernel
+def control_tick(control, q, v, applied, log, k):
+    """Measures, decides, and moves the actuators of tick k.
+
+    Args:
+        control: `Control`.
+        q: (9,) true joint coordinates.
+        v: (9,) true joint velocities.
+        applied: (6,) joint torques or (9,) generalized forces that act in the coming steps, overwritten.
+        log: (n, WIDTH) log, row k is written but for its ground forces.
+        k: Number of the tick.
+
+    Returns:
+        A status of `biped.control.tick`; the actuators have only moved if it is GOING.
+    """
+    measured = control.noise.shape[0] > 0
+    if measured:
+        measure(k, q, v, control.noise, control.past, control.resolution, control.q, control.v)
+    bring_up_to_date(control.record, control.changes, k)
+    status = thesis_tick(control.record, control.q, control.v, log, k, k * control.tick)
+    if measured:
+        for j in range(NQ):
+            log[k, Q + j] = q[j]
+            log[k, V + j] = v[j]
+    if status != 0:
+        return status
+    follow, logged = control.follow, control.logged
+    for j in range(applied.size):
+        if follow == 1.0:
+            applied[j] = control.wanted[j]
+        else:
+            applied[j] += follow * (control.wanted[j] - applied[j])
+            log[k, logged + j] = applied[j]
+    return status

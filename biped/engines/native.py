@@ -1,0 +1,164 @@
+"""MuJoCo's step called from compiled code by its address, where everything that this takes for granted holds.
+
+The address of `mj_step` and those of model and data are arguments of compiled loops, never constants in them: what is
+compiled can be kept on disk. The forces of constraints move in MuJoCo's arena at every step; where mjData keeps their
+address and number is known by offset, and checked against what MuJoCo's bindings say. Nothing here is needed for a
+right result: where anything does not hold, `reason` says what, and the engine steps from Python.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import lru_cache
+from pathlib import Path
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
+
+import mujoco
+
+from biped.base.jit import COMPILED
+from biped.robot.order import Order
+from biped.robot.topology import KNEE, N_ROWS, Z
+
+_OFFSETS: dict[str, tuple[int, ...]] = {"4.0.0": (160576, 162096)}
+"""Of nefc and efc_force in mjData [bytes], by version: asking MuJoCo takes as long as 10 s of walking."""
+
+
+class Native(NamedTuple):
+    """What compiled code needs in order to step a model and to read its constraint forces.
+
+    Attributes:
+        step: Address of mj_step.
+        nefc: Offset [bytes] in mjData of the number of constraint rows.
+        force: Offset [bytes] in mjData of the address of their forces.
+    """
+
+    step: int
+    nefc: int
+    force: int
+
+
+class _Unavailable(Exception):
+    """Compiled code cannot step this model; says why."""
+
+
+def native(model: mujoco.MjModel, order: Order) -> Native | None:
+    """What compiled code needs to step a model, or None where it must be stepped from Python.
+
+    Args:
+        model: The model, which is stepped here once from Python: what MuJoCo finds wrong with it is an exception there,
+            but in compiled code the end of the process.
+        order: Where it has what.
+    """
+    return None if reason(model, order) else _library()
+
+
+def reason(model: mujoco.MjModel, order: Order) -> str:
+    """Why compiled code cannot step a model; empty if it can."""
+    if model not in _reasons:
+        try:
+            _check(_library(), model, order)
+            _reasons[model] = ""
+        except _Unavailable as said:
+            _reasons[model] = str(said)
+    return _reasons[model]
+
+
+_reasons: WeakKeyDictionary[mujoco.MjModel, str] = WeakKeyDictionary()
+"""Of models that have been asked for: a step costs little, but the data to take it in as much as 100 ticks."""
+
+
+@lru_cache(maxsize=1)
+def _shared() -> ctypes.CDLL:
+    """The library that MuJoCo's bindings have loaded.
+
+    Raises:
+        _Unavailable: It is not where they keep it.
+    """
+    folder = Path(mujoco.__file__).parent
+    found = [file for pattern in ("libmujoco*.so*", "libmujoco*.dylib", "mujoco.dll") for file in folder.glob(pattern)]
+    if len(found) != 1:
+        raise _Unavailable(f"no single MuJoCo library in {folder}")
+    try:
+        library = ctypes.CDLL(str(found[0]))
+        version = library.mj_version()
+    except (OSError, AttributeError) as error:
+        raise _Unavailable(f"{found[0].name}: {error}") from None
+    if version != mujoco.mj_version():
+        raise _Unavailable(f"{found[0].name} is version {version}, not {mujoco.mj_version()}")
+    return library
+
+
+@lru_cache(maxsize=1)
+def _library() -> Native:
+    if not COMPILED:
+        raise _Unavailable("kernels are not compiled (NUMBA_DISABLE_JIT)")
+    if ctypes.sizeof(ctypes.c_void_p) != 8:
+        raise _Unavailable("addresses do not have 64 bits")
+    step = ctypes.cast(_shared().mj_step, ctypes.c_void_p).value
+    version = mujoco.mj_versionString()
+    if version not in _OFFSETS:
+        from biped.engines.layout import offsets
+
+        try:
+            _OFFSETS[version] = offsets(("nefc", "efc_force"))
+        except (ImportError, AttributeError, KeyError) as error:
+            raise _Unavailable(f"mjData of MuJoCo {version} is not described: {error}") from None
+    return Native(step or 0, *_OFFSETS[version])
+
+
+def _check(native: Native, model: mujoco.MjModel, order: Order) -> None:
+    """Takes one step from Python with everything that can touch touching, and compares what offsets say of it.
+
+    Raises:
+        _Unavailable: They say something else.
+    """
+    if not order.canonical:
+        raise _Unavailable("the model file lists its parts in an order of its own")
+    data = mujoco.MjData(model)
+    if not hasattr(data, "_address") or not hasattr(model, "_address"):
+        raise _Unavailable("MuJoCo's bindings do not tell addresses")
+    data.qpos[order.joints[list(KNEE)]] = 1e-3
+    mujoco.mj_kinematics(model, data)
+    data.qpos[order.joints[Z]] -= data.geom_xpos[order.points, 2].max() + 1e-3
+    mujoco.mj_step(model, data)
+    rows = ctypes.c_int32.from_address(data._address + native.nefc).value
+    address = ctypes.c_size_t.from_address(data._address + native.force).value
+    if data.nefc < N_ROWS or rows != data.nefc or address != data.efc_force.ctypes.data:
+        raise _Unavailable(f"constraint forces are not where MuJoCo {mujoco.mj_versionString()} had them")
+
+
+_clock_lock = threading.Lock()
+_quiet = 0
+_clock: int | None = None
+
+
+@contextmanager
+def without_clock() -> Iterator[None]:
+    """MuJoCo does not time its stages in this block: a seventh of a small model's step. Results are the same bits.
+
+    The clock is global: it comes back when the last such block of any thread ends. A clock that Python has set
+    (`mujoco.set_mjcb_time`) is left alone.
+    """
+    global _quiet, _clock
+    try:
+        symbol = ctypes.c_void_p.in_dll(_shared(), "mjcb_time")
+    except (_Unavailable, ValueError):
+        yield
+        return
+    with _clock_lock:
+        if _quiet == 0:
+            _clock = symbol.value
+            if mujoco.get_mjcb_time() is None:
+                symbol.value = None
+        _quiet += 1
+    try:
+        yield
+    finally:
+        with _clock_lock:
+            _quiet -= 1
+            if _quiet == 0 and symbol.value is None:
+                symbol.value = _clock

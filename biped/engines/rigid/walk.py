@@ -1,0 +1,51 @@
+"""Controller and rigid biped in one compiled loop: no Python between two ticks."""
+
+from __future__ import annotations
+
+from biped.base.jit import kernel, long_kernel
+from biped.control.loop import control_tick
+from biped.engines.rigid.events import advance
+from biped.measure.trajectory import FORCE, STOP
+from biped.robot.topology import N_POINTS, N_STOPS, STOP_ROW
+
+
+@kernel
+def log_impulses(record, log, k, tick):
+    """Writes the mean forces of a tick [s] into row k of the log.
+
+    Rows of the record come normal first; the log wants (forward, normal). A stop's torque bends the knee: negative.
+    """
+    impulse, line = record[0]["ledger"]["impulse"], log[k]
+    for i in range(N_POINTS):
+        line[FORCE + 2 * i] = impulse[2 * i + 1] / tick
+        line[FORCE + 2 * i + 1] = impulse[2 * i] / tick
+    for leg in range(N_STOPS):
+        line[STOP + leg] = impulse[STOP_ROW + leg] / -tick
+
+
+@long_kernel
+def walk_rigid(record, control, q, v, applied, step, steps, log, first, last):
+    """Ticks first … last - 1 of a run.
+
+    Args:
+        record: (1,) `biped.engines.rigid.record.RIGID`.
+        control: `biped.control.loop.Control`.
+        q: (9,) joint coordinates [m, rad], overwritten.
+        v: (9,) joint velocities, overwritten.
+        applied: (6,) or (9,) forces that act, part of the record.
+        step: [s] of integration.
+        steps: Number of steps in a tick.
+        log: (n, WIDTH) log.
+        first: First tick.
+        last: One past the last.
+
+    Returns:
+        The status of the last tick and the number of ticks logged.
+    """
+    for k in range(first, last):
+        status = control_tick(control, q, v, applied, log, k)
+        if status != 0:
+            return status, k + 1
+        advance(record, q, v, step, steps)
+        log_impulses(record, log, k, control.tick)
+    return 0, last

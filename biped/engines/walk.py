@@ -1,0 +1,75 @@
+"""Controller and MuJoCo in one compiled loop: no Python between two ticks."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from biped.base.address import call, doubles_at, int32_at
+from biped.base.jit import long_kernel
+from biped.control.loop import control_tick
+from biped.engines.forces import log_forces
+
+
+class Plant(NamedTuple):
+    """MuJoCo as compiled loops take it; see `biped.engines.native`.
+
+    Attributes:
+        step: Address of mj_step.
+        model: Address of the model.
+        data: Address of the data.
+        nefc: Address of the number of constraint rows.
+        force: Address of the address of their forces.
+        substeps: Steps in a tick.
+        q: (9,) joint coordinates [m, rad], live.
+        v: (9,) joint velocities, live.
+        applied: (6,) joint torques or (9,) generalized forces, live.
+        place: (ngeom, 3) [m] geom positions, live.
+        points: (4,) geoms of the contact points.
+        radius: [m] of those geoms.
+        contacts: (4,) points in the order in which MuJoCo lists contacts.
+        stops: (2,) stops in the order in which MuJoCo lists joint limits.
+        pyramid: Coefficient of friction of a pyramidal cone; 0 for an elliptic one.
+    """
+
+    step: int
+    model: int
+    data: int
+    nefc: int
+    force: int
+    substeps: int
+    q: np.ndarray
+    v: np.ndarray
+    applied: np.ndarray
+    place: np.ndarray
+    points: np.ndarray
+    radius: float
+    contacts: np.ndarray
+    stops: np.ndarray
+    pyramid: float
+
+
+@long_kernel
+def walk_plant(plant, control, log, first, last):
+    """Ticks first … last - 1 of a run.
+
+    Args:
+        plant: `Plant`.
+        control: `biped.control.loop.Control`.
+        log: (n, WIDTH) log.
+        first: First tick.
+        last: One past the last.
+
+    Returns:
+        The status of the last tick and the number of ticks logged.
+    """
+    for k in range(first, last):
+        status = control_tick(control, plant.q, plant.v, plant.applied, log, k)
+        if status != 0:
+            return status, k + 1
+        for _ in range(plant.substeps):
+            call(plant.step, plant.model, plant.data)
+        force = doubles_at(plant.force, int32_at(plant.nefc))
+        log_forces(log, k, force, plant.place, plant.points, plant.radius, plant.contacts, plant.stops, plant.pyramid)
+    return 0, last

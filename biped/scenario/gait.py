@@ -1,0 +1,151 @@
+"""A gait file: gains, perhaps a family of them, and the settings that they were made for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from msgspec.structs import replace
+
+from biped.base.errors import InputError
+from biped.base.files import description_of, label, layered, read_toml
+from biped.base.text import echo
+from biped.scenario.gains import GAINS, Gains
+from biped.scenario.keys import Actuation, Scenario, Sensing
+from biped.scenario.origin import Origin
+from biped.scenario.section import Section
+from biped.scenario.valid import convert, known_keys
+
+SETTINGS: dict[str, type[Section]] = {"sensing": Sensing, "actuation": Actuation}
+"""Tables of a scenario that a gait file may have too."""
+
+Settings = dict[str, dict[str, Any]]
+"""What a gait was made for: table, key, value."""
+
+
+def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any], Any, Origin]:
+    """Gains, settings and family of a gait file, as written."""
+    data, keys = layered(path, "controllers")
+    for word in ("description", "source"):
+        data.pop(word, None)
+    settings = {name: data.pop(name) for name in SETTINGS if name in data}
+    return data, settings, data.pop("speeds", ()), Origin(path, keys)
+
+
+def read_gains(path: Path, override: Gains) -> Gains:
+    """Reads a controller file (and what it extends) and lays a scenario's own gains over it.
+
+    Raises:
+        InputError: A gain is missing, unknown or of the wrong type.
+    """
+    data, _, speeds, origin = _read(path)
+    known_keys(data, Gains, "", origin.fault)
+    gains = convert(data, Gains, origin.fault)
+    if override.speed is not None:
+        from biped.scenario.family import Knot, gains_at
+
+        knots = convert(speeds, tuple[Knot, ...], lambda key, what: origin.fault(f"speeds{key}", what))
+        gains = replace(gains, **gains_at(knots, override.speed, origin.fault))
+    gains = gains.replaced(override)
+    missing = [name for name in GAINS if getattr(gains, name) is None]
+    if missing:
+        raise InputError(f"{label(path)}: {missing[0]}: missing; a gait has {', '.join(GAINS)}")
+    return gains
+
+
+def read_settings(path: Path) -> tuple[Settings, Origin]:
+    """Reads the settings that a gait was made for, and where each was written.
+
+    Raises:
+        InputError: A setting is unknown, of the wrong type or impossible.
+    """
+    _, tables, _, origin = _read(path)
+    known_keys(tables, Scenario, "", origin.fault)
+    settings = {}
+    for name, table in tables.items():
+        if not isinstance(table, dict):
+            raise origin.fault(name, f"expected a table, got {echo(table)}")
+        section = convert(table, SETTINGS[name], lambda key, what, at=name: origin.fault(f"{at}.{key}", what))
+        settings[name] = {key: getattr(section, key) for key in table}
+    return settings, origin
+
+
+def habits_of(model: Path) -> tuple[dict[str, Any], Path]:
+    """What the description of a robot says of scenarios, as written, and the file that says it."""
+    path = description_of(model)
+    habits = read_toml(path).get("scenario", {})
+    if not isinstance(habits, dict):
+        raise InputError(f"{label(path)}: scenario: expected a table, [scenario], got {echo(habits)}")
+    return habits, path
+
+
+def settings_on(model: Path, controller: Path) -> Settings:
+    """The settings of a robot with a gait: what its description says, and over that what the gait was made for."""
+    habits, path = habits_of(model)
+    settings, _ = read_settings(controller)
+    origin = Origin(path)
+    for name, kind in SETTINGS.items():
+        table = habits.get(name, {})
+        section = convert(table, kind, lambda key, what, at=name: origin.fault(f"scenario.{at}.{key}", what))
+        settings[name] = {key: getattr(section, key) for key in table} | settings.get(name, {})
+    return settings
+
+
+def lay_below(data: dict[str, Any], origin: dict[str, Path], path: Path) -> None:
+    """Lays a gait's settings below what a scenario says itself, in place.
+
+    Args:
+        data: The scenario as plain data.
+        origin: Where each of its keys was written.
+        path: The gait file.
+
+    Raises:
+        InputError: A setting is unknown, of the wrong type or impossible.
+    """
+    settings, theirs = read_settings(path)
+    for name, table in settings.items():
+        mine = data.setdefault(name, {})
+        if not isinstance(mine, dict):
+            continue  # the scenario's own fault, for which it is blamed
+        for key, value in table.items():
+            if key not in mine:
+                mine[key] = value
+                origin[f"{name}.{key}"] = theirs.keys[f"{name}.{key}"]
+
+
+def made_for(s: Scenario) -> Settings:
+    """The settings of a scenario that a gait found in it was made for: those that are not the defaults."""
+    tables = {}
+    for name, kind in SETTINGS.items():
+        defaults, mine = kind(), getattr(s, name)
+        own = {
+            key: getattr(mine, key) for key in kind.__struct_fields__ if getattr(mine, key) != getattr(defaults, key)
+        }
+        if own:
+            tables[name] = own
+    return tables
+
+
+def resettled(s: Scenario, old: Settings, new: Settings, varied: set[str]) -> Scenario:
+    """A scenario whose gait was exchanged, with the new gait's settings instead of the old one's.
+
+    What the scenario says itself stays: a setting other than the old gait's (or the default), or one that varies.
+
+    Args:
+        s: The scenario, which names the new gait.
+        old: Settings of its robot with the gait it was read with.
+        new: Settings of its robot with the gait it names.
+        varied: Dotted keys that have values of their own.
+    """
+    tables = {}
+    for name, kind in SETTINGS.items():
+        defaults, mine = kind(), getattr(s, name)
+        before, after = old.get(name, {}), new.get(name, {})
+        moved = {
+            key: after.get(key, getattr(defaults, key))
+            for key in before.keys() | after.keys()
+            if getattr(mine, key) == before.get(key, getattr(defaults, key)) and f"{name}.{key}" not in varied
+        }
+        if moved:
+            tables[name] = replace(mine, **moved)
+    return replace(s, **tables) if tables else s

@@ -1,0 +1,80 @@
+"""What a results folder holds to be looked at, whoever made it.
+
+A run is made again from its scenario and its number, which is exact and cheaper than keeping every trajectory. Except
+one of a law of somebody's own: whoever looks at results does not ask for the law to be run, so only what was kept is
+shown.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+from biped.base.errors import InputError
+from biped.base.files import label
+from biped.base.text import plain
+from biped.ensemble import campaign
+from biped.ensemble.plan import Plan
+from biped.ensemble.stored import of_plan
+from biped.measure.trajectory import Trajectory
+from biped.scenario.reading import read_scenario
+from biped.show.words import harmless
+from biped.studies.run import results_at
+
+
+def _loaded(path: Path) -> Trajectory:
+    """A kept trajectory, which may be anybody's file.
+
+    Raises:
+        InputError: It is none, or would take more memory than it has bytes.
+    """
+    try:
+        with zipfile.ZipFile(path) as whole:
+            packed = [part.filename for part in whole.infolist() if part.compress_type != zipfile.ZIP_STORED]
+    except (zipfile.BadZipFile, OSError) as error:
+        raise InputError(f"{path}: not a trajectory: {plain(error)[:200]}") from None
+    if packed:
+        raise InputError(f"{path}: not a trajectory: {plain(packed[0])} is compressed")
+    return Trajectory.load(path)
+
+
+class Kept:
+    """What a results folder kept, and what can be made again of it without running anybody's law.
+
+    Args:
+        folder: The results folder.
+
+    Attributes:
+        plan: The plan of its scenario.
+        result: Its result object.
+
+    Raises:
+        InputError: It is no results folder.
+    """
+
+    def __init__(self, folder: Path):
+        self._folder = folder
+        self.result = harmless(results_at(folder))
+        self.plan = Plan(read_scenario(str(folder / "scenario.toml"), looking=True))
+        of_plan(folder, self.plan, self.result)
+
+    def trajectory(self, index: int) -> Trajectory | None:
+        """The trajectory of a run: kept, or made again; None of a law's run that was not kept.
+
+        Of a run of a campaign that fell, only the last seconds were kept.
+        """
+        rows = self.result["runs"]
+        whole, ending = self._folder / "trajectory.npz", self._folder / "failures" / f"run-{index:05d}.npz"
+        if len(rows) == 1 and whole.is_file():
+            return _loaded(whole)
+        if self.plan.scenario.law is None:
+            return campaign.run_one(self.plan, index)[0]
+        return _loaded(ending) if ending.is_file() else None
+
+    def again(self, index: int) -> str:
+        """What to do to see a law's run that was not kept."""
+        return (
+            f"{label(self._folder)}: run {index} is of the law {self.plan.scenario.law}, which is not run for a look, "
+            f"and its trajectory was not kept; to make it again, if you trust the law: biped run "
+            f"{self._folder / 'scenario.toml'} --only {index} --record --trust"
+        )

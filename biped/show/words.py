@@ -1,0 +1,27 @@
+"""Words in Markdown: somebody's names and texts are shown, and make nothing of the page."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from biped.base.text import plain
+
+
+def told(text: Any) -> str:
+    """Somebody's words, of which Markdown makes nothing but text: no links, pictures, cells or lines."""
+    return re.sub(r"([\\`*_\[\]<>|!#~])", r"\\\1", plain(text))
+
+
+def words(name: str) -> str:
+    """The name of a number, for people."""
+    return told(name.replace("_", " "))
+
+
+def harmless(value: Any) -> Any:
+    """A result from anybody's file, all texts in it with nothing hidden and nothing that a terminal obeys."""
+    if isinstance(value, dict):
+        return {plain(key): harmless(inner) for key, inner in value.items()}
+    if isinstance(value, list):
+        return [harmless(inner) for inner in value]
+    return plain(value) if isinstance(value, str) else value

@@ -1,0 +1,1 @@
+"""Hostile input by the thousand: `make fuzz`, and a part of it among the default tests."""

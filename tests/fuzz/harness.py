@@ -1,0 +1,177 @@
+"""Carries out one case and says what is wrong with the answer, if anything is."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import os
+import resource
+import signal
+import sys
+import tempfile
+import warnings
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from unittest import mock
+
+from biped.cli.main import main
+from biped.ensemble import campaign
+from biped.ensemble.plan import Plan
+from biped.studies.run import plan_of
+from tests.fuzz.cases import Case
+
+SECONDS = 10
+"""[s] of CPU time that a tiny case may take."""
+MEMORY = 1_000_000
+"""[kB]"""
+LONG_RUN, MANY_RUNS, MANY_CHECKS = 4000, 12, 3000
+"""What is not tiny: steps of the physics, runs, draws to check. Such a case is given up: it is long, not hung."""
+
+
+class TooLongError(BaseException):
+    """A case asks for more than a tiny run."""
+
+
+class HungError(BaseException):
+    """A tiny case does not come to an end."""
+
+
+@contextlib.contextmanager
+def tiny() -> Iterator[None]:
+    """Gives up whatever is meant to take long."""
+    made, simulate, check = [0], campaign.simulate, Plan._check
+
+    def simulate_tiny(run):
+        s = run.scenario
+        made[0] += 1
+        if s.duration / min(s.simulation.timestep, 1.0 / s.simulation.control_rate) > LONG_RUN or made[0] > MANY_RUNS:
+            raise TooLongError
+        return simulate(run)
+
+    def check_few(plan, runs):
+        if runs * len(plan.points) > MANY_CHECKS:
+            raise TooLongError
+        return check(plan, runs)
+
+    with mock.patch.object(campaign, "simulate", simulate_tiny), mock.patch.object(Plan, "_check", check_few):
+        yield
+
+
+@contextlib.contextmanager
+def limited(seconds: float) -> Iterator[None]:
+    """Stops what takes more CPU time than it may, or sleeps for minutes."""
+
+    def stop(*_):
+        raise HungError
+
+    kinds = ((signal.SIGPROF, signal.ITIMER_PROF, seconds), (signal.SIGALRM, signal.ITIMER_REAL, 30 * seconds))
+    before = [signal.signal(number, stop) for number, _, _ in kinds]
+    for _, timer, most in kinds:
+        signal.setitimer(timer, most)
+    try:
+        yield
+    finally:
+        for (number, timer, _), handler in zip(kinds, before, strict=True):
+            signal.setitimer(timer, 0)
+            signal.signal(number, handler)
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    """Every file below a folder, and every folder."""
+    return {
+        str(path.relative_to(folder)): path.read_bytes() if path.is_file() else b""
+        for path in folder.rglob("*")
+        if path.name != "__pycache__"
+    }
+
+
+WARM = (
+    (), ("engine=home",), ("actuation.limit=bounded", "actuation.torque_limit=1.0"), ("actuation.mode=generalized",),
+    ("backstep={}", "sensors.delay=0.002"), ("truth.mass=[1,1,1,1,1,1,2]", "engine=home", "actuation.lag=0.01"),
+    ("change=[{at=0.01,over=0.01}]", "push=[{at=0.01,duration=0.01,force=[10.0,0.0]}]"),
+)  # fmt: skip
+
+
+@cache
+def warm() -> None:
+    """Compiles what runs need, once: a case's seconds are its own."""
+    for changes in WARM:
+        words = ("duration=0.03", "window={start=0.0,end=0.03}", *changes)
+        campaign.run_one(plan_of("level_normal", words), 0)
+
+
+def fault(case: Case, seconds: float = SECONDS) -> tuple[str, str | None]:
+    """How a case ended, and what is wrong with that.
+
+    Returns:
+        `0`, `1`, `2` (the exit code) or `long`; and a sentence, or None.
+    """
+    warm()
+    here = Path.cwd()
+    with tempfile.TemporaryDirectory(prefix="biped-fuzz-") as root:
+        folder = Path(root) / "deep" / "work"
+        for name, data in case.files.items():
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(data)
+        before = files(Path(root))
+        os.chdir(folder)
+        out, err = io.StringIO(), io.StringIO()
+        try:
+            with (
+                contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), tiny(), warnings.catch_warnings(),
+                limited(seconds),
+            ):  # fmt: skip
+                warnings.simplefilter("always")
+                code = main(case.argv)
+        except TooLongError:
+            return "long", None
+        except HungError:
+            return "hung", f"no answer within {seconds} s of CPU time"
+        except SystemExit as error:
+            return str(error.code), f"left by exit({error.code})"
+        except BaseException as error:
+            return "raised", f"{type(error).__name__} got out: {error}"
+        finally:
+            os.chdir(here)
+        return str(code), _wrong(code, out.getvalue(), err.getvalue(), before, files(Path(root)))
+
+
+def _wrong(code: int, out: str, err: str, before: dict[str, bytes], after: dict[str, bytes]) -> str | None:
+    if "Traceback" in err or "a defect of biped" in err or "out of memory" in err:
+        return err.strip()
+    lines = err.splitlines()
+    if any(not line.startswith("biped: ") for line in lines) or (code == 2 and len(lines) != 1):
+        return f"not one paragraph: {err!r}"
+    if any(mark in text for text in (out, err) for mark in ("\x1b", "\x07", "\x00")):
+        return "a control character was printed"
+    if len(err) > 1300:
+        return f"{len(err)} characters of complaint"
+    if code not in (0, 1, 2):
+        return f"exit code {code}"
+    if code == 2 and not err:
+        return "exit code 2 without a word"
+    if code == 1 and err:
+        return f"failed: {err.strip()}"
+    changed = {name for name in before.keys() | after.keys() if before.get(name) != after.get(name)}
+    ours = ("deep/work/runs", "deep/work/x", "deep/work/report")
+    outside = {name for name in changed if not name.startswith(ours)}
+    if outside:
+        return f"written outside the results: {sorted(outside)[:5]}"
+    if code == 2 and any(name.startswith("deep/work/runs") for name in changed):
+        return f"left behind: {sorted(changed)[:5]}"
+    for name in changed & after.keys():
+        if name.endswith("result.json"):
+            try:
+                json.loads(after[name], parse_constant=_no_constant)
+            except ValueError as error:
+                return f"{error} in JSON"
+    if resource.getrusage(resource.RUSAGE_SELF).ru_maxrss > MEMORY * (1 if sys.platform == "linux" else 1000):
+        return "more than 1 GB of memory"
+    return None
+
+
+def _no_constant(name: str) -> float:
+    raise ValueError(name)

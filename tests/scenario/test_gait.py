@@ -1,0 +1,110 @@
+"""A gait's settings travel with it: below what a scenario says, above the defaults."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from biped.base.errors import InputError
+from biped.base.files import folder as folder_of
+from biped.base.files import locate, names
+from biped.ensemble.plan import Plan
+from biped.scenario.gait import made_for, read_settings
+from biped.scenario.keys import Sensing
+from biped.scenario.reading import read, read_scenario, to_toml
+
+GAIT = 'extends = "normal"\n[sensing]\nknee_angle = 0.01\nheel_on = 0.002\n[actuation]\nsingle_tangential = true\n'
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("g.toml").write_text(GAIT, encoding="utf-8")
+
+
+def scenario(text: str, *changes: str):
+    Path("s.toml").write_text(text, encoding="utf-8")
+    return read("s.toml", changes)
+
+
+def test_settings_are_those_of_the_gait_unless_the_scenario_says_otherwise():
+    s, origin = scenario('controller = "g.toml"\nsensing.heel_on = 0.004\n', "sensing.toe_on=0.001")
+    assert s.sensing == Sensing(knee_angle=0.01, heel_on=0.004, toe_on=0.001)
+    assert s.actuation.single_tangential
+    assert origin.of("sensing.knee_angle") == "g.toml"
+    assert origin.of("sensing.heel_on") == "s.toml"
+    assert origin.of("sensing.toe_on") == "--set"
+    assert origin.of("sensing.late_stance") == "s.toml"
+
+
+def test_a_default_that_the_scenario_writes_down_wins_too():
+    assert scenario('controller = "g.toml"\nsensing.knee_angle = 0.02\n')[0].sensing.knee_angle == 0.02
+
+
+def test_a_gait_named_on_the_command_line_brings_its_settings():
+    assert scenario("", "controller=g.toml")[0].sensing.knee_angle == 0.01
+
+
+def test_the_effective_scenario_says_which():
+    plan = Plan(*scenario('controller = "g.toml"\n'))
+    text = to_toml(plan.scenario)
+    assert "knee_angle = 0.01" in text
+    Path("again.toml").write_text(text, encoding="utf-8")
+    Path("g.toml").write_text(GAIT.replace("0.01", "0.03"), encoding="utf-8")  # no longer matters
+    assert Plan(*read("again.toml")).scenario == plan.scenario
+
+
+def test_an_extending_gait_changes_single_settings():
+    Path("h.toml").write_text('extends = "g.toml"\n[sensing]\nknee_angle = 0.0\n', encoding="utf-8")
+    s, origin = scenario('controller = "h.toml"\n')
+    assert (s.sensing.knee_angle, s.sensing.heel_on) == (0.0, 0.002)
+    assert origin.of("sensing.heel_on") == "g.toml"
+
+
+@pytest.mark.parametrize("saved", [False, True])
+def test_a_gait_that_varies_takes_its_settings_along(saved):
+    """From the scenario, and from the effective one that is saved with its results."""
+    read_ = scenario('controller = "g.toml"\nsensing.toe_on = 0.001\nsweep.controller = ["g.toml", "normal"]\n')
+    if saved:
+        Path("e.toml").write_text(to_toml(Plan(*read_).scenario), encoding="utf-8")
+        read_ = read("e.toml")
+    with_settings, without = (Plan(*read_).run(i).scenario for i in (0, 1))
+    assert (with_settings.sensing.knee_angle, with_settings.actuation.single_tangential) == (0.01, True)
+    assert (without.sensing.knee_angle, without.actuation.single_tangential) == (0.02, False)
+    assert with_settings.sensing.toe_on == without.sensing.toe_on == 0.001
+
+
+def test_a_setting_that_varies_itself_is_nobody_elses():
+    plan = Plan(*scenario('sweep = { controller = ["g.toml"], "sensing.knee_angle" = [0.02, 0.03] }\n'))
+    assert [plan.run(i).scenario.sensing.knee_angle for i in (0, 1)] == [0.02, 0.03]
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("sensing.kne_angle = 0.1", r"g\.toml: sensing\.kne_angle: unknown key; did you mean 'knee_angle'"),
+        ("sensing.knee_angle = -0.1", r"g\.toml: sensing\.knee_angle: expected .* >= 0"),
+        ("sensing = 3", r"g\.toml: sensing: expected a table"),
+        ("ground.friction = 1.0", r"g\.toml: ground: unknown key"),
+        ("actuation.limit = 'clp'", r"g\.toml: actuation\.limit: expected one of clip, bounded"),
+    ],
+)
+def test_complaints_name_the_gait(text, says):
+    Path("g.toml").write_text(f'extends = "normal"\n{text}\n', encoding="utf-8")
+    with pytest.raises(InputError, match=says):
+        Plan(*scenario('controller = "g.toml"\n'))
+
+
+def test_shipped_gaits_are_used_with_their_settings():
+    """No shipped scenario repeats a setting of its gait."""
+    for name in names("scenarios"):
+        s, origin = read(name)
+        settings, _ = read_settings(locate("controllers", s.controller, ""))
+        for key in (f"{table}.{key}" for table, values in settings.items() for key in values):
+            assert origin.keys[key].parent == folder_of("controllers"), (name, key)
+
+
+def test_made_for_is_what_differs_from_the_defaults():
+    s = read_scenario("tuned/level")
+    assert made_for(s) == {"sensing": {"knee_angle": 2.389e-05}, "actuation": {"single_tangential": True}}

@@ -1,0 +1,74 @@
+"""Hostile input: an answer, or one paragraph that names what is wrong; never a traceback, a hang or a stray file."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.fuzz.cases import case
+from tests.fuzz.harness import fault
+from tests.fuzz.words import quoted
+
+SEED = 2011
+DEFAULT, GROUP = 300, 25
+
+
+def wrong(numbers: range) -> list[str]:
+    out = []
+    for number in numbers:
+        kind, made = case(SEED, number)
+        ended, what = fault(made)
+        if what is not None:
+            out.append(f"{number} ({kind}, {ended}): {what}")
+    return out
+
+
+@pytest.mark.filterwarnings("default")
+@pytest.mark.parametrize("first", range(0, DEFAULT, GROUP))
+def test_hostile_input(first):
+    assert wrong(range(first, first + GROUP)) == [], f"again: python -m tests.fuzz --seed {SEED} --from N --cases 1"
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")
+@pytest.mark.parametrize("first", range(DEFAULT, 3000, 300))
+def test_more_hostile_input(first):
+    assert wrong(range(first, first + 300)) == []
+
+
+def test_the_fuzzer_tries_what_it_says():
+    """Of every kind some cases get through and some are refused, or the fuzzer looks at the door alone."""
+    kinds = {case(SEED, number)[0] for number in range(DEFAULT)}
+    assert kinds == {"scenario", "shipped", "change", "gait", "model", "results", "journal"}
+    assert case(SEED, 7) == case(SEED, 7)
+    assert case(SEED, 7) != case(SEED + 1, 7)
+    assert quoted('a"\x1b') == '"a\\U00000022\\U0000001b"'
+
+
+def test_the_harness_notices(monkeypatch):
+    """A fault of every sort that the harness looks for is found."""
+    from pathlib import Path
+
+    from biped.cli.commands import list as listing
+    from tests.fuzz.cases import Case
+
+    def tried(command) -> str:
+        monkeypatch.setattr(listing, "command", command)
+        return fault(Case(("list",), {"a": b""}), seconds=0.5)[1] or ""
+
+    def hang(_):
+        while True:
+            pass
+
+    def prints(text, code=0):
+        return lambda _: print(text) or code
+
+    assert tried(lambda _: 0) == ""
+    assert "ZeroDivisionError" in tried(lambda _: 1 / 0)
+    assert "no answer" in tried(hang)
+    assert "control character" in tried(prints("\x1b[2J"))
+    assert "exit code 3" in tried(prints("", 3))
+    assert "paragraph" in tried(prints("", 2))
+    assert "outside" in tried(lambda _: (Path("stray").write_text("") and 0) or 0)
+    assert "outside" in tried(lambda _: (Path("../stray").write_text("") and 0) or 0)
+    assert "outside" in tried(lambda _: Path("a").unlink() or 0)
+    assert "in JSON" in tried(lambda _: Path("runs").mkdir() or (Path("runs/result.json").write_text("[NaN]") and 0))
