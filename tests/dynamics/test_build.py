@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from biped.dynamics.build import GROUND, Plane, Space
 
 from biped.base.errors import InputError
 from biped.dynamics import RK8, integrate
+from biped.dynamics.build import GROUND, Plane, Space
 from biped.dynamics.check import check_derivatives
 from biped.dynamics.mechanisms import slider_crank
 
