@@ -125,14 +125,13 @@ def test_on_ice_only_a_push_changes_the_momentum():
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_a_sensor_that_fails(monkeypatch, bad):
-    measure = Sensors.measure
+    made = Sensors.__init__
 
-    def broken(self, k):
-        measure(self, k)
-        if k >= 150:
-            self.v[4] = bad
+    def broken(self, *arguments):
+        made(self, *arguments)
+        self.noise[150:, 1, 4] = bad
 
-    monkeypatch.setattr(Sensors, "measure", broken)
+    monkeypatch.setattr(Sensors, "__init__", broken)
     t = run("sensors.angle_noise=1e-6")
     assert outcome(t) == FAILED
     assert assess(t, (0.0, 0.6)).numbers["time"] == 0.149

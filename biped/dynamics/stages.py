@@ -69,6 +69,14 @@ def evaluate(f, t, p, room):
     room.seen[EVALUATED] += 1
 
 
+@shared
+def find_power(f, t, p, s, room):
+    """room.power[s] = power of every force that is accounted for, of the stage."""
+    for i in range(room.power.shape[1]):
+        room.power[s, i] = 0.0
+    f.power(t, room.c[PLACE], room.c[SPEED], p, room.power[s])
+
+
 @kernel
 def find_lag(room):
     """room.r[LAG] = b_q − A v, of the stage."""
@@ -233,7 +241,7 @@ def begin(f, t, p, settings, energy, q, v, room):
         energy = scale_to_energy(energy, f.potential(t, room.c[PLACE], room.c[SPEED], p), room)
     copy(room.c[PLACE], q)
     copy(room.c[SPEED], v)
-    f.power(t, room.c[PLACE], room.c[SPEED], p, room.power[0])
+    find_power(f, t, p, 0, room)
     if settings.correction == EMBEDDED:
         apply(room.r[PHI], room, room.c[FIX_Q])
         for i in range(q.shape[0]):
@@ -267,7 +275,7 @@ def attempt(f, t, p, step, settings, tableau, q, v, room):
                 evaluate(f, ts, p, room)
                 if not resolve(False, room):
                     return INDEFINITE, ts, nearest, rank
-        f.power(ts, room.c[PLACE], room.c[SPEED], p, room.power[s])
+        find_power(f, ts, p, s, room)
         if not find_rates(s, settings, room):
             return NOT_FINITE, ts, nearest, rank
     return OK, t + step, nearest, rank

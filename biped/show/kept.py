@@ -21,6 +21,8 @@ from biped.scenario.reading import read_scenario
 from biped.show.words import harmless
 from biped.studies.run import results_at
 
+_AGAIN = "remove it to have it simulated again"
+
 
 def _loaded(path: Path) -> Trajectory:
     """A kept trajectory, which may be anybody's file.
@@ -32,9 +34,9 @@ def _loaded(path: Path) -> Trajectory:
         with zipfile.ZipFile(path) as whole:
             packed = [part.filename for part in whole.infolist() if part.compress_type != zipfile.ZIP_STORED]
     except (zipfile.BadZipFile, OSError) as error:
-        raise InputError(f"{path}: not a trajectory: {plain(error)[:200]}") from None
+        raise InputError(f"{path}: not a trajectory: {plain(error)[:200]}; {_AGAIN}") from None
     if packed:
-        raise InputError(f"{path}: not a trajectory: {plain(packed[0])} is compressed")
+        raise InputError(f"{path}: not a trajectory: {plain(packed[0])} is compressed; {_AGAIN}")
     return Trajectory.load(path)
 
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from biped.dynamics.build import GROUND, Plane, Space
 
 from biped.base.errors import InputError
 from biped.dynamics import RK8, integrate
+from biped.dynamics.build import GROUND, Plane, Space
 from biped.dynamics.check import check_derivatives
 from biped.dynamics.mechanisms import slider_crank
 
@@ -127,7 +127,7 @@ def test_a_push_does_the_work_that_force_and_way_say():
         (lambda p: [p.body("a", mass=1.0, inertia=1.0, at=(0, 0)) for _ in range(2)], "two bodies called a"),
         (lambda p: p.rod("r", GROUND, (0, 0), GROUND, (0, 0)), "has no length"),
         (lambda p: p.system, "at least one body"),
-        (lambda p: p.push("f", p.body("a", mass=1.0, inertia=1.0, at=(0, 0)), (0, 0), (1.0,)), "must have 2 numbers"),
+        (lambda p: p.push("f", p.body("a", mass=1.0, inertia=1.0, at=(0, 0)), (0, 0), (1.0,)), "must have 2 finite"),
     ],
 )
 def test_what_makes_no_sense_is_said(build, message):

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from biped.dynamics.build import GROUND, Plane
 
 from biped.base.errors import RunError
 from biped.dynamics import RK8, integrate
+from biped.dynamics.build import GROUND, Plane
 
 DURATION = 0.4  # [s]
 CONSTRAINED, CONSERVED = 1e-6, 1e-5  # m, and part of the energy that moves

@@ -59,7 +59,7 @@ def drag(t, q, v, p, Q):
 
 
 def powers(t, q, v, p, out):
-    out[0] = -9.81 * v[1]
+    out[0] += -9.81 * v[1]  # adds to the zeros that are promised
     out[1] = -0.3 * (v[0] ** 2 + v[1] ** 2)
 
 

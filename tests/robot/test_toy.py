@@ -16,6 +16,7 @@ from biped.engines.rigid.record import pinocchio_tree, rigid_record
 from biped.engines.rigid.tree import mass_and_bias, place
 from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure
+from biped.measure.metrics.walking import walked
 from biped.measure.trajectory import COLUMNS, Trajectory
 from biped.robot.description import robot_at
 from biped.robot.model import believed_model, compile_foreign, posture_of, tree_at
@@ -183,8 +184,12 @@ def test_a_trajectory_says_what_walked(toy, tmp_path):
     t.save(tmp_path / "run.npz")
     again = Trajectory.load(tmp_path / "run.npz")
     assert again.robot == t.robot == robot_at(toy)
-    numbers = {speed: measure(walking(t, speed), (0.1, 0.3))["walked"] for speed in (0.1, 0.2, 0.4)}
-    assert numbers == {0.1: 0, 0.2: 1, 0.4: 1}, "0.15 m/s is walking for it, 0.3 for a human"
+    stepping = {"support": 1.0, "flight": 0.0, "alternation": 1.0}
+    numbers = {
+        speed: walked(measure(walking(t, speed), (0.1, 0.3)) | stepping, 0.3, t.robot.walked)
+        for speed in (0.1, 0.2, 0.4)
+    }
+    assert numbers == {0.1: False, 0.2: True, 0.4: True}, "0.15 m/s is walking for it, 0.3 for a human"
 
 
 def walking(t: Trajectory, speed: float) -> Trajectory:

@@ -1,0 +1,1 @@
+"""Bodies in natural coordinates: what `biped.dynamics.build` is made of."""
