@@ -12,8 +12,8 @@ from biped.control.bounded import FOREIGN, foreign_torques
 from biped.control.changes import bring_up_to_date, changes_of
 from biped.control.law import WORLD, Law, Tick
 from biped.control.referee import agrees
-from biped.control.setup import controller_record
-from biped.control.tick import NOT_FINITE, log_tick, thesis_tick, thesis_tick_in
+from biped.control.setup import controller_record, pushes
+from biped.control.tick import NOT_FINITE, log_tick, pushing_tick, pushing_tick_in, thesis_tick, thesis_tick_in
 from biped.robot.model import believed_model
 from biped.robot.run import Run
 from biped.robot.tree import Tree
@@ -54,7 +54,8 @@ class ThesisLaw:
         run, q, v, log = self._bind
         record, changes = self.record, self.changes
         if self._own:
-            M, inner = self.c["work"]["M"], partial(bound(thesis_tick, record, q, v, log, 0, 0.0), record, q, v, log)
+            M, one = self.c["work"]["M"], pushing_tick if self.c["push"]["on"] else thesis_tick
+            inner = partial(bound(one, record, q, v, log, 0, 0.0), record, q, v, log)
         else:
             M, inner = _from_pinocchio(run, record, q, v, log)
         if self.c["actuation"]["bounded"] == FOREIGN:
@@ -87,7 +88,8 @@ def _from_pinocchio(
     model = believed_model(run.model, run.scenario.ground.slope)
     data, crba = model.createData(), pinocchio.crba
     M, J = data.M, data.J
-    kernel = bound(thesis_tick_in, record, M, J, q, v, log, 0, 0.0)
+    one = pushing_tick_in if record[0]["push"]["on"] else thesis_tick_in
+    kernel = bound(one, record, M, J, q, v, log, 0, 0.0)
 
     def tick(k: int, time: float) -> int:
         crba(model, data, q, WORLD)  # fills M (upper triangle) and J
@@ -101,6 +103,8 @@ def python_needed(run: Run, believed: Tree) -> str:
     actuation = run.scenario.actuation
     if run.scenario.law is not None:
         return "a law of the user's own"
+    if pushes(run.scenario):
+        return "ground that only pushes"
     if actuation.limit == "bounded" and actuation.solver != "active_set":
         return f"bounded torques by {actuation.solver}"
     return "" if agrees(run.model, believed) else "Pinocchio finds another mass matrix than the planar tree"

@@ -108,11 +108,27 @@ _ROWS = np.dtype(
 )  # fmt: skip
 """Work space of the allocation by floating coordinates, a row of A in each lane (`biped.numerics.lanes`)."""
 
+_PUSH = np.dtype(
+    [
+        ("on", "u1"),
+        ("friction", "f8"), ("approach", "f8"), ("reach", "f8"), ("yielding", "f8"), ("regularisation", "f8"),
+        # The sets of the latest tick, with which the next one begins: forces of the wanted motion and of the torques'
+        # problem that may be positive, and torques at a limit (-1, 1).
+        ("held", "u1", N_ROWS), ("pressed", "u1", N_ROWS), ("side", "i8", NU),
+        ("changes", "i8", 2),  # how often the two sets changed in this tick
+        ("G", "f8", (N_ROWS, NQ)), ("least", "f8", N_ROWS), ("away", "f8", N_ROWS), ("rho", "f8", N_ROWS),
+        ("wanted_force", "f8", N_ROWS), ("slack", "f8", N_ROWS), ("force", "f8", N_ROWS),
+        ("H", "f8", (N_ROWS, N_ROWS)), ("f", "f8", N_ROWS), ("R", "f8", (NQ, NQ)),
+    ],
+    align=True,
+)  # fmt: skip
+"""Ground that only pushes (`biped.control.pushing`): settings, what it remembers, and work space."""
+
 CONTROL = np.dtype(
     [
         ("gait", GAIT), ("tree", TREE), ("belief", _BELIEF), ("sensing", _SENSING), ("backstep", _BACKSTEP),
         ("actuation", _ACTUATION), ("fall", _FALL), ("memory", _MEMORY), ("at", PLACES), ("tick", _TICK),
-        ("work", _WORK), ("rows", _ROWS),
+        ("work", _WORK), ("rows", _ROWS), ("push", _PUSH),
     ],
     align=True,
 )  # fmt: skip

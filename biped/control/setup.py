@@ -39,6 +39,7 @@ def controller_record(run: Run, believed: Tree) -> np.ndarray:
         back["on"], back["margin"], back["theta_l"] = 1, s.backstep.margin, np.radians(s.backstep.theta_l)
         back["k_d2"], back["b_d2"] = s.backstep.k_d2, s.backstep.b_d2
     _set_actuation(c["actuation"], s)
+    _set_pushing(c["push"], s)
     c["fall"]["height"] = s.fall.height * run.q[Z]
     c["fall"]["tilt"] = np.radians(s.fall.tilt)
     return out
@@ -69,6 +70,18 @@ def _set_sensing(sensing: np.void, s: Scenario) -> None:
     sensing["hold"] = [round(hold * s.simulation.control_rate) for hold in holds]
     sensing["extended"], sensing["ahead"] = keys.extended, keys.ahead
     sensing["late_stance"] = np.radians(keys.late_stance)
+
+
+def pushes(s: Scenario) -> bool:
+    """Whether joint torques are those for ground that only pushes."""
+    return s.actuation.contacts == "pushing" and s.actuation.mode == "joint"
+
+
+def _set_pushing(push: np.void, s: Scenario) -> None:
+    keys = s.actuation.pushing
+    push["on"] = pushes(s)
+    push["friction"], push["approach"], push["reach"] = keys.friction, keys.approach, keys.reach
+    push["yielding"], push["regularisation"] = keys.yielding, keys.regularisation
 
 
 def _set_actuation(actuation: np.void, s: Scenario) -> None:

@@ -13,6 +13,7 @@ from biped.control.backstep import step_back
 from biped.control.bounded import EXACT, bounded_torques
 from biped.control.floating import floating_torques
 from biped.control.phase import leg_states
+from biped.control.pushing import pushing_torques
 from biped.control.sensing import believe_contacts, first_belief, sense_links, sense_links_in
 from biped.control.springs import desired_forces
 from biped.measure.trajectory import ACTIVE, BELIEVED, HEIGHT, PHASE, Q_D, TIME, Q, U, V
@@ -116,5 +117,32 @@ def _decide(record, M, q, v, log, k, time):
         c["tick"]["over"] = joint_torques(c, M, q) if c["belief"]["perturbed"] else floating_torques(c, M, q)
         if c["tick"]["over"] and c["actuation"]["bounded"] == EXACT:
             bounded_torques(c, M)
+    log_tick(record, q, v, log, k, time)
+    return status
+
+
+@kernel
+def pushing_tick(record, q, v, log, k, time):
+    """As `thesis_tick`, with joint torques for ground that only pushes; compiled only where a run asks for it."""
+    c = record[0]
+    sense_links(c, q, v)
+    mass_matrix(c["tree"], c["at"], c["work"]["M"])
+    return _push(record, c["work"]["M"], q, v, log, k, time)
+
+
+@kernel
+def pushing_tick_in(record, M, J, q, v, log, k, time):
+    """As `thesis_tick_in`, likewise."""
+    sense_links_in(record[0], J, q, v)
+    return _push(record, M, q, v, log, k, time)
+
+
+@kernel
+def _push(record, M, q, v, log, k, time):
+    status = sense(record, q, v, k == 0)
+    if status == NOT_FINITE:
+        return status
+    desired_forces(record[0], q, v)
+    pushing_torques(record[0], M, q, v)
     log_tick(record, q, v, log, k, time)
     return status

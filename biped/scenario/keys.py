@@ -68,12 +68,32 @@ class Ground(Section, frozen=True):
     damping_ratio: Annotated[float, Meta(ge=1e-6, le=1e6)] = 1.0
 
 
+class Pushing(Section, frozen=True):
+    """What the controller takes the ground for that only pushes (`actuation.contacts = "pushing"`; docs/pushing.md).
+
+    Attributes:
+        friction: Coefficient of friction it counts on.
+        approach: Time constant τ [s] within which a point that comes near enters the wanted motion.
+        reach: Height η [m] over which a point's force fades out.
+        yielding: Acceleration σ [m/s²] off the ground over which a force fades out.
+        regularisation: ε [1/(kg m²)], the price of torques.
+    """
+
+    friction: Positive = 1.0
+    approach: Positive = 0.02
+    reach: Positive = 0.002
+    yielding: Positive = 8.0
+    regularisation: Positive = 1e-3
+
+
 class Actuation(Section, frozen=True):
     """How Q_d becomes torques.
 
     Attributes:
         mode: `joint` torques by (3.15), or Q_d itself as `generalized` forces, which no robot can do.
-        contacts: Rows of A: candidates that pass the release test, or all that are `touching`.
+        contacts: Rows of A: candidates that pass the release test (`released`), or all that are `touching`; or ground
+            that only pushes (`pushing`), with the torque limits inside the problem.
+        pushing: What the last of these takes the ground for.
         release_force: Pull [N] beyond which a touching point is not a constraint.
         torque_limit: [N m] of every joint, or six limits: hip, knee, ankle, right then left.
         limit: What happens beyond the limit: `clip`, or the `bounded` form of (3.13), a QP in the ticks where a limit
@@ -86,7 +106,8 @@ class Actuation(Section, frozen=True):
     """
 
     mode: Literal["joint", "generalized"] = "joint"
-    contacts: Literal["released", "touching"] = "released"
+    contacts: Literal["released", "touching", "pushing"] = "released"
+    pushing: Pushing = Pushing()
     release_force: NonNegative = 150.0
     # (A fixed-length tuple of constrained numbers in a union crashes msgspec 0.22.)
     torque_limit: Positive | Annotated[tuple[Positive, ...], Meta(min_length=6, max_length=6)] = 200.0

@@ -28,12 +28,16 @@ class Weights(Section, frozen=True):
 
     Attributes:
         falls: Cost of a run that does not walk: all of it at the start, half of it just before the end.
+        progress: Share of that half which is earned by distance, not time: a stander is no better than a fall.
+        excess: Times the relative excess of a walker's metrics over `limits`.
         speed: Times the squared relative error of the speed, where a condition names one.
         cost_of_transport: Times the net cost of transport.
         closeness: Times the mean square distance from the gait the search starts at, in units of its steps.
     """
 
     falls: NonNegative = 1.0
+    progress: Annotated[float, Meta(ge=0, le=1)] = 0.0
+    excess: NonNegative = 1.0
     speed: NonNegative = 1.0
     cost_of_transport: NonNegative = 0.0
     closeness: NonNegative = 0.0
@@ -65,6 +69,7 @@ class Tune(Section, frozen=True):
         keys: Other numeric scenario keys that vary, dotted.
         conditions: What the gait is tuned for, by name.
         weights: The objective.
+        limits: Metrics and the most that they should be, e.g. `{ torso_lean = 10.0, torque_rate = 2.0 }`.
         duration: [s] of runs while searching; re-checks take the scenario's own.
         generations: Generations of CMA-ES.
         population: Gaits per generation.
@@ -84,6 +89,7 @@ class Tune(Section, frozen=True):
     keys: dict[str, Range] = field(default_factory=dict)
     conditions: dict[str, Condition] = field(default_factory=dict)
     weights: Weights = Weights()
+    limits: dict[str, Positive] = field(default_factory=dict)
     duration: Positive | None = None
     generations: Count = 40
     population: Annotated[int, Meta(ge=4, le=100_000)] = 16

@@ -13,7 +13,7 @@ from biped.base.jit import kernel
 from biped.control.allocation import joint_torques
 from biped.control.sensing import sense_links
 from biped.control.setup import controller_record
-from biped.control.tick import thesis_tick
+from biped.control.tick import pushing_tick, thesis_tick
 from biped.ensemble.plan import Plan
 from biped.measure.trajectory import WIDTH
 from biped.robot.description import robot_at
@@ -108,7 +108,8 @@ class Bench:
 
     def tick(self, q, v, k: int = 0) -> np.ndarray:
         """One tick; returns the torques."""
-        assert thesis_tick(self.record, q, v, self.log, k, 0.001 * k) == 0
+        tick = pushing_tick if self.c["push"]["on"] else thesis_tick
+        assert tick(self.record, q, v, self.log, k, 0.001 * k) == 0
         if self.general:
             _allocate(self.record, q, v)
         return self.c["tick"]["u"].copy()

@@ -23,6 +23,9 @@ from biped.studies.tune.space import Candidate
 PLANS = 64
 """Most plans kept at a time."""
 
+WALKING_SPEED = 0.3
+"""[m/s] at which a run that ends in a fall has made all the progress that counts."""
+
 RUNS = 1_000_000
 """More runs than any condition asks for: which of them are made is the search's business."""
 
@@ -125,10 +128,15 @@ class Study:
             cost = weights.cost_of_transport * numbers["cost_of_transport"]
             if wanted is not None:
                 cost += weights.speed * (numbers["speed"] / wanted - 1.0) ** 2
+            for name, most in self.tune.limits.items():
+                cost += weights.excess * max(0.0, numbers[name] / most - 1.0)
             # However slow or costly, walking is never worse than a fall.
             cost = min(cost, 0.5 * weights.falls) if weights.falls > 0.0 else cost
         else:
-            cost = weights.falls * (1.0 - 0.5 * min(1.0, numbers["time"] / run.scenario.duration))
+            lasted = numbers["time"] / run.scenario.duration
+            far = max(0.0, numbers["distance"]) / (WALKING_SPEED * run.scenario.duration)
+            earned = (1.0 - weights.progress) * min(1.0, lasted) + weights.progress * min(1.0, far)
+            cost = weights.falls * (1.0 - 0.5 * earned)
         return Outcome(cost, walked, numbers["speed"], numbers["cost_of_transport"])
 
     def _run(self, task: Task) -> Run:

@@ -1,0 +1,60 @@
+"""Problems in non-negative unknowns, against Lawson and Hanson's algorithm and against their own conditions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import nnls
+
+from biped.numerics.nonnegative import MOST, nonnegative
+
+
+def solved(B, d, free=None):
+    """min ½‖B x - d‖², x >= 0: x, its multipliers, how often the set changed, and the set."""
+    n = B.shape[1]
+    H, f = B.T @ B, B.T @ d
+    x, y = np.zeros(n), np.zeros(n)
+    free = np.zeros(n, np.uint8) if free is None else free
+    changes = nonnegative(np.tril(H), f, n, free, np.zeros((n, n)), x, y)
+    return x, y, changes, free
+
+
+@pytest.mark.parametrize("n", [1, 2, 5, 10])
+def test_equals_lawson_and_hanson(n):
+    rng = np.random.default_rng(n)
+    kinds = set()
+    for _ in range(300):
+        B, d = rng.normal(size=(n + 2, n)), 10.0 * rng.normal(size=n + 2)
+        x, y, changes, _ = solved(B, d)
+        np.testing.assert_allclose(x, nnls(B, d)[0], rtol=1e-9, atol=1e-9)
+        assert changes < MOST
+        assert (x >= 0.0).all()
+        assert y.min() > -1e-10 * max(1.0, np.abs(B.T @ d).max())
+        np.testing.assert_allclose(x * y, 0.0, atol=1e-12)
+        kinds.add(tuple(x > 0.0))
+    assert len(kinds) > min(2**n - 1, 30) // 2, "many different sets of positive unknowns"
+
+
+def test_every_start_leads_to_the_same_solution_and_the_right_one_at_once():
+    rng = np.random.default_rng(3)
+    B, d = rng.normal(size=(12, 8)), rng.normal(size=12)
+    x, _, changes, right = solved(B, d)
+    assert changes > 0
+    for code in range(256):
+        other, _, _, _ = solved(B, d, np.array([code >> i & 1 for i in range(8)], np.uint8))
+        np.testing.assert_allclose(other, x, rtol=1e-10, atol=1e-12)
+    assert solved(B, d, right.copy())[2] == 0
+
+
+def test_nearly_dependent_columns_that_circle_still_end():
+    """Two feet flat: four edges of rank three each, kept apart by a hair only."""
+    rng = np.random.default_rng(4)
+    for _ in range(200):
+        B = rng.normal(size=(9, 7)) @ rng.normal(size=(7, 10))
+        H = B.T @ B
+        H += 1e-12 * H.max() * np.eye(10)
+        f, x, y = B.T @ (5.0 * rng.normal(size=9)), np.zeros(10), np.zeros(10)
+        assert nonnegative(H, f, 10, np.zeros(10, np.uint8), np.zeros((10, 10)), x, y) < MOST
+        slack = B.T @ (B @ x) - f
+        assert slack.min() > -1e-7 * np.abs(f).max()
+        assert abs(slack @ x) < 1e-6 * np.abs(f).max() * max(1.0, x.max())
