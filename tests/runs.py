@@ -14,7 +14,7 @@ from biped.robot.description import robot_at
 from biped.robot.model import tree_at
 from biped.robot.tree import Tree
 from biped.scenario.keys import Actuation, Ground, Push, Scenario, Simulation, Start
-from tests.control.bench import HUMAN
+from tests.ticks import HUMAN
 
 SCENARIOS = {
     "walk": Scenario(duration=2.0, start=Start(posture="heel_toe")),

@@ -25,7 +25,7 @@ from biped.robot.model import _apply_truth, believed_model, spec_of
 from biped.scenario.keys import Actuation, Scenario, Start, Truth
 from biped.scenario.metrics import METRICS
 from biped.studies.run import plan_of
-from tests.control.bench import Bench, E, well_ranked
+from tests.ticks import Bench, E, well_ranked
 
 FEW = settings(max_examples=25, deadline=None, derandomize=True)
 SEED = st.integers(0, 2**32 - 1)

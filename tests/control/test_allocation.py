@@ -11,7 +11,7 @@ from biped.control.bounded import foreign_torques
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.scenario.keys import Actuation, Ground, Randomise, Scenario, Start
-from tests.control.bench import Bench, E, S, dynamics, jdot_v, rows_of, states, torques, well_ranked
+from tests.ticks import Bench, E, S, dynamics, jdot_v, rows_of, states, torques, well_ranked
 
 FREE = Actuation(torque_limit=1e9, contacts="touching")
 NONE = np.zeros(8)

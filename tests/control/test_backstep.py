@@ -12,7 +12,7 @@ from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.scenario.keys import Actuation, Backstep, Ground, Scenario
 from biped.scenario.reading import read_scenario
-from tests.control.bench import Bench, states
+from tests.ticks import Bench, states
 
 ON = Scenario(actuation=Actuation(torque_limit=1e9), backstep=Backstep(margin=0.05, theta_l=60.0))
 

@@ -5,7 +5,7 @@ import pinocchio
 import pytest
 
 from biped.scenario.keys import Actuation, Ground, Scenario
-from tests.control.bench import Bench, states
+from tests.ticks import Bench, states
 
 
 @pytest.mark.parametrize("slope", [0.0, -7.0])

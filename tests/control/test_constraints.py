@@ -8,7 +8,7 @@ import pytest
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.scenario.keys import Actuation, Ground, Scenario, Start
-from tests.control.bench import Bench, dynamics, jdot_v, rows_of, states, torques, well_ranked
+from tests.ticks import Bench, dynamics, jdot_v, rows_of, states, torques, well_ranked
 
 FREE = Actuation(torque_limit=1e9)
 TOUCHING = Actuation(torque_limit=1e9, contacts="touching")

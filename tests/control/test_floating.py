@@ -9,7 +9,7 @@ from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.robot.run import Run
 from biped.scenario.reading import read_scenario
-from tests.control.bench import Bench
+from tests.ticks import Bench
 
 WALKS = {
     "normal": ("level_normal",),

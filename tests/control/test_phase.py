@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from biped.control.phase import leg_states
-from tests.control.bench import Bench
+from tests.ticks import Bench
 
 STRAIGHT, BENT = -0.04, -0.06
 AHEAD, BEHIND = 0.2, -0.2

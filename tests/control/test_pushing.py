@@ -8,7 +8,7 @@ from msgspec.structs import replace
 from scipy.optimize import lsq_linear, nnls
 
 from biped.scenario.keys import Actuation, Pushing, Scenario
-from tests.control.bench import Bench, E, dynamics, jdot_v, states
+from tests.ticks import Bench, E, dynamics, jdot_v, states
 
 PUSHING = Actuation(torque_limit=1e9, contacts="pushing")
 

@@ -7,7 +7,7 @@ import pytest
 
 from biped.control.sensing import believe_contacts, first_belief
 from biped.scenario.keys import Scenario, Sensing
-from tests.control.bench import Bench, dynamics
+from tests.ticks import Bench, dynamics
 
 LOW, HIGH = 0.0, 0.01
 HOLDS = {"toe": (5, 2), "heel": (6, 4)}  # ticks: on, off

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from biped.scenario.keys import Actuation, Ground, Scenario
-from tests.control.bench import OFFSET, Bench, S, states
+from tests.ticks import OFFSET, Bench, S, states
 
 TABLE_3_2 = {  # normal gait: k_d1, k_d2 … k_d4 by leg state 1 … 4
     "k": (400.0, (700.0, 70.0, 70.0, 0.0), (30.0, 30.0, 0.0, 30.0), (20.0, 20.0, 5.0, 5.0)),

@@ -18,7 +18,7 @@ from biped.measure.trajectory import Trajectory
 from biped.robot.model import tree_at
 from biped.scenario.reading import read_scenario
 from tests.cases import SHORT, command, write
-from tests.control.bench import OFFSET, S, dynamics
+from tests.ticks import OFFSET, S, dynamics
 
 PAGE = Path(__file__).parents[2] / "docs" / "python.md"
 

@@ -13,8 +13,8 @@ from biped.ensemble.plan import Plan
 from biped.robot.description import robot_at
 from biped.robot.model import compile_foreign
 from biped.scenario.keys import Scenario, Simulation, Start
-from tests.control.bench import HUMAN
 from tests.runs import SCENARIOS, made
+from tests.ticks import HUMAN
 
 
 def again(name: str):

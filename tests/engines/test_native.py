@@ -16,7 +16,7 @@ from biped.ensemble.plan import Plan
 from biped.robot.model import compile_foreign
 from biped.robot.order import Order
 from biped.scenario.keys import Scenario, Start
-from tests.control.bench import HUMAN
+from tests.ticks import HUMAN
 
 SHORT = Scenario(duration=0.1, start=Start(posture="heel_toe"))
 

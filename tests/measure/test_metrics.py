@@ -22,8 +22,8 @@ from biped.robot.model import compile_foreign
 from biped.robot.tree import motion
 from biped.scenario.keys import Actuation, Ground, Scenario, Simulation, Start, Truth
 from biped.scenario.metrics import METRICS
-from tests.control.bench import HUMAN
 from tests.runs import SCENARIOS, made, mirrored, synthetic, tree
+from tests.ticks import HUMAN
 
 WEIGHT = 75.0 * 9.81
 
