@@ -136,9 +136,28 @@ def fault(case: Case, seconds: float = SECONDS) -> tuple[str, str | None]:
             return "raised", f"{type(error).__name__} got out: {error}"
         finally:
             os.chdir(here)
-        wrong = _wrong(code, out.getvalue(), err.getvalue(), before, files(Path(root)))
+        wrong = _wrong(code, out.getvalue(), err.getvalue(), before, files(Path(root)), asked(case, folder, Path(root)))
         # A process that has held more before, for other tests, can only say what a case added to that.
         return str(code), wrong or ("more than 1 GB of memory" if peak() > most else None)
+
+
+def asked(case: Case, folder: Path, root: Path) -> str:
+    """The folder that --out names, relative to the root of the case; empty if it names none below it."""
+    words = list(case.argv)
+    if "--out" not in words[:-1]:
+        return ""
+    try:
+        return str((folder / words[words.index("--out") + 1]).resolve().relative_to(root.resolve()))
+    except (OSError, ValueError, RuntimeError):
+        return ""
+
+
+def _new(before: dict[str, bytes], after: dict[str, bytes], out_folder: str) -> set[str]:
+    """What came to be in the results folder and on the way to it."""
+    if not out_folder or out_folder == "." or out_folder in before:
+        return set()
+    made = after.keys() - before.keys()
+    return {name for name in made if name.startswith(f"{out_folder}/") or f"{out_folder}/".startswith(f"{name}/")}
 
 
 def peak() -> float:
@@ -146,7 +165,9 @@ def peak() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1 if sys.platform == "linux" else 1000)
 
 
-def _wrong(code: int, out: str, err: str, before: dict[str, bytes], after: dict[str, bytes]) -> str | None:
+def _wrong(
+    code: int, out: str, err: str, before: dict[str, bytes], after: dict[str, bytes], out_folder: str
+) -> str | None:
     if "Traceback" in err or "a defect of biped" in err or "out of memory" in err:
         return err.strip()
     lines = err.splitlines()
@@ -164,7 +185,8 @@ def _wrong(code: int, out: str, err: str, before: dict[str, bytes], after: dict[
         return f"failed: {err.strip()}"
     changed = {name for name in before.keys() | after.keys() if before.get(name) != after.get(name)}
     ours = ("deep/work/runs", "deep/work/x", "deep/work/report")
-    outside = {name for name in changed if not name.startswith(ours)}
+    # A new folder that --out names is the results folder, wherever it is; what was there before is not.
+    outside = {name for name in changed if not name.startswith(ours) and name not in _new(before, after, out_folder)}
     if outside:
         return f"written outside the results: {sorted(outside)[:5]}"
     if code == 2 and any(name.startswith("deep/work/runs") for name in changed):
