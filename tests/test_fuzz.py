@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+from pathlib import Path
+
 import pytest
 
 from tests.fuzz.cases import case
@@ -9,30 +13,26 @@ from tests.fuzz.harness import fault
 from tests.fuzz.words import quoted
 
 SEED = 2011
-DEFAULT, GROUP = 300, 25
+DEFAULT, GROUP = 300, 100
 
 
-def wrong(numbers: range) -> list[str]:
-    out = []
-    for number in numbers:
-        kind, made = case(SEED, number)
-        ended, what = fault(made)
-        if what is not None:
-            out.append(f"{number} ({kind}, {ended}): {what}")
-    return out
+def wrong(first: int, count: int) -> str:
+    """What the fuzzer says of these cases, in processes of their own, where memory is theirs; empty if all is well."""
+    command = [sys.executable, "-m", "tests.fuzz", "--seed", SEED, "--from", first, "--cases", count, "--jobs", 1]
+    root = Path(__file__).parents[1]
+    done = subprocess.run([str(word) for word in command], cwd=root, capture_output=True, text=True, check=False)
+    return "" if done.returncode == 0 else done.stdout + done.stderr
 
 
-@pytest.mark.filterwarnings("default")
 @pytest.mark.parametrize("first", range(0, DEFAULT, GROUP))
 def test_hostile_input(first):
-    assert wrong(range(first, first + GROUP)) == [], f"again: python -m tests.fuzz --seed {SEED} --from N --cases 1"
+    assert wrong(first, GROUP) == ""
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("default")
 @pytest.mark.parametrize("first", range(DEFAULT, 3000, 300))
 def test_more_hostile_input(first):
-    assert wrong(range(first, first + 300)) == []
+    assert wrong(first, 300) == ""
 
 
 def test_the_fuzzer_tries_what_it_says():
