@@ -98,7 +98,7 @@ def _gram(C, H):
 
 @kernel
 def wanted_motion(c):
-    """The first problem: leaves its ground forces c_d in `lift` and what is left of its inequalities in `slack`."""
+    """The first problem: leaves its ground forces c_d in `wanted_force`, what is left over in `slack`."""
     push, tick, work = c["push"], c["tick"], c["work"]
     x, C, f = work["a"], work["C"], push["f"]
     for j in range(NQ):
