@@ -22,7 +22,7 @@ def command(args: argparse.Namespace) -> int:
     if all(stored):
         if args.scenario is not None or args.changes:
             raise InputError("diff: --scenario and --set: expected with gaits or laws only, results are what they are")
-        found = of_folders(*folders, args.margin, only)
+        found = of_folders(folders[0], folders[1], args.margin, only)
     else:
         _same_kind(args, stored)
         if args.scenario is None:

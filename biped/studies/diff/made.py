@@ -25,7 +25,8 @@ def of_folders(first: Path, second: Path, margin: float = MARGIN, only: Sequence
     """
     if first.resolve() == second.resolve():
         raise InputError(f"{label(second)}: is the same folder as {label(first)}; expected two")
-    return differ(*(side(label(folder), folder, result_in(folder)) for folder in (first, second)), margin, only)
+    before, after = (side(label(folder), folder, result_in(folder)) for folder in (first, second))
+    return differ(before, after, margin, only)
 
 
 def of_controllers(
@@ -63,7 +64,7 @@ def of_controllers(
     for word, name, one in zip((first, second), ("first", "second"), asked, strict=True):
         done = run(scenario, one, jobs, where / name, progress=progress, tell=tell)
         sides.append(side(word, where / name, done.result))
-    return differ(*sides, margin, only), where
+    return differ(sides[0], sides[1], margin, only), where
 
 
 def _setting(word: str) -> str:
