@@ -138,6 +138,10 @@ def _parser() -> Parser:
     stability.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
     stability.add_argument("--out", type=Path, help="folder of figure and numbers (default: a new one below runs/)")
     stability.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    start = "Writes a control law to start from: the thesis's, in readable Python."
+    new = commands.add_parser("new", help="write a file to start from", description=start)
+    new.add_argument("what", choices=["controller"], help="what to start")
+    new.add_argument("file", type=Path, help="the file, such as my_law.py; one that is there is not overwritten")
     commands.add_parser("list", help="models, controllers and scenarios, with a line each")
     return parser
 
