@@ -5,6 +5,7 @@ result.json       verdict, checks, summary and every run's numbers
 runs.jsonl        rows as they were finished (a campaign's journal; it resumes from here)
 runs.parquet      one row per run, in order, with every metric
 trajectory.npz    the trajectory of a single run
+traceback.txt     of a single run whose law, the user's own, raised: where
 failures/         of a campaign: the last seconds of runs that fell
 recording.rrd     for the rerun viewer
 figures/          PNG
@@ -215,7 +216,7 @@ def keep(folder: Path, number: int, cause: str, trajectory: Trajectory, more: st
         kept.mkdir(exist_ok=True)
         with written(kept / f"run-{number:05d}.npz") as part:
             trajectory.save(part)
-        write_text(kept / f"run-{number:05d}.txt", f"{cause}\nagain: {again}\n")
+        write_text(kept / f"run-{number:05d}.txt", f"{cause}\nagain: {again}\n{trajectory.traceback}")
 
 
 def _holds_something_else(path: Path, text: str) -> bool:

@@ -75,12 +75,27 @@ def show_result(result: Mapping[str, Any], description: str) -> None:
     for metric in shown_in("run"):
         theirs = [metric.text(thesis[metric.name]) if metric.name in thesis else ""] if thesis else []
         page.add_row(metric.name, metric.text(summary[metric.name]), *theirs, metric.explained)
+    for name, values in signals_of(runs).items():
+        page.add_row(name, number(values["mean"]), *([""] if thesis else []),
+                     f"the law's own signal: {number(values['min'])} … {number(values['max'])}")  # fmt: skip
     out.print(page)
     if nowhere(summary):
         out.print(f"  {NOWHERE}")
     if "points" in result:
         show_points(result)
     show_checks(result)
+
+
+def signals_of(runs: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, float]]:
+    """What a law of the user's own logged: mean, smallest and largest over the runs that have it, by name."""
+    found: dict[str, dict[str, float]] = {}
+    for name in dict.fromkeys(name for run in runs for name in run.get("signals") or {}):
+        there = [run["signals"][name] for run in runs if run.get("signals") and real(run["signals"][name]["mean"])]
+        if there:
+            mean = sum(one["mean"] for one in there) / len(there)
+            least, most = min(one["min"] for one in there), max(one["max"] for one in there)
+            found[name] = {"mean": mean, "min": least, "max": most}
+    return found
 
 
 def show_points(result: Mapping[str, Any]) -> None:

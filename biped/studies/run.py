@@ -17,7 +17,7 @@ from biped.ensemble import campaign
 from biped.ensemble.folder import Folder, keep
 from biped.ensemble.plan import Plan
 from biped.ensemble.results import result_of, write_table
-from biped.ensemble.rows import Row
+from biped.ensemble.rows import RAISED, Row
 from biped.measure.trajectory import Trajectory
 from biped.robot.given import Factory
 from biped.scenario.keys import Scenario
@@ -29,6 +29,8 @@ from biped.scenario.vary import run_seed
 RUNS = Path("runs")
 """Where results go unless --out says otherwise, below the working folder."""
 
+TRACEBACK = "traceback.txt"
+"""Of a single run whose law raised: where in it."""
 LAST_SECONDS = 3.0
 """[s] of trajectory kept of a run that fell in a campaign."""
 
@@ -63,8 +65,8 @@ def title_of(name: str) -> str:
 
 
 def _keep(folder: Path, index: int, trajectory: Trajectory, row: Row, more: str = "") -> None:
-    """Keeps the last seconds of a run that fell or is doubtful, and the command that makes it again."""
-    if row.fell or row.doubtful:
+    """Keeps the last seconds of a run that fell, is doubtful or was ended by its law, and how to make it again."""
+    if row.fell or row.doubtful or row.end == RAISED:
         keep(folder, index, row.cause, trajectory.last(LAST_SECONDS), more)
 
 
@@ -189,6 +191,8 @@ def _write(where: Folder, done: Done, record: Recorder | None) -> None:
         for trajectory in done.trajectories.values():
             with where.saving("trajectory.npz") as part:
                 trajectory.save(part)
+            if trajectory.traceback:
+                where.save_text(TRACEBACK, trajectory.traceback)
     where.save_text("result.json", dumps(done.result, indent=1))
     with where.saving("runs.parquet") as part:
         write_table(part, done.rows)

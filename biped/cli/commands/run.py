@@ -7,10 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from biped.cli.common import DONE, FAILED, changes_of, jobs_of, one_folder, print_all, warn
+from biped.ensemble.folder import FAILURES
 from biped.ensemble.plan import Plan
+from biped.ensemble.rows import RAISED
 from biped.measure.trajectory import Trajectory
 from biped.show.terminal import progress, show_result
-from biped.studies.run import plan_of, run
+from biped.studies.run import TRACEBACK, plan_of, run
 
 
 def command(args: argparse.Namespace) -> int:
@@ -30,6 +32,9 @@ def command(args: argparse.Namespace) -> int:
         if not args.json:
             show_result(done.result, done.plan.scenario.description)
             print(f"  results in {done.folder}/")
+            if done.folder is not None and any(row.end == RAISED for row in done.rows):
+                where = TRACEBACK if len(done.rows) == 1 else FAILURES
+                print(f"  a law failed: {done.folder / where} says where, everything up to there is kept")
     if args.json:
         print_all(results)
     return DONE if all(result["passed"] for result in results) else FAILED
