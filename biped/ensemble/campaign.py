@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 
@@ -19,7 +18,6 @@ from biped.ensemble.rows import LOST, Row
 from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
 from biped.scenario.keys import Scenario
-from biped.scenario.origin import Origin
 
 Keep = Callable[[int, Trajectory, Row], None]
 """Called where a run was made with (index, trajectory, row), for what must be kept of it."""
@@ -120,13 +118,6 @@ class Making:
         if self._keep is not None:
             self._keep(index, trajectory, row)
         return row
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return _making, (self._plan.scenario, self._plan.origin, self._keep)
-
-
-def _making(scenario: Scenario, origin: Origin, keep: Keep | None) -> Making:
-    return Making(Plan(scenario, origin, checked=True), keep)
 
 
 def lost_row(plan: Plan, index: int, error: BaseException) -> Row:

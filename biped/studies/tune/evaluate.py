@@ -89,6 +89,9 @@ class Study:
             for full in (True, False):
                 Plan(self.condition(name, full))
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Study, (self.scenario,)  # made anew wherever it is sent
+
     @property
     def gains(self) -> Gains:
         """The gait that the search starts at, complete."""
