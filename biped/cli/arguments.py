@@ -124,8 +124,8 @@ def _parser() -> Parser:
     _who(stability)
     stability.add_argument("--out", type=Path, help="folder of figure and numbers (default: a new one below runs/)")
     stability.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
-    worker = commands.add_parser("worker", help="work for campaigns on a cluster",
-                                 description="Works for a Dask scheduler: one thread a worker, watched by a nanny.")  # fmt: skip
+    what = "Works for a Dask scheduler: one thread a worker, watched by a nanny."
+    worker = commands.add_parser("worker", help="work for campaigns on a cluster", description=what)
     worker.add_argument("scheduler", help="address of the scheduler, such as tcp://host:8786")
     worker.add_argument("--workers", type=_whole, default=1, help="workers, one core each (default: 1)")
     worker.add_argument("--lifetime", metavar="TIME", help="go after this time, such as 50m; keep it below a walltime")
@@ -139,13 +139,13 @@ def _parser() -> Parser:
 
 def _who(command: argparse.ArgumentParser) -> None:
     command.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
-    command.add_argument("--cluster", metavar="WHERE", help="workers elsewhere instead: the address of a Dask scheduler, "
-                         "local:N, or a file *.toml (docs/clusters.md)")  # fmt: skip
+    where = "workers elsewhere instead: address of a Dask scheduler, local:N, or a file *.toml (docs/clusters.md)"
+    command.add_argument("--cluster", metavar="WHERE", help=where)
 
 
 def _same(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--same-platform", action="store_true",
-                         help="refuse workers and results of another kind of machine, whose last bits may differ")  # fmt: skip
+    what = "refuse workers and results of another kind of machine, whose last bits may differ"
+    command.add_argument("--same-platform", action="store_true", help=what)
 
 
 def _trust(command: argparse.ArgumentParser) -> None:

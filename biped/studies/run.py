@@ -156,10 +156,18 @@ def run_shard(
     tell: Told = unheard,
     same: bool = False,
 ) -> Done | Shared:
-    """Runs a share of a scenario's campaign; whoever makes the last one ends the campaign. Arguments as of `run`.
+    """Runs a share of a scenario's campaign; whoever makes the last one ends the campaign.
 
     Args:
+        name: Name or path of the scenario.
+        changes: `--set` changes.
         shard: The share.
+        jobs: Number of processes, or a cluster.
+        out: Results folder, which all shares have in common.
+        record: Writes a recording at the end; default: none is written.
+        progress: Told of every finished run.
+        tell: Told what of an interrupted campaign could not be used.
+        same: Whether runs that another kind of machine made are refused.
 
     Returns:
         How far the campaign is; or, once nothing is missing, what `run` returns.

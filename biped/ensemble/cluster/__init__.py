@@ -76,7 +76,7 @@ def cluster_at(where: str, same: bool, tell: Told) -> Iterator[DaskCluster]:
             connection = from_file(where, stack)
         else:
             raise InputError(
-                f"--cluster {said(where)}: expected the address of a Dask scheduler (tcp://host:8786, tls://host:8786), "
+                f"--cluster {said(where)}: expected the address of a Dask scheduler (tcp://host:8786 or tls://…), "
                 "local:N, or a file *.toml"
             )
         stack.callback(connection.close)

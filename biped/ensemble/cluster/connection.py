@@ -46,8 +46,8 @@ class Connection:
             why = " ".join(str(error).split())[:200]
             raise InputError(f"--cluster {place}: expected a running Dask scheduler: {why}") from None
 
-    def _asked(self, function: Callable[..., Any], **more: Any) -> Any:
-        return self.client.sync(function, callback_timeout=ANSWER, **more)
+    def _asked(self, call: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
+        return self.client.sync(call, *arguments, callback_timeout=ANSWER, **more)
 
     def workers(self) -> dict[str, dict[str, float]] | None:
         """Resources of every worker by its address; None if the scheduler does not answer."""
@@ -62,7 +62,7 @@ class Connection:
     def asked(self, function: Callable[[], Any], address: str) -> Any:
         """What a worker answers; an error if it cannot."""
         try:
-            return self._asked(self.client._run, function=function, workers=[address], on_error="return")[address]
+            return self._asked(self.client._run, function, workers=[address], on_error="return")[address]
         except Exception as error:
             return error
 

@@ -11,7 +11,7 @@ ATTEMPTS = 3
 
 
 async def _serve() -> None:
-    import dask
+    import dask.config
     from distributed import Scheduler
 
     settings = {
