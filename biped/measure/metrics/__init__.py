@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -15,6 +15,7 @@ import numpy as np
 from biped.measure import verdict
 from biped.measure.metrics import energy, gait, ground, walking
 from biped.measure.metrics.sums import Sums, add_up
+from biped.measure.metrics.totals import Totals
 from biped.measure.trajectory import Trajectory
 from biped.scenario.metrics import METRICS
 
@@ -109,17 +110,11 @@ def _outcome(t: Trajectory, numbers: dict[str, Any]) -> dict[str, int]:
     }
 
 
-def aggregate(runs: Sequence[dict[str, Any]]) -> dict[str, float]:
+def aggregate(runs: Sequence[Mapping[str, Any]]) -> dict[str, float]:
     """Numbers of an ensemble: outcomes are counted; all else is the mean over runs that walked.
 
     Where none walked, means are over the runs that have the number; nan if none has.
     """
-    out: dict[str, float] = {}
-    walkers = [run for run in runs if run["walked"]]
-    for metric in METRICS.values():
-        if metric.kind == "count":
-            out[metric.name] = int(sum(run[metric.name] for run in runs))
-            continue
-        values = [run[metric.name] for run in (walkers or runs) if math.isfinite(run[metric.name])]
-        out[metric.name] = float(np.mean(values)) if values else math.nan
-    return out
+    totals = Totals()
+    totals.add({name: np.array([run[name] for run in runs], dtype=float) for name in METRICS})
+    return totals.numbers

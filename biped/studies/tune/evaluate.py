@@ -11,6 +11,7 @@ import msgspec
 
 from biped.base.errors import InputError
 from biped.ensemble import executor
+from biped.ensemble.backend import Jobs
 from biped.ensemble.plan import Plan
 from biped.robot.run import Run
 from biped.scenario.gains import Gains
@@ -87,6 +88,9 @@ class Study:
         for name in self.tune.conditions:
             for full in (True, False):
                 Plan(self.condition(name, full))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Study, (self.scenario,)  # made anew wherever it is sent
 
     @property
     def gains(self) -> Gains:
@@ -167,7 +171,7 @@ class Study:
 
 
 @contextmanager
-def workers(study: Study, jobs: int) -> Iterator[Callable[[Sequence[Task]], list[Outcome]]]:
+def workers(study: Study, jobs: Jobs) -> Iterator[Callable[[Sequence[Task]], list[Outcome]]]:
     """A function that carries out tasks on `jobs` processes, in their order; the results do not depend on `jobs`."""
     with executor.workers(study.outcome, jobs) as carried_out:
         yield lambda tasks: list(carried_out(tasks))

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 from biped.base.files import label
 from biped.base.json import dumps
 from biped.base.progress import Progress, Told, silent, unheard
+from biped.ensemble.backend import Jobs
 from biped.ensemble.folder import Folder
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario
@@ -69,7 +70,7 @@ def _nothing(journal: list[Record], folder: Path) -> None:
 def tune(
     name: str,
     changes: Sequence[str],
-    jobs: int,
+    jobs: Jobs,
     out: Path | None,
     progress: Progress = silent,
     after: Callable[[list[Record], Path], None] = _nothing,
@@ -80,7 +81,7 @@ def tune(
     Args:
         name: Name or path of the scenario.
         changes: `--set` changes.
-        jobs: Number of processes.
+        jobs: Number of processes, or a cluster.
         out: Results folder; default: a new one below runs/.
         progress: Told of every generation.
         after: Called after every generation with the journal so far and the folder.
@@ -110,7 +111,7 @@ def tune(
 def _search(
     folder: Folder,
     study: Study,
-    jobs: int,
+    jobs: Jobs,
     progress: Callable[..., Any],
     after: Callable[[list[Record], Path], None],
     tell: Told,
