@@ -59,6 +59,26 @@ class Condition(Section, frozen=True):
     speed: Positive | None = None
 
 
+class Stage(Section, frozen=True):
+    """A part of a search; the next one starts at the best gait that it found.
+
+    Attributes:
+        generations: Of this stage; default: those of [tune].
+        conditions: Names of the conditions that count; default: all.
+        hold: Gains and the values that they keep in it, e.g. `hold = { theta_b = 80.0 }`.
+        set: Part of a scenario that all of its conditions have.
+        spread: First standard deviation; default: that of [tune].
+        limits: Instead of those of [tune].
+    """
+
+    generations: Count | None = None
+    conditions: tuple[str, ...] | None = None
+    hold: dict[str, Real] = field(default_factory=dict)
+    set: dict[str, Any] = field(default_factory=dict)
+    spread: Positive | None = None
+    limits: dict[str, Positive] | None = None
+
+
 class Tune(Section, frozen=True):
     """A search for gains, `biped tune`; it starts at the scenario's own gait.
 
@@ -81,6 +101,7 @@ class Tune(Section, frozen=True):
         checks: Runs of each condition in a re-check.
         finalists: Best re-checked gaits among which the last comparison, on fresh seeds, decides.
         unseen: Runs of each condition on seeds no decision was made on.
+        stages: Parts of the search, one after the other; default: one, with everything above.
     """
 
     gains: tuple[str, ...] | None = None
@@ -101,3 +122,4 @@ class Tune(Section, frozen=True):
     checks: Count = 8
     finalists: Count = 3
     unseen: Count = 20
+    stages: tuple[Stage, ...] = ()
