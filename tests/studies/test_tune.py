@@ -171,6 +171,17 @@ def test_gait_file_is_the_gait_that_was_scored(scenario_file, tmp_path, capsys):
     assert Plan(read_scenario("level_fast", [f"controller={tmp_path / 'out' / 'gait.toml'}"])).run(0).gains == read
 
 
+def test_settings_that_are_tables_are_written_too(scenario_file, tmp_path, capsys):
+    more = ["--set", "actuation.contacts=pushing", "--set", "sensing.ahead=0.15"]
+    more += ["--set", 'tune.keys={"actuation.pushing.approach"={min=0.01,max=0.05,scale="log"}}']
+    gait, _ = tuned(scenario_file, tmp_path / "out", *more)
+    scenario = read_scenario("level_fast", [f"controller={tmp_path / 'out' / 'gait.toml'}"])
+    assert scenario.actuation.contacts == "pushing"
+    assert scenario.sensing.ahead == 0.15
+    assert f"approach = {scenario.actuation.pushing.approach}" in gait
+    assert scenario.actuation.pushing.approach != 0.02  # it was searched for
+
+
 def test_no_two_purposes_share_a_seed(scenario_file):
     study = study_of(scenario_file)
     seeds = [study.seed("generation", i) for i in range(50)] + [study.seed("recheck", i) for i in range(50)]

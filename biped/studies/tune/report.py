@@ -54,6 +54,8 @@ def gait_text(title: str, search: Search, found: Found, journal: Sequence[Record
 
 
 def _plain(value: Any) -> Any:
+    """A setting as TOML has it; one that is a table holds all its keys."""
+    value = msgspec.to_builtins(value)
     return list(value) if isinstance(value, tuple) else value
 
 
