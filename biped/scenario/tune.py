@@ -27,9 +27,9 @@ class Weights(Section, frozen=True):
     """What the search's objective adds up, per run.
 
     Attributes:
-        falls: Cost of a run that does not walk: all of it at the start, half of it just before the end.
+        falls: Cost of a run that misses its goal: all of it at the start, half of it just before the end.
         progress: Share of that half which is earned by distance, not time: a stander is no better than a fall.
-        excess: Times the relative excess of a walker's metrics over `limits`.
+        excess: Times the relative excess of metrics over `limits`, of runs that reach their goal.
         speed: Times the squared relative error of the speed, where a condition names one.
         cost_of_transport: Times the net cost of transport.
         closeness: Times the mean square distance from the gait the search starts at, in units of its steps.
@@ -51,12 +51,14 @@ class Condition(Section, frozen=True):
         runs: Runs of each gait in each generation.
         weight: Of its mean cost among the conditions.
         speed: [m/s] wanted.
+        goal: What the gait should do in its window, walk or stand.
     """
 
     set: dict[str, Any] = field(default_factory=dict)
     runs: Count = 4
     weight: Positive = 1.0
     speed: Positive | None = None
+    goal: Literal["walked", "stood"] = "walked"
 
 
 class Stage(Section, frozen=True):

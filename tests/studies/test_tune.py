@@ -352,3 +352,35 @@ def test_it_stops_at_any_moment_of_a_stride_and_stands():
     assert sum(row.stood for row in rows) >= 6
     assert all(row.distance > 3.0 for row in rows), "they walked first"
     assert not any(row.stood for row in [run_one(Plan(read_scenario("robust/own")), 0)[1]])
+
+
+STAND = """
+extends = "tune/stand"
+duration = 1.0
+[start]
+jitter = 0.0
+[tune]
+duration = 1.0
+[tune.conditions.quiet]
+set.randomise.draw."start.posture" = { grid = ["flat"] }
+[tune.conditions.pushed.set]
+push = [{ at = 0.3, duration = 0.2, force = [2000.0, 0.0] }]
+randomise.draw."push.0.force.0" = { uniform = [2000.0, 2100.0] }
+"""
+
+
+def test_who_should_stand_is_paid_for_standing_and_not_for_distance(tmp_path):
+    path = tmp_path / "stand.toml"
+    path.write_text(STAND, encoding="utf-8")
+    study = study_of(path, "window.start=0.5", "window.end=1.0", "tune.weights.progress=1.0")
+    candidate = Space(study.scenario, study.gains).candidate([0.0] * len(Space(study.scenario, study.gains).axes))
+    with workers(study, 1) as evaluate:
+        quiet = evaluate(study.tasks(candidate, 1, True, {"quiet": range(1)}))[0]
+        pushed = evaluate(study.tasks(candidate, 1, True, {"pushed": range(1)}))[0]
+    assert quiet.walked, "it reached its goal"
+    assert quiet.cost <= 0.5
+    assert not pushed.walked
+    assert pushed.cost > 0.5
+    walking = study_of(path, "window.start=0.5", "window.end=1.0", "tune.conditions.quiet.goal=walked")
+    with workers(walking, 1) as evaluate:
+        assert not evaluate(walking.tasks(candidate, 1, True, {"quiet": range(1)}))[0].walked
