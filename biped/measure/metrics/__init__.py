@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -15,6 +15,7 @@ import numpy as np
 from biped.measure import verdict
 from biped.measure.metrics import energy, gait, ground, walking
 from biped.measure.metrics.sums import Sums, add_up
+from biped.measure.metrics.totals import Totals
 from biped.measure.trajectory import Trajectory
 from biped.scenario.metrics import METRICS
 
@@ -36,7 +37,7 @@ def assess(t: Trajectory, window: tuple[float, float]) -> Assessed:
     """Judges a run (`biped.measure.verdict`) and measures it; arguments as of `measure`."""
     if t.end == "diverged":
         # Rows from where a number stopped being finite say nothing; the last was not written.
-        sound = np.isfinite(t.log).all(axis=1) & (np.diff(t.time, prepend=-1.0) > 0.0)
+        sound = t.sound & (np.diff(t.time, prepend=-1.0) > 0.0)
         t = replace(t, log=t.log[: max(1, int(sound.cumprod().sum()))])
     with np.errstate(all="ignore"):  # numbers of a run that blows up; what comes of them is judged
         sums = add_up(t, window)
@@ -59,7 +60,8 @@ def measure(t: Trajectory, window: tuple[float, float]) -> dict[str, Any]:
 
     Returns:
         Name to number; `falls`, `diverged`, `doubtful`, `walked` and `stood` are 0 or 1. `per_joint` holds peak and
-        mean torque of hip, knee and ankle, `leg_states` the commonest cycle of leg states and its share of all cycles.
+        mean torque of hip, knee and ankle, `leg_states` the commonest cycle of leg states and its share of all cycles,
+        `signals` mean, smallest and largest of what a law of the user's own logged.
     """
     return assess(t, window).numbers
 
@@ -83,7 +85,17 @@ def _numbers(t: Trajectory, sums: Sums) -> dict[str, Any]:
         out |= ground.contact(t, sums)
         out["leg_states"] = gait.commonest_cycle(t, sums.span)
         out["per_joint"] = energy.per_joint(sums)
+        if t.signal_names:
+            out["signals"] = {name: _spread(values[sums.span]) for name, values in t.signals.items()}
     return out
+
+
+def _spread(values: np.ndarray) -> dict[str, float]:
+    """Mean, smallest and largest of the numbers among values (n,); nan if there are none."""
+    real = values[np.isfinite(values)]
+    if not len(real):
+        return dict.fromkeys(("mean", "min", "max"), math.nan)
+    return {"mean": float(real.mean()), "min": float(real.min()), "max": float(real.max())}
 
 
 def _outcome(t: Trajectory, numbers: dict[str, Any]) -> dict[str, int]:
@@ -98,17 +110,11 @@ def _outcome(t: Trajectory, numbers: dict[str, Any]) -> dict[str, int]:
     }
 
 
-def aggregate(runs: Sequence[dict[str, Any]]) -> dict[str, float]:
+def aggregate(runs: Sequence[Mapping[str, Any]]) -> dict[str, float]:
     """Numbers of an ensemble: outcomes are counted; all else is the mean over runs that walked.
 
     Where none walked, means are over the runs that have the number; nan if none has.
     """
-    out: dict[str, float] = {}
-    walkers = [run for run in runs if run["walked"]]
-    for metric in METRICS.values():
-        if metric.kind == "count":
-            out[metric.name] = int(sum(run[metric.name] for run in runs))
-            continue
-        values = [run[metric.name] for run in (walkers or runs) if math.isfinite(run[metric.name])]
-        out[metric.name] = float(np.mean(values)) if values else math.nan
-    return out
+    totals = Totals()
+    totals.add({name: np.array([run[name] for run in runs], dtype=float) for name in METRICS})
+    return totals.numbers
