@@ -481,3 +481,22 @@ def test_a_full_disk_leaves_whole_files(large, capsys, monkeypatch):
 def test_input_errors_name_the_file():
     with pytest.raises(InputError, match="parts: expected the rows of 6 runs"):
         stored_rows(Path(), 6)
+
+
+def test_from_python_rows_of_many_runs_are_a_table(large, small, tmp_path):
+    import biped
+
+    result = biped.run("e.toml", jobs=1)
+    folder = result._done.files.path
+    assert folder.is_dir()
+    assert result.runs["index"].to_pylist() == list(range(6))
+    whole = json.loads(small["result.json"])
+    assert result.runs["time"].to_pylist() == [row["time"] for row in whole["runs"]]
+    assert dumps(result.summary) == dumps(whole["summary"])
+    assert len(result.replay(2)) > 0
+    with pytest.raises(InputError, match="run 6: expected the number of a run, 0 … 5"):
+        result.replay(6)
+    result.save(tmp_path / "saved")
+    assert list(stored_rows(tmp_path / "saved", 6))[5]["index"] == 5
+    del result
+    assert not folder.exists()
