@@ -292,17 +292,18 @@ def assert_as(many: dict[str, bytes], out: str = "x") -> None:
 
 @pytest.mark.slow
 def test_workers_killed_every_few_seconds_cost_nothing(many):
-    process, kills, chance = command("x", "--cluster", "local:2"), 0, random.Random(0)
+    process, kills, chance, before = command("x", "--cluster", "local:2"), 0, random.Random(0), 0
     while process.poll() is None:
-        time.sleep(3.0)
+        time.sleep(1.0)
+        done = len(list(Path("x/parts").glob("*.parquet")))
         spawned = [pid for pid, line in descendants(process.pid) if "spawn_main" in line]
-        if spawned:
+        if spawned and done > before:  # on a slow machine, a worker takes long to start
             os.kill(chance.choice(spawned), signal.SIGKILL)
-            kills += 1
+            kills, before = kills + 1, done
     error = process.communicate()[1]
     assert process.returncode in (0, 1), error
     assert "Traceback" not in error
-    assert kills > 0
+    assert kills > 1
     assert_as(many)
 
 
