@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from biped.measure import verdict
-from biped.measure.metrics import energy, gait, ground, walking
+from biped.measure.metrics import energy, gait, ground, pushed, walking
 from biped.measure.trajectory import Trajectory
 from biped.robot.tree import Motion, motion
 from biped.scenario.metrics import METRICS
@@ -82,6 +82,8 @@ def _numbers(t: Trajectory, whole: Motion, squared: np.ndarray, window: tuple[fl
     out["peak_force"] = float(t.force[..., 1].max())
     out["peak_torque"] = float(np.abs(t.u).max())
     out["link_speed"] = math.sqrt(squared.max())
+    if t.pushes:
+        out |= pushed.pushed(t, whole)
     if span is not None:
         out |= gait.stride(t, whole, span)
         out |= energy.transport(t, whole, span)
