@@ -39,6 +39,11 @@ def _push_power(t: Trajectory, moved: Motion) -> np.ndarray:
     return power
 
 
+def push_work(t: Trajectory) -> float:
+    """Work [J] of the pushes on the robot: what it has to absorb."""
+    return float(_push_power(t, _steps(t)[1]).sum() * t.tick) if len(t) > 1 else 0.0
+
+
 def _pushes(t: Trajectory) -> list[tuple[int, int, np.ndarray, int]]:
     """Pushes on links: first row, last row + 1, force (2,) [N] along and normal to the ground, number of the link."""
     c, s = math.cos(math.radians(t.slope)), math.sin(math.radians(t.slope))
