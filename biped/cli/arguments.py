@@ -60,7 +60,7 @@ def _parser() -> Parser:
                              help="change a key, e.g. ground.slope=2 (VALUE is TOML; repeatable)")  # fmt: skip
         command.add_argument("--engine", help="engine to run in")
         _trust(command)
-        command.add_argument("--jobs", type=_whole, help="processes for ensembles (default: all cores)")
+        _who(command)
         command.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
         return command
 
@@ -68,7 +68,10 @@ def _parser() -> Parser:
     run.add_argument("--out", type=Path, help="results folder (default: a new one below runs/)")
     run.add_argument("--record", action="store_true", help="also write a recording for the rerun viewer")
     run.add_argument("--only", type=_whole, metavar="N", help="replay run N of the ensemble alone")
+    run.add_argument("--shard", metavar="I/N", help="make share I of N of a campaign, in the --out that all share")
+    _same(run)
     check = scenarios("check", "run scenarios and compare with their [expect]")
+    _same(check)
     check.add_argument("--junit", type=Path, metavar="FILE", help="also write JUnit XML")
     regress = commands.add_parser("regress", help="compare scenarios with their recorded reference numbers",
                                   description="Runs a fixed part of scenarios and compares with recorded numbers: "
@@ -78,7 +81,7 @@ def _parser() -> Parser:
     regress.add_argument("--reason", help="why results changed; kept in the file (needed by --update)")
     regress.add_argument("--file", type=Path, help="file of references (default: that of the shipped scenarios)")
     _trust(regress)
-    regress.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
+    _who(regress)
     regress.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     compare = scenarios("compare", "run scenarios in both engines: every metric side by side, with its gap")
     compare.add_argument("--out", type=Path, help="folder for figures and recordings (default: new ones below runs/)")
@@ -105,7 +108,7 @@ def _parser() -> Parser:
     tune.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
                       help="change a key (repeatable)")  # fmt: skip
     _trust(tune)
-    tune.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
+    _who(tune)
     tune.add_argument("--out", type=Path, help="results folder; an interrupted search in it is continued")
     tune.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     view = commands.add_parser("view", help="open a recording in the rerun viewer")
@@ -139,15 +142,35 @@ def _parser() -> Parser:
     _trust(stability)
     stability.add_argument("--engine", choices=["mujoco", "home"], help="the only engine (default: both)")
     stability.add_argument("--basin", action="store_true", help="also cut the basin of attraction: lean and speed")
-    stability.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
+    _who(stability)
     stability.add_argument("--out", type=Path, help="folder of figure and numbers (default: a new one below runs/)")
     stability.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     start = "Writes a control law to start from: the thesis's, in readable Python."
     new = commands.add_parser("new", help="write a file to start from", description=start)
     new.add_argument("what", choices=["controller"], help="what to start")
     new.add_argument("file", type=Path, help="the file, such as my_law.py; one that is there is not overwritten")
+    what = "Works for a Dask scheduler: one thread a worker, watched by a nanny."
+    worker = commands.add_parser("worker", help="work for campaigns on a cluster", description=what)
+    worker.add_argument("scheduler", help="address of the scheduler, such as tcp://host:8786")
+    worker.add_argument("--workers", type=_whole, default=1, help="workers, one core each (default: 1)")
+    worker.add_argument("--lifetime", metavar="TIME", help="go after this time, such as 50m; keep it below a walltime")
+    worker.add_argument("--memory", metavar="SIZE", default="auto", help="most memory of each, such as 2GB")
+    for part in ("ca-file", "cert", "key"):
+        worker.add_argument(f"--tls-{part}", metavar="FILE", help="of a scheduler at tls://…")
+    worker.add_argument("--with-parent", action="store_true", help="go when standard input ends")
     commands.add_parser("list", help="models, controllers and scenarios, with a line each")
     return parser
+
+
+def _who(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
+    where = "workers elsewhere instead: address of a Dask scheduler, local:N, or a file *.toml (docs/clusters.md)"
+    command.add_argument("--cluster", metavar="WHERE", help=where)
+
+
+def _same(command: argparse.ArgumentParser) -> None:
+    what = "refuse workers and results of another kind of machine, whose last bits may differ"
+    command.add_argument("--same-platform", action="store_true", help=what)
 
 
 def _trust(command: argparse.ArgumentParser) -> None:

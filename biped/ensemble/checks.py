@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
+from biped.ensemble.columns import batches
 from biped.ensemble.rows import LOST, RAISED
 from biped.measure.metrics.walking import airborne
 from biped.scenario.keys import Bound
@@ -52,7 +53,7 @@ def passed(checks: Sequence[Check], rows: Sequence[Mapping[str, Any]]) -> bool:
     """
     expected = {check.name for check in checks}
     unsaid = {"diverged", "doubtful", LOST, RAISED} - expected
-    sound = not any(row["end"] in unsaid for row in rows)
+    sound = not any(end in unsaid for columns in batches(rows, ["end"]) for end in columns["end"])
     alone = len(rows) == 1 and not expected
     return all(check.passed for check in checks) and sound and not (alone and (rows[0]["fell"] or airborne(rows[0])))
 

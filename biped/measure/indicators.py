@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from biped.measure.balance import PHASES, Balance, balance, spells
-from biped.measure.metrics.energy import push_work
 from biped.measure.metrics.gait import strikes
+from biped.measure.metrics.pushed import push_work
 from biped.measure.signals import foot_force
 from biped.measure.trajectory import Trajectory
 from biped.robot.leg_states import FIRST_IN_AIR

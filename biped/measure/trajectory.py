@@ -162,7 +162,7 @@ class Trajectory:
     @property
     def sound(self) -> np.ndarray:
         """(n,) whether every number of a row is finite, a law's own signals aside."""
-        return np.isfinite(self.log[:, :WIDTH]).all(axis=1)
+        return np.all(np.isfinite(self.log[:, :WIDTH]), axis=1)
 
     @property
     def applied(self) -> np.ndarray:

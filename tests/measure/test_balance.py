@@ -19,7 +19,7 @@ from biped.measure.balance import (
     spells,
 )
 from biped.measure.indicators import LEAST_RUNS, gait_events, of_campaign, of_run
-from biped.measure.metrics.energy import push_work
+from biped.measure.metrics.pushed import push_work
 from tests.runs import made, mirrored
 
 G = 9.81

@@ -33,7 +33,7 @@ def walk(speeds: list[float], pushes: tuple[tuple, ...]) -> Trajectory:
 
 
 def numbers(t: Trajectory) -> dict[str, float]:
-    return pushed(t, motion(t.tree, t.q, t.v))
+    return pushed(t, motion(t.tree, t.q, t.v).point)
 
 
 def test_an_impulse_in_the_fields_units():

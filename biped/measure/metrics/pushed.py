@@ -14,7 +14,7 @@ from biped.measure.metrics.gait import strikes
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import GRAVITY
 from biped.robot.topology import HEEL
-from biped.robot.tree import Motion
+from biped.robot.tree import motion
 
 STEPS = 4
 """Steps after a push whose lengths are metrics."""
@@ -64,7 +64,7 @@ def impulses(t: Trajectory) -> list[Impulse]:
     return found
 
 
-def pushed(t: Trajectory, whole: Motion) -> dict[str, float]:
+def pushed(t: Trajectory, point: np.ndarray) -> dict[str, float]:
     """Impulse of the strongest push, the recovery from the last one, and the steps after that.
 
     A step lasts from foot strike to foot strike; its speed is how far the torso went in it. The walk has recovered when
@@ -74,7 +74,7 @@ def pushed(t: Trajectory, whole: Motion) -> dict[str, float]:
 
     Args:
         t: The run.
-        whole: How its rows move.
+        point: (n, 4, 2) [m] places of the contact points.
     """
     found = impulses(t)
     if not found:
@@ -83,7 +83,7 @@ def pushed(t: Trajectory, whole: Motion) -> dict[str, float]:
     mass = float(t.tree.mass.sum())
     steps = strikes(t.phase, t.tick)
     rows = np.array([row for row, _ in steps], dtype=int)
-    heels = whole.point[rows][:, HEEL, 0]
+    heels = point[rows][:, HEEL, 0]
     lengths = np.abs(heels[:, 0] - heels[:, 1])
     after = lengths[t.time[rows] >= found[-1].end - 1e-9][:STEPS]
     return {
@@ -93,6 +93,22 @@ def pushed(t: Trajectory, whole: Motion) -> dict[str, float]:
         "recovery_time": _recovery(t, rows, found[0].start, found[-1].end),
         **dict(zip(_NAMES, (float(length) for length in after), strict=False)),
     }
+
+
+def push_work(t: Trajectory) -> float:
+    """Work [J] of the pushes on the robot: what it has to absorb.
+
+    A force F over a step adds F · (v + v')/2 · dt, with the mean velocity at the first configuration.
+    """
+    c, s = math.cos(math.radians(t.slope)), math.sin(math.radians(t.slope))
+    moved = motion(t.tree, t.q[:-1], 0.5 * (t.v[:-1] + t.v[1:])).com_velocity
+    work = 0.0
+    for start, end, forward, up, body in t.pushes:
+        if body in t.robot.links:
+            force = np.array([forward * c + up * s, up * c - forward * s])
+            rows = slice(round(start / t.tick), round(end / t.tick))
+            work += float((moved[rows, t.robot.links.index(body)] @ force).sum()) * t.tick
+    return work
 
 
 def _recovery(t: Trajectory, rows: np.ndarray, start: float, end: float) -> float:

@@ -15,6 +15,7 @@ from hashlib import blake2b
 import msgspec
 
 from biped.ensemble import campaign
+from biped.ensemble.backend import Jobs, at_most
 from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import RAISED, Row
@@ -49,19 +50,19 @@ def chosen(plan: Plan) -> list[int]:
     return sorted(i * points // count * runs + i % runs for i in range(count))
 
 
-def measured(plan: Plan, jobs: int, date: str, platform: str, advance: Callable[[], None]) -> Reference:
+def measured(plan: Plan, jobs: Jobs, date: str, platform: str, advance: Callable[[], None]) -> Reference:
     """Makes the chosen runs of an `ensemble`.
 
     Args:
         plan: The ensemble.
-        jobs: Number of processes.
+        jobs: Number of processes, or a cluster.
         date: Of today.
         platform: Key of this platform.
         advance: Called after every run.
     """
     numbers = chosen(plan)
     rows, digests = [], []
-    with workers(partial(_made, plan), min(jobs, len(numbers))) as made:
+    with workers(partial(_made, plan), at_most(jobs, len(numbers))) as made:
         for row, name in made(numbers):
             rows.append(row)
             digests.append(name)
