@@ -44,8 +44,9 @@ def test_bare_steps_in_compiled_code_are_the_same_steps(walked):
         data.qpos[:], data.qvel[:] = run.q, run.v
         given = np.ascontiguousarray(trajectory.u[:-1])
         if compiled:
-            step = native(foreign.model, foreign.order).step
-            steps(step, foreign.model._address, data._address, data.ctrl, given, 1)
+            found = native(foreign.model, foreign.order)
+            assert found is not None
+            steps(found.step, foreign.model._address, data._address, data.ctrl, given, 1)
         else:
             for u in given:
                 data.ctrl[:] = u
