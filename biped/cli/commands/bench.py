@@ -10,9 +10,13 @@ from biped.cli.common import DONE, FAILED, print_json, reason_of
 
 def command(args: argparse.Namespace) -> int:
     """Measures one thing."""
-    return {"throughput": _throughput, "walking": _walking, "mechanisms": _mechanisms, "regress": _regress}[args.what](
-        args
-    )
+    return {
+        "throughput": _throughput,
+        "walking": _walking,
+        "mechanisms": _mechanisms,
+        "tolerances": _tolerances,
+        "regress": _regress,
+    }[args.what](args)
 
 
 def _throughput(args: argparse.Namespace) -> int:
@@ -58,6 +62,25 @@ def _mechanisms(args: argparse.Namespace) -> int:
         show(report)
     if args.out is not None:
         draw(report, args.out)
+    return DONE
+
+
+def _tolerances(args: argparse.Namespace) -> int:
+    from dataclasses import asdict
+
+    from biped.show.bench.tolerances import show
+    from biped.studies.bench.tolerances import measure
+
+    watched = sys.stderr.isatty()
+    reached = measure(progress=lambda line: print(line, file=sys.stderr) if watched else None)
+    if args.json:
+        print_json({"runs": [asdict(r) for r in reached]})
+    else:
+        show(reached)
+    if args.out is not None:
+        from biped.show.figures.tolerances import draw
+
+        draw(reached, args.out)
     return DONE
 
 
