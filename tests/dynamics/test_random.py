@@ -10,7 +10,7 @@ from biped.dynamics.build import GROUND, Plane
 DURATION = 0.4  # [s]
 TOLERANCE = 1e-9
 CONSTRAINED = 1e2 * TOLERANCE  # m: a step leaves what it errs by, and the next one mends it
-CONSERVED = 1e4 * TOLERANCE  # part of the energy that moves: errors of all steps, and what the motion makes of them
+CONSERVED = 1e3 * TOLERANCE  # part of the energy that moves: errors of all steps, and what the motion makes of them
 
 
 def build(seed):
