@@ -149,5 +149,6 @@ def measure(
 
 def slope(reached: list[Reached]) -> float:
     """Decades of error per decade of tolerance, of one problem's runs that ended with an answer."""
-    runs = [(np.log10(r.tolerance), np.log10(r.error)) for r in reached if r.error]
-    return float(np.polyfit(*np.array(runs).T, 1)[0])
+    runs = [(r.tolerance, r.error) for r in reached if r.error]
+    tolerance, error = np.log10(np.array(runs)).T
+    return float(np.polyfit(tolerance, error, 1)[0])
