@@ -110,6 +110,8 @@ def _parser() -> Parser:
     _trust(tune)
     _who(tune)
     tune.add_argument("--out", type=Path, help="results folder; an interrupted search in it is continued")
+    tune.add_argument("--least", metavar="GAIT", help="no search: put a found gait's gains back one by one, those that "
+                      "are missed least first; how many does it take?")  # fmt: skip
     tune.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     view = commands.add_parser("view", help="open a recording in the rerun viewer")
     view.add_argument("run", nargs="?", type=Path, help="results folder or .rrd (default: the newest recording)")
