@@ -41,7 +41,7 @@ def test_bare_steps_in_compiled_code_are_the_same_steps(walked):
         given = np.ascontiguousarray(trajectory.u[:-1])
         if compiled:
             step = native(foreign.model, foreign.order).step
-            steps(step, foreign.model._address, data._address, data.ctrl, given)
+            steps(step, foreign.model._address, data._address, data.ctrl, given, 1)
         else:
             for u in given:
                 data.ctrl[:] = u
