@@ -85,6 +85,23 @@ def _parser() -> Parser:
     regress.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     compare = scenarios("compare", "run scenarios in both engines: every metric side by side, with its gap")
     compare.add_argument("--out", type=Path, help="folder for figures and recordings (default: new ones below runs/)")
+    diff = commands.add_parser(
+        "diff", help="what changed between two results, gaits or laws, run by run",
+        description="Compares two results folders, or runs a scenario with each of two gaits or laws and compares: "
+        "every metric's change with its interval, paired by seed. Exit code 1: something became worse.",
+    )  # fmt: skip
+    diff.add_argument("first", help="what is compared with: results folder, gait (name or path) or law (path.py:Class)")
+    diff.add_argument("second", help="what is judged: the same kind of thing")
+    diff.add_argument("--scenario", help="of gaits and laws: what to run, name in scenarios/ or path")
+    diff.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
+                      help="of gaits and laws: change a key (repeatable)")  # fmt: skip
+    diff.add_argument("--metrics", metavar="NAME,…", default="", help="compare and judge these alone (default: all)")
+    diff.add_argument("--margin", type=float, default=0.05,
+                      help="a change within this share is none that matters (default: 0.05)")  # fmt: skip
+    diff.add_argument("--out", type=Path, help="folder for diff.json and diff.md (default of gaits: one below runs/)")
+    _trust(diff)
+    diff.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
+    diff.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     tune = commands.add_parser("tune", help="find gains that serve a scenario's conditions",
                                description="Finds gains that serve the conditions in a scenario's [tune].")  # fmt: skip
     tune.add_argument("scenario", help="name in scenarios/, or path of a scenario file with a [tune] table")
@@ -102,6 +119,10 @@ def _parser() -> Parser:
     report.add_argument("run", type=Path, nargs="+", help="results folders")
     report.add_argument("--out", type=Path, default=Path("report.md"), help="the file (default: report.md)")
     report.add_argument("--title", default="Campaigns", help="its heading")
+    export = commands.add_parser("export", help="write results in other people's formats")
+    export.add_argument("run", type=Path, help="results folder")
+    export.add_argument("--eurobench", type=Path, required=True, metavar="DIR",
+                        help="new folder for files as EuroBench's documents describe them")  # fmt: skip
     bench = commands.add_parser("bench", help="run time against error, and what things cost")
     bench.add_argument("what", choices=["throughput", "walking", "mechanisms", "regress"],
                        help="what to measure; regress: whether a recorded result or cost changed")  # fmt: skip
@@ -124,6 +145,10 @@ def _parser() -> Parser:
     _who(stability)
     stability.add_argument("--out", type=Path, help="folder of figure and numbers (default: a new one below runs/)")
     stability.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    start = "Writes a control law to start from: the thesis's, in readable Python."
+    new = commands.add_parser("new", help="write a file to start from", description=start)
+    new.add_argument("what", choices=["controller"], help="what to start")
+    new.add_argument("file", type=Path, help="the file, such as my_law.py; one that is there is not overwritten")
     what = "Works for a Dask scheduler: one thread a worker, watched by a nanny."
     worker = commands.add_parser("worker", help="work for campaigns on a cluster", description=what)
     worker.add_argument("scheduler", help="address of the scheduler, such as tcp://host:8786")

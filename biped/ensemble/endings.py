@@ -18,6 +18,7 @@ from biped.ensemble.columns import batches
 from biped.ensemble.executor import workers
 from biped.ensemble.folder import FAILURES, Folder, keep
 from biped.ensemble.plan import Plan
+from biped.ensemble.rows import RAISED
 from biped.ensemble.stored_rows import StoredRows
 
 LAST_SECONDS = 3.0
@@ -33,11 +34,13 @@ class Ending(NamedTuple):
         index: Its number.
         cause: How it ended.
         data: Its last seconds, as a file.
+        traceback: Of a law of the user's own that raised.
     """
 
     index: int
     cause: str
     data: bytes
+    traceback: str
 
 
 class Endings:
@@ -56,7 +59,7 @@ class Endings:
         with tempfile.TemporaryDirectory(prefix="biped-") as folder:
             path = Path(folder) / "trajectory.npz"
             trajectory.last(LAST_SECONDS).save(path)
-            return Ending(index, row.cause, path.read_bytes())
+            return Ending(index, row.cause, path.read_bytes(), trajectory.traceback)
 
 
 def chosen(plan: Plan, rows: StoredRows) -> Iterator[int]:
@@ -64,8 +67,8 @@ def chosen(plan: Plan, rows: StoredRows) -> Iterator[int]:
     most, runs, points = plan.scenario.failures.keep, plan.scenario.randomise.runs, len(plan.points)
     looked_at = {i * points // min(points, POINTS) for i in range(min(points, POINTS))}
     at, found = -1, 0
-    for columns in batches(rows, ("index", "fell", "doubtful")):
-        for index in columns["index"][columns["fell"] | columns["doubtful"]]:
+    for columns in batches(rows, ("index", "fell", "doubtful", "end")):
+        for index in columns["index"][columns["fell"] | columns["doubtful"] | (columns["end"] == RAISED)]:
             point = int(index) // runs
             at, found = point, found if point == at else 0
             if found < most and point in looked_at:
@@ -91,7 +94,7 @@ def keep_some(plan: Plan, rows: StoredRows, where: Folder, jobs: Jobs) -> None:
     with workers(Endings(plan), at_most(jobs, len(left))) as carried_out:
         for ending in carried_out(left, lost=_nothing):
             if ending is not None:
-                keep(where.path, ending.index, ending.cause, partial(_write, data=ending.data), more)
+                keep(where.path, ending.index, ending.cause, partial(_write, data=ending.data), more, ending.traceback)
 
 
 def _write(path: Path, data: bytes) -> None:

@@ -6,6 +6,7 @@ runs.jsonl        rows as they were finished (a campaign's journal; it resumes f
 runs.parquet      one row per run, in order, with every metric
 parts/            of a large, sharded or distributed campaign: rows as they were finished; of a large one, the rows
 trajectory.npz    the trajectory of a single run
+traceback.txt     of a single run whose law, the user's own, raised: where
 failures/         of a campaign: the last seconds of runs that fell
 recording.rrd     for the rerun viewer
 figures/          PNG
@@ -243,7 +244,9 @@ class Folder:
         return [path for path in (self.path / FAILURES).iterdir() if _KEPT.fullmatch(path.name)]
 
 
-def keep(folder: Path, number: int, cause: str, save: Callable[[Path], None], more: str = "") -> None:
+def keep(
+    folder: Path, number: int, cause: str, save: Callable[[Path], None], more: str = "", traceback: str = ""
+) -> None:
     """Keeps a trajectory of run `number` of a results folder, wherever it was made, and how to see it again.
 
     Args:
@@ -252,6 +255,7 @@ def keep(folder: Path, number: int, cause: str, save: Callable[[Path], None], mo
         cause: How it ended.
         save: Writes the trajectory to a file.
         more: Arguments that the command needs besides.
+        traceback: Of a law of the user's own that raised.
 
     Raises:
         RunError: It cannot be written.
@@ -262,7 +266,7 @@ def keep(folder: Path, number: int, cause: str, save: Callable[[Path], None], mo
         kept.mkdir(exist_ok=True)
         with written(kept / f"run-{number:05d}.npz") as part:
             save(part)
-        write_text(kept / f"run-{number:05d}.txt", f"{cause}\nagain: {again}\n")
+        write_text(kept / f"run-{number:05d}.txt", f"{cause}\nagain: {again}\n{traceback}")
 
 
 def _holds_something_else(path: Path, text: str) -> bool:

@@ -19,7 +19,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         seed: Its own seed.
         values: What its point of the sweep and its draws changed, by key.
         fell: Whether it fell or diverged.
-        end: `completed`, `fell`, `diverged`, `doubtful`, or `LOST`.
+        end: `completed`, `fell`, `diverged`, `doubtful`, `RAISED`, or `LOST`.
         cause: How it ended, in words; empty if completed.
         diverged: Whether its numbers blew up.
         doubtful: Whether a sentinel failed.
@@ -55,6 +55,14 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         clearance: [m] lowest toe or heel in the middle of a swing.
         torso_lean: [degrees] mean, forward positive.
         torso_sway: [degrees] standard deviation.
+        push_impulse: [N s] of the strongest push, forward positive; these are nan of a run that is not pushed.
+        push_speed: [m/s] impulse / mass.
+        push_froude: Impulse / (mass sqrt(g leg length)).
+        recovery_time: [s] from the end of the last push until all steps are as before it.
+        first_step: [m] length of the first step after the last push.
+        second_step: [m].
+        third_step: [m].
+        fourth_step: [m].
         energy_residual: Energy that nothing explains / work.
         energy_from_nowhere: Most energy that nothing put in / work.
         momentum_residual: Vertical momentum that nothing explains / impulse.
@@ -62,6 +70,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         contact_loss: [W] mean power lost in contacts.
         leg_states: Commonest `cycle` of leg states and its `share`; None for a run that ended before the window.
         per_joint: Peak and mean torque [N m] and peak power [W] of hip, knee and ankle; likewise.
+        signals: Mean, smallest and largest in the window of what a law of the user's own logged, by name.
         warnings: The engine's, name to count.
     """
 
@@ -105,6 +114,14 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     clearance: float = NAN
     torso_lean: float = NAN
     torso_sway: float = NAN
+    push_impulse: float = NAN
+    push_speed: float = NAN
+    push_froude: float = NAN
+    recovery_time: float = NAN
+    first_step: float = NAN
+    second_step: float = NAN
+    third_step: float = NAN
+    fourth_step: float = NAN
     energy_residual: float = NAN
     energy_from_nowhere: float = NAN
     momentum_residual: float = NAN
@@ -112,6 +129,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     contact_loss: float = NAN
     leg_states: dict[str, Any] | None = None
     per_joint: dict[str, dict[str, float]] | None = None
+    signals: dict[str, dict[str, float]] | None = None
     warnings: dict[str, int] = {}
 
     @property
@@ -130,5 +148,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         return cls(**{name: record[name] for name in cls.__struct_fields__ if name in record})
 
 
+RAISED = "raised"
+"""How a run ended whose law, the user's own, failed: it neither walked nor fell."""
 LOST = "lost"
 """How a run ended that cost two workers: it neither walked nor fell, its numbers are nan."""

@@ -19,6 +19,7 @@ from biped.base.json import dumps
 from biped.base.progress import Progress, Told, silent, unheard
 from biped.ensemble import campaign
 from biped.ensemble.backend import Jobs
+from biped.ensemble.columns import batches
 from biped.ensemble.endings import LAST_SECONDS, keep_some
 from biped.ensemble.folder import Folder, complaining, keep
 from biped.ensemble.in_parts import LARGE, InParts
@@ -26,7 +27,7 @@ from biped.ensemble.parts import FOLDER as PARTS
 from biped.ensemble.parts import commit_to
 from biped.ensemble.plan import Plan
 from biped.ensemble.results import result_of, told, write_table
-from biped.ensemble.rows import Row
+from biped.ensemble.rows import RAISED, Row
 from biped.ensemble.shard import Shard
 from biped.ensemble.stored_rows import StoredRows
 from biped.measure.trajectory import Trajectory
@@ -39,6 +40,8 @@ from biped.scenario.vary import run_seed
 
 RUNS = Path("runs")
 """Where results go unless --out says otherwise, below the working folder."""
+TRACEBACK = "traceback.txt"
+"""Of a single run whose law raised: where in it."""
 
 Recorder = Callable[[Path, Plan, dict[str, Any], dict[int, Trajectory]], None]
 """Writes a recording to a file, from the plan, its result object and trajectories that need not be made again."""
@@ -75,6 +78,13 @@ class Done(NamedTuple):
     trajectories: dict[int, Trajectory]
     files: Temporary | None = None
 
+    @property
+    def raised(self) -> bool:
+        """Whether a law of the user's own ended any of the runs."""
+        if isinstance(self.rows, StoredRows):
+            return any((columns["end"] == RAISED).any() for columns in batches(self.rows, ["end"]))
+        return any(row.end == RAISED for row in self.rows)
+
 
 class Shared(NamedTuple):
     """A share of a campaign that was made, while others are not.
@@ -106,9 +116,9 @@ def title_of(name: str) -> str:
 
 
 def _keep(folder: Path, index: int, trajectory: Trajectory, row: Row, more: str = "") -> None:
-    """Keeps the last seconds of a run that fell or is doubtful, and the command that makes it again."""
-    if row.fell or row.doubtful:
-        keep(folder, index, row.cause, trajectory.last(LAST_SECONDS).save, more)
+    """Keeps the last seconds of a run that fell, is doubtful or was ended by its law, and how to make it again."""
+    if row.fell or row.doubtful or row.end == RAISED:
+        keep(folder, index, row.cause, trajectory.last(LAST_SECONDS).save, more, trajectory.traceback)
 
 
 def run(
@@ -334,6 +344,8 @@ def _write(where: Folder, done: Done, record: Recorder | None) -> None:
         for trajectory in done.trajectories.values():
             with where.saving("trajectory.npz") as part:
                 trajectory.save(part)
+            if trajectory.traceback:
+                where.save_text(TRACEBACK, trajectory.traceback)
     if isinstance(done.rows, StoredRows):
         _adopt(where, done)
     else:

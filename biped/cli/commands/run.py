@@ -8,11 +8,12 @@ from typing import Any
 
 from biped.base.errors import InputError
 from biped.cli.common import DONE, FAILED, changes_of, one_folder, print_all, print_json, warn, workers_of
+from biped.ensemble.folder import FAILURES
 from biped.ensemble.plan import Plan
 from biped.ensemble.shard import shard_of
 from biped.measure.trajectory import Trajectory
 from biped.show.terminal import progress, show_result
-from biped.studies.run import Done, Shared, plan_of, run, run_shard
+from biped.studies.run import TRACEBACK, Done, Shared, plan_of, run, run_shard
 
 
 def command(args: argparse.Namespace) -> int:
@@ -41,6 +42,9 @@ def _show(args: argparse.Namespace, done: Done) -> None:
     if not args.json:
         show_result(done.result, done.plan.scenario.description)
         print(f"  results in {done.folder}/")
+        if done.folder is not None and done.raised:
+            where = TRACEBACK if len(done.rows) == 1 else FAILURES
+            print(f"  a law failed: {done.folder / where} says where, everything up to there is kept")
 
 
 def _shard(args: argparse.Namespace) -> int:

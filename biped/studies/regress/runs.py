@@ -18,7 +18,7 @@ from biped.ensemble import campaign
 from biped.ensemble.backend import Jobs, at_most
 from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
-from biped.ensemble.rows import Row
+from biped.ensemble.rows import RAISED, Row
 from biped.measure.trajectory import Trajectory
 from biped.scenario.keys import Distribution
 from biped.studies.regress.references import METRICS, Reference
@@ -88,7 +88,8 @@ def _made(plan: Plan, index: int) -> tuple[Row, str]:
 
 
 def _letter(row: Row) -> str:
-    return "w" if row.walked else {"completed": "s", "fell": "f", "diverged": "d", "doubtful": "?"}[row.end]
+    letters = {"completed": "s", "fell": "f", "diverged": "d", "doubtful": "?", RAISED: "!"}
+    return "w" if row.walked else letters[row.end]
 
 
 def _rounded(value: float) -> float | None:
