@@ -382,7 +382,8 @@ def test_workers_that_join_late_at_a_scheduler_of_somebody_else(many):
 
 
 SUBMIT = """#!/bin/bash
-setsid bash "$1" > "job-$$.log" 2>&1 < /dev/null &
+cp "$1" "job-$$.sh"  # as sbatch does
+setsid bash "job-$$.sh" > "job-$$.log" 2>&1 < /dev/null &
 echo "Submitted batch job $!"
 """
 CANCEL = """#!/bin/bash
