@@ -27,6 +27,7 @@ from typing import Any
 from biped.base.errors import InputError, RunError
 from biped.base.files import label
 from biped.base.writing import part_of, reason, write_text, written
+from biped.ensemble import compact
 from biped.ensemble.journal import Journal
 from biped.ensemble.lock import NAME as LOCK
 from biped.ensemble.lock import Lock
@@ -36,7 +37,7 @@ from biped.measure.trajectory import Trajectory
 from biped.scenario.reading import to_toml
 
 FAILURES = "failures"
-_KEPT = re.compile(r"run-\d{5,}\.(npz|txt)|\.run-\d{5,}\.(npz|txt)\.part")
+_KEPT = re.compile(r"run-\d{5,}\.(xz|txt)|\.run-\d{5,}\.(xz|txt)\.part")
 LONGEST = 100
 """[bytes] of a title in the name of a folder."""
 
@@ -213,8 +214,8 @@ def keep(folder: Path, number: int, cause: str, trajectory: Trajectory, more: st
     again = f"biped run {shlex.quote(label(folder / 'scenario.toml'))} --only {number}{more}"
     with complaining(kept):
         kept.mkdir(exist_ok=True)
-        with written(kept / f"run-{number:05d}.npz") as part:
-            trajectory.save(part)
+        with written(kept / f"run-{number:05d}{compact.SUFFIX}") as part:
+            compact.save(trajectory, part)
         write_text(kept / f"run-{number:05d}.txt", f"{cause}\nagain: {again}\n")
 
 
