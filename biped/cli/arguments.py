@@ -74,6 +74,11 @@ def _parser() -> Parser:
     run = scenarios("run", "run scenarios; write metrics, trajectory and, if wanted, a recording")
     run.add_argument("--out", type=Path, help="results folder (default: a new one below runs/)")
     run.add_argument("--record", action="store_true", help="also write a recording for the rerun viewer")
+    run.add_argument(
+        "--live",
+        action="store_true",
+        help="watch one run in MuJoCo's viewer in real time, push with the mouse; nothing is written",
+    )
     run.add_argument("--only", type=_whole, metavar="N", help="replay run N of the ensemble alone")
     check = scenarios("check", "run scenarios and compare with their [expect]")
     check.add_argument("--junit", type=Path, metavar="FILE", help="also write JUnit XML")

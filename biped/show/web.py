@@ -50,6 +50,11 @@ def has_display() -> bool:
     return "SSH_CONNECTION" not in os.environ
 
 
+def quiet() -> dict[str, str]:
+    """The environment in which the viewer's server says only what is wrong."""
+    return {"RUST_LOG": "warn", **os.environ}
+
+
 def _free(port: int) -> int:
     """The port if it is free, or another one."""
     for wanted in (port, 0):

@@ -113,10 +113,12 @@ def _interval(index: float, counts: np.ndarray, runs: np.ndarray, rng: np.random
     for wanted in np.linspace(0.0, 1.0, _GRID) ** 2:  # finer where it is small
         rates = np.clip(mean + math.sqrt(wanted * mean * (1.0 - mean) / spread) * away, 0.0, 1.0)
         low, high = np.quantile(_index(rng.binomial(runs, rates, (_RESAMPLED, len(runs))), runs), [0.025, 0.975])
-        if low <= index <= high:
+        if wanted == 0.0 and index <= high:
+            held.append(0.0)  # chance gives as much, or even more
+        elif low <= index <= high:
             whole = (runs * rates).sum() / runs.sum()
             held.append(float((runs * (rates - whole) ** 2).sum() / runs.sum() / (whole * (1.0 - whole))))
-    return (min(held), max(held)) if held else (0.0, 0.0)  # even less than chance gives
+    return min(held, default=1.0), max(held, default=1.0)
 
 
 def _index(failed: np.ndarray, runs: np.ndarray) -> np.ndarray:

@@ -95,11 +95,31 @@ def test_an_mp4_is_one(here):
     ffmpeg = pytest.importorskip("imageio_ffmpeg")
     argv = ["video", "one", "--out", "one.mp4", "--width", "320", "--fps", "10"]
     assert main(argv) == 0
-    reader = ffmpeg.read_frames("one.mp4")
-    about = next(reader)
-    assert about["size"] == (320, 180)
-    assert about["fps"] == 10.0
-    assert sum(1 for _ in reader) == 10
+    command = [
+        ffmpeg.get_ffmpeg_exe(),
+        "-loglevel",
+        "error",
+        "-i",
+        "one.mp4",
+        "-f",
+        "rawvideo",
+        "-pix_fmt",
+        "rgb24",
+        "-",
+    ]
+    raw = subprocess.run(command, capture_output=True, check=True).stdout
+    clip = np.frombuffer(raw, np.uint8).reshape(-1, 180, 320, 3)
+    assert len(clip) == 10
+    assert coloured(clip[5].astype(float), -1.0, 0.0, 1.0).sum() > 100
+
+
+@drawing
+def test_an_encoder_that_fails_says_why_and_leaves_nothing(here, monkeypatch, capsys):
+    pytest.importorskip("imageio_ffmpeg")
+    monkeypatch.setattr(reel, "_ffmpeg", lambda: sys.executable)
+    assert main(["video", "one", "--out", "bad.mp4", "--width", "64", "--fps", "5"]) == 1
+    assert "video: the encoder failed" in " ".join(capsys.readouterr().err.split())
+    assert not list(Path().glob("*bad.mp4*"))
 
 
 def test_the_extra_is_named(here, monkeypatch, capsys):

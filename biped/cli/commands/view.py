@@ -9,7 +9,7 @@ from contextlib import suppress
 
 from biped.cli.common import DONE
 from biped.show.replay import recording_of
-from biped.show.web import has_display, served
+from biped.show.web import has_display, quiet, served
 
 
 def command(args: argparse.Namespace) -> int:
@@ -23,5 +23,5 @@ def command(args: argparse.Namespace) -> int:
     found = served(path)
     print(f"serving {path} until Ctrl-C\n  open        {found.url}\n  from afar   {found.tunnel}", flush=True)
     with suppress(KeyboardInterrupt):
-        return subprocess.call(found.command)
+        return subprocess.call(found.command, env=quiet())
     return DONE

@@ -11,7 +11,7 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.robot.model import compile_foreign
-from biped.show.film.canvas import canvas
+from biped.show.film.canvas import off_screen
 from biped.show.film.reel import check, wind
 from biped.show.film.stage import Stage, Walker, walkers
 from biped.show.kept import Kept
@@ -63,7 +63,7 @@ def film(results: Sequence[Path], out: Path, cut: Cut, ghost: bool = False, only
     times = np.arange(cut.start, end, 1.0 / rate)
     width, height = 2 * (cut.width // 2), 2 * round(cut.width / SHAPE / 2)
     stage = Stage(shown, rate)
-    with canvas(stage.model, width, height) as drawn:
+    with off_screen(stage.model, width, height) as drawn:
         wind(out, _frames(stage, drawn, shown, times), width, height, rate)
     return len(times)
 

@@ -48,7 +48,7 @@ class Canvas:
 
 
 @contextmanager
-def canvas(model: mujoco.MjModel, width: int, height: int) -> Iterator[Canvas]:
+def off_screen(model: mujoco.MjModel, width: int, height: int) -> Iterator[Canvas]:
     """A canvas until the block ends.
 
     Raises:
@@ -87,9 +87,7 @@ def platform() -> str:
             continue
         if done.returncode == 0:
             return name
-    raise InputError(
-        f"video: MuJoCo cannot draw here: neither EGL nor OSMesa works ({', '.join(choice)} tried); {_HINT}"
-    )
+    raise InputError(f"video: MuJoCo cannot draw here: tried {' and '.join(choice)}, neither works; {_HINT}")
 
 
 def _context(width: int, height: int):

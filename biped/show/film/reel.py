@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import subprocess
+import tempfile
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
 from biped.base.errors import InputError, RunError
+from biped.base.text import short
 from biped.base.writing import reason, written
 
 SUFFIXES = (".mp4", ".gif")
@@ -41,7 +45,8 @@ def wind(out: Path, frames: Iterable[np.ndarray], width: int, height: int, rate:
         raise InputError(f"--out {out}: cannot be written: {reason(error)}") from None
 
 
-def _ffmpeg():
+def _ffmpeg() -> str:
+    """The encoder's program, which the extra brings."""
     try:
         import imageio_ffmpeg
     except ImportError:
@@ -49,22 +54,28 @@ def _ffmpeg():
             "video: *.mp4 needs the package 'imageio-ffmpeg'; install it with: pip install 'biped[video]'; *.gif needs "
             "nothing more"
         ) from None
-    return imageio_ffmpeg
+    return imageio_ffmpeg.get_ffmpeg_exe()
 
 
 def _mp4(part: Path, frames: Iterable[np.ndarray], width: int, height: int, rate: float) -> None:
-    writer = _ffmpeg().write_frames(
-        str(part), (width, height), fps=rate, codec="libx264", quality=7, macro_block_size=2,
-        output_params=["-f", "mp4", "-movflags", "+faststart"], ffmpeg_log_level="error",
-    )  # fmt: skip
-    writer.send(None)
-    try:
-        for frame in frames:
-            writer.send(np.ascontiguousarray(frame))
-    finally:
-        writer.close()
-    if not part.is_file() or part.stat().st_size == 0:
-        raise RunError("video: the encoder wrote nothing")
+    """H.264 in the colours that every player reads."""
+    command = [
+        _ffmpeg(), "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}",
+        "-r", f"{rate:g}", "-i", "-", "-an", "-c:v", "libx264", "-crf", "23", "-pix_fmt", "yuv420p",
+        "-movflags", "+faststart", "-f", "mp4", str(part),
+    ]  # fmt: skip
+    with (
+        tempfile.TemporaryFile() as told,
+        subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=told) as encoder,
+    ):
+        assert encoder.stdin is not None
+        with suppress(BrokenPipeError):  # it says why when it has ended
+            for frame in frames:
+                encoder.stdin.write(np.ascontiguousarray(frame).data)
+            encoder.stdin.close()
+        if encoder.wait() != 0:
+            told.seek(0)
+            raise RunError(f"video: the encoder failed: {short(told.read().decode(errors='replace').strip(), 300)}")
 
 
 def _gif(part: Path, frames: Iterable[np.ndarray], width: int, height: int, rate: float) -> None:

@@ -254,6 +254,10 @@ def test_sensitivity_is_that_of_a_rate_that_is_known():
     assert held >= 10
     nothing = share_of("x", rng.random(400).tolist(), rng.random(400) < 0.5, rng)
     assert nothing.interval[1] < 0.08
+    even = share_of("x", list(range(80)), np.array([True, False] * 40), rng)  # less than chance gives
+    assert even.index < 0.0
+    assert even.interval[0] == 0.0
+    assert not even.sure
     words = share_of("posture", ["a", "b"] * 40, np.array([True, False] * 40), rng)
     assert words.index == pytest.approx(1.0)
     assert words.sure
