@@ -1,132 +1,161 @@
-"""Trajectories of runs that failed, in a tenth of their size: every tick, to a resolution that nobody can see.
-
-An xz stream: a line of JSON, then for each quantity of a trajectory whole numbers of its resolution, as differences
-from tick to tick, their low bytes first: what changes smoothly packs well. States and flags are exact. What a replay
-needs is none of this but the scenario and the number of the run: it gives the same bytes again.
-"""
+"""The end of a large campaign: its files of rows agree, and become a few, the same bytes however they came."""
 
 from __future__ import annotations
 
-import json
-import lzma
-import math
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
-
-import msgspec
-import numpy as np
+from typing import TYPE_CHECKING
 
 from biped.base.errors import InputError
-from biped.measure.trajectory import COLUMNS, WIDTH, Trajectory
-from biped.robot.description import Robot
-from biped.robot.tree import Tree
+from biped.base.files import label
+from biped.ensemble.parts import GROUP, About, Part, Piece, cover, name, rows_of, writer_to
 
-SUFFIX = ".xz"
+if TYPE_CHECKING:
+    import pyarrow
 
-RESOLUTION = {"q": 1e-6, "v": 1e-4, "u": 0.01, "Q_d": 0.01, "height": 1e-6, "force": 0.1, "stop": 0.01}
-"""[m, rad], [m/s, rad/s], [N m], [N, N m], [m], [N], [N m]; states and flags are whole numbers."""
-_TWICE = ("q", "v", "height")
-"""Of these differences of differences are kept: they are smoother still."""
-_LOST = np.iinfo(np.int64).min // 4
-"""Stands for what is not finite."""
-_LARGEST = 2.0**60
-
-MOST_ROWS = 200_000
-"""Of a file that is read: whoever sends one cannot make it fill the memory."""
-_MOST_HEAD = 100_000
-_MEMORY = 256 << 20
+LARGEST = 128 * 2**20
+"""[bytes] of a file."""
 
 
-def save(trajectory: Trajectory, path: Path) -> None:
-    """Writes a trajectory.
+def agree(parts: Sequence[Part]) -> None:
+    """Makes sure that files say the same of runs that several of them hold.
 
     Raises:
-        OSError: It cannot be written.
+        InputError: They do not.
     """
-    about = {
-        "rows": len(trajectory), "first": round(float(trajectory.time[0]) / trajectory.tick), "tick": trajectory.tick,
-        "slope": trajectory.slope, "generalized": trajectory.generalized, "torque_limit": trajectory.torque_limit,
-        "pushes": trajectory.pushes, "end": trajectory.end, "cause": trajectory.cause, "warnings": trajectory.warnings,
-        "sampled": trajectory.sampled, "robot": msgspec.to_builtins(trajectory.robot),
-        "tree": {name: value.tolist() for name, value in trajectory.tree._asdict().items()},
-    }  # fmt: skip
-    parts = [json.dumps(about).encode() + b"\n"]
-    for name in COLUMNS:
-        if name != "time":
-            parts.append(_packed(trajectory.column(name).reshape(len(trajectory), -1), name))
-    path.write_bytes(lzma.compress(b"".join(parts), preset=6))
+    active: list[Part] = []
+    for part in parts:
+        active = [other for other in active if other.last >= part.first]
+        for other in active:
+            _same(other, part)
+        active.append(part)
 
 
-def load(path: Path) -> Trajectory:
-    """Reads what `save` wrote.
+def _same(one: Part, other: Part) -> None:
+    lost = {*one.about.lost, *other.about.lost}
+    at, last = max(one.first, other.first), min(one.last, other.last)
+    while at <= last:
+        upto = min(last, at + GROUP - 1)
+        mine, theirs = (_rows(part, at, upto) for part in (one, other))
+        if not mine.equals(theirs):
+            for i in range(len(mine)):
+                if at + i not in lost and mine.slice(i, 1) != theirs.slice(i, 1):
+                    where = [" / ".join(part.about.platforms) for part in (one, other)]
+                    places = f" (made on {where[0]}, and on {where[1]})" if where[0] != where[1] else ""
+                    raise InputError(
+                        f"{label(one.path)} and {label(other.path)} say different things of run {at + i}{places}; "
+                        "remove the one that is wrong"
+                    )
+        at = upto + 1
+
+
+def _rows(part: Part, first: int, last: int) -> pyarrow.Table:
+    import pyarrow as pa
+
+    table = pa.Table.from_batches(rows_of([Piece(part, first, last)]))
+    return table.replace_schema_metadata(None).combine_chunks()
+
+
+def compact(folder: Path, parts: Sequence[Part]) -> None:
+    """Writes all rows anew, in order, into files of at most `LARGEST`, and removes the others.
+
+    Stopped in between, the folder holds some rows twice, which the next time finds.
+
+    Args:
+        folder: The folder.
+        parts: Its files, which agree.
 
     Raises:
-        InputError: It is missing, something else, or larger than any run that was kept.
+        OSError: It cannot be written to.
+        InputError: A file is damaged.
     """
+    pieces = cover(parts)
+    if all(part.about.compact for part in parts) and pieces == [Piece(part, part.first, part.last) for part in parts]:
+        return
+    lost = sorted({number for part in parts for number in part.about.lost})
+    lost = [
+        number for number in lost if any(p.first <= number <= p.last and number in p.part.about.lost for p in pieces)
+    ]
+    platforms = tuple(sorted({platform for part in parts for platform in part.about.platforms}))
+    about = About(parts[0].about.origin, platforms, tuple(lost), compact=True)
+    kept: set[Path] = set()
+    file: _File | None = None
     try:
-        head, body = _unpacked(path.read_bytes())
-        about: dict[str, Any] = json.loads(head)
-        rows, first = int(about.pop("rows")), int(about.pop("first"))
-        if not (0 < rows <= MOST_ROWS and math.isfinite(about["tick"]) and about["tick"] > 0.0):
-            raise ValueError(f"{rows} rows of {about['tick']} s")
-        if len(body) != 8 * rows * (WIDTH - 1):
-            raise ValueError(f"{len(body)} bytes of {rows} rows")
-        log = np.empty((rows, WIDTH))
-        log[:, 0] = (first + np.arange(rows)) * about["tick"]
-        at = 0
-        for name, (column, shape) in COLUMNS.items():
-            if name != "time":
-                width = int(np.prod(shape))
-                log[:, column : column + width] = _values(body[at : at + 8 * rows * width], rows, width, name)
-                at += 8 * rows * width
-        about["robot"] = msgspec.convert(about["robot"], Robot)
-        about["tree"] = Tree(**{name: np.array(value, dtype=float) for name, value in about["tree"].items()})
-        about["torque_limit"] = tuple(about["torque_limit"])
-        about["pushes"] = tuple(tuple(push) for push in about["pushes"])
-        return Trajectory(log=log, **about)
-    except (OSError, EOFError, KeyError, TypeError, ValueError, AttributeError, OverflowError, MemoryError,
-            RecursionError, lzma.LZMAError, msgspec.ValidationError) as error:  # fmt: skip
-        raise InputError(
-            f"{path}: not a trajectory: {' '.join(str(error).split())[:200]}; remove it to have it simulated again"
-        ) from None
+        for group in _regrouped(rows_of(pieces)):
+            if file is not None and file.full:
+                kept.add(file.close())
+                file = None
+            file = _File(folder, about, group) if file is None else file
+            file.write(group)
+        if file is not None:
+            kept.add(file.close())
+            file = None
+    finally:
+        if file is not None:
+            file.abandon()
+    for part in parts:
+        if part.path not in kept:
+            part.path.unlink(missing_ok=True)
+    for left in folder.glob(".*.part"):  # by whoever was killed
+        left.unlink(missing_ok=True)
 
 
-def _packed(values: np.ndarray, name: str) -> bytes:
-    """Values (n, width) as bytes, the low bytes of a column first."""
-    scaled = np.clip(values / RESOLUTION.get(name, 1.0), -_LARGEST, _LARGEST)
-    whole = np.where(np.isfinite(values), np.rint(np.nan_to_num(scaled)), _LOST).astype(np.int64)
-    for _ in range(2 if name in _TWICE else 1):
-        whole = np.diff(whole, axis=0, prepend=np.zeros((1, whole.shape[1]), np.int64))
-    columns = np.ascontiguousarray(whole.T.astype("<i8"))
-    return np.ascontiguousarray(columns.view("u1").reshape(*columns.shape, 8).transpose(0, 2, 1)).tobytes()
+class _File:
+    """A file that is being written."""
+
+    def __init__(self, folder: Path, about: About, group: pyarrow.Table):
+        self._folder, self._about = folder, about
+        self._first = self._next = group.column("index")[0].as_py()
+        self._path = folder / f".{self._first:08d}.part"
+        self._sink = open(self._path, "wb")  # noqa: SIM115 (open for as long as rows come)
+        self._writer = writer_to(self._sink, group.schema)
+        self._largest = 0
+
+    @property
+    def full(self) -> bool:
+        """Whether another group of rows would make it too large."""
+        return self._sink.tell() + 2 * self._largest > LARGEST
+
+    def write(self, group: pyarrow.Table) -> None:
+        before = self._sink.tell()
+        self._writer.write_table(group, row_group_size=GROUP)
+        self._largest = max(self._largest, self._sink.tell() - before)
+        self._next += len(group)
+
+    def close(self) -> Path:
+        lost = tuple(number for number in self._about.lost if self._first <= number < self._next)
+        self._writer.add_key_value_metadata(self._about._replace(lost=lost).metadata())
+        self._writer.close()
+        self._sink.flush()
+        os.fsync(self._sink.fileno())
+        self._sink.close()
+        path = self._folder / name(self._first, self._next - 1)
+        self._path.replace(path)
+        return path
+
+    def abandon(self) -> None:
+        with suppress(OSError):
+            self._writer.close()
+        with suppress(OSError):
+            self._sink.close()
+        self._path.unlink(missing_ok=True)
 
 
-def _values(data: bytes, rows: int, width: int, name: str) -> np.ndarray:
-    """What `_packed` packed, (rows, width)."""
-    planes = np.frombuffer(data, "u1").reshape(width, 8, rows).transpose(0, 2, 1)
-    whole = np.ascontiguousarray(planes).view("<i8").reshape(width, rows).T.astype(np.int64)
-    for _ in range(2 if name in _TWICE else 1):
-        whole = np.cumsum(whole, axis=0)
-    return np.where(whole == _LOST, np.nan, whole * RESOLUTION.get(name, 1.0))
+def _regrouped(batches: Iterator[pyarrow.RecordBatch]) -> Iterator[pyarrow.Table]:
+    """Tables of `GROUP` rows, the last perhaps of fewer."""
+    import pyarrow as pa
 
-
-def _unpacked(data: bytes) -> tuple[bytes, bytes]:
-    """Head and body of a stream, neither of them larger than any that was written."""
-    reader = lzma.LZMADecompressor(format=lzma.FORMAT_XZ, memlimit=_MEMORY)
-    most = _MOST_HEAD + 8 * MOST_ROWS * WIDTH
-    start = reader.decompress(data, max_length=_MOST_HEAD)
-    if b"\n" not in start:
-        raise ValueError("no head")
-    head, _, rest = start.partition(b"\n")
-    rows = json.loads(head)["rows"]
-    if not (isinstance(rows, int) and 0 < rows <= MOST_ROWS):
-        raise ValueError(f"{rows} rows")
-    parts, total = [rest], len(rest)
-    wanted = min(most, 8 * rows * (WIDTH - 1)) + 1  # one byte more than there may be shows that there is more
-    while total < wanted and not reader.eof:
-        part = reader.decompress(b"", max_length=wanted - total)
-        if not part and reader.needs_input:
-            raise EOFError("it ends too early")
-        parts.append(part)
-        total += len(part)
-    return head, b"".join(parts)
+    held: list[pyarrow.RecordBatch] = []
+    count = 0
+    for batch in batches:
+        held.append(batch.replace_schema_metadata(None))
+        count += len(batch)
+        while count >= GROUP:
+            table = pa.Table.from_batches(held)
+            yield table.slice(0, GROUP).combine_chunks()
+            held = table.slice(GROUP).to_batches()
+            count -= GROUP
+    if held:
+        yield pa.Table.from_batches(held).combine_chunks()

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -70,6 +71,9 @@ class Plan:
             self.scenario = scenario
             self.points = points_of(scenario)
             self._check(1 if checked else self._different())
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Plan, (self.scenario, self.origin, True, self.law)  # made anew wherever it is sent
 
     def __len__(self) -> int:
         return len(self.points) * self.scenario.randomise.runs

@@ -19,7 +19,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         seed: Its own seed.
         values: What its point of the sweep and its draws changed, by key.
         fell: Whether it fell or diverged.
-        end: `completed`, `fell`, `diverged`, `doubtful`, or `LOST`.
+        end: `completed`, `fell`, `diverged`, `doubtful`, `RAISED`, or `LOST`.
         cause: How it ended, in words; empty if completed.
         diverged: Whether its numbers blew up.
         doubtful: Whether a sentinel failed.
@@ -62,6 +62,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         contact_loss: [W] mean power lost in contacts.
         leg_states: Commonest `cycle` of leg states and its `share`; None for a run that ended before the window.
         per_joint: Peak and mean torque [N m] and peak power [W] of hip, knee and ankle; likewise.
+        signals: Mean, smallest and largest in the window of what a law of the user's own logged, by name.
         warnings: The engine's, name to count.
     """
 
@@ -112,6 +113,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     contact_loss: float = NAN
     leg_states: dict[str, Any] | None = None
     per_joint: dict[str, dict[str, float]] | None = None
+    signals: dict[str, dict[str, float]] | None = None
     warnings: dict[str, int] = {}
 
     @property
@@ -130,5 +132,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         return cls(**{name: record[name] for name in cls.__struct_fields__ if name in record})
 
 
+RAISED = "raised"
+"""How a run ended whose law, the user's own, failed: it neither walked nor fell."""
 LOST = "lost"
 """How a run ended that cost two workers: it neither walked nor fell, its numbers are nan."""

@@ -23,7 +23,7 @@ SMOOTH = 0.02
 
 def finite(trajectory: Trajectory) -> Trajectory:
     """The trajectory without the rows in which a diverging run is no longer finite."""
-    return dataclasses.replace(trajectory, log=trajectory.log[np.isfinite(trajectory.log).all(axis=1)])
+    return dataclasses.replace(trajectory, log=trajectory.log[trajectory.sound])
 
 
 def every(trajectory: Trajectory, rate: float) -> np.ndarray:

@@ -13,7 +13,7 @@ from pathlib import Path
 from biped.base.errors import InputError
 from biped.base.files import label
 from biped.base.text import plain
-from biped.ensemble import campaign, compact
+from biped.ensemble import campaign, packed
 from biped.ensemble.folder import FAILURES
 from biped.ensemble.plan import Plan
 from biped.ensemble.stored import of_plan
@@ -77,7 +77,7 @@ class Kept:
     def ending(self, index: int) -> Trajectory | None:
         """The last seconds of a run that fell, where they were kept."""
         kept = self._folder / FAILURES / f"run-{index:05d}"
-        for path, read in ((kept.with_suffix(compact.SUFFIX), compact.load), (kept.with_suffix(".npz"), _loaded)):
+        for path, read in ((kept.with_suffix(packed.SUFFIX), packed.load), (kept.with_suffix(".npz"), _loaded)):
             if path.is_file():  # (.npz: as versions before kept it)
                 return read(path)
         return None

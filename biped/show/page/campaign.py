@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +16,15 @@ from biped.show.page.frames import frames_of
 from biped.show.page.html import Markup, card, table, tag
 from biped.show.page.player import Shown, walks
 from biped.show.page.words import chip, key_words, setting, value_of
+from biped.show.replay import of_numbers, spread
 from biped.show.terminal import failures
+from biped.show.words import harmless
 from biped.studies.sensitivity import explained
 
 KINDS = 5
 """Most kinds of runs that did not walk, of which one is shown each."""
+READ = 20_000
+"""Most runs that charts are made of."""
 _LISTED, _MOST = 8, 200
 """Runs that did not walk that are listed at once, and at most."""
 
@@ -33,15 +37,16 @@ def section(folder: Path) -> Markup:
     """
     kept = Kept(folder)
     result, scenario = kept.result, kept.plan.scenario
-    rows, summary, points = result["runs"], result["summary"], result.get("points", [])
-    alone, path = len(rows) == 1, shlex.quote(label(folder / "scenario.toml"))
+    rows, summary, points = _looked_at(result["runs"]), result["summary"], result.get("points", [])
+    made = len(result["runs"])
+    alone, path = made == 1, shlex.quote(label(folder / "scenario.toml"))
     head = [
         tag("h2", result["scenario"]),
         tag("p", f"{scenario.description}. " if scenario.description else "", _asked(kept), class_="about"),
         tag("p", chip(result["passed"]), claims.alone(rows[0]) if alone else
-            f"{claims.headline(summary, len(rows))}; {failures(summary)}.", class_="verdict"),
-        claims.expectations(result["checks"], len(rows)),
-        claims.unseen(summary, rows, points, scenario.randomise.runs),
+            f"{claims.headline(summary, made)}; {failures(summary)}.", class_="verdict"),
+        claims.expectations(result["checks"], made),
+        claims.unseen(summary, rows, points, made),
         tag("code", f"biped run {path}{_only(kept)}{_trust(kept)}", class_="command"),
     ]  # fmt: skip
     body = []
@@ -51,8 +56,10 @@ def section(folder: Path) -> Markup:
     if not alone:
         shares = explained(kept.plan, rows)
         spread = ensembles.endings(rows), ensembles.costs(rows, result["thesis"])
+        if len(rows) < made:
+            body.append(tag("p", f"What follows is of {len(rows)} of the {made} runs, evenly spread.", class_="about"))
         body += [tag("h4", "How the runs went"), _cards(*spread, *ensembles.causes(shares, rows))]
-    shown = _shown(kept)
+    shown = _shown(kept, rows)
     if shown:
         body += [tag("h4", "The walk"), _cards(card("", walks([one for one, _ in shown]), wide=True))]
         whose = "the run" if alone else shown[0][0].name
@@ -60,9 +67,9 @@ def section(folder: Path) -> Markup:
     else:
         body.append(tag("p", kept.again(rows[0]["index"]), class_="about"))
     if not points:
-        body += [tag("h4", "Numbers"), claims.numbers(summary, result["thesis"], rows)]
+        body += [tag("h4", "Numbers"), claims.numbers(summary, result["thesis"], rows, made)]
     if not alone:
-        body.append(_failed(folder, kept))
+        body.append(_failed(folder, kept, rows, made - summary["walked"]))
     return tag("section", *head, *body)
 
 
@@ -107,10 +114,18 @@ def chosen(rows: list[Mapping[str, Any]]) -> list[tuple[str, Mapping[str, Any]]]
     return picked
 
 
-def _shown(kept: Kept) -> list[tuple[Shown, Trajectory]]:
+def _looked_at(runs: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """The runs as rows, of very many some, evenly spread."""
+    if len(runs) <= READ:
+        return list(runs)
+    numbers = of_numbers(runs, spread(runs, READ))
+    return [harmless(numbers[index]) for index in sorted(numbers)]
+
+
+def _shown(kept: Kept, rows: list[Mapping[str, Any]]) -> list[tuple[Shown, Trajectory]]:
     """The runs that are shown, of those whose trajectory is there or can be made again."""
     out = []
-    for name, row in chosen(kept.result["runs"]):
+    for name, row in chosen(rows):
         trajectory = kept.trajectory(row["index"])
         if trajectory is None:
             continue
@@ -120,9 +135,9 @@ def _shown(kept: Kept) -> list[tuple[Shown, Trajectory]]:
     return out
 
 
-def _failed(folder: Path, kept: Kept) -> Markup | None:
+def _failed(folder: Path, kept: Kept, rows: list[Mapping[str, Any]], count: int) -> Markup | None:
     """Runs that did not walk, each with the command that shows it."""
-    failed = [row for row in kept.result["runs"] if not row["walked"]]
+    failed = [row for row in rows if not row["walked"]]
     if not failed:
         return None
     keys = list(dict.fromkeys(key for row in failed for key in row.get("values", {})))
@@ -138,7 +153,8 @@ def _failed(folder: Path, kept: Kept) -> Markup | None:
     listed = table(head, map(line, failed[:_LISTED]), words)
     more = None
     if len(failed) > _LISTED:
-        beyond = f", the first {_MOST}" if len(failed) > _MOST else ""
-        more = tag("details", tag("summary", f"All {len(failed)} runs that did not walk{beyond}"),
+        all_of_them = count <= min(len(failed), _MOST)
+        words = f"All {count} runs that did not walk" if all_of_them else f"{min(len(failed), _MOST)} of them"
+        more = tag("details", tag("summary", words),
                    table(head, map(line, failed[_LISTED:_MOST]), words))  # fmt: skip
-    return tag("div", tag("h4", f"Runs that did not walk: {len(failed)}"), listed, more)
+    return tag("div", tag("h4", f"Runs that did not walk: {count}"), listed, more)

@@ -36,8 +36,10 @@ def alone(row: Mapping[str, Any]) -> str:
     return ", ".join(parts) + "."
 
 
-def mean_of(values: Sequence[float]) -> tuple[float, float, float] | None:
+def mean_of(values: Sequence[float], share: float = 1.0) -> tuple[float, float, float] | None:
     """Mean, half width of its 95 % interval (Student's t) and the change that as many new runs would show.
+
+    `share` of all values are given; the interval is of all.
 
     A change shows if two such means differ at 5 % in four cases of five: (z95 + z80) s √(2/n).
     """
@@ -46,7 +48,7 @@ def mean_of(values: Sequence[float]) -> tuple[float, float, float] | None:
         return None
     from scipy.special import stdtrit
 
-    mean, scatter = float(np.mean(values)), float(np.std(values, ddof=1))
+    mean, scatter, n = float(np.mean(values)), float(np.std(values, ddof=1)), round(n / share)
     return mean, float(stdtrit(n - 1, 0.975)) * scatter / math.sqrt(n), (Z95 + _Z80) * scatter * math.sqrt(2.0 / n)
 
 
@@ -67,8 +69,8 @@ def expectations(checks: Rows, runs: int) -> Markup | None:
     return table(("expected", "value", "95 % of the rate", "", ""), lines, words=(0, 3, 4))
 
 
-def numbers(summary: Mapping[str, Any], thesis: Mapping[str, float], rows: Rows) -> Markup:
-    """The metrics with the interval of each mean, the change that would show, and the thesis's number."""
+def numbers(summary: Mapping[str, Any], thesis: Mapping[str, float], rows: Rows, made: int) -> Markup:
+    """The metrics of `made` runs: the interval of each mean, the change that would show, and the thesis's number."""
     walkers = [row for row in rows if row["walked"]] or list(rows)
     lines = []
     for metric in shown_in("run"):
@@ -76,7 +78,7 @@ def numbers(summary: Mapping[str, Any], thesis: Mapping[str, float], rows: Rows)
             continue
         found = [row[metric.name] for row in walkers if row.get(metric.name) is not None]
         found = [value for value in found if math.isfinite(value)]
-        spread = mean_of(found)
+        spread = mean_of(found, len(rows) / made)
         lines.append((
             tag("span", metric.words, title=metric.meaning),
             metric_text(metric, summary[metric.name]),
@@ -93,30 +95,32 @@ def numbers(summary: Mapping[str, Any], thesis: Mapping[str, float], rows: Rows)
     )
 
 
-def unseen(summary: Mapping[str, Any], rows: Rows, points: Rows, ensemble: int) -> Markup:
+def unseen(summary: Mapping[str, Any], rows: Rows, points: Rows, made: int) -> Markup:
     """What this campaign could not see: the smallest drop that as many runs would show.
 
     Args:
         summary: Of all runs.
-        rows: The runs.
+        rows: The runs, or some of them.
         points: Of a sweep; none without one.
-        ensemble: Runs at each point.
+        made: How many runs there are.
     """
     lines: list[Any] = [tag("p", tag("strong", "What this could not see"))]
     if points:
         fewest = min(points, key=lambda point: (point["runs"], -point["walked"]))
         lines.append(tag("p", f"At a single point ({fewest['runs']} runs): " + _drop(fewest["walked"], fewest["runs"])))
-    told = _drop(summary["walked"], len(rows))
+    told = _drop(summary["walked"], made)
     lines.append(tag("p", f"All runs together: {told}" if points else told[0].upper() + told[1:]))
     walkers = [row for row in rows if row["walked"]]
     changes = []
     for name in ("speed", "cost_of_transport"):
-        spread = mean_of([row[name] for row in walkers if row[name] is not None and math.isfinite(row[name])])
+        spread = mean_of(
+            [row[name] for row in walkers if row[name] is not None and math.isfinite(row[name])], len(rows) / made
+        )
         if spread is not None and spread[0] and not points:
             changes.append(f"{METRICS[name].words} by less than {percent(spread[2] / abs(spread[0]))}")
     if changes:
         lines.append(tag("p", f"Changes of the mean {' and of the '.join(changes)} would pass unnoticed."))
-    if ensemble == 1 and len(rows) == 1:
+    if made == 1:
         lines.append(tag("p", "One start of a chaotic system: neighbours may end otherwise."))
     return tag("div", *lines, class_="unseen")
 
@@ -131,8 +135,9 @@ def _drop(walked: int, runs: int) -> str:
         )
     if walked == 0:
         return "none walked, so that nothing could be seen to get worse."
-    enough = next(n for n in range(runs, 1000) if smallest_drop(round(n * walked / runs), n) is not None)
-    return f"no drop whatever would show in {runs} more run{'s' if runs > 1 else ''}; it takes at least {enough}."
+    # Four of four against none show, and six of very many.
+    enough = "four" if walked == runs else f"about {math.ceil(6 * runs / walked)}"
+    return f"no drop whatever would show in {runs} more run{'s' if runs > 1 else ''}; it takes {enough}."
 
 
 def enough_words(rate: float, runs: int) -> str | None:

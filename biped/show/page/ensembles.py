@@ -13,7 +13,6 @@ from biped.measure.metrics.walking import kind_of
 from biped.show.page.html import Markup, card, tag
 from biped.show.page.plot import Frame, around, legend
 from biped.show.page.words import between, key_words, percent
-from biped.show.replay import spread
 from biped.studies.sensitivity import LEAST, Share
 
 Rows = Sequence[Mapping[str, Any]]
@@ -27,7 +26,7 @@ def costs(rows: Rows, thesis: Mapping[str, float]) -> Markup | None:
     if not walkers:
         return None
     theirs = thesis if {"speed", "cost_of_transport"} <= thesis.keys() else None
-    drawn = spread(walkers, _DOTS)
+    drawn = walkers[:: max(1, -(-len(walkers) // _DOTS))]
     speeds, spent = [row["speed"] for row in drawn], [row["cost_of_transport"] for row in drawn]
     frame = Frame(
         around([*speeds, *([theirs["speed"]] if theirs else [])], 0.1),

@@ -21,6 +21,8 @@ RUN_COLOURS = {
     "grey": (90, 96, 104), "green": (0, 158, 115), "pink": (204, 121, 167), "yellow": (214, 164, 0),
     "violet": (120, 94, 240), "brown": (140, 86, 60),
 }  # fmt: skip
+SIGNAL = "signal_"
+"""Beginning of the names of curves that a law of the user's own logged."""
 _JOINTS = ("hip", "knee", "ankle")
 
 # The lanes of a leg are shades of its colour: full on the ground, pale in the air.
@@ -80,6 +82,7 @@ def curves(placed: Placed) -> list[Curves]:
         Curves(
             "force", "Normal force under each foot [N]", legs, (RIGHT, LEFT), foot_force(trajectory),
         ),
+        *(single(f"{SIGNAL}{name}", name, name, values) for name, values in trajectory.signals.items()),
     ]  # fmt: skip
     rows = every(trajectory, RATE)
     meant = [plot._replace(values=means(plot.values, rows)) for plot in plots]
