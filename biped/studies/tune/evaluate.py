@@ -12,6 +12,7 @@ import msgspec
 from biped.base.errors import InputError
 from biped.ensemble import executor
 from biped.ensemble.plan import Plan
+from biped.robot.description import robot_at
 from biped.robot.run import Run
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario, Window
@@ -22,9 +23,6 @@ from biped.studies.tune.space import Candidate
 
 PLANS = 64
 """Most plans kept at a time."""
-
-WALKING_SPEED = 0.3
-"""[m/s] at which a run that ends in a fall has made all the progress that counts."""
 
 RUNS = 1_000_000
 """More runs than any condition asks for: which of them are made is the search's business."""
@@ -134,7 +132,8 @@ class Study:
             cost = min(cost, 0.5 * weights.falls) if weights.falls > 0.0 else cost
         else:
             lasted = numbers["time"] / run.scenario.duration
-            far = max(0.0, numbers["distance"]) / (WALKING_SPEED * run.scenario.duration)
+            # All the progress that counts is that of the slowest walk.
+            far = max(0.0, numbers["distance"]) / (robot_at(run.model).walked.speed * run.scenario.duration)
             earned = (1.0 - weights.progress) * min(1.0, lasted) + weights.progress * min(1.0, far)
             cost = weights.falls * (1.0 - 0.5 * earned)
         return Outcome(cost, walked, numbers["speed"], numbers["cost_of_transport"])
