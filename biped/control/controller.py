@@ -12,7 +12,7 @@ from biped.control.bounded import FOREIGN, foreign_torques
 from biped.control.changes import bring_up_to_date, changes_of
 from biped.control.law import WORLD, Law, Tick
 from biped.control.referee import agrees
-from biped.control.setup import controller_record, pushes
+from biped.control.setup import controller_record
 from biped.control.tick import NOT_FINITE, log_tick, pushing_tick, pushing_tick_in, thesis_tick, thesis_tick_in
 from biped.robot.model import believed_model
 from biped.robot.run import Run
@@ -103,8 +103,6 @@ def python_needed(run: Run, believed: Tree) -> str:
     actuation = run.scenario.actuation
     if run.scenario.law is not None:
         return "a law of the user's own"
-    if pushes(run.scenario):
-        return "ground that only pushes"
     if actuation.limit == "bounded" and actuation.solver != "active_set":
         return f"bounded torques by {actuation.solver}"
     return "" if agrees(run.model, believed) else "Pinocchio finds another mass matrix than the planar tree"

@@ -8,7 +8,7 @@ import numpy as np
 
 from biped.base.jit import kernel
 from biped.control.changes import bring_up_to_date
-from biped.control.tick import thesis_tick
+from biped.control.tick import law_tick
 from biped.measure.trajectory import Q, V
 from biped.robot.topology import NQ, PITCH
 
@@ -28,6 +28,7 @@ class Control(NamedTuple):
         logged: Column of the log where it stands.
         follow: Fraction of the way to the wanted that actuators go in a tick; 1: all of it.
         tick: [s].
+        pushing: (True,) for ground that only pushes, otherwise () (`biped.control.tick.law_tick`).
     """
 
     record: np.ndarray
@@ -41,6 +42,7 @@ class Control(NamedTuple):
     logged: int
     follow: float
     tick: float
+    pushing: tuple[bool, ...]
 
 
 @kernel
@@ -90,7 +92,7 @@ def control_tick(control, q, v, applied, log, k):
     if measured:
         measure(k, q, v, control.noise, control.past, control.resolution, control.q, control.v)
     bring_up_to_date(control.record, control.changes, k)
-    status = thesis_tick(control.record, control.q, control.v, log, k, k * control.tick)
+    status = law_tick(control.record, control.q, control.v, log, k, k * control.tick, control.pushing)
     if measured:
         for j in range(NQ):
             log[k, Q + j] = q[j]

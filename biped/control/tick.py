@@ -122,6 +122,28 @@ def _decide(record, M, q, v, log, k, time):
 
 
 @kernel
+def law_tick(record, q, v, log, k, time, pushing):
+    """`thesis_tick` or `pushing_tick`, for loops that are compiled with the one that a run asks for, and not the other.
+
+    Args:
+        record: As for `thesis_tick`.
+        q: Likewise.
+        v: Likewise.
+        log: Likewise.
+        k: Likewise.
+        time: Likewise.
+        pushing: () for `thesis_tick`, (True,) for `pushing_tick`: a tuple's length is part of its type, and what hangs
+            on it is decided when the loop is compiled.
+
+    Returns:
+        GOING, LOW, TILTED or NOT_FINITE.
+    """
+    if len(pushing) == 0:
+        return thesis_tick(record, q, v, log, k, time)
+    return pushing_tick(record, q, v, log, k, time)
+
+
+@kernel
 def pushing_tick(record, q, v, log, k, time):
     """As `thesis_tick`, with joint torques for ground that only pushes; compiled only where a run asks for it."""
     c = record[0]

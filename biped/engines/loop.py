@@ -88,7 +88,8 @@ def drive(run: Run, physics: Physics) -> Trajectory:
     wanted, logged = (law.Q_d, Q_D) if generalized else (law.u, U)
     follow = 1.0 if s.actuation.lag == 0.0 else 1.0 - float(np.exp(-tick / s.actuation.lag))
     if physics.walk is not None and isinstance(law, ThesisLaw) and not law.python:
-        control = Control(law.record, law.changes, q, v, *_between(sensors), wanted, logged, follow, tick)
+        pushing = (True,) if law.c["push"]["on"] else ()
+        control = Control(law.record, law.changes, q, v, *_between(sensors), wanted, logged, follow, tick, pushing)
         walk = partial(physics.walk, control, log)
     else:
         walk = _in_python(physics, law, sensors, wanted, logged, follow, tick, log)

@@ -46,6 +46,9 @@ SCENES = {
     "changes": {"change": (Change(at=0.1, over=0.2, gains=Gains(theta_b=80.0)),
                            Change(at=0.2, gains=Gains(k_d1=500.0)),
                            Change(at=0.35, actuation=ActuationChange(contacts="touching", release_force=50.0)))},
+    "pushing": {"actuation": Actuation(contacts="pushing"), "controller": "calm"},
+    "pushing, lag and change": {"actuation": Actuation(contacts="pushing", lag=0.002, torque_limit=80.0),
+                                "change": (Change(at=0.2, over=0.2, gains=Gains(theta_b=80.0)),)},
     "fall": {"fall": Fall(tilt=15.7), "start": Start(posture="single")},
 }  # fmt: skip
 
@@ -68,7 +71,9 @@ def test_the_same_bits_as_in_python(scene, monkeypatch):
     assert ours.force.any()
 
 
-@pytest.mark.parametrize("scene", ["plain", "generalized lag", "delay", "push", "sub-steps", "changes", "fall"])
+@pytest.mark.parametrize(
+    "scene", ["plain", "generalized lag", "delay", "push", "sub-steps", "changes", "pushing", "fall"]
+)
 def test_the_same_bits_as_in_python_at_home(scene, monkeypatch):
     run = Plan(msgspec.structs.replace(WALK, engine="home", **SCENES[scene])).run(0)
     ours = home.simulate(run)

@@ -21,6 +21,7 @@ SECONDS = 2.0
 FEATURES: dict[str, tuple[str, ...]] = {
     "plain": (),
     "every touching point in A": ("actuation.contacts='touching'",),
+    "ground that only pushes": ("actuation.contacts='pushing'", "controller='calm'"),
     "Q_d itself": ("actuation.mode='generalized'",),
     "u_0 of (4.7)": ("actuation.null_torque=[1.0, 0.0, 0.0, 1.0, 0.0, 0.0]",),
     "model error": ("randomise.controller_mass_matrix=1e-6", "randomise.controller_constraints=1e-6"),

@@ -66,10 +66,12 @@ NEEDS = {
 
 @pytest.fixture(scope="module")
 def priced():
-    return prices(("plain", "Q_d itself", "push", "actuator lag", *NEEDS), SECONDS, record_runs)
+    return prices(
+        ("plain", "ground that only pushes", "Q_d itself", "push", "actuator lag", *NEEDS), SECONDS, record_runs
+    )
 
 
-@pytest.mark.parametrize("feature", ["Q_d itself", "push", "actuator lag", *NEEDS])
+@pytest.mark.parametrize("feature", ["ground that only pushes", "Q_d itself", "push", "actuator lag", *NEEDS])
 def test_only_scenes_with_a_feature_load_it(priced, feature):
     own = priced[feature]["only_imported"]
     assert set(NEEDS.get(feature, ())) <= set(own)
