@@ -5,7 +5,6 @@ The thesis's joint angles need no deriving: hip θ1 − θ, knee θ2 − θ1 and
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 import numpy as np
@@ -21,7 +20,7 @@ _STARTED = 0.5
 
 def finite(trajectory: Trajectory) -> Trajectory:
     """The trajectory without the rows in which a diverging run is no longer finite."""
-    return dataclasses.replace(trajectory, log=trajectory.log[np.isfinite(trajectory.log).all(axis=1)])
+    return trajectory.rows(np.isfinite(trajectory.log).all(axis=1))
 
 
 def every(trajectory: Trajectory, rate: float) -> np.ndarray:

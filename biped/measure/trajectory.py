@@ -64,6 +64,8 @@ class Trajectory:
         warnings: The engine's warnings, name to count.
         robot: What walked.
         sampled: Whether `force` is that of one of several steps or stages in each tick, not the mean of all.
+        inferred: (n, 4) what an estimator made of the torso: pitch [rad], its rate [rad/s], whether it rests on the
+            gyro, and whether that was clipped (`biped.control.estimator`); None without one.
     """
 
     log: np.ndarray
@@ -78,6 +80,7 @@ class Trajectory:
     warnings: dict[str, int]
     robot: Robot
     sampled: bool = False
+    inferred: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.log)
@@ -158,7 +161,12 @@ class Trajectory:
 
     def last(self, seconds: float) -> Trajectory:
         """The end of the run as a trajectory of its own; times stay those of the run."""
-        return replace(self, log=self.log[-max(1, round(seconds / self.tick)) :])
+        return self.rows(slice(-max(1, round(seconds / self.tick)), None))
+
+    def rows(self, which: slice | np.ndarray, **changes: Any) -> Trajectory:
+        """Some rows as a trajectory of its own, with other attributes changed."""
+        inferred = None if self.inferred is None else self.inferred[which]
+        return replace(self, log=self.log[which], inferred=inferred, **changes)
 
     def save(self, path: Path) -> None:
         """Writes the arrays by name, and all else as JSON, into one npz file; the same bytes for the same run."""
@@ -170,6 +178,8 @@ class Trajectory:
             "tree": {name: value.tolist() for name, value in self.tree._asdict().items()},
         }  # fmt: skip
         arrays: dict[str, Any] = {name: self.column(name) for name in COLUMNS}
+        if self.inferred is not None:
+            arrays["inferred"] = self.inferred
         with open(path, "wb") as file:
             np.savez(file, about=np.array(json.dumps(rest)), **arrays)
 
@@ -185,12 +195,13 @@ class Trajectory:
                 rest = json.loads(str(file["about"]))
                 n = len(file["time"])
                 log = np.hstack([file[name].reshape(n, -1) for name in COLUMNS])
+                inferred = np.array(file["inferred"], dtype=float).reshape(n, 4) if "inferred" in file else None
             told = rest.pop("robot", None)  # what was saved before trajectories said so was the human's
             rest["robot"] = robot_at(folder("models") / "human.xml") if told is None else msgspec.convert(told, Robot)
             rest["tree"] = Tree(**{name: np.array(value, dtype=float) for name, value in rest["tree"].items()})
             rest["torque_limit"] = tuple(rest["torque_limit"])
             rest["pushes"] = tuple(tuple(push) for push in rest["pushes"])
-            loaded = cls(log=log, **rest)
+            loaded = cls(log=log, inferred=inferred, **rest)
             if log.shape != (n, WIDTH) or log.dtype != np.float64 or n == 0 or not loaded.tick > 0.0:
                 raise ValueError(f"arrays of {log.shape}, {log.dtype}")
         except (OSError, EOFError, KeyError, TypeError, ValueError, AttributeError, BadZipFile, MemoryError, zlib.error,

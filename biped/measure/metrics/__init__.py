@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from biped.measure import verdict
-from biped.measure.metrics import energy, gait, ground, walking
+from biped.measure.metrics import energy, gait, ground, motors, posture, walking
 from biped.measure.trajectory import Trajectory
 from biped.robot.tree import Motion, motion
 from biped.scenario.metrics import METRICS
@@ -37,7 +37,7 @@ def assess(t: Trajectory, window: tuple[float, float]) -> Assessed:
     if t.end == "diverged":
         # Rows from where a number stopped being finite say nothing; the last was not written.
         sound = np.isfinite(t.log).all(axis=1) & (np.diff(t.time, prepend=-1.0) > 0.0)
-        t = replace(t, log=t.log[: max(1, int(sound.cumprod().sum()))])
+        t = t.rows(slice(max(1, int(sound.cumprod().sum()))))
     with np.errstate(all="ignore"):  # numbers of a run that blows up; what comes of them is judged
         whole = motion(t.tree, t.q, t.v)
         squared = whole.com_velocity[..., 0] ** 2 + whole.com_velocity[..., 1] ** 2
@@ -45,7 +45,7 @@ def assess(t: Trajectory, window: tuple[float, float]) -> Assessed:
         if fast is not None:
             rows = slice(0, max(1, fast.row))
             cause = f"{fast.cause}; {t.cause}" if t.cause else fast.cause
-            t = replace(t, log=t.log[rows], end="diverged", cause=cause)
+            t = t.rows(rows, end="diverged", cause=cause)
             whole, squared = Motion(*(part[rows] for part in whole)), squared[rows]
         numbers = _numbers(t, whole, squared, window)
         end, cause = verdict.ending(t, numbers)
@@ -85,6 +85,8 @@ def _numbers(t: Trajectory, whole: Motion, squared: np.ndarray, window: tuple[fl
         out |= gait.stride(t, whole, span)
         out |= energy.transport(t, whole, span)
         out |= ground.contact(t, whole, span)
+        out |= posture.inferred(t, span)
+        out |= motors.load(t, span)
         out["leg_states"] = gait.commonest_cycle(t, span)
         out["per_joint"] = energy.per_joint(t, span)
     return out
