@@ -33,6 +33,13 @@ def torso_angle(trajectory: Trajectory) -> np.ndarray:
     return trajectory.q[:, PITCH] + 0.5 * math.pi + math.radians(trajectory.slope)
 
 
+def inferred_torso_angle(trajectory: Trajectory) -> np.ndarray | None:
+    """(n,) [rad] what an estimator made of it; None without one."""
+    if trajectory.inferred is None:
+        return None
+    return trajectory.inferred[:, 0] + 0.5 * math.pi + math.radians(trajectory.slope)
+
+
 def centre_of_mass(trajectory: Trajectory) -> np.ndarray:
     """(n, 2) [m] centre of mass of the whole biped in the slope's frame."""
     mass = trajectory.tree.mass
