@@ -86,15 +86,19 @@ class Walked(Section, frozen=True):
 
 
 class Shown(Section, frozen=True):
-    """Where a picture's camera is, relative to the torso's place on the ground.
+    """How a robot is drawn: where the camera is, relative to the torso's place on the ground, and its torso.
 
     Attributes:
         eye: [m].
         target: [m] what it looks at.
+        com: How high above the hip the torso's centre of mass is, as a share of the torso's length.
+        head: Whether it has one.
     """
 
     eye: Place
     target: Place
+    com: Annotated[float, Meta(gt=0, le=10)] = 0.626
+    head: bool = True
 
 
 class Motor(Section, frozen=True):

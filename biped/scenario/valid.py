@@ -244,8 +244,6 @@ def _sensed(s: Scenario, fail: Fail) -> None:
     if switches is not None and switches.release > switches.force:
         raise fail("sensors.switches.release", f"expected at most the force that closes a switch, {switches.force:g} "
                    f"N, got {switches.release:g}")  # fmt: skip
-    if s.backstep is not None:
-        raise fail("backstep", "expected no estimator: where the torso is along the ground is not inferred")
 
 
 def _follow_one_another(s: Scenario, fail: Fail) -> None:

@@ -119,8 +119,6 @@ BACKSTEPS = (
         files={"l.py": "class Law: pass"}),
 )  # fmt: skip
 
-_SENSED = "estimator = {}\nsensors = { encoders = {}, gyro = {}, switches = {} }\n"
-
 SENSES = (
     Bad("estimator without sensors", ("s.toml: estimator: expected sensors", "[sensors.encoders] is missing"),
         "estimator = {}"),
@@ -137,8 +135,6 @@ SENSES = (
         "estimator = {}\nsensors = { encoders = {}, gyro = {}, switches = { release = 6.0 } }"),
     Bad("noise on what nobody measures", ("s.toml: sensors.angle_noise: expected none",),
         "estimator = {}\nsensors = { angle_noise = 0.1, encoders = {}, gyro = {}, switches = {} }"),
-    Bad("step back of a robot with an estimator", ("s.toml: backstep: expected no estimator",),
-        f"{_SENSED}backstep = {{}}"),
     Bad("motors of a human", ("s.toml: actuation.motors: model 'human'", "[motor]"), "actuation.motors = true"),
     Bad("motors that give generalized forces", ("s.toml: actuation.motors: expected mode = 'joint'",),
         'model = "robot"\nactuation = { motors = true, mode = "generalized" }'),
