@@ -7,9 +7,22 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 
-from biped.show.figures.style import JOINTS, QUIET, SETTINGS, figure, legend_above, make_folder, save, timed
+from biped.show.figures.style import (
+    JOINTS,
+    LEFT,
+    QUIET,
+    RIGHT,
+    SETTINGS,
+    TRUNK,
+    figure,
+    legend_above,
+    make_folder,
+    save,
+    timed,
+)
 from biped.studies.bench.robot import Followed, Report, Swing
 
+_COLOURS = (RIGHT, LEFT, QUIET, TRUNK)
 _STYLES = ("-", "--", ":", "-.")
 _SHOWN = 8.0 / 3.0
 """[s] of the moving references, at the end, where the response is steady."""
@@ -32,10 +45,10 @@ def _swings(swings: tuple[Swing, ...]):
     for axes, joint in zip(page.subplots(1, 2), ("hip", "knee"), strict=True):
         mine = [swing for swing in swings if swing.joint == joint]
         for i, swing in enumerate(mine):
-            colour = JOINTS[joint] if i < 2 else QUIET
+            colour = _COLOURS[i]
             axes.plot(swing.time, np.degrees(swing.angle), _STYLES[i], color=colour, label=swing.reading.name)
         timed(axes, f"{joint} swings freely", "degrees")
-        legend_above(axes, 2)
+    page.legend(*page.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=8)
     return page
 
 
