@@ -60,7 +60,7 @@ def _parser() -> Parser:
                              help="change a key, e.g. ground.slope=2 (VALUE is TOML; repeatable)")  # fmt: skip
         command.add_argument("--engine", help="engine to run in")
         _trust(command)
-        command.add_argument("--jobs", type=_whole, help="processes for ensembles (default: all cores)")
+        _who(command)
         command.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
         return command
 
@@ -68,7 +68,10 @@ def _parser() -> Parser:
     run.add_argument("--out", type=Path, help="results folder (default: a new one below runs/)")
     run.add_argument("--record", action="store_true", help="also write a recording for the rerun viewer")
     run.add_argument("--only", type=_whole, metavar="N", help="replay run N of the ensemble alone")
+    run.add_argument("--shard", metavar="I/N", help="make share I of N of a campaign, in the --out that all share")
+    _same(run)
     check = scenarios("check", "run scenarios and compare with their [expect]")
+    _same(check)
     check.add_argument("--junit", type=Path, metavar="FILE", help="also write JUnit XML")
     regress = commands.add_parser("regress", help="compare scenarios with their recorded reference numbers",
                                   description="Runs a fixed part of scenarios and compares with recorded numbers: "
@@ -78,17 +81,34 @@ def _parser() -> Parser:
     regress.add_argument("--reason", help="why results changed; kept in the file (needed by --update)")
     regress.add_argument("--file", type=Path, help="file of references (default: that of the shipped scenarios)")
     _trust(regress)
-    regress.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
+    _who(regress)
     regress.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     compare = scenarios("compare", "run scenarios in both engines: every metric side by side, with its gap")
     compare.add_argument("--out", type=Path, help="folder for figures and recordings (default: new ones below runs/)")
+    diff = commands.add_parser(
+        "diff", help="what changed between two results, gaits or laws, run by run",
+        description="Compares two results folders, or runs a scenario with each of two gaits or laws and compares: "
+        "every metric's change with its interval, paired by seed. Exit code 1: something became worse.",
+    )  # fmt: skip
+    diff.add_argument("first", help="what is compared with: results folder, gait (name or path) or law (path.py:Class)")
+    diff.add_argument("second", help="what is judged: the same kind of thing")
+    diff.add_argument("--scenario", help="of gaits and laws: what to run, name in scenarios/ or path")
+    diff.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
+                      help="of gaits and laws: change a key (repeatable)")  # fmt: skip
+    diff.add_argument("--metrics", metavar="NAME,…", default="", help="compare and judge these alone (default: all)")
+    diff.add_argument("--margin", type=float, default=0.05,
+                      help="a change within this share is none that matters (default: 0.05)")  # fmt: skip
+    diff.add_argument("--out", type=Path, help="folder for diff.json and diff.md (default of gaits: one below runs/)")
+    _trust(diff)
+    diff.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
+    diff.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     tune = commands.add_parser("tune", help="find gains that serve a scenario's conditions",
                                description="Finds gains that serve the conditions in a scenario's [tune].")  # fmt: skip
     tune.add_argument("scenario", help="name in scenarios/, or path of a scenario file with a [tune] table")
     tune.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
                       help="change a key (repeatable)")  # fmt: skip
     _trust(tune)
-    tune.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
+    _who(tune)
     tune.add_argument("--out", type=Path, help="results folder; an interrupted search in it is continued")
     tune.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     view = commands.add_parser("view", help="open a recording in the rerun viewer")
@@ -99,6 +119,10 @@ def _parser() -> Parser:
     report.add_argument("run", type=Path, nargs="+", help="results folders")
     report.add_argument("--out", type=Path, default=Path("report.md"), help="the file (default: report.md)")
     report.add_argument("--title", default="Campaigns", help="its heading")
+    export = commands.add_parser("export", help="write results in other people's formats")
+    export.add_argument("run", type=Path, help="results folder")
+    export.add_argument("--eurobench", type=Path, required=True, metavar="DIR",
+                        help="new folder for files as EuroBench's documents describe them")  # fmt: skip
     bench = commands.add_parser("bench", help="run time against error, and what things cost")
     bench.add_argument("what", choices=["throughput", "walking", "mechanisms", "robot", "regress"],
                        help="what to measure; robot: the bench experiments of Figs 4.7 and 4.8; regress: whether a "
@@ -119,11 +143,35 @@ def _parser() -> Parser:
     _trust(stability)
     stability.add_argument("--engine", choices=["mujoco", "home"], help="the only engine (default: both)")
     stability.add_argument("--basin", action="store_true", help="also cut the basin of attraction: lean and speed")
-    stability.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
+    _who(stability)
     stability.add_argument("--out", type=Path, help="folder of figure and numbers (default: a new one below runs/)")
     stability.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    start = "Writes a control law to start from: the thesis's, in readable Python."
+    new = commands.add_parser("new", help="write a file to start from", description=start)
+    new.add_argument("what", choices=["controller"], help="what to start")
+    new.add_argument("file", type=Path, help="the file, such as my_law.py; one that is there is not overwritten")
+    what = "Works for a Dask scheduler: one thread a worker, watched by a nanny."
+    worker = commands.add_parser("worker", help="work for campaigns on a cluster", description=what)
+    worker.add_argument("scheduler", help="address of the scheduler, such as tcp://host:8786")
+    worker.add_argument("--workers", type=_whole, default=1, help="workers, one core each (default: 1)")
+    worker.add_argument("--lifetime", metavar="TIME", help="go after this time, such as 50m; keep it below a walltime")
+    worker.add_argument("--memory", metavar="SIZE", default="auto", help="most memory of each, such as 2GB")
+    for part in ("ca-file", "cert", "key"):
+        worker.add_argument(f"--tls-{part}", metavar="FILE", help="of a scheduler at tls://…")
+    worker.add_argument("--with-parent", action="store_true", help="go when standard input ends")
     commands.add_parser("list", help="models, controllers and scenarios, with a line each")
     return parser
+
+
+def _who(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
+    where = "workers elsewhere instead: address of a Dask scheduler, local:N, or a file *.toml (docs/clusters.md)"
+    command.add_argument("--cluster", metavar="WHERE", help=where)
+
+
+def _same(command: argparse.ArgumentParser) -> None:
+    what = "refuse workers and results of another kind of machine, whose last bits may differ"
+    command.add_argument("--same-platform", action="store_true", help=what)
 
 
 def _trust(command: argparse.ArgumentParser) -> None:

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
 
 from biped.base.errors import InputError
+
+if TYPE_CHECKING:
+    from biped.ensemble.backend import Jobs
 
 DONE, FAILED, BAD_INPUT, STOPPED = 0, 1, 2, 130
 
@@ -30,6 +34,24 @@ def jobs_of(args: argparse.Namespace) -> int:
     if args.jobs < 1:
         raise InputError(f"--jobs {args.jobs}: expected at least 1")
     return args.jobs
+
+
+@contextmanager
+def workers_of(args: argparse.Namespace) -> Iterator[Jobs]:
+    """Who carries out: processes, or the cluster that was asked for, which is let go when the block ends.
+
+    Raises:
+        InputError: There is no such cluster.
+    """
+    if args.cluster is None:
+        yield jobs_of(args)
+        return
+    if args.jobs is not None:
+        raise InputError("--jobs: expected without --cluster, which has workers of its own")
+    from biped.ensemble.cluster import cluster_at
+
+    with cluster_at(args.cluster, getattr(args, "same_platform", False), warn) as cluster:
+        yield cluster
 
 
 def reason_of(args: argparse.Namespace) -> str | None:
@@ -65,8 +87,11 @@ def print_json(result: Mapping[str, Any]) -> None:
 
 def print_all(results: Sequence[Mapping[str, Any]]) -> None:
     """Prints one object: a scenario's result, or those of several with their common verdict."""
+    from biped.ensemble.results import told
+
     passed = all(result["passed"] for result in results)
-    print_json(results[0] if len(results) == 1 else {"passed": passed, "results": results})
+    shown = [told(result) for result in results]
+    print_json(shown[0] if len(results) == 1 else {"passed": passed, "results": shown})
 
 
 def warn(words: str) -> None:

@@ -10,7 +10,7 @@ import pinocchio
 from biped.base.jit import bound
 from biped.control.bounded import FOREIGN, foreign_torques
 from biped.control.changes import bring_up_to_date, changes_of
-from biped.control.law import WORLD, Law, Tick
+from biped.control.law import NO_SIGNALS, WORLD, Law, Tick
 from biped.control.referee import agrees
 from biped.control.setup import controller_record
 from biped.control.tick import NOT_FINITE, log_tick, pushing_tick, pushing_tick_in, thesis_tick, thesis_tick_in
@@ -39,6 +39,8 @@ class ThesisLaw:
         changes: (n,) `biped.control.changes.CHANGE`.
         python: Why the tick cannot be part of a compiled loop (`biped.control.loop`); empty if it can.
     """
+
+    signals = NO_SIGNALS
 
     def __init__(self, run: Run, believed: Tree, q: np.ndarray, v: np.ndarray, log: np.ndarray):
         self.record, self.changes = controller_record(run, believed), changes_of(run)

@@ -22,9 +22,10 @@ import math
 from biped.base.jit import kernel
 from biped.control.allocation import clip_torques
 from biped.control.constraints import NO_ROW, candidates
+from biped.control.weighing import factor_from_feet, factor_torso, weigh, weigh_torso
 from biped.numerics.lanes import added, everywhere, load, plus, squared, store, times, total
 from biped.robot.kinematics import bias_forces, point_row
-from biped.robot.topology import BASE, HEEL, HIP, KNEE, N_POINTS, N_ROWS, N_STOPS, NQ, NU, STOP_ROW
+from biped.robot.topology import BASE, HEEL, KNEE, N_POINTS, N_ROWS, N_STOPS, NQ, NU, STOP_ROW
 
 Q_LANE = N_ROWS
 
@@ -45,12 +46,12 @@ def floating_torques(c, M, q):
     active = tick["active"]
     candidates(c, q)
     _rows_in_lanes(c)
-    factor_from_feet(M, rows["L"])
+    factor_from_feet(M, rows["spring"], rows["L"])
     if actuation["release"]:
         bias_forces(c["tree"], c["at"], c["belief"]["gravity"], tick["h"])
         for j in range(NQ):
             rows["A"][j, Q_LANE] = tick["Q_d"][j] - tick["h"][j]
-    _weigh(rows)
+    weigh(rows["A"], rows["L"], rows["C"])
     while True:
         tick["rows"] = _keep(c)
         tick["rank"] = _independent_rows(rows, actuation["tolerance"])
@@ -105,45 +106,6 @@ def _keep(c):
             kept[0, STOP_ROW + leg] = 1.0
             m += 1
     return m
-
-
-@kernel
-def _coupled(i, j):
-    """Whether coordinates i > j are on one chain: the legs meet only in the torso."""
-    return not (j >= HIP[0] and j < HIP[1] and i >= HIP[1])
-
-
-@kernel
-def factor_from_feet(M, L):
-    """Writes the lower L of M = LᵀL from M's upper triangle; entries between the legs are zero and stay unwritten."""
-    for i in range(NQ - 1, -1, -1):
-        s = M[i, i]
-        for k in range(i + 1, NQ):
-            if _coupled(k, i):
-                s -= L[k, i] * L[k, i]
-        L[i, i] = math.sqrt(s)
-        inverse = 1.0 / L[i, i]
-        for j in range(i):
-            if _coupled(i, j):
-                s = M[j, i]
-                for k in range(i + 1, NQ):
-                    if _coupled(k, i) and _coupled(k, j):
-                        s -= L[k, i] * L[k, j]
-                L[i, j] = s * inverse
-
-
-@kernel
-def _weigh(rows):
-    """Fills C = A L⁻¹, row by lane; the lane of Q_d - h becomes L⁻ᵀ(Q_d - h)."""
-    A, C, L = rows["A"], rows["C"], rows["L"]
-    for j in range(NQ):
-        store(C, j, load(A, j))
-    for i in range(NQ - 1, -1, -1):
-        x = times(everywhere(1.0 / L[i, i]), load(C, i))
-        store(C, i, x)
-        for j in range(i):
-            if _coupled(i, j):
-                store(C, j, added(load(C, j), -L[i, j], x))
 
 
 @kernel
@@ -279,20 +241,11 @@ def _float(rows, M, tolerance):
     those of all others zero.
     """
     D, Y, S, norm, used = rows["D"], rows["Y"], rows["S"], rows["norm"], rows["used"]
-    S[2, 2] = math.sqrt(M[2, 2])
-    S[2, 1] = M[1, 2] / S[2, 2]
-    S[2, 0] = M[0, 2] / S[2, 2]
-    S[1, 1] = math.sqrt(M[1, 1] - S[2, 1] * S[2, 1])
-    S[1, 0] = (M[0, 1] - S[2, 1] * S[2, 0]) / S[1, 1]
-    S[0, 0] = math.sqrt(M[0, 0] - S[2, 0] * S[2, 0] - S[1, 0] * S[1, 0])
-    z = times(everywhere(1.0 / S[2, 2]), load(D, 2))
-    y = times(everywhere(1.0 / S[1, 1]), added(load(D, 1), -S[2, 1], z))
-    x = times(everywhere(1.0 / S[0, 0]), added(added(load(D, 0), -S[2, 0], z), -S[1, 0], y))
+    factor_torso(M, S)
+    weigh_torso(S, D)
+    x, y, z = load(D, 0), load(D, 1), load(D, 2)
     least, reached = 0.0, 0
     for step in range(BASE):
-        store(D, 0, x)
-        store(D, 1, y)
-        store(D, 2, z)
         store(norm, 0, squared(squared(times(x, x), y), z))
         best, p = _longest(rows)
         if step == 0:
@@ -305,6 +258,9 @@ def _float(rows, M, tolerance):
         ex, ey, ez = scale * D[0, p], scale * D[1, p], scale * D[2, p]
         along = added(added(times(everywhere(ex), x), ey, y), ez, z)
         x, y, z = added(x, -ex, along), added(y, -ey, along), added(z, -ez, along)
+        store(D, 0, x)
+        store(D, 1, y)
+        store(D, 2, z)
         for j in range(NU):
             store(Y, j, added(load(Y, j), -scale * Y[j, p], along))
     if reached < BASE:

@@ -3,14 +3,46 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import pinocchio
 
+from biped.base.errors import InputError
+
 WORLD = pinocchio.Convention.WORLD
 
 Tick = Callable[[int, float], int]
+
+
+class Signals(NamedTuple):
+    """What a law logs of its own.
+
+    Attributes:
+        names: Of its signals.
+        values: (n, len(names)) one row per tick, nan where it said nothing.
+    """
+
+    names: tuple[str, ...]
+    values: np.ndarray
+
+
+NO_SIGNALS = Signals((), np.empty((0, 0)))
+
+
+class Raised(InputError):
+    """A law that failed at a tick: before the first there is nothing to keep, afterwards the run ends there.
+
+    Args:
+        message: One paragraph.
+        tick: Number of the tick.
+        cause: How the run ended, in words that end in the time and the reason.
+        traceback: Where in the law, as Python says it; empty if it did not raise.
+    """
+
+    def __init__(self, message: str, tick: int, cause: str, traceback: str):
+        super().__init__(message, "law")
+        self.tick, self.cause, self.traceback = tick, cause, traceback
 
 
 class Law(Protocol):
@@ -22,11 +54,13 @@ class Law(Protocol):
         u: (6,) joint torques of the latest tick [N m].
         Q_d: (9,) desired generalized forces of the latest tick.
         record: (1,) `biped.control.record.CONTROL`, which senses contacts and says what a fall is.
+        signals: What it logs of its own.
     """
 
     u: np.ndarray
     Q_d: np.ndarray
     record: np.ndarray
+    signals: Signals
 
     @property
     def tick(self) -> Tick:

@@ -14,20 +14,35 @@ and ε for a stop, which does the same as its joint's torque. With c free, touch
 at rest and ε → 0 the second problem is (3.15).
 
 Eliminating u from the second by P = (M + EEᵀ/ε)⁻¹ leaves one in c alone, of the same kind as the dual of the first:
-ten non-negative unknowns, solved exactly. A torque at its limit leaves E, and is a known force.
+ten non-negative unknowns, solved exactly. A torque at its limit leaves E, and is a known force. Edges and stops stand
+in lanes, and in lane `Q_LANE` the forces that both problems weigh.
 """
 
 from __future__ import annotations
 
-import math
-
 from biped.base.jit import kernel
-from biped.control.constraints import believed_mass, perturb_row
+from biped.control.constraints import perturb_row, perturbed_mass
+from biped.control.weighing import coupled, factor_from_feet, factor_torso, weigh, weigh_torso
+from biped.numerics.lanes import added, everywhere, load, plus, squared, store, times, total
 from biped.numerics.nonnegative import nonnegative
-from biped.numerics.triangular import cholesky, solve_transposed, solve_upper, weigh_rows
-from biped.robot.kinematics import bias_forces, biases_on_links, point_row
-from biped.robot.topology import BASE, FOOT, KNEE, N_POINTS, N_ROWS, N_STOPS, NQ, NU, STOP_ROW
+from biped.robot.kinematics import bias_forces, point_row
+from biped.robot.topology import (
+    BASE,
+    HIP,
+    KNEE,
+    N_POINTS,
+    N_ROWS,
+    N_STOPS,
+    NQ,
+    NU,
+    POINT_LEG,
+    SEGMENTS,
+    STOP_ROW,
+)  # fmt: skip
 
+Q_LANE = N_ROWS
+_LEG = (*(POINT_LEG[row // 2] for row in range(STOP_ROW)), *range(N_STOPS))
+"""Whose leg's a row is: those of the other are not in it."""
 _TIE = 1e-12
 """Raises the diagonals by this fraction: where forces share a load in many ways, the shortest share is taken."""
 _MOST_CHANGES = 30
@@ -37,14 +52,16 @@ _SLACK_OF_LIMIT = 1e-9
 
 @kernel
 def unilateral_rows(c, q, v):
-    """Builds the edges G (10, 9), the least accelerations b - gap along them, and how far each is from pushing [m].
+    """Builds the edges G by lane, the least accelerations b - gap along them, and how far each is from pushing [m].
 
-    Rows 2i and 2i + 1 are the edges of point i, the last two the knees' stops (angles times the shank's length).
+    Lanes 2i and 2i + 1 are the edges of point i, then the knees' stops (angles times the shank's length).
     """
     at, push, tick, work, belief = c["at"], c["push"], c["tick"], c["work"], c["belief"]
-    G, least, away = push["G"], push["least"], push["away"]
+    G, least, away, scale = c["rows"]["A"], push["least"], push["away"], push["scale"]
     n, t = work["a"], work["z"]
-    tau = push["approach"]
+    tau, friction = push["approach"], push["friction"]
+    for j in range(NQ):
+        store(G, j, everywhere(0.0))
     for i in range(N_POINTS):
         point_row(at, i, 0, n)
         point_row(at, i, 1, t[:NQ])
@@ -54,125 +71,109 @@ def unilateral_rows(c, q, v):
         speed = 0.0
         for j in range(NQ):
             speed += n[j] * v[j]
+            G[j, 2 * i] = n[j] + friction * t[j]
+            G[j, 2 * i + 1] = n[j] - friction * t[j]
         gap = max(0.0, 2.0 * speed / tau + tick["height"][i] / (tau * tau))
         for side in range(2):
-            mu = push["friction"] if side == 0 else -push["friction"]
-            k = 2 * i + side
-            for j in range(NQ):
-                G[k, j] = n[j] + mu * t[j]
-            least[k] = -at["point_bias"][i, 1] - mu * at["point_bias"][i, 0] - gap
-            away[k] = max(0.0, tick["height"][i])
+            mu = friction if side == 0 else -friction
+            least[0, 2 * i + side] = -at["point_bias"][i, 1] - mu * at["point_bias"][i, 0] - gap
+            away[0, 2 * i + side] = max(0.0, tick["height"][i])
     for leg in range(N_STOPS):
         k = STOP_ROW + leg
         knee = KNEE[leg]
-        for j in range(NQ):
-            G[k, j] = 0.0
-        G[k, knee] = -1.0
+        G[knee, k] = -1.0
         if belief["perturbed"]:
-            perturb_row(c, G[k], belief["row_factor"][k])
-        least[k] = -max(0.0, -2.0 * v[knee] / tau - q[knee] / (tau * tau))
-        away[k] = _shank(c, leg) * max(0.0, -q[knee])
-
-
-@kernel
-def _shank(c, leg):
-    """Length [m] from knee to ankle."""
-    x, z = c["tree"]["joint"][FOOT[leg], 0], c["tree"]["joint"][FOOT[leg], 1]
-    return math.sqrt(x * x + z * z)
+            perturb_row(c, G[:, k], belief["row_factor"][k])
+        least[0, k] = -max(0.0, -2.0 * v[knee] / tau - q[knee] / (tau * tau))
+        away[0, k] = scale[0, k] * max(0.0, -q[knee])
 
 
 @kernel
 def _gram(C, H):
-    """Fills the lower triangle of H = C Cᵀ (10, 10), and breaks its ties."""
+    """Fills the rows of H = CᵀC (10, lanes) and breaks its ties; lane Q_LANE is what the forces there do along them."""
     top = 0.0
-    for i in range(N_ROWS):
-        for k in range(i + 1):
-            s = 0.0
-            for j in range(NQ):
-                s += C[i, j] * C[k, j]
-            H[i, k] = s
-        top = max(top, H[i, i])
-    for i in range(N_ROWS):
-        H[i, i] += _TIE * top
+    for k in range(N_ROWS):
+        hip = HIP[_LEG[k]]
+        a = b = everywhere(0.0)
+        for j in range(BASE):
+            a = added(a, C[j, k], load(C, j))
+        for j in range(hip, hip + SEGMENTS):
+            b = added(b, C[j, k], load(C, j))
+        store(H, k, plus(a, b))
+        top = max(top, H[k, k])
+    for k in range(N_ROWS):
+        H[k, k] += _TIE * top
 
 
 @kernel
 def wanted_motion(c):
     """The first problem: leaves its ground forces c_d in `wanted_force`, what is left over in `slack`."""
-    push, tick, work = c["push"], c["tick"], c["work"]
-    x, C, f = work["a"], work["C"], push["f"]
+    push, tick, rows = c["push"], c["tick"], c["rows"]
+    A, H, f = rows["A"], push["H"], push["f"]
     for j in range(NQ):
-        x[j] = tick["Q_d"][j] - tick["h"][j]
-    solve_transposed(work["R"], x)
-    weigh_rows(push["G"], work["R"], N_ROWS, C)
-    _gram(C, push["H"])
-    for i in range(N_ROWS):
-        s = push["least"][i]
-        for j in range(NQ):
-            s -= C[i, j] * x[j]
-        f[i] = s
-    for i in range(N_ROWS):
-        rho = 0.0 if i < STOP_ROW else push["regularisation"]
-        for j in range(BASE):
-            rho += C[i, j] * C[i, j]
-        push["rho"][i] = rho
-    push["changes"][0] = nonnegative(push["H"], f, N_ROWS, push["held"], work["L"], push["wanted_force"], push["slack"])
+        A[j, Q_LANE] = tick["Q_d"][j] - tick["h"][j]
+    for j in range(NU):
+        rows["spring"][j] = 0.0
+    factor_from_feet(c["work"]["M"], rows["spring"], rows["L"])
+    weigh(A, rows["L"], rows["C"])
+    _gram(rows["C"], H)
+    for k in range(N_ROWS):
+        f[0, k] = push["least"][0, k] - H[k, Q_LANE]
+    push["changes"][0] = nonnegative(
+        H, f, N_ROWS, push["held"], push["order"], c["work"]["L"], push["wanted_force"], push["slack"]
+    )
 
 
 @kernel
-def _free_mass(c, M):
-    """Fills work M with M + EEᵀ/ε, E being the torques that are not at their limits, and its factor in push R."""
-    push, work, belief = c["push"], c["work"], c["belief"]
-    full = work["M"]
-    if belief["perturbed"] == 0:  # otherwise `believed_mass` has left the wrong M there, to which only 1/ε is added
-        for i in range(NQ):
-            for j in range(i, NQ):
-                full[i, j] = M[i, j]
+def _prices(c):
+    """Fills by lane what a force's square costs where its point is above the ground or is lifted."""
+    push, rows = c["push"], c["rows"]
+    D, rho, scale = rows["D"], push["rho"], load(push["scale"], 0)
+    factor_torso(c["work"]["M"], rows["S"])
+    for j in range(BASE):
+        store(D, j, load(rows["A"], j))
+    weigh_torso(rows["S"], D)
+    store(rho, 0, squared(squared(times(load(D, 0), load(D, 0)), load(D, 1)), load(D, 2)))
+    for k in range(STOP_ROW, N_ROWS):
+        rho[0, k] = push["regularisation"]
+    away = times(everywhere(1.0 / push["reach"]), load(push["away"], 0))
+    slack = times(everywhere(1.0 / push["yielding"]), times(scale, load(push["slack"], 0)))
+    store(push["price"], 0, times(load(rho, 0), squared(times(away, away), slack)))
+
+
+@kernel
+def _forces_wanted(c):
+    """Writes M q̈_d + h = Q_d + Gᵀc_d, less the torques at their limits, into lane Q_LANE of G; 1/ε of the others."""
+    push, tick, rows = c["push"], c["tick"], c["rows"]
+    A, c_d = rows["A"], load(push["wanted_force"], 0)
+    for j in range(NQ):
+        A[j, Q_LANE] = tick["Q_d"][j] + total(times(c_d, load(A, j)))
     for j in range(NU):
-        if push["side"][j] == 0:
-            full[BASE + j, BASE + j] += 1.0 / push["regularisation"]
-    cholesky(full, push["R"])
-    for j in range(NU):  # M may be this very array
-        if push["side"][j] == 0:
-            full[BASE + j, BASE + j] -= 1.0 / push["regularisation"]
+        rows["spring"][j] = 1.0 / push["regularisation"] if push["side"][j] == 0 else 0.0
+        A[BASE + j, Q_LANE] -= push["side"][j] * c["actuation"]["limit"][j]
 
 
 @kernel
 def _nearest_forces(c):
     """The second problem in c: leaves the ground forces in `force` and P (M q̈_d + h - Gᵀc) in work a."""
-    push, tick, work = c["push"], c["tick"], c["work"]
-    G, C, H, f, x = push["G"], work["C"], push["H"], push["f"], work["a"]
-    weigh_rows(G, push["R"], N_ROWS, C)
+    push, rows, x = c["push"], c["rows"], c["work"]["a"]
+    C, L, H, f, force = rows["C"], rows["L"], push["H"], push["f"], push["force"]
+    factor_from_feet(c["work"]["M"], rows["spring"], L)
+    weigh(rows["A"], L, C)
     _gram(C, H)
-    for i in range(N_ROWS):
-        slack = push["slack"][i]
-        if i >= STOP_ROW:
-            slack *= _shank(c, i - STOP_ROW)
-        away, slack = push["away"][i] / push["reach"], slack / push["yielding"]
-        H[i, i] += push["rho"][i] * (away * away + slack * slack)
-    target = work["d"]  # M q̈_d + h = Q_d + Gᵀc_d, less the torques at their limits
+    for k in range(N_ROWS):
+        H[k, k] += push["price"][0, k]
+        f[0, k] = H[k, Q_LANE]
+    push["changes"][1] = nonnegative(H, f, N_ROWS, push["pressed"], push["order"], c["work"]["L"], force, rows["kept"])
+    left = times(everywhere(-1.0), load(force, 0))
     for j in range(NQ):
-        s = tick["Q_d"][j]
-        for i in range(N_ROWS):
-            s += G[i, j] * push["wanted_force"][i]
-        if j >= BASE:
-            s -= push["side"][j - BASE] * c["actuation"]["limit"][j - BASE]
-        target[j] = s
-        x[j] = s
-    solve_transposed(push["R"], x)
-    for i in range(N_ROWS):
-        s = 0.0
-        for j in range(NQ):
-            s += C[i, j] * x[j]
-        f[i] = s
-    push["changes"][1] = nonnegative(H, f, N_ROWS, push["pressed"], work["L"], push["force"], work["force"])
-    for j in range(NQ):
-        s = target[j]
-        for i in range(N_ROWS):
-            s -= G[i, j] * push["force"][i]
-        x[j] = s
-    solve_transposed(push["R"], x)
-    solve_upper(push["R"], x)
+        x[j] = C[j, Q_LANE] + total(times(left, load(C, j)))
+    for i in range(NQ):
+        s = x[i]
+        for j in range(i):
+            if coupled(i, j):
+                s -= L[i, j] * x[j]
+        x[i] = s / L[i, i]
 
 
 @kernel
@@ -205,14 +206,19 @@ def pushing_torques(c, M, q, v):
         q: (9,) joint coordinates [m, rad].
         v: (9,) joint velocities.
     """
-    at, push, tick = c["at"], c["push"], c["tick"]
-    biases_on_links(c["tree"], at)
-    bias_forces(c["tree"], at, c["belief"]["gravity"], tick["h"])
-    believed_mass(c, M)
+    push, tick, work, belief = c["push"], c["tick"], c["work"], c["belief"]
+    bias_forces(c["tree"], c["at"], belief["gravity"], tick["h"])
+    if belief["perturbed"]:
+        perturbed_mass(M, belief["mass_factor"], work["M"])
+    else:
+        for i in range(NQ):  # M may be this very array
+            for j in range(i, NQ):
+                work["M"][i, j] = M[i, j]
     unilateral_rows(c, q, v)
     wanted_motion(c)
+    _prices(c)
     for _ in range(_MOST_CHANGES):
-        _free_mass(c, M)
+        _forces_wanted(c)
         _nearest_forces(c)
         if not _change_limits(c):
             break
@@ -221,8 +227,9 @@ def pushing_torques(c, M, q, v):
         limit = c["actuation"]["limit"][j]
         limited = limited or push["side"][j] != 0
         tick["u"][j] = min(max(tick["u"][j], -limit), limit)
+    force = push["force"]
     for i in range(N_POINTS):
-        tick["active"][i] = 1 if push["force"][2 * i] + push["force"][2 * i + 1] > 0.0 else 0
+        tick["active"][i] = 1 if force[0, 2 * i] + force[0, 2 * i + 1] > 0.0 else 0
     for leg in range(N_STOPS):
-        tick["active"][N_POINTS + leg] = 1 if push["force"][STOP_ROW + leg] > 0.0 else 0
+        tick["active"][N_POINTS + leg] = 1 if force[0, STOP_ROW + leg] > 0.0 else 0
     return limited

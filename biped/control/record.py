@@ -104,7 +104,7 @@ _ROWS = np.dtype(
         ("b_v", "f8", (1, LANES)), ("kept", "f8", (1, LANES)), ("norm", "f8", (1, LANES)), ("force", "f8", (1, LANES)),
         ("used", "u1", LANES),  # as a pivot
         ("V", "f8", (NQ, LANES)), ("T", "f8", (NQ, NQ)), ("z", "f8", NQ),
-        ("L", "f8", (NQ, NQ)), ("S", "f8", (BASE, BASE)),
+        ("spring", "f8", NU), ("L", "f8", (NQ, NQ)), ("S", "f8", (BASE, BASE)),
         ("D", "f8", (BASE, LANES)), ("Y", "f8", (NU, LANES)),
     ],
     align=True,
@@ -119,9 +119,11 @@ _PUSH = np.dtype(
         # problem that may be positive, and torques at a limit (-1, 1).
         ("held", "u1", N_ROWS), ("pressed", "u1", N_ROWS), ("side", "i8", NU),
         ("changes", "i8", 2),  # how often the two sets changed in this tick
-        ("G", "f8", (N_ROWS, NQ)), ("least", "f8", N_ROWS), ("away", "f8", N_ROWS), ("rho", "f8", N_ROWS),
-        ("wanted_force", "f8", N_ROWS), ("slack", "f8", N_ROWS), ("force", "f8", N_ROWS),
-        ("H", "f8", (N_ROWS, N_ROWS)), ("f", "f8", N_ROWS), ("R", "f8", (NQ, NQ)),
+        ("scale", "f8", (1, LANES)),  # m: an angle of a stop as a distance; 1 for points
+        ("least", "f8", (1, LANES)), ("away", "f8", (1, LANES)), ("rho", "f8", (1, LANES)),
+        ("wanted_force", "f8", (1, LANES)), ("slack", "f8", (1, LANES)),
+        ("force", "f8", (1, LANES)), ("price", "f8", (1, LANES)),
+        ("H", "f8", (N_ROWS, LANES)), ("f", "f8", (1, LANES)), ("order", "i8", N_ROWS),
     ],
     align=True,
 )  # fmt: skip

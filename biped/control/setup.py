@@ -10,7 +10,7 @@ from biped.control import record
 from biped.control.bounded import EXACT, FOREIGN
 from biped.robot.model import gravity, torque_limits
 from biped.robot.run import Run
-from biped.robot.topology import Z
+from biped.robot.topology import FOOT, N_ROWS, STOP_ROW, Z
 from biped.robot.tree import Tree
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario
@@ -40,7 +40,7 @@ def controller_record(run: Run, believed: Tree) -> np.ndarray:
         back["on"], back["margin"], back["theta_l"] = 1, s.backstep.margin, np.radians(s.backstep.theta_l)
         back["k_d2"], back["b_d2"] = s.backstep.k_d2, s.backstep.b_d2
     _set_actuation(c["actuation"], s)
-    _set_pushing(c["push"], s)
+    _set_pushing(c["push"], s, believed)
     c["fall"]["height"] = s.fall.height * run.q[Z]
     c["fall"]["tilt"] = np.radians(s.fall.tilt)
     return out
@@ -78,11 +78,13 @@ def pushes(s: Scenario) -> bool:
     return s.actuation.contacts == "pushing" and s.actuation.mode == "joint"
 
 
-def _set_pushing(push: np.void, s: Scenario) -> None:
+def _set_pushing(push: np.void, s: Scenario, believed: Tree) -> None:
     keys = s.actuation.pushing
     push["on"] = pushes(s)
     push["friction"], push["approach"], push["reach"] = keys.friction, keys.approach, keys.reach
     push["yielding"], push["regularisation"] = keys.yielding, keys.regularisation
+    push["scale"] = 1.0
+    push["scale"][0, STOP_ROW:N_ROWS] = [np.hypot(*believed.joint[foot]) for foot in FOOT]
 
 
 def _set_actuation(actuation: np.void, s: Scenario) -> None:

@@ -2,29 +2,30 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
+import re
 import traceback
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, NoReturn
 
 import numpy as np
 import pinocchio
 
 from biped.base.errors import InputError
-from biped.base.files import label, nearest
-from biped.base.trust import refusal, trusted
-from biped.control.law import WORLD
+from biped.base.files import label
+from biped.control.law import WORLD, Raised, Signals
+from biped.control.loading import load_law, said
+from biped.control.offered import offer
 from biped.control.setup import controller_record
 from biped.control.tick import NOT_FINITE, log_tick, sense_in
-from biped.robot.description import robot_at
+from biped.robot.description import Robot, robot_at
 from biped.robot.model import believed_model
 from biped.robot.run import Run
-from biped.robot.topology import NU, UPRIGHT
+from biped.robot.topology import N_POINTS, N_ROWS, N_STOPS, NQ, NU, STOP_ROW, TOE, UPRIGHT
 from biped.robot.tree import Tree
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario
-from biped.scenario.law import changed_since
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,7 @@ class Setup:
         model: Pinocchio's model of it.
         tick: [s] between calls.
         torque_limit: (6,) [N m].
+        robot: Names of its links, joints and points.
     """
 
     scenario: Scenario
@@ -46,6 +48,7 @@ class Setup:
     model: pinocchio.Model
     tick: float
     torque_limit: np.ndarray
+    robot: Robot
 
 
 @dataclass
@@ -63,6 +66,11 @@ class Sensed:
         state: (2,) leg states 1 … 4, right and left.
         M: (9, 9) mass matrix.
         h: (9,) bias forces, gravity included.
+        J: (10, 9) rows of all constraints: normal and tangential (along the ground) of each point, then the knees'.
+        b_v: (10,) -J̇v of these rows.
+        touching: (6,) which constraints touch (0 or 1): the four points, then right and left knee at its stop.
+        Q_d: (9,) generalized forces of the gait's springs and dampers.
+        single_tangential: Whether a flat foot has one tangential row, its heel's.
     """
 
     time: float
@@ -75,6 +83,27 @@ class Sensed:
     state: np.ndarray
     M: np.ndarray
     h: np.ndarray
+    J: np.ndarray
+    b_v: np.ndarray
+    touching: np.ndarray
+    Q_d: np.ndarray
+    single_tangential: bool = False
+
+    @property
+    def rows(self) -> list[int]:
+        """Rows of J that A consists of: those of whatever touches."""
+        points = [i for i in range(N_POINTS) if self.touching[i]]
+        return self.rows_of(points) + [STOP_ROW + leg for leg in range(N_STOPS) if self.touching[N_POINTS + leg]]
+
+    def rows_of(self, points: Sequence[int]) -> list[int]:
+        """Rows of J of some of the four points, normal and tangential."""
+        spared = [i for i in points if self.single_tangential and i in TOE and i + 1 in points]
+        return [2 * i + direction for i in points for direction in range(2) if direction == 0 or i not in spared]
+
+    @property
+    def A(self) -> np.ndarray:
+        """(m, 9) constraint Jacobian of whatever touches, before any release test: A v̇ = b_v[rows]."""
+        return self.J[self.rows]
 
 
 class UserLaw:
@@ -100,30 +129,50 @@ class UserLaw:
         self.record = controller_record(run, believed)
         self.c = self.record[0]
         self.u, self.Q_d = self.c["tick"]["u"], self.c["tick"]["Q_d"]
-        self._motors = robot_at(run.model).actuators
+        robot = robot_at(run.model)
+        self._motors = robot.actuators
         self._model = believed_model(run.model, s.ground.slope)
         self._data = self._model.createData()
         self._q, self._v, self._log = _read_only(q), _read_only(v), log
         parts = {"rate": "at", "height": "tick", "believed": "memory"}
         self._live = {key: _read_only(self.c[part][key]) for key, part in parts.items()}
+        self._rows = np.zeros((N_ROWS, NQ)), np.zeros(N_ROWS)
+        self._offered = tuple(_read_only(a) for a in (*self._rows, self.c["tick"]["active"], self.Q_d))
         limit = np.array(self.c["actuation"]["limit"])
-        setup = Setup(s, run.gains, believed, self._model, 1.0 / s.simulation.control_rate, limit)
+        setup = Setup(s, run.gains, believed, self._model, 1.0 / s.simulation.control_rate, limit, robot)
         kind = load_law(s.law or "", s.law_sha256) if given is None else given.make
         try:
             self._law = kind(setup)
         except (Exception, SystemExit) as error:
-            raise self._fault(f"{kind_name}(setup) raised {_said(error, self.file)}") from error
+            raise self._fault(f"{kind_name}(setup) raised {said(error, self.file)}") from error
         if not callable(getattr(self._law, "torques", None)):
             raise self._fault("expected a method torques(sensed) that returns six torques [N m]")
+        names = self._named(getattr(self._law, "signals", {}))
+        self.signals = Signals(names, np.full((len(log) if names else 0, len(names)), np.nan))
 
     def _fault(self, what: str) -> InputError:
         return InputError(f"{self.name}: {what}", "law")
+
+    def _named(self, signals: Any) -> tuple[str, ...]:
+        """Names of the law's own signals, which it has when it is made.
+
+        Raises:
+            InputError: They are not names of numbers.
+        """
+        if not isinstance(signals, dict):
+            raise self._fault(f"signals: expected a dict of names and numbers, got {signals!r:.60}")
+        for name in signals:
+            if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z]\w{0,59}", name, re.ASCII):
+                raise self._fault(f"signals: expected names of letters, digits and _, got {name!r:.80}")
+        if len(signals) > MOST_SIGNALS:
+            raise self._fault(f"signals: expected at most {MOST_SIGNALS}, got {len(signals)}")
+        return tuple(signals)
 
     def tick(self, k: int, time: float) -> int:
         """See `Law`.
 
         Raises:
-            InputError: The user's law raised, or returned something other than six finite numbers.
+            Raised: The user's law raised, or returned something other than six finite numbers.
         """
         pinocchio.crba(self._model, self._data, self._q, WORLD)
         M = self._data.M
@@ -131,30 +180,58 @@ class UserLaw:
         status = sense_in(self.record, self._data.J, self._q, self._v, k == 0)
         if status == NOT_FINITE:
             return status
+        offer(self.record, self._q, self._v, *self._rows)
         upright = np.array(UPRIGHT) * np.pi
         sensed = Sensed(
             time, self._q, self._v, c["at"]["angle"] + upright + c["belief"]["tilt"],
             live["rate"], live["height"], live["believed"],
             c["memory"]["phase"] + 1, np.triu(M) + np.triu(M, 1).T,
             pinocchio.nonLinearEffects(self._model, self._data, self._q, self._v),
+            *self._offered, bool(c["actuation"]["single_tangential"]),
         )  # fmt: skip
         try:
-            said = self._law.torques(sensed)
+            told = self._law.torques(sensed)
         except (Exception, SystemExit) as error:
-            raise self._fault(f"torques() at t = {time:g} s raised {_said(error, self.file)}") from error
+            self._fail(k, time, f"raised {type(error).__name__}", said(error, self.file), error)
         try:
-            u = np.asarray(said, dtype=float)
+            u = np.asarray(told, dtype=float)
         except (TypeError, ValueError):
-            raise self._fault(f"torques() at t = {time:g} s: expected six numbers [N m], got {said!r:.100}") from None
+            self._fail(k, time, _NO_TORQUES, f"expected six numbers [N m], got {told!r:.100}")
         if u.shape != (NU,):
-            got = "nothing" if said is None else f"shape {u.shape}"
-            raise self._fault(f"torques() at t = {time:g} s: expected six numbers [N m], got {got}")
+            got = "nothing" if told is None else f"shape {u.shape}"
+            self._fail(k, time, _NO_TORQUES, f"expected six numbers [N m], got {got}")
         if not np.isfinite(u).all():
             joint = self._motors[int(np.argmin(np.isfinite(u)))]
-            raise self._fault(f"torques() at t = {time:g} s: expected finite numbers, got {u.tolist()} ({joint} first)")
+            self._fail(k, time, _NO_TORQUES, f"expected finite numbers, got {u.tolist()} ({joint} first)")
         np.clip(u, -c["actuation"]["limit"], c["actuation"]["limit"], out=self.u)
         log_tick(self.record, self._q, self._v, self._log, k, time)
+        if self.signals.names:
+            self._note(k, time)
         return status
+
+    def _note(self, k: int, time: float) -> None:
+        """Logs the law's own signals of a tick."""
+        values = self._law.signals
+        try:
+            self.signals.values[k] = [values[name] for name in self.signals.names]
+        except Exception as error:
+            self._fail(k, time, "left no signals", f"expected numbers of the names it began with: {error!r:.100}")
+
+    def _fail(self, k: int, time: float, what: str, why: str, error: BaseException | None = None) -> NoReturn:
+        """Ends the run.
+
+        Raises:
+            Raised: Always.
+        """
+        told = "" if error is None else "".join(traceback.format_exception(error))
+        words = f": {why}" if error is None else f" raised {why}"
+        raise Raised(
+            f"{self.name}: torques() at t = {time:g} s{words}", k, f"{self.name} {what} at {time:.3f} s: {why}", told
+        ) from error
+
+
+_NO_TORQUES = "returned no torques"
+MOST_SIGNALS = 64
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:
@@ -162,58 +239,3 @@ def _read_only(array: np.ndarray) -> np.ndarray:
     view = array.view()
     view.flags.writeable = False
     return view
-
-
-def _said(error: BaseException, file: str) -> str:
-    """An exception in words, with the line of the user's file that it came from."""
-    lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
-    where = f" ({Path(file).name}, line {lines[-1]})" if lines else ""
-    return f"{type(error).__name__}: {' '.join(str(error).split())}{where}"
-
-
-def _forget(names: set[str], folder: Path) -> None:
-    """Forgets helpers from a law's folder: one of the same name beside the next law is another one."""
-    for name in names:
-        origin = getattr(sys.modules[name], "__file__", None)
-        if origin and Path(origin).is_relative_to(folder):
-            del sys.modules[name]
-
-
-def load_law(law: str, sha256: str | None = None) -> type:
-    """The class that `path.py:Class` names.
-
-    Args:
-        law: File and class.
-        sha256: What the law must be (`biped.scenario.law.digest`); None: whatever it is.
-
-    Raises:
-        InputError: The file is not trusted, has changed, cannot be imported or has no such class.
-    """
-    file, _, name = law.rpartition(":")
-    shown = label(Path(file))
-    # The one door that every law goes through: whoever forgets to ask earlier ends here.
-    if not trusted(Path(file)):
-        raise InputError(f"law: {refusal(Path(file))}", "law")
-    if changed := changed_since(law, sha256):
-        raise InputError(f"law: {changed}", "law")
-    spec = importlib.util.spec_from_file_location(f"biped_law_{Path(file).stem}", file)
-    if spec is None:
-        raise InputError(f"law: {shown} cannot be loaded as a Python file", "law")
-    module = importlib.util.module_from_spec(spec)
-    # Dataclasses and pickle look a class's module up by name; helpers may lie beside the file.
-    sys.modules[spec.name] = module
-    before = set(sys.modules)
-    sys.path.append(str(Path(file).parent))
-    try:
-        # What is read is what runs: the loader would prefer compiled code that lies beside it.
-        exec(compile(Path(file).read_bytes(), file, "exec", dont_inherit=True), module.__dict__)
-    except (Exception, SystemExit) as error:
-        raise InputError(f"law: importing {shown} raised {_said(error, file)}", "law") from error
-    finally:
-        sys.path.pop()
-        _forget(set(sys.modules) - before, Path(file).parent)
-    kind = getattr(module, name, None)
-    if not isinstance(kind, type):
-        there = [n for n, value in vars(module).items() if isinstance(value, type)]
-        raise InputError(f"law: {shown} has no class '{name}'; {nearest(name, there)}", "law")
-    return kind

@@ -13,7 +13,7 @@ from biped.base.errors import InputError
 from biped.base.files import nearest
 from biped.control.controller import ThesisLaw, law_of
 from biped.control.estimator import Inference, infer, judged
-from biped.control.law import Law
+from biped.control.law import Law, Raised
 from biped.control.loop import Control, within_line
 from biped.control.tick import GOING, LOW, TILTED
 from biped.measure.trajectory import Q_D, WIDTH, Q, Trajectory, U, V
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from biped.control.sensors import Sensors
 
 NO_SENSORS = SensorKeys()
+RAISED = -1
+"""Status of a tick at which a law of the user's own failed."""
 
 MOST = 10_000
 """Ticks of one call of compiled code, which an interrupt has to wait for."""
@@ -77,7 +79,7 @@ def drive(run: Run, physics: Physics) -> Trajectory:
         What the run left behind.
 
     Raises:
-        InputError: A push names a body the model lacks, or a user's law misbehaves.
+        InputError: A push names a body the model lacks, or a user's law misbehaves at the first tick.
     """
     s = run.scenario
     tick = 1.0 / s.simulation.control_rate
@@ -99,19 +101,27 @@ def drive(run: Run, physics: Physics) -> Trajectory:
         walk = partial(physics.walk, control, log)
     else:
         walk = _in_python(physics, law, sensors, (estimator, q, v), line, wanted, logged, follow, tick, log)
-    status, done = GOING, 0
+    status, done, raised = GOING, 0, None
     for first, last, forces in push_spans(s, physics.bodies, count, tick):
         physics.push(forces)
         for start in range(first, last, MOST):
-            status, done = walk(start, min(last, start + MOST))
+            try:
+                status, done = walk(start, min(last, start + MOST))
+            except Raised as error:
+                if error.tick == 0:
+                    raise
+                status, done, raised = RAISED, error.tick, error
             if status != GOING:
                 break
         if status != GOING:
             break
     robot = robot_at(run.model)
-    end, cause = _ending(status, log[:done], robot)
+    end, cause = _ending(status, log[:done], robot) if raised is None else ("raised", raised.cause)
+    log = log[:done]
+    if law.signals.names:
+        log = np.hstack([log, law.signals.values[:done]])
     return Trajectory(
-        log=log[:done],
+        log=log,
         tick=tick,
         tree=physics.tree,
         slope=s.ground.slope,
@@ -123,6 +133,8 @@ def drive(run: Run, physics: Physics) -> Trajectory:
         warnings={},
         robot=robot,
         inferred=None if senses is None else senses.noted[:done],
+        signal_names=law.signals.names,
+        traceback="" if raised is None else raised.traceback,
     )
 
 

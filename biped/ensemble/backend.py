@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
 from biped.base.errors import RunError
@@ -25,14 +26,23 @@ class Done(NamedTuple):
     error: BaseException | None = None
 
 
+WAIT: Any = object()
+"""Stands for an item where there is none yet, but may be after the next result."""
+
+
 class Backend(Protocol):
     """Who carries items out.
 
     Attributes:
-        room: Most items at a time.
+        lives: How many workers an item may cost.
     """
 
-    room: int
+    lives: int
+
+    @property
+    def room(self) -> int:
+        """Most items at a time, for now."""
+        ...
 
     def send(self, ticket: int, item: Any) -> None:
         """Begins an item."""
@@ -43,3 +53,20 @@ class Backend(Protocol):
 
     def close(self, well: bool) -> None:
         """Lets everyone go; where not `well`, without waiting for what they are at."""
+
+
+class Cluster(Protocol):
+    """Workers elsewhere."""
+
+    def backend(self, work: Callable[[Any], Any]) -> Backend:
+        """They carry `work` out, which is sent to them."""
+        ...
+
+
+Jobs = int | Cluster
+"""Who carries out: so many processes here, or a cluster."""
+
+
+def at_most(jobs: Jobs, items: int) -> Jobs:
+    """No more processes than items."""
+    return min(jobs, items) if isinstance(jobs, int) else jobs

@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 
+from biped.ensemble.backend import Jobs, at_most
 from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
 from biped.ensemble.processes import FORKS
@@ -18,7 +18,6 @@ from biped.ensemble.rows import LOST, Row
 from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
 from biped.scenario.keys import Scenario
-from biped.scenario.origin import Origin
 
 Keep = Callable[[int, Trajectory, Row], None]
 """Called where a run was made with (index, trajectory, row), for what must be kept of it."""
@@ -66,26 +65,27 @@ def cores() -> int:
 
 
 @contextmanager
-def rows_of(plan: Plan, indices: Iterable[int], jobs: int, keep: Keep | None = None) -> Iterator[Iterator[Row]]:
+def rows_of(plan: Plan, indices: Iterable[int], jobs: Jobs, keep: Keep | None = None) -> Iterator[Iterator[Row]]:
     """Rows of the given runs, as they are finished.
 
     Args:
         plan: The ensemble.
         indices: Which runs.
-        jobs: Number of processes; 1 stays in this one.
+        jobs: Number of processes, 1 of which stays in this one; or a cluster.
         keep: What must be kept of a run, where it was made.
 
     Yields:
         An iterator over rows, in any order.
     """
     indices = list(indices)
-    if min(jobs, len(indices)) > 1:
+    jobs = at_most(jobs, len(indices))
+    if isinstance(jobs, int) and jobs > 1:
         # Forked workers share what is imported here: whoever takes a killed one's place is at work at once.
         from biped.measure import metrics  # noqa: F401
 
         _engine(plan.scenario)
-    with workers(Making(plan, keep), min(jobs, len(indices)), side_by_side(plan)) as carried_out:
-        yield carried_out(indices, ordered=False, lost=partial(_lost, plan))
+    with workers(Making(plan, keep), jobs, isinstance(jobs, int) and side_by_side(plan)) as carried_out:
+        yield carried_out(indices, ordered=False, lost=partial(lost_row, plan))
 
 
 def side_by_side(plan: Plan) -> bool:
@@ -119,15 +119,9 @@ class Making:
             self._keep(index, trajectory, row)
         return row
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return _making, (self._plan.scenario, self._plan.origin, self._keep)
 
-
-def _making(scenario: Scenario, origin: Origin, keep: Keep | None) -> Making:
-    return Making(Plan(scenario, origin, checked=True), keep)
-
-
-def _lost(plan: Plan, index: int, error: BaseException) -> Row:
+def lost_row(plan: Plan, index: int, error: BaseException) -> Row:
+    """The row of a run that cost too many workers."""
     run = plan.run(index)
     cause = f"lost: {error}, and so was the next"
     return Row(

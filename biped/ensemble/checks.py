@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
-from biped.ensemble.rows import LOST
+from biped.ensemble.columns import batches
+from biped.ensemble.rows import LOST, RAISED
 from biped.measure.metrics.walking import airborne
 from biped.scenario.keys import Bound
 
@@ -43,16 +44,16 @@ def judge(expect: Mapping[str, Bound], summary: Mapping[str, float]) -> list[Che
 def passed(checks: Sequence[Check], rows: Sequence[Mapping[str, Any]]) -> bool:
     """Whether an ensemble passes.
 
-    All expectations hold; no run is lost; none is doubtful or diverged, unless an expectation says how many may be; a
-    single run of which nothing is expected stays up, on the ground.
+    All expectations hold; no run is lost and no law of a user's own failed; none is doubtful or diverged, unless an
+    expectation says how many may be; a single run of which nothing is expected stays up, on the ground.
 
     Args:
         checks: Its expectations, judged.
         rows: Its runs.
     """
     expected = {check.name for check in checks}
-    unsaid = {"diverged", "doubtful", LOST} - expected
-    sound = not any(row["end"] in unsaid for row in rows)
+    unsaid = {"diverged", "doubtful", LOST, RAISED} - expected
+    sound = not any(end in unsaid for columns in batches(rows, ["end"]) for end in columns["end"])
     alone = len(rows) == 1 and not expected
     return all(check.passed for check in checks) and sound and not (alone and (rows[0]["fell"] or airborne(rows[0])))
 

@@ -10,11 +10,12 @@ threads here, a cluster's elsewhere. Its workers share nothing but the function 
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any, Generic, TypeVar
 
-from biped.ensemble.backend import Backend, Done, WorkerLost
+from biped.ensemble.backend import WAIT, Backend, Done, Jobs, WorkerLost
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -23,6 +24,8 @@ AHEAD = 4
 """Items per worker that may be finished before an earlier one that is still waited for."""
 STUCK = 20
 """Workers lost in a row, without a single item done, that are no accident any more."""
+
+_END: Any = object()
 
 
 class Map(Generic[Item, Result]):
@@ -35,34 +38,45 @@ class Map(Generic[Item, Result]):
     def __init__(self, backend: Backend):
         self._backend = backend
 
+    @property
+    def room(self) -> int:
+        """Most items at a time, for now."""
+        return self._backend.room
+
+    @property
+    def words(self) -> str:
+        """Who works, for people; nothing of processes here."""
+        return getattr(self._backend, "words", "")
+
     def __call__(
         self, items: Iterable[Item], ordered: bool = True, lost: Callable[[Item, BaseException], Result] | None = None
     ) -> Iterator[Result]:
         """Yields results as they come; items are drawn as there is room for them, so they may be endless.
 
         Args:
-            items: What the function is called with.
+            items: What the function is called with; `WAIT` where there is none before the next result.
             ordered: Whether results come in the order of items; otherwise as they are finished.
-            lost: The result of an item that cost two workers; without it, the map ends with the error.
+            lost: The result of an item that cost too many workers; without it, the map ends with the error.
 
         Raises:
-            WorkerLost: An item cost two workers, or workers are lost one after the other.
+            WorkerLost: An item cost too many workers, or workers are lost one after the other.
             BaseException: What the function raised.
         """
-        room = self._backend.room
-        source = enumerate(items)
+        source = iter(items)
         begun: dict[int, Item] = {}
         early: dict[int, Result] = {}
-        lives = _Lives()
-        following, more = 0, True
+        lives = _Lives(self._backend)
+        drawn, following, more = 0, 0, True
         while True:
+            room = self._backend.room
             while more and len(begun) < room and len(early) < AHEAD * room:
-                drawn = next(source, None)
-                if drawn is None:
-                    more = False
+                item = next(source, _END)
+                more = item is not _END
+                if item is _END or item is WAIT:
                     break
-                begun[drawn[0]] = drawn[1]
-                self._backend.send(*drawn)
+                begun[drawn] = item
+                self._backend.send(drawn, item)
+                drawn += 1
             if not begun:
                 return
             for done in self._backend.receive():
@@ -84,8 +98,9 @@ class Map(Generic[Item, Result]):
 class _Lives:
     """How often workers were lost."""
 
-    def __init__(self):
-        self._once: set[int] = set()
+    def __init__(self, backend: Backend):
+        self._backend = backend
+        self._lost: Counter[int] = Counter()
         self._in_a_row = 0
 
     def again(self, done: Done, bearable: bool) -> bool:
@@ -96,13 +111,14 @@ class _Lives:
         if not isinstance(done.error, WorkerLost):
             raise done.error
         self._in_a_row += 1
-        if self._in_a_row >= STUCK:
+        if self._in_a_row >= max(STUCK, 4 * self._backend.room):
             raise WorkerLost(f"{self._in_a_row} workers in a row were lost: {done.error}; try fewer --jobs")
-        if done.ticket not in self._once:
-            self._once.add(done.ticket)
+        self._lost[done.ticket] += 1
+        if self._lost[done.ticket] < self._backend.lives:
             return True
         if not bearable:
             raise WorkerLost(f"one piece of work cost two workers: {done.error}") from done.error
+        del self._lost[done.ticket]
         return False
 
 
@@ -113,7 +129,7 @@ class Here:
         work: The function.
     """
 
-    room = 1
+    room, lives = 1, 1
 
     def __init__(self, work: Callable[[Any], Any]):
         self._work = work
@@ -133,20 +149,22 @@ class Here:
 
 
 @contextmanager
-def workers(work: Callable[[Item], Result], jobs: int, threads: bool = False) -> Iterator[Map[Item, Result]]:
+def workers(work: Callable[[Item], Result], jobs: Jobs, threads: bool = False) -> Iterator[Map[Item, Result]]:
     """Opens workers, who are gone when the block ends, however it ends.
 
     Args:
         work: The function. Where processes fork, it may be anything, and what it refers to is shared; otherwise it
             must be what pickle can take.
-        jobs: Number of workers; one works in this process.
+        jobs: Number of workers, one of which works in this process; or a cluster, to which the function is sent.
         threads: Whether they are threads of this process, for work that leaves the interpreter alone.
 
     Yields:
         A map that may be used many times, one at a time.
     """
     backend: Backend
-    if jobs <= 1:
+    if not isinstance(jobs, int):
+        backend = jobs.backend(work)
+    elif jobs <= 1:
         backend = Here(work)
     elif threads:
         from concurrent.futures import ThreadPoolExecutor

@@ -4,7 +4,9 @@ scenario.toml     the effective scenario: running it gives the same results
 result.json       verdict, checks, summary and every run's numbers
 runs.jsonl        rows as they were finished (a campaign's journal; it resumes from here)
 runs.parquet      one row per run, in order, with every metric
+parts/            of a large, sharded or distributed campaign: rows as they were finished; of a large one, the rows
 trajectory.npz    the trajectory of a single run
+traceback.txt     of a single run whose law, the user's own, raised: where
 failures/         of a campaign: the last seconds of runs that fell
 recording.rrd     for the rerun viewer
 figures/          PNG
@@ -17,7 +19,7 @@ import json
 import os
 import re
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from functools import cached_property
 from itertools import count
@@ -26,13 +28,15 @@ from typing import Any
 
 from biped.base.errors import InputError, RunError
 from biped.base.files import label
-from biped.base.writing import part_of, reason, write_text, written
+from biped.base.writing import reason, write_text, written
 from biped.ensemble.journal import Journal
 from biped.ensemble.lock import NAME as LOCK
 from biped.ensemble.lock import Lock
 from biped.ensemble.origin import origin_of
+from biped.ensemble.parts import FOLDER as PARTS
+from biped.ensemble.parts import Made, commit_to
 from biped.ensemble.plan import Plan
-from biped.measure.trajectory import Trajectory
+from biped.ensemble.shard import Shard
 from biped.scenario.reading import to_toml
 
 FAILURES = "failures"
@@ -49,6 +53,7 @@ class Folder:
         plan: What is run; its effective scenario identifies the folder.
         runs: Numbers of the runs that are made, where it is not all of the plan's: they have a folder of their own.
         fresh: Whether the folder must not exist yet.
+        shard: The share of the campaign that is made: others may be at work in the folder on theirs.
 
     Attributes:
         path: Where, without `..` and symbolic links: what is tested is what is written to.
@@ -60,12 +65,13 @@ class Folder:
         InputError: Something else is already there, another process is at work in it, or it cannot be written.
     """
 
-    def __init__(self, path: Path, plan: Plan, runs: Sequence[int] | None = None, fresh: bool = False):
+    def __init__(self, path: Path, plan: Plan, runs: Sequence[int] | None = None, fresh: bool = False,
+                 shard: Shard | None = None):  # fmt: skip
         self.notes: list[str] = []
         self._plan = plan
         self._created: set[Path] = set()
         self._made: list[Path] = []
-        self._lock: Lock | None = None
+        self._locks: list[Lock] = []
         self.noted = False
         self._kept_before = True
         self.path = path
@@ -79,12 +85,21 @@ class Folder:
                 )
             for folder in (*reversed(self.path.parents), self.path):
                 self._make(folder, exist_ok=folder != self.path or not fresh)
-            self._lock = Lock(self.path, path)
+            self._locks.append(Lock(self.path, path, shared=shard is not None))
+            if shard is not None:
+                self._locks.append(Lock(self.path, path, name=f"{LOCK}-{shard.number}-of-{shard.of}"))
             self._kept_before = (self.path / FAILURES).exists()
             _same_runs(path, self.path, range(len(plan)) if runs is None else runs, runs is None)
-            if not (self.path / "scenario.toml").exists():
-                with self.saving("scenario.toml") as part:
-                    part.write_text(text, encoding="utf-8")
+            self._asked = path
+            there = self.path / "scenario.toml"
+            if not there.exists():
+                if shard is None:
+                    self.save_text(there.name, text)
+                else:  # others may do the same at this moment
+                    with complaining(there):
+                        mine = there.with_name(f".{there.name}.{shard.number}.part")
+                        mine.write_text(text, encoding="utf-8")
+                        mine.replace(there)
         except FileExistsError as error:
             if fresh and error.filename == str(self.path):
                 raise
@@ -129,9 +144,14 @@ class Folder:
                 self._created.add(path)
             yield part
 
+    @property
+    def journal(self) -> Path:
+        """The file of the journal, if there is one."""
+        return self.path / "runs.jsonl"
+
     @cached_property
     def _journal(self) -> Journal:
-        return Journal(self.path / "runs.jsonl", origin_of(self._plan))
+        return Journal(self.journal, origin_of(self._plan))
 
     def finished(self) -> list[dict[str, Any]]:
         """Records that an earlier, interrupted command noted; says in `notes` what had to be left out.
@@ -168,10 +188,38 @@ class Folder:
         with self.saving(name) as part:
             part.write_text(text, encoding="utf-8")
 
+    @cached_property
+    def parts(self) -> Path:
+        """The folder of rows in files, which is made if need be."""
+        path = self.path / PARTS
+        with complaining(path):
+            self._make(path)
+        return path
+
+    def commit(self, made: Made) -> None:
+        """Puts rows into the folder of parts; from then on, nothing here is discarded.
+
+        Raises:
+            RunError: They cannot be written.
+        """
+        with complaining(self.parts / "rows"):
+            commit_to(self.parts, made)
+        self.noted = True
+
+    def alone(self) -> bool:
+        """Whether no other shard is at work in the folder any more; then it is this process's own."""
+        self.close()
+        try:
+            self._locks = [Lock(self.path, self._asked)]
+        except InputError:
+            return False
+        return True
+
     def close(self) -> None:
         """Gives the folder free."""
-        if self._lock is not None:
-            self._lock.release()
+        for lock in reversed(self._locks):
+            lock.release()
+        self._locks = []
 
     def discard(self) -> None:
         """Closes, and leaves things as they were before: removes what this process created, and the folders if empty.
@@ -196,15 +244,18 @@ class Folder:
         return [path for path in (self.path / FAILURES).iterdir() if _KEPT.fullmatch(path.name)]
 
 
-def keep(folder: Path, number: int, cause: str, trajectory: Trajectory, more: str = "") -> None:
+def keep(
+    folder: Path, number: int, cause: str, save: Callable[[Path], None], more: str = "", traceback: str = ""
+) -> None:
     """Keeps a trajectory of run `number` of a results folder, wherever it was made, and how to see it again.
 
     Args:
         folder: The results folder.
         number: Of the run.
         cause: How it ended.
-        trajectory: What to keep.
+        save: Writes the trajectory to a file.
         more: Arguments that the command needs besides.
+        traceback: Of a law of the user's own that raised.
 
     Raises:
         RunError: It cannot be written.
@@ -214,8 +265,8 @@ def keep(folder: Path, number: int, cause: str, trajectory: Trajectory, more: st
     with complaining(kept):
         kept.mkdir(exist_ok=True)
         with written(kept / f"run-{number:05d}.npz") as part:
-            trajectory.save(part)
-        write_text(kept / f"run-{number:05d}.txt", f"{cause}\nagain: {again}\n")
+            save(part)
+        write_text(kept / f"run-{number:05d}.txt", f"{cause}\nagain: {again}\n{traceback}")
 
 
 def _holds_something_else(path: Path, text: str) -> bool:
@@ -228,7 +279,7 @@ def _holds_something_else(path: Path, text: str) -> bool:
     if there.is_file():
         return there.read_bytes() != text.encode()
     # A command that was killed before it wrote anything may have left these.
-    return any(inside.name not in (LOCK, part_of(there).name) for inside in path.iterdir())
+    return any(not inside.name.startswith((LOCK, f".{there.name}.")) for inside in path.iterdir())
 
 
 def _same_runs(asked: Path, path: Path, runs: Sequence[int], whole: bool) -> None:
@@ -237,7 +288,7 @@ def _same_runs(asked: Path, path: Path, runs: Sequence[int], whole: bool) -> Non
         there = [run["index"] for run in json.loads((path / "result.json").read_bytes())["runs"]]
     except (OSError, ValueError, TypeError, KeyError):
         there = list(runs)
-    if there != list(runs) or (not whole and (path / "runs.jsonl").exists()):
+    if there != list(runs) or (not whole and any((path / name).exists() for name in ("runs.jsonl", PARTS))):
         raise InputError(f"--out {asked}: already holds other runs of this scenario; choose another folder")
 
 

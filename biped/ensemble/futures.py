@@ -18,6 +18,8 @@ class Futures:
         room: Most items at a time.
     """
 
+    lives = 2
+
     def __init__(self, executor: Executor, work: Callable[[Any], Any], room: int):
         self._executor = executor
         self._work = work

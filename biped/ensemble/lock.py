@@ -23,20 +23,23 @@ class Lock:
     Args:
         folder: The folder.
         asked: What the user called it, for the error.
+        shared: Whether others that say so may hold it too: shards of one campaign.
+        name: Of the file; two locks of different names do not know each other.
 
     Raises:
         InputError: Another process is at work in it.
         OSError: The folder cannot be written to.
     """
 
-    def __init__(self, folder: Path, asked: Path):
+    def __init__(self, folder: Path, asked: Path, shared: bool = False, name: str = NAME):
         import fcntl
 
-        self._path = folder / NAME
+        self._path = folder / name
+        self._shared = shared
         while True:
             self._file = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
             try:
-                fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                fcntl.lockf(self._file, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
             except OSError as error:
                 if error.errno in _UNSUPPORTED:
                     return
@@ -51,6 +54,8 @@ class Lock:
             if self._is_there():
                 break
             os.close(self._file)  # whoever had it removed it in between
+        if shared:
+            return
         with suppress(OSError):  # words for people; the lock is the system's
             os.ftruncate(self._file, 0)
             os.pwrite(self._file, f"process {os.getpid()} on {socket.gethostname()}\n".encode(), 0)
@@ -62,10 +67,14 @@ class Lock:
             return False
 
     def release(self) -> None:
-        """Gives the folder free and removes the lock file."""
+        """Gives the folder free and removes the lock file, unless others hold it too."""
+        import fcntl
+
         if self._file < 0:
             return
         with suppress(OSError):
+            if self._shared:
+                fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             self._path.unlink()
         os.close(self._file)
         self._file = -1

@@ -12,6 +12,9 @@ from biped.ensemble.plan import Plan
 from biped.robot.description import description_of
 from biped.scenario.reading import to_toml
 
+PLACE = ("system", "libc", "instructions")
+"""Of an origin, what kind of machine it is: on another kind, the last bits may be others."""
+
 
 def origin_of(plan: Plan) -> dict[str, str]:
     """Digest of the effective scenario with the model, its description and the law; versions; and platform."""

@@ -39,6 +39,8 @@ class Processes:
         jobs: Number of processes.
     """
 
+    lives = 2
+
     def __init__(self, work: Callable[[Any], Any], jobs: int):
         self.room = jobs
         self._work = work

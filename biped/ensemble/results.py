@@ -9,23 +9,33 @@ from typing import TYPE_CHECKING, Any
 
 from biped.base.statistics import wilson
 from biped.ensemble.checks import Check, judge, passed
+from biped.ensemble.columns import batches
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import Row
+from biped.ensemble.stored_rows import StoredRows
 from biped.ensemble.sweeps import by_point, thresholds
-from biped.measure.metrics import aggregate
+from biped.measure.metrics.totals import Totals
 from biped.scenario.metrics import METRICS
 
 if TYPE_CHECKING:
     import pyarrow
 
 
-def result_of(name: str, plan: Plan, rows: Sequence[Row]) -> dict[str, Any]:
+def result_of(name: str, plan: Plan, rows: Sequence[Row] | StoredRows) -> dict[str, Any]:
     """The result object of a scenario: verdict, checks, summary, runs.
 
     Whether it passes is `biped.ensemble.checks.passed`.
+
+    Args:
+        name: Of the scenario.
+        plan: Its runs.
+        rows: What came of them, in their order; those of a large campaign stay where they are.
     """
-    runs = [row.as_dict() for row in rows]
-    summary = aggregate([run | {"falls": run["fell"]} for run in runs])
+    runs = rows if isinstance(rows, StoredRows) else [row.as_dict() for row in rows]
+    totals = Totals()
+    for columns in batches(runs, tuple(METRICS)):
+        totals.add(columns)
+    summary = totals.numbers
     checks: list[Check] = judge(plan.scenario.expect, summary)
     low, high = wilson(int(summary["walked"]), len(rows))
     points = by_point(plan.scenario, runs) if plan.scenario.sweep else []
@@ -40,6 +50,11 @@ def result_of(name: str, plan: Plan, rows: Sequence[Row]) -> dict[str, Any]:
         "checks": [check._asdict() for check in checks],
         **swept,
     }
+
+
+def told(result: Mapping[str, Any]) -> dict[str, Any]:
+    """A result as result.json and `--json` tell it: the rows of a large campaign lie in files of their own."""
+    return {key: value for key, value in result.items() if not isinstance(value, StoredRows)}
 
 
 def table_of(rows: Sequence[Mapping[str, Any]]) -> pyarrow.Table:

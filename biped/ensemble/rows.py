@@ -19,7 +19,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         seed: Its own seed.
         values: What its point of the sweep and its draws changed, by key.
         fell: Whether it fell or diverged.
-        end: `completed`, `fell`, `diverged`, `doubtful`, or `LOST`.
+        end: `completed`, `fell`, `diverged`, `doubtful`, `RAISED`, or `LOST`.
         cause: How it ended, in words; empty if completed.
         diverged: Whether its numbers blew up.
         doubtful: Whether a sentinel failed.
@@ -67,6 +67,14 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         underactuated: Share of ticks in which it rests on the gyro.
         longest_gap: [s] longest stretch of them.
         gyro_clipped: Share of ticks with the gyro beyond its range.
+        push_impulse: [N s] of the strongest push, forward positive; these are nan of a run that is not pushed.
+        push_speed: [m/s] impulse / mass.
+        push_froude: Impulse / (mass sqrt(g leg length)).
+        recovery_time: [s] from the end of the last push until all steps are as before it.
+        first_step: [m] length of the first step after the last push.
+        second_step: [m].
+        third_step: [m].
+        fourth_step: [m].
         energy_residual: Energy that nothing explains / work.
         energy_from_nowhere: Most energy that nothing put in / work.
         momentum_residual: Vertical momentum that nothing explains / impulse.
@@ -74,6 +82,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         contact_loss: [W] mean power lost in contacts.
         leg_states: Commonest `cycle` of leg states and its `share`; None for a run that ended before the window.
         per_joint: Peak and mean torque [N m] and peak power [W] of hip, knee and ankle; likewise.
+        signals: Mean, smallest and largest in the window of what a law of the user's own logged, by name.
         warnings: The engine's, name to count.
     """
 
@@ -129,6 +138,14 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     underactuated: float = NAN
     longest_gap: float = NAN
     gyro_clipped: float = NAN
+    push_impulse: float = NAN
+    push_speed: float = NAN
+    push_froude: float = NAN
+    recovery_time: float = NAN
+    first_step: float = NAN
+    second_step: float = NAN
+    third_step: float = NAN
+    fourth_step: float = NAN
     energy_residual: float = NAN
     energy_from_nowhere: float = NAN
     momentum_residual: float = NAN
@@ -136,6 +153,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     contact_loss: float = NAN
     leg_states: dict[str, Any] | None = None
     per_joint: dict[str, dict[str, float]] | None = None
+    signals: dict[str, dict[str, float]] | None = None
     warnings: dict[str, int] = {}
 
     @property
@@ -154,5 +172,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         return cls(**{name: record[name] for name in cls.__struct_fields__ if name in record})
 
 
+RAISED = "raised"
+"""How a run ended whose law, the user's own, failed: it neither walked nor fell."""
 LOST = "lost"
 """How a run ended that cost two workers: it neither walked nor fell, its numbers are nan."""

@@ -10,6 +10,7 @@ import msgspec
 
 from biped.base.errors import InputError
 from biped.base.files import label
+from biped.ensemble.columns import batches
 from biped.ensemble.plan import Plan
 from biped.scenario.metrics import METRICS
 
@@ -65,6 +66,7 @@ class _Summary(msgspec.Struct):
     walked: Count
     falls: Count
     walked_interval: Share
+    runs: Count = 0
 
 
 class _Result(msgspec.Struct):
@@ -75,14 +77,17 @@ class _Result(msgspec.Struct):
     passed: bool
     summary: _Summary
     thesis: dict[str, int | float]
-    runs: Annotated[list[_Run], msgspec.Meta(min_length=1)]
     checks: list[_Check]
     points: list[_Point] = []
     thresholds: list[_Threshold] = []
+    runs: Annotated[list[_Run], msgspec.Meta(min_length=1)] | msgspec.UnsetType = msgspec.UNSET
 
 
 def result_in(folder: Path) -> dict[str, Any]:
     """The result object in a results folder; metrics that its version did not know yet are None.
+
+    The `runs` of a large campaign, which result.json leaves to files of their own, are
+    `biped.ensemble.stored_rows.StoredRows`.
 
     Raises:
         InputError: It is not there, or not whole.
@@ -92,8 +97,10 @@ def result_in(folder: Path) -> dict[str, Any]:
         raise InputError(f"{label(folder)}: expected the scenario.toml of its result beside it, there is none")
     try:
         result = json.loads(file.read_bytes())
-        msgspec.convert(result, _Result)
-        for where in (result["summary"], *result["runs"], *result.get("points", [])):
+        read = msgspec.convert(result, _Result)
+        if read.runs is msgspec.UNSET and not read.summary.runs:
+            raise ValueError("no runs")
+        for where in (result["summary"], *result.get("runs", []), *result.get("points", [])):
             _complete(where)
     except OSError as error:
         raise InputError(f"{label(file)}: cannot be read: {str(error.strerror).lower()}") from None
@@ -102,6 +109,10 @@ def result_in(folder: Path) -> dict[str, Any]:
         raise InputError(
             f"{label(file)}: expected the whole result of a run: {why}; make it again with: biped run {label(again)}"
         ) from None
+    if "runs" not in result:
+        from biped.ensemble.stored_rows import stored_rows
+
+        result["runs"] = stored_rows(folder, read.summary.runs)
     return result
 
 
@@ -118,7 +129,7 @@ def of_plan(folder: Path, plan: Plan, result: dict[str, Any]) -> None:
     Raises:
         InputError: It has runs that the scenario has not.
     """
-    last = max(run["index"] for run in result["runs"])
+    last = max(int(columns["index"].max()) for columns in batches(result["runs"], ["index"]))
     if last >= len(plan):
         raise InputError(
             f"{label(folder / 'result.json')}: has a run {last}, but {label(folder / 'scenario.toml')} makes "

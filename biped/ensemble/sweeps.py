@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
+import numpy as np
+
 from biped.base.statistics import enough_for, wilson
-from biped.measure.metrics import aggregate
+from biped.ensemble.columns import batches
+from biped.measure.metrics.totals import Totals
 from biped.scenario.keys import Scenario
 from biped.scenario.metrics import HEAD
 from biped.scenario.vary import points_of
@@ -17,33 +21,46 @@ def by_point(scenario: Scenario, rows: Sequence[Mapping[str, Any]]) -> list[dict
 
     Args:
         scenario: The campaign's scenario.
-        rows: Rows of its runs, in any order; points without rows are left out.
+        rows: Rows of its runs, in the order of their numbers; points without rows are left out.
 
     Returns:
         `values` (key to value), `runs`, `walked`, `falls`, `doubtful`, `rate`, `interval` (Wilson, 95 %), and the
         metrics of `HEAD` (means over the runs that walked).
     """
-    out = []
-    runs = scenario.randomise.runs
-    for number, values in enumerate(points_of(scenario)):
-        mine = [dict(row) | {"falls": row["fell"]} for row in rows if row["index"] // runs == number]
-        if not mine:
-            continue
-        summary = aggregate(mine)
-        walked = int(summary["walked"])
-        out.append(
-            {
-                "values": values,
-                "runs": len(mine),
-                "walked": walked,
-                "falls": int(summary["falls"]),
-                "doubtful": int(summary["doubtful"]),
-                "rate": walked / len(mine),
-                "interval": list(wilson(walked, len(mine))),
-                **{name: summary[name] for name in HEAD},
-            }
-        )
+    out: list[dict[str, Any]] = []
+    points, runs = points_of(scenario), scenario.randomise.runs
+    asked = ("walked", "falls", "doubtful", *HEAD)
+    at, totals = 0, Totals(asked)
+
+    def close() -> None:
+        if totals.runs:
+            out.append(_record(points[at], totals))
+
+    for columns in batches(rows, ("index", *asked)):
+        point = columns["index"] // runs
+        starts = np.flatnonzero(np.diff(point, prepend=-1))
+        for first, last in pairwise((*starts, point.size)):
+            if point[first] != at:
+                close()
+                at, totals = int(point[first]), Totals(asked)
+            totals.add({name: values[first:last] for name, values in columns.items()})
+    close()
     return out
+
+
+def _record(values: dict[str, Any], totals: Totals) -> dict[str, Any]:
+    numbers, runs = totals.numbers, totals.runs
+    walked = int(numbers["walked"])
+    return {
+        "values": values,
+        "runs": runs,
+        "walked": walked,
+        "falls": int(numbers["falls"]),
+        "doubtful": int(numbers["doubtful"]),
+        "rate": walked / runs,
+        "interval": list(wilson(walked, runs)),
+        **{name: numbers[name] for name in HEAD},
+    }
 
 
 def thresholds(scenario: Scenario, points: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
@@ -63,6 +80,9 @@ def thresholds(scenario: Scenario, points: Sequence[Mapping[str, Any]]) -> list[
     if len(numbers) < len(values) or len(points) < len(points_of(scenario)):
         return []  # words have no size, and points without runs no rate
     out, rate = [], scenario.threshold.rate
+    at: dict[Any, list[Mapping[str, Any]]] = {value: [] for value in numbers}
+    for point in points:
+        at[point["values"][key]].append(point)
     for sign in (1, -1):
         ladder = sorted({value for value in numbers if sign * value > 0 or (value == 0 and sign > 0)}, key=abs)
         if not ladder:
@@ -70,7 +90,7 @@ def thresholds(scenario: Scenario, points: Sequence[Mapping[str, Any]]) -> list[
         holds_to, sure_to, fails_at, surely_fails = None, None, None, False
         sure = True
         for value in ladder:
-            here = [point for point in points if point["values"][key] == value]
+            here = at[value]
             if not here or min(point["rate"] for point in here) < rate:
                 fails_at = value
                 surely_fails = any(point["interval"][1] < rate for point in here)

@@ -20,7 +20,7 @@ _STARTED = 0.5
 
 def finite(trajectory: Trajectory) -> Trajectory:
     """The trajectory without the rows in which a diverging run is no longer finite."""
-    return trajectory.rows(np.isfinite(trajectory.log).all(axis=1))
+    return trajectory.rows(trajectory.sound)
 
 
 def every(trajectory: Trajectory, rate: float) -> np.ndarray:

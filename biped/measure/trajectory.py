@@ -52,20 +52,23 @@ class Trajectory:
     """One run.
 
     Attributes:
-        log: (n, WIDTH) one row per control tick; see the properties.
+        log: (n, WIDTH + signals) one row per control tick; see the properties.
         tick: [s] between rows.
         tree: Lengths and masses of the true model.
         slope: [degrees].
         generalized: Whether Q_d itself moved the biped.
         torque_limit: Limits of the six joint torques [N m].
         pushes: Pushes as (start [s], end [s], forward [N], up [N], body).
-        end: `completed`, `fell` or `diverged`; once judged, perhaps `doubtful`.
+        end: `completed`, `fell`, `diverged` or `raised` (a law of the user's own failed); once judged, perhaps
+            `doubtful`.
         cause: How it ended, in words; empty if completed.
         warnings: The engine's warnings, name to count.
         robot: What walked.
         sampled: Whether `force` is that of one of several steps or stages in each tick, not the mean of all.
         inferred: (n, 4) what an estimator made of the torso: pitch [rad], its rate [rad/s], whether it rests on the
             gyro, and whether that was clipped (`biped.control.estimator`); None without one.
+        signal_names: Of what a law of the user's own logged.
+        traceback: Where a law of the user's own raised; empty if it did not.
     """
 
     log: np.ndarray
@@ -81,6 +84,8 @@ class Trajectory:
     robot: Robot
     sampled: bool = False
     inferred: np.ndarray | None = None
+    signal_names: tuple[str, ...] = ()
+    traceback: str = ""
 
     def __len__(self) -> int:
         return len(self.log)
@@ -153,6 +158,16 @@ class Trajectory:
         return self.column("stop")
 
     @property
+    def signals(self) -> dict[str, np.ndarray]:
+        """What a law of the user's own logged: name to (n,), nan where it said nothing."""
+        return {name: self.log[:, WIDTH + i] for i, name in enumerate(self.signal_names)}
+
+    @property
+    def sound(self) -> np.ndarray:
+        """(n,) whether every number of a row is finite, a law's own signals aside."""
+        return np.all(np.isfinite(self.log[:, :WIDTH]), axis=1)
+
+    @property
     def applied(self) -> np.ndarray:
         """(n, 9) generalized forces that acted: Q_d itself, or the joint torques."""
         if self.generalized:
@@ -180,6 +195,10 @@ class Trajectory:
         arrays: dict[str, Any] = {name: self.column(name) for name in COLUMNS}
         if self.inferred is not None:
             arrays["inferred"] = self.inferred
+        if self.signal_names:
+            rest["signal_names"], arrays["signals"] = self.signal_names, self.log[:, WIDTH:]
+        if self.traceback:
+            rest["traceback"] = self.traceback
         with open(path, "wb") as file:
             np.savez(file, about=np.array(json.dumps(rest)), **arrays)
 
@@ -194,15 +213,18 @@ class Trajectory:
             with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
                 rest = json.loads(str(file["about"]))
                 n = len(file["time"])
-                log = np.hstack([file[name].reshape(n, -1) for name in COLUMNS])
+                names = (*COLUMNS, *(("signals",) if "signal_names" in rest else ()))
+                log = np.hstack([file[name].reshape(n, -1) for name in names])
                 inferred = np.array(file["inferred"], dtype=float).reshape(n, 4) if "inferred" in file else None
             told = rest.pop("robot", None)  # what was saved before trajectories said so was the human's
             rest["robot"] = robot_at(folder("models") / "human.xml") if told is None else msgspec.convert(told, Robot)
             rest["tree"] = Tree(**{name: np.array(value, dtype=float) for name, value in rest["tree"].items()})
             rest["torque_limit"] = tuple(rest["torque_limit"])
+            rest["signal_names"] = tuple(rest.get("signal_names", ()))
             rest["pushes"] = tuple(tuple(push) for push in rest["pushes"])
             loaded = cls(log=log, inferred=inferred, **rest)
-            if log.shape != (n, WIDTH) or log.dtype != np.float64 or n == 0 or not loaded.tick > 0.0:
+            shape = (n, WIDTH + len(loaded.signal_names))
+            if log.shape != shape or log.dtype != np.float64 or n == 0 or not loaded.tick > 0.0:
                 raise ValueError(f"arrays of {log.shape}, {log.dtype}")
         except (OSError, EOFError, KeyError, TypeError, ValueError, AttributeError, BadZipFile, MemoryError, zlib.error,
                 NotImplementedError, RecursionError, msgspec.ValidationError) as error:  # fmt: skip

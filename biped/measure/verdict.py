@@ -19,7 +19,7 @@ import numpy as np
 
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import gravity
-from biped.robot.tree import Motion
+from biped.robot.tree import motion
 
 ENERGY = 0.01
 """Energy residual beyond which a run is doubtful."""
@@ -49,68 +49,70 @@ class Ending(NamedTuple):
     cause: str
 
 
-class TooFast(NamedTuple):
-    """Where a run blew up.
+class Most(NamedTuple):
+    """What bounds the speeds of links.
 
     Attributes:
-        row: The first row in which a link is too fast.
-        cause: Which link, when and how fast.
+        level: [J] energy of the start and of the whole fall to the ground from where it stood.
+        downhill: [N] energy per metre forward.
+        pushed: [sqrt J] what all pushes add to the root of the energy.
+        least_mass: [kg] of a link.
+        least_inertia: [kg m²] of a link.
     """
 
-    row: int
-    cause: str
+    level: float
+    downhill: float
+    pushed: float
+    least_mass: float
+    least_inertia: float
 
 
-def too_fast(t: Trajectory, whole: Motion, squared: np.ndarray) -> TooFast | None:
-    """The first row in which a link is faster than any fall can make it; None if there is none.
+def most(t: Trajectory) -> Most:
+    """How fast a link can be: faster than any fall can make it is what blew up.
 
     That is the speed of the lightest link (or its turning, for the one of least inertia) with all the energy in it that
     the biped has: of its start, of the whole fall to the ground, downhill from where it stood, and of all pushes. A
     push's impulse J on a body of mass m adds at most J / sqrt(2 m) to the root of the energy, reached when the body is
     free. What the actuators do is not counted: it is what a controller that blows up has.
-
-    Args:
-        t: The run.
-        whole: How its rows move.
-        squared: (n, 7) [m²/s²] squares of the speeds of the links' centres of mass.
     """
     mass, inertia = t.tree.mass, t.tree.inertia
-    first = 0.5 * float((mass * (whole.com_velocity[0] ** 2).sum(axis=-1)).sum() + (inertia * whole.rate[0] ** 2).sum())
+    start = motion(t.tree, t.q[0], t.v[0])
+    first = 0.5 * float((mass * (start.com_velocity**2).sum(axis=-1)).sum() + (inertia * start.rate**2).sum())
     along, normal = gravity(t.slope)
-    height = max(float(mass @ whole.com[0, :, 1]) / float(mass.sum()), t.tree.leg)
-    level = first - float(mass.sum()) * normal * height
+    total = float(mass.sum())
+    height = max(float(mass @ start.com[:, 1]) / total, t.tree.leg)
     body = {link: float(m) for link, m in zip(t.robot.links, mass, strict=True)}
     pushed = sum(
         (end - start) * math.hypot(forward, up) / math.sqrt(2.0 * body.get(name, float(mass.min())))
         for start, end, forward, up, name in t.pushes
     )
-    root = math.sqrt(level) + pushed
-    least = root * root
-    turning = max(-whole.rate.min(), whole.rate.max())
-    if 0.5 * mass.min() * squared.max() <= least and 0.5 * inertia.min() * turning**2 <= least:
-        return None
-    downhill = float(mass.sum()) * np.maximum(0.0, along * (t.q[:, 0] - t.q[0, 0]))
-    most = (np.sqrt(level + downhill) + pushed)[:, None] ** 2
-    beyond = ~((0.5 * mass.min() * squared <= most) & (0.5 * inertia.min() * whole.rate**2 <= most))
-    rows = beyond.any(axis=1)
-    if not rows.any():
-        return None
-    row = int(np.argmax(rows))
-    link = int(np.argmax(beyond[row]))
-    reached = f"{math.sqrt(squared[row, link]):.3g} m/s, {abs(whole.rate[row, link]):.3g} rad/s"
+    return Most(first - total * normal * height, total * along, pushed, float(mass.min()), float(inertia.min()))
+
+
+def too_fast(t: Trajectory, row: int) -> str:
+    """Which link is too fast in a row that is beyond `most`, when, and how fast."""
+    bound, moved = most(t), motion(t.tree, t.q[row], t.v[row])
+    squared = (moved.com_velocity**2).sum(axis=-1)
+    energy = np.array([bound.least_mass * squared, bound.least_inertia * moved.rate**2])
+    root = math.sqrt(bound.level + max(0.0, bound.downhill * (t.q[row, 0] - t.q[0, 0]))) + bound.pushed
+    link = int(np.argmax((~(0.5 * energy <= root * root)).any(axis=0)))
+    reached = f"{math.sqrt(squared[link]):.3g} m/s, {abs(moved.rate[link]):.3g} rad/s"
     name = t.robot.links[link].replace("_", " ")
-    return TooFast(row, f"{name} faster than any fall can make it at {t.time[row]:.3f} s: {reached}")
+    return f"{name} faster than any fall can make it at {t.time[row]:.3f} s: {reached}"
 
 
-def momentum_residual(t: Trajectory, whole: Motion) -> float:
+def momentum_residual(t: Trajectory, momentum: tuple[float, float], force: float) -> float:
     """What ground forces, gravity and pushes leave unexplained of the change of momentum along the ground's normal.
 
     Relative to the impulse of the weight, of `LEAST_TIME` at least, or of what acted if that is more.
+
+    Args:
+        t: The run.
+        momentum: [N s] along the normal, in its first and its last row.
+        force: [N] normal forces of all rows but the last, summed.
     """
     if len(t) < 2:
         return 0.0
-    momentum = (t.tree.mass * whole.com_velocity[[0, -1], :, 1]).sum(axis=1)
-    force = float(t.force[:-1, :, 1].sum())
     weight = -float(t.tree.mass.sum()) * gravity(t.slope)[1]
     push, pushed, count = 0.0, 0.0, len(t) - 1
     angle = math.radians(t.slope)
@@ -118,7 +120,7 @@ def momentum_residual(t: Trajectory, whole: Motion) -> float:
         ticks = max(0, min(round(end / t.tick), count) - round(start / t.tick))
         up_ticks = ticks * (up * math.cos(angle) - forward * math.sin(angle))
         push, pushed = push + up_ticks, pushed + abs(up_ticks)
-    off = float(momentum[1] - momentum[0]) / t.tick - (force + push - weight * count)
+    off = (momentum[1] - momentum[0]) / t.tick - (force + push - weight * count)
     return abs(off) / max(weight * max(count, LEAST_TIME / t.tick), abs(force), pushed)
 
 

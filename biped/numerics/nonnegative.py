@@ -7,9 +7,8 @@ free unknowns that was right in the last problem usually is in the next one, whi
 
 from __future__ import annotations
 
-import math
-
 from biped.base.jit import kernel
+from biped.numerics.lanes import added, load, store
 
 MOST = 200
 """Changes of the free set after which the problem is given up (never seen beyond 30)."""
@@ -17,17 +16,18 @@ _PATIENCE = 3
 
 
 @kernel
-def nonnegative(H, f, n, free, L, x, y):
-    """Solves min ½ xᵀHx - fᵀx, x >= 0.
+def nonnegative(H, f, n, free, order, L, x, y):
+    """Solves min ½ xᵀHx - fᵀx, x >= 0. Vectors are rows of `biped.numerics.lanes`, of which the first n numbers count.
 
     Args:
-        H: (>= n, >= n) symmetric positive definite; the lower triangle is read.
-        f: (>= n,).
+        H: (>= n, lanes) symmetric positive definite, both triangles.
+        f: (1, lanes).
         n: Number of unknowns.
         free: (>= n,) 0 or 1: the unknowns believed to be positive, and on return those that may be.
+        order: (>= n,) integers, work.
         L: (>= n, >= n) work.
-        x: (>= n,) result.
-        y: (>= n,) its multipliers H x - f, zero where free, else non-negative.
+        x: (1, lanes) result.
+        y: (1, lanes) its multipliers H x - f, zero where free, else non-negative.
 
     Returns:
         How often the free set changed; MOST if no solution was found.
@@ -36,26 +36,16 @@ def nonnegative(H, f, n, free, L, x, y):
     patience = _PATIENCE
     top = 0.0
     for i in range(n):
-        top = max(top, abs(f[i]))
+        top = max(top, abs(f[0, i]))
     tiny = 1e-13 * top
     for turn in range(MOST):
-        _solve_free(H, f, n, free, L, x)
+        _solve_free(H, f, n, free, order, L, x)
+        _multipliers(H, f, n, free, x, y)
         wrong, last = 0, -1
         for i in range(n):
-            if free[i]:
-                y[i] = 0.0
-                if x[i] < 0.0:
-                    wrong += 1
-                    last = i
-            else:
-                s = -f[i]
-                for j in range(n):
-                    if free[j]:
-                        s += (H[i, j] if j <= i else H[j, i]) * x[j]
-                y[i] = s
-                if s < -tiny:
-                    wrong += 1
-                    last = i
+            if (free[i] and x[0, i] < 0.0) or y[0, i] < -tiny:
+                wrong += 1
+                last = i
         if wrong == 0:
             return turn
         if wrong < fewest:
@@ -67,40 +57,51 @@ def nonnegative(H, f, n, free, L, x, y):
             free[last] = 1 - free[last]
             continue
         for i in range(n):
-            if (free[i] and x[i] < 0.0) or (free[i] == 0 and y[i] < -tiny):
+            if (free[i] and x[0, i] < 0.0) or y[0, i] < -tiny:
                 free[i] = 1 - free[i]
     return MOST
 
 
 @kernel
-def _solve_free(H, f, n, free, L, x):
-    """Fills x with the solution of H x = f among the free unknowns, zero elsewhere."""
+def _multipliers(H, f, n, free, x, y):
+    """Fills y with H x - f, and zero where free."""
+    s = load(f, 0)
+    for j in range(n):
+        if free[j]:
+            s = added(s, -x[0, j], load(H, j))
+    store(y, 0, s)
     for i in range(n):
-        if free[i] == 0:
-            x[i] = 0.0
-            continue
-        s = f[i]
-        for j in range(i):
-            if free[j] == 0:
-                continue
-            t = H[i, j]
-            for k in range(j):
-                if free[k]:
-                    t -= L[i, k] * L[j, k]
-            t /= L[j, j]
-            L[i, j] = t
-            s -= t * x[j]
-        p = H[i, i]
-        for k in range(i):
-            if free[k]:
-                p -= L[i, k] * L[i, k]
-        L[i, i] = math.sqrt(max(p, 1e-14 * H[i, i]))
-        x[i] = s / L[i, i]
-    for i in range(n - 1, -1, -1):
-        if free[i] == 0:
-            continue
-        s = x[i]
-        for k in range(i + 1, n):
-            if free[k]:
-                s -= L[k, i] * x[k]
-        x[i] = s / L[i, i]
+        y[0, i] = 0.0 if free[i] else -y[0, i]
+
+
+@kernel
+def _solve_free(H, f, n, free, order, L, x):
+    """Fills x with the solution of H x = f among the free unknowns, zero elsewhere.
+
+    The free part of H is L D Lᵀ; of the work space the lower triangle holds L, the diagonal D⁻¹ and the upper one L D.
+    """
+    m = 0
+    for i in range(n):
+        x[0, i] = 0.0
+        if free[i]:
+            order[m] = i
+            m += 1
+    for a in range(m):
+        i = order[a]
+        s, p = f[0, i], H[i, i]
+        least = 1e-14 * p
+        for b in range(a):
+            t = H[i, order[b]]
+            for k in range(b):
+                t -= L[k, a] * L[b, k]
+            L[b, a] = t
+            L[a, b] = t * L[b, b]
+            p -= t * L[a, b]
+            s -= L[a, b] * x[0, order[b]]
+        L[a, a] = 1.0 / max(p, least)
+        x[0, i] = s
+    for a in range(m - 1, -1, -1):
+        s = x[0, order[a]] * L[a, a]
+        for k in range(a + 1, m):
+            s -= L[k, a] * x[0, order[k]]
+        x[0, order[a]] = s

@@ -298,6 +298,17 @@ class Randomise(Section, frozen=True):
     draw: dict[str, Distribution] = field(default_factory=dict)
 
 
+class Failures(Section, frozen=True):
+    """What is kept of runs that fell or are doubtful: their last seconds.
+
+    Attributes:
+        keep: Most runs kept at each point of a sweep, where a campaign is large (above 10,000 runs), in shards or on a
+            cluster; of others all are.
+    """
+
+    keep: Annotated[int, Meta(ge=0, le=1_000_000)] = 3
+
+
 class Threshold(Section, frozen=True):
     """When a sweep's threshold holds.
 
@@ -391,6 +402,7 @@ class Scenario(Section, frozen=True):
         randomise: The ensemble.
         sweep: Up to two dotted scenario keys, each with the values it takes; every combination is an ensemble.
         threshold: When a sweep's threshold holds.
+        failures: What is kept of runs that fell.
         window: What means are taken over.
         expect: What metrics are expected to be.
         thesis: The thesis's values of metrics, shown beside the result.
@@ -421,6 +433,7 @@ class Scenario(Section, frozen=True):
     randomise: Randomise = Randomise()
     sweep: dict[str, tuple[bool | float | str, ...]] = field(default_factory=dict)
     threshold: Threshold = Threshold()
+    failures: Failures = Failures()
     window: Window = Window()
     expect: dict[str, Bound] = field(default_factory=dict)
     thesis: dict[str, float] = field(default_factory=dict)

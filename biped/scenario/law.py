@@ -49,7 +49,7 @@ def find_law(text: str, beside: Path | None, fail: Fail) -> str:
 
 
 def digest(law: str) -> str:
-    """SHA-256 of a law: its file and the files beside it that it imports, directly or through one another.
+    """SHA-256 of a law: its file and the files beside it that it imports, or names with `.onnx`, one through another.
 
     Args:
         law: `path.py:Class`.
@@ -67,7 +67,7 @@ def digest(law: str) -> str:
             name = path.relative_to(file.parent).as_posix()
             if name not in found:
                 found[name] = path.read_bytes()
-                left += _beside(file.parent, found[name])
+                left += _beside(file.parent, found[name]) if path.suffix == ".py" else []
     except OSError as error:
         raise InputError(f"law: {path} cannot be read: {str(error.strerror).lower()}", "law") from None
     for name, text in sorted(found.items()):
@@ -76,7 +76,7 @@ def digest(law: str) -> str:
 
 
 def _beside(folder: Path, source: bytes) -> list[Path]:
-    """Files in a folder that Python code imports by name; code that does not parse imports nothing."""
+    """Files in a folder that Python code imports, and networks that it names; code that does not parse has none."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # they come when it runs
@@ -84,12 +84,15 @@ def _beside(folder: Path, source: bytes) -> list[Path]:
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return []
     names: set[str] = set()
+    networks: set[str] = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
             names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
-    candidates = [
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value.endswith(".onnx"):
+            networks.add(node.value)
+    candidates = [folder / name for name in sorted(networks) if Path(name).name == name] + [
         place
         for name in sorted(names)
         for parts in [name.split(".")]

@@ -18,6 +18,7 @@ class Metric(NamedTuple):
         meaning: In words, without the unit.
         kind: Of an ensemble, a `count` of runs, or the `mean` over the runs that walked.
         show: As a `number` of three digits, or a fraction as a `share` in percent.
+        better: Whether `more` or `less` of it is better of a walker, all else equal; `neither` says nothing by itself.
         table: The smallest table that it is in: `head` of every table, `run` (a result on a terminal), `engines` (two
             engines side by side), or `file` (results on disk, --json).
     """
@@ -28,6 +29,7 @@ class Metric(NamedTuple):
     kind: Literal["count", "mean"] = "mean"
     show: Literal["number", "share"] = "number"
     table: Literal["head", "run", "engines", "file"] = "file"
+    better: Literal["more", "less", "neither"] = "neither"
 
     @property
     def words(self) -> str:
@@ -54,64 +56,80 @@ _WALKED = (
 )
 
 _ALL = (
-    Metric("falls", "", "runs that fell or diverged", "count"),
-    Metric("diverged", "", "runs whose numbers blew up, which are among the falls", "count"),
-    Metric("doubtful", "", "runs whose sentinels failed: neither walked, nor stood, nor fell", "count"),
-    Metric("walked", "", _WALKED, "count", table="engines"),
+    Metric("falls", "", "runs that fell or diverged", "count", better="less"),
+    Metric("diverged", "", "runs whose numbers blew up, which are among the falls", "count", better="less"),
+    Metric("doubtful", "", "runs whose sentinels failed: neither walked, nor stood, nor fell", "count", better="less"),
+    Metric("walked", "", _WALKED, "count", table="engines", better="more"),
     Metric("stood", "", "runs that stood still in the window: no foot strike, torso within 0.1 m of its mean place, "
            "on ground that bears the weight", "count"),
     Metric("time", "s", "simulated"),
     Metric("distance", "m", "travelled by the torso along the ground"),
-    Metric("speed", "m/s", "mean over the window", table="head"),
-    Metric("speed_std", "m/s", "standard deviation of the torso's forward velocity over the window", table="engines"),
+    Metric("speed", "m/s", "mean over the window", table="head", better="more"),
+    Metric("speed_std", "m/s", "standard deviation of the torso's forward velocity over the window", table="engines",
+           better="less"),
     Metric("froude", "", "speed / sqrt(g leg length)", table="run"),
-    Metric("cost_of_transport", "", "net: integral of |sum of joint powers| / (weight x distance)", table="head"),
+    Metric("cost_of_transport", "", "net: integral of |sum of joint powers| / (weight x distance)", table="head",
+           better="less"),
     Metric("cost_of_transport_absolute", "", "integral of the sum of |joint powers| / (weight x distance)",
-           table="run"),
+           table="run", better="less"),
     Metric("cost_of_transport_positive", "", "integral of the positive joint powers / (weight x distance)",
-           table="run"),
-    Metric("cost_of_transport_heat", "", "integral of the motors' I²R / (weight x distance)"),
+           table="run", better="less"),
+    Metric("cost_of_transport_heat", "", "integral of the motors' I²R / (weight x distance)", better="less"),
     Metric("cost_of_transport_electrical", "",
-           "integral of the electrical power that each motor draws, none given back / (weight x distance)"),
+           "integral of the electrical power that each motor draws, none given back / (weight x distance)",
+           better="less"),
     Metric("step_length", "m", "heel to heel at foot strike", table="run"),
     Metric("step_frequency", "1/s", "foot strikes per second", table="run"),
     Metric("steps", "", "foot strikes in the window"),
-    Metric("alternation", "", "share of foot strikes that are the other leg's than the one before", show="share"),
+    Metric("alternation", "", "share of foot strikes that are the other leg's than the one before", show="share",
+           better="more"),
     Metric("strayed", "m", "furthest that the torso was from its mean place in the window"),
     Metric("double_support", "", "share of the window with both feet on the ground", show="share", table="head"),
-    Metric("flight", "", "share of the window with neither", show="share", table="engines"),
-    Metric("peak_torque", "N m", "largest joint torque", table="run"),
-    Metric("mean_torque", "N m", "mean of |joint torque|", table="run"),
-    Metric("rms_torque", "N m", "largest root mean square of a joint's torque"),
-    Metric("motor_load", "", "largest root mean square of a joint's torque / what motor and gear bear continuously"),
-    Metric("gear_load", "", "largest joint torque / what the gear bears intermittently"),
-    Metric("beyond_gear", "", "share of ticks with a torque beyond that", show="share"),
-    Metric("beyond_line", "", "share of ticks with a torque beyond the motors' torque-speed line", show="share"),
-    Metric("saturation", "", "share of ticks with a torque at its limit", show="share"),
-    Metric("peak_power", "W", "largest joint power"),
-    Metric("torque_rate", "N m/ms", "mean of the largest change of a joint torque from tick to tick"),
-    Metric("switches", "1/s", "changes of leg state", table="engines"),
-    Metric("constraint_switches", "1/s", "changes of the set of rows in A", table="run"),
-    Metric("peak_force", "N", "largest normal force of a point", table="run"),
+    Metric("flight", "", "share of the window with neither", show="share", table="engines", better="less"),
+    Metric("peak_torque", "N m", "largest joint torque", table="run", better="less"),
+    Metric("mean_torque", "N m", "mean of |joint torque|", table="run", better="less"),
+    Metric("rms_torque", "N m", "largest root mean square of a joint's torque", better="less"),
+    Metric("motor_load", "", "largest root mean square of a joint's torque / what motor and gear bear continuously",
+           better="less"),
+    Metric("gear_load", "", "largest joint torque / what the gear bears intermittently", better="less"),
+    Metric("beyond_gear", "", "share of ticks with a torque beyond that", show="share", better="less"),
+    Metric("beyond_line", "", "share of ticks with a torque beyond the motors' torque-speed line",
+           show="share", better="less"),
+    Metric("saturation", "", "share of ticks with a torque at its limit", show="share", better="less"),
+    Metric("peak_power", "W", "largest joint power", better="less"),
+    Metric("torque_rate", "N m/ms", "mean of the largest change of a joint torque from tick to tick", better="less"),
+    Metric("switches", "1/s", "changes of leg state", table="engines", better="less"),
+    Metric("constraint_switches", "1/s", "changes of the set of rows in A", table="run", better="less"),
+    Metric("peak_force", "N", "largest normal force of a point", table="run", better="less"),
     Metric("support", "", "mean normal ground force / weight", table="run"),
     Metric("centre_of_pressure", "", "mean place of the ground force under a foot, 0 heel … 1 toe"),
-    Metric("slip", "", "sliding of loaded points / distance travelled", table="run"),
-    Metric("penetration", "m", "deepest point", table="run"),
-    Metric("clearance", "m", "lowest toe or heel in the middle half of a swing", table="run"),
+    Metric("slip", "", "sliding of loaded points / distance travelled", table="run", better="less"),
+    Metric("penetration", "m", "deepest point", table="run", better="less"),
+    Metric("clearance", "m", "lowest toe or heel in the middle half of a swing", table="run", better="more"),
     Metric("torso_lean", "degrees", "mean lean of the torso from the vertical, forward positive", table="run"),
-    Metric("torso_sway", "degrees", "standard deviation of it"),
-    Metric("torso_error", "degrees", "root mean square error of the torso angle that the estimator infers"),
-    Metric("torso_error_worst", "degrees", "largest error of it"),
-    Metric("underactuated", "", "share of ticks in which it rests on the gyro", show="share"),
-    Metric("longest_gap", "s", "longest time that it does at a stretch"),
-    Metric("gyro_clipped", "", "share of ticks with the gyro beyond its range", show="share"),
+    Metric("torso_sway", "degrees", "standard deviation of it", better="less"),
+    Metric("torso_error", "degrees", "root mean square error of the torso angle that the estimator infers",
+           better="less"),
+    Metric("torso_error_worst", "degrees", "largest error of it", better="less"),
+    Metric("underactuated", "", "share of ticks in which it rests on the gyro", show="share", better="less"),
+    Metric("longest_gap", "s", "longest time that it does at a stretch", better="less"),
+    Metric("gyro_clipped", "", "share of ticks with the gyro beyond its range", show="share", better="less"),
+    Metric("push_impulse", "N s", "impulse of the strongest push, forward positive; of pushed runs"),
+    Metric("push_speed", "m/s", "the same / mass of the robot"),
+    Metric("push_froude", "", "the same / (mass x sqrt(g leg length))"),
+    Metric("recovery_time", "s", "from the end of the last push until all steps are as fast as before it, "
+           "within 10 % or two standard deviations", better="less"),
+    Metric("first_step", "m", "length of the first step after the last push"),
+    Metric("second_step", "m", "of the second"),
+    Metric("third_step", "m", "of the third"),
+    Metric("fourth_step", "m", "of the fourth"),
     Metric("energy_residual", "", "energy that work and losses do not explain / work", show="share", table="run"),
     Metric("energy_from_nowhere", "", "most energy that neither the start nor actuators nor pushes put in / work",
            show="share"),
     Metric("momentum_residual", "", "vertical momentum that the ground, gravity and pushes do not explain / impulse",
            show="share"),
     Metric("link_speed", "m/s", "largest speed of a link's centre of mass"),
-    Metric("contact_loss", "W", "mean power lost in ground contacts", table="engines"),
+    Metric("contact_loss", "W", "mean power lost in ground contacts", table="engines", better="less"),
 )  # fmt: skip
 
 METRICS: dict[str, Metric] = {metric.name: metric for metric in _ALL}
@@ -131,8 +149,9 @@ HEAD: tuple[str, ...] = tuple(metric.name for metric in shown_in("head"))
 
 def as_markdown() -> str:
     """The list as the table of docs/results.md."""
-    lines = ["| metric | unit | of an ensemble | meaning |", "|---|---|---|---|"]
+    lines = ["| metric | unit | of an ensemble | better | meaning |", "|---|---|---|---|---|"]
     for metric in _ALL:
         meaning = metric.meaning.replace("|", "\\|")
-        lines.append(f"| `{metric.name}` | {metric.unit or '–'} | {metric.kind} | {meaning} |")
+        unit, better = metric.unit or "–", "–" if metric.better == "neither" else metric.better
+        lines.append(f"| `{metric.name}` | {unit} | {metric.kind} | {better} | {meaning} |")
     return "\n".join(lines)

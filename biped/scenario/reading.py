@@ -167,6 +167,22 @@ def _without_none(value: Any) -> Any:
     return value
 
 
+def from_text(text: str, where: Path) -> Scenario:
+    """The scenario that `to_toml` wrote out.
+
+    Args:
+        text: It.
+        where: What the text is called in errors.
+
+    Raises:
+        InputError: It is no scenario, or names what is not there.
+    """
+    try:
+        return _checked(parse_toml(text), {}, where).scenario
+    except ValueError as error:
+        raise InputError(f"{where}: not a TOML file: {said(error)}") from None
+
+
 def changed(scenario: Scenario, part: dict[str, Any], where: Path) -> Scenario:
     """The scenario with part of another laid over it, checked like a file called `where`.
 

@@ -27,9 +27,9 @@ class Weights(Section, frozen=True):
     """What the search's objective adds up, per run.
 
     Attributes:
-        falls: Cost of a run that does not walk: all of it at the start, half of it just before the end.
+        falls: Cost of a run that misses its goal: all of it at the start, half of it just before the end.
         progress: Share of that half which is earned by distance, not time: a stander is no better than a fall.
-        excess: Times the relative excess of a walker's metrics over `limits`.
+        excess: Times the relative excess of metrics over `limits`, of runs that reach their goal.
         speed: Times the squared relative error of the speed, where a condition names one.
         cost_of_transport: Times the net cost of transport.
         closeness: Times the mean square distance from the gait the search starts at, in units of its steps.
@@ -51,12 +51,34 @@ class Condition(Section, frozen=True):
         runs: Runs of each gait in each generation.
         weight: Of its mean cost among the conditions.
         speed: [m/s] wanted.
+        goal: What the gait should do in its window, walk or stand.
     """
 
     set: dict[str, Any] = field(default_factory=dict)
     runs: Count = 4
     weight: Positive = 1.0
     speed: Positive | None = None
+    goal: Literal["walked", "stood"] = "walked"
+
+
+class Stage(Section, frozen=True):
+    """A part of a search; the next one starts at the best gait that it found.
+
+    Attributes:
+        generations: Of this stage; default: those of [tune].
+        conditions: Names of the conditions that count; default: all.
+        hold: Gains and the values that they keep in it, e.g. `hold = { theta_b = 80.0 }`.
+        set: Part of a scenario that all of its conditions have.
+        spread: First standard deviation; default: that of [tune].
+        limits: Instead of those of [tune].
+    """
+
+    generations: Count | None = None
+    conditions: tuple[str, ...] | None = None
+    hold: dict[str, Real] = field(default_factory=dict)
+    set: dict[str, Any] = field(default_factory=dict)
+    spread: Positive | None = None
+    limits: dict[str, Positive] | None = None
 
 
 class Tune(Section, frozen=True):
@@ -81,6 +103,7 @@ class Tune(Section, frozen=True):
         checks: Runs of each condition in a re-check.
         finalists: Best re-checked gaits among which the last comparison, on fresh seeds, decides.
         unseen: Runs of each condition on seeds no decision was made on.
+        stages: Parts of the search, one after the other; default: one, with everything above.
     """
 
     gains: tuple[str, ...] | None = None
@@ -101,3 +124,4 @@ class Tune(Section, frozen=True):
     checks: Count = 8
     finalists: Count = 3
     unseen: Count = 20
+    stages: tuple[Stage, ...] = ()

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from biped.base.errors import InputError
 from biped.ensemble import campaign
+from biped.ensemble.columns import batches, smallest
 from biped.ensemble.plan import Plan
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import compile_foreign
@@ -30,21 +33,57 @@ def chosen(rows: Sequence[Mapping[str, Any]]) -> list[tuple[str, int]]:
     """
     if len(rows) == 1:
         return [("run", rows[0]["index"])]
-    walkers = sorted((row for row in rows if row["walked"]), key=lambda row: row["speed"])
-    picked = []
-    if walkers:
-        picked.append(("best", walkers[-1]["index"]))
-    if len(walkers) > 2:
-        picked.append(("median", walkers[len(walkers) // 2]["index"]))
-    fallen = [("fell" if row["fell"] else "doubtful", row["index"]) for row in rows if row["end"] != "completed"]
-    still = [("stayed_up", row["index"]) for row in rows if row["end"] == "completed" and not row["walked"]]
-    return picked + [(f"{how}_{index}", index) for how, index in (*fallen[:FALLEN], *still[:1])]
+    picked, count = [], sum(int(columns["walked"].sum()) for columns in batches(rows, ["walked"]))
+    if count:
+        picked.append(("best", _walker(rows, count - 1)))
+    if count > 2:
+        picked.append(("median", _walker(rows, count // 2)))
+    fallen: list[tuple[str, int]] = []
+    still: list[tuple[str, int]] = []
+    for columns in batches(rows, ("index", "end", "fell", "walked")):
+        up = columns["end"] == "completed"
+        for place in np.flatnonzero(~up)[: FALLEN - len(fallen)]:
+            fallen.append(("fell" if columns["fell"][place] else "doubtful", int(columns["index"][place])))
+        for place in np.flatnonzero(up & ~columns["walked"])[: 1 - len(still)]:
+            still.append(("stayed_up", int(columns["index"][place])))
+    return picked + [(f"{how}_{index}", index) for how, index in (*fallen, *still)]
 
 
-def spread(rows: Sequence[Any], most: int) -> list[Any]:
-    """At most so many of the rows, evenly spread over all of them."""
-    count = min(most, len(rows))
-    return [rows[i * len(rows) // count] for i in range(count)]
+def _walker(rows: Sequence[Mapping[str, Any]], rank: int) -> int:
+    """The number of the run that so many slower walkers precede; of equally fast ones, the first go before."""
+
+    def speeds() -> Iterator[np.ndarray]:
+        return (columns["speed"][columns["walked"]] for columns in batches(rows, ("walked", "speed")))
+
+    speed = smallest(speeds, rank)
+    rank -= sum(int((piece < speed).sum()) for piece in speeds())
+    for columns in batches(rows, ("index", "walked", "speed")):
+        alike = columns["index"][columns["walked"] & (columns["speed"] == speed)]
+        if rank < alike.size:
+            return int(alike[rank])
+        rank -= alike.size
+    raise AssertionError
+
+
+def spread(rows: Sequence[Mapping[str, Any]], most: int) -> list[int]:
+    """Numbers of at most so many of the runs, evenly spread over all of them."""
+    count, at, found = min(most, len(rows)), 0, []
+    places = np.array([i * len(rows) // count for i in range(count)])
+    for columns in batches(rows, ["index"]):
+        size = columns["index"].size
+        found += columns["index"][places[(places >= at) & (places < at + size)] - at].tolist()
+        at += size
+    return found
+
+
+def of_numbers(rows: Sequence[Mapping[str, Any]], numbers: Collection[int]) -> dict[int, Mapping[str, Any]]:
+    """The rows of some runs, by their numbers."""
+    found, at = {}, 0
+    for columns in batches(rows, ["index"]):
+        for place in np.flatnonzero(np.isin(columns["index"], list(numbers))):
+            found[int(columns["index"][place])] = rows[at + int(place)]
+        at += columns["index"].size
+    return found
 
 
 def record_runs(path: Path, plan: Plan, result: Mapping[str, Any], known: Mapping[int, Trajectory]) -> None:
@@ -67,20 +106,22 @@ def _record(path: Path, plan: Plan, result: Mapping[str, Any], runs: Mapping[int
 
     model = compile_foreign(plan.model, plan.scenario, visuals=True).model
     text = to_toml(plan.scenario)
-    rows = {row["index"]: row for row in result["runs"]}
+    rows = result["runs"]
     checks = [tuple(check.values()) for check in result["checks"]]
     title, alone = result["scenario"], len(rows) == 1
+    picked = chosen(rows)
+    metrics = of_numbers(rows, {index for _, index in picked})
     shown = [
         Recorded(
             name=title.replace("/", "-") if alone else name,
             title=title if alone else f"{title}, run {index}",
             trajectory=runs[index],
             model=model,
-            metrics=rows[index],
+            metrics=metrics[index],
             checks=checks,
             scenario_text=text,
         )
-        for name, index in chosen(result["runs"])
+        for name, index in picked
         if index in runs
     ]
     record(path, shown, title=result["scenario"])
@@ -138,7 +179,7 @@ def plot_results(folder: Path, out: Path | None = None) -> list[Path]:
     if kept.plan.scenario.law is not None:
         print(f"biped: no velocities.png: {kept.again(rows[0]['index'])}", file=sys.stderr)
         return files
-    trajectories = [campaign.run_one(kept.plan, row["index"])[0] for row in spread(rows, DRAWN)]
+    trajectories = [campaign.run_one(kept.plan, index)[0] for index in spread(rows, DRAWN)]
     files.append(out / "velocities.png")
     title = f"{result['scenario']}: {result['summary']['walked']} of {len(rows)} walked"
     if len(trajectories) < len(rows):

@@ -9,15 +9,20 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from biped.ensemble.columns import batches
 from biped.ensemble.sweeps import threshold_words
 from biped.measure.metrics.gait import MOVED
-from biped.measure.metrics.walking import kind_of, outcome
+from biped.measure.metrics.walking import TOLD_BY, kind_of, outcome
 from biped.scenario.metrics import HEAD, METRICS, shown_in
 from biped.show.safe import SafeConsole
 
+STEPS_AFTER = ("first_step", "second_step", "third_step", "fourth_step")
+WARNED = 10
+"""Most runs whose warnings are printed."""
 NOWHERE = f"no cost of transport, no slip: moved less than {MOVED:g} m in the window"
 
 
@@ -67,20 +72,47 @@ def show_result(result: Mapping[str, Any], description: str) -> None:
                   f"{failures(summary)}")  # fmt: skip
         for cause, count in causes_of(runs):
             out.print(f"    {count} × {cause}")
-    for run in runs:
-        if run["warnings"]:
-            out.print(f"  run {run['index']}: engine warnings {run['warnings']}")
+    show_warnings(runs)
+    if push_words(summary):
+        out.print(f"  {push_words(summary)}")
     thesis = result["thesis"]
     page = table(("metric", "value", *(["thesis"] if thesis else []), "meaning"), ("metric", "meaning"))
     for metric in shown_in("run"):
         theirs = [metric.text(thesis[metric.name]) if metric.name in thesis else ""] if thesis else []
         page.add_row(metric.name, metric.text(summary[metric.name]), *theirs, metric.explained)
+    for name, values in signals_of(runs).items():
+        page.add_row(name, number(values["mean"]), *([""] if thesis else []),
+                     f"the law's own signal: {number(values['min'])} … {number(values['max'])}")  # fmt: skip
     out.print(page)
     if nowhere(summary):
         out.print(f"  {NOWHERE}")
     if "points" in result:
         show_points(result)
     show_checks(result)
+
+
+def signals_of(runs: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, float]]:
+    """What a law of the user's own logged: mean, smallest and largest over the runs that have it, by name."""
+    found: dict[str, dict[str, float]] = {}
+    for name in dict.fromkeys(name for run in runs for name in run.get("signals") or {}):
+        there = [run["signals"][name] for run in runs if run.get("signals") and real(run["signals"][name]["mean"])]
+        if there:
+            mean = sum(one["mean"] for one in there) / len(there)
+            least, most = min(one["min"] for one in there), max(one["max"] for one in there)
+            found[name] = {"mean": mean, "min": least, "max": most}
+    return found
+
+
+def push_words(numbers: Mapping[str, Any]) -> str:
+    """A push and what came after it, in one line; empty where nobody pushed."""
+    if not real(numbers["push_impulse"]):
+        return ""
+    impulse, speed, share = (number(numbers[name]) for name in ("push_impulse", "push_speed", "push_froude"))
+    told = f"pushed with {impulse} N s, {speed} m/s of the whole robot, {share} sqrt(g leg)"
+    steps = [numbers[name] for name in STEPS_AFTER if real(numbers[name])]
+    if real(numbers["recovery_time"]):
+        told += f"; recovered in {number(numbers['recovery_time'])} s"
+    return f"{told}; next steps {', '.join(number(step) for step in steps)} m" if steps else told
 
 
 def show_points(result: Mapping[str, Any]) -> None:
@@ -99,9 +131,26 @@ def show_points(result: Mapping[str, Any]) -> None:
         out.print(f"  {threshold_words(t)}")
 
 
+def show_warnings(runs: Sequence[Mapping[str, Any]]) -> None:
+    """Prints which runs the engine warned of: the first few, and how many there are besides."""
+    out, more = console(), 0
+    for columns in batches(runs, ("index", "warnings")):
+        for index, warnings in zip(columns["index"], columns["warnings"], strict=True):
+            if warnings not in ({}, "{}"):
+                more += 1
+                if more <= WARNED:
+                    out.print(f"  run {index}: engine warnings {warnings}")
+    if more > WARNED:
+        out.print(f"  {more - WARNED} more runs with engine warnings")
+
+
 def causes_of(runs: Sequence[Mapping[str, Any]]) -> list[tuple[str, int]]:
     """What became of the runs that did not walk and how often, the commonest first."""
-    return Counter(kind_of(run) for run in runs if not run["walked"]).most_common()
+    causes: Counter[str] = Counter()
+    for columns in batches(runs, ("walked", *TOLD_BY)):
+        for place in np.flatnonzero(~columns["walked"]):
+            causes[kind_of({name: columns[name][place] for name in TOLD_BY})] += 1
+    return causes.most_common()
 
 
 def failures(summary: Mapping[str, Any]) -> str:
@@ -140,7 +189,7 @@ def show_checks(result: Mapping[str, Any]) -> None:
 def progress(title: str, total: int, done: int) -> Iterator[Any]:
     """A progress bar on stderr, only if that is a terminal; yields a function to call per finished run."""
     if not sys.stderr.isatty() or total < 2:
-        yield lambda: None
+        yield lambda *_: None
         return
     from rich import progress as bar
 
@@ -151,9 +200,10 @@ def progress(title: str, total: int, done: int) -> Iterator[Any]:
     with bar.Progress(*columns, console=SafeConsole(stderr=True), transient=True) as shown:
         task = shown.add_task(title, total=total, completed=done, rate="")
 
-        def advance() -> None:
-            shown.advance(task)
+        def advance(count: int = 1, words: str = "") -> None:
+            shown.advance(task, count)
             speed = shown.tasks[0].speed
-            shown.update(task, rate=f"{speed:.1f} runs/s" if speed else "")
+            rate = f"{speed:.1f} runs/s" if speed else ""
+            shown.update(task, rate=", ".join(filter(None, (rate, words))))
 
         yield advance

@@ -15,7 +15,7 @@ from biped.base.writing import write_text
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.ensemble.results import result_of
-from biped.ensemble.rows import LOST
+from biped.ensemble.rows import LOST, RAISED
 from biped.measure.trajectory import Trajectory
 from biped.robot.tree import absolute
 from biped.scenario.metrics import METRICS
@@ -48,7 +48,7 @@ class Comparison(NamedTuple):
         rows = [self.results[engine]["runs"] for engine in ENGINES]
         return {
             "scenario": self.scenario,
-            "passed": not any(run["end"] in ("diverged", "doubtful", LOST) for runs in rows for run in runs),
+            "passed": not any(run["end"] in ("diverged", "doubtful", LOST, RAISED) for runs in rows for run in runs),
             "parted_at": parted_at(*(self.first[engine] for engine in ENGINES)),
             "metrics": self.metrics(),
             "results": self.results,

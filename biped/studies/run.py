@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import shutil
+import weakref
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from tempfile import mkdtemp
 from typing import Any, NamedTuple
 
 from msgspec.structs import replace
@@ -14,10 +18,18 @@ from biped.base.files import canonical, label, locate
 from biped.base.json import dumps
 from biped.base.progress import Progress, Told, silent, unheard
 from biped.ensemble import campaign
-from biped.ensemble.folder import Folder, keep
+from biped.ensemble.backend import Jobs
+from biped.ensemble.columns import batches
+from biped.ensemble.endings import LAST_SECONDS, keep_some
+from biped.ensemble.folder import Folder, complaining, keep
+from biped.ensemble.in_parts import LARGE, InParts
+from biped.ensemble.parts import FOLDER as PARTS
+from biped.ensemble.parts import commit_to
 from biped.ensemble.plan import Plan
-from biped.ensemble.results import result_of, write_table
-from biped.ensemble.rows import Row
+from biped.ensemble.results import result_of, told, write_table
+from biped.ensemble.rows import RAISED, Row
+from biped.ensemble.shard import Shard
+from biped.ensemble.stored_rows import StoredRows
 from biped.measure.trajectory import Trajectory
 from biped.robot.given import Factory
 from biped.scenario.keys import Scenario
@@ -28,13 +40,23 @@ from biped.scenario.vary import run_seed
 
 RUNS = Path("runs")
 """Where results go unless --out says otherwise, below the working folder."""
-
-LAST_SECONDS = 3.0
-"""[s] of trajectory kept of a run that fell in a campaign."""
-
+TRACEBACK = "traceback.txt"
+"""Of a single run whose law raised: where in it."""
 
 Recorder = Callable[[Path, Plan, dict[str, Any], dict[int, Trajectory]], None]
 """Writes a recording to a file, from the plan, its result object and trajectories that need not be made again."""
+
+
+class Temporary:
+    """A temporary folder that is removed with this object.
+
+    Attributes:
+        path: Where.
+    """
+
+    def __init__(self):
+        self.path = Path(mkdtemp(prefix="biped-"))
+        weakref.finalize(self, shutil.rmtree, self.path, ignore_errors=True)
 
 
 class Done(NamedTuple):
@@ -42,17 +64,48 @@ class Done(NamedTuple):
 
     Attributes:
         result: Its result object (`biped.ensemble.results`).
-        rows: Its runs' numbers.
+        rows: Its runs' numbers; those of a large campaign lie in files.
         folder: Where its results are; None if nothing was written.
         plan: What was run.
         trajectories: Those of a single run, by its number; an ensemble's are not kept.
+        files: A temporary folder, of rows of a large campaign of which nothing was written; it lives as long as this.
     """
 
     result: dict[str, Any]
-    rows: list[Row]
+    rows: list[Row] | StoredRows
     folder: Path | None
     plan: Plan
     trajectories: dict[int, Trajectory]
+    files: Temporary | None = None
+
+    @property
+    def raised(self) -> bool:
+        """Whether a law of the user's own ended any of the runs."""
+        if isinstance(self.rows, StoredRows):
+            return any((columns["end"] == RAISED).any() for columns in batches(self.rows, ["end"]))
+        return any(row.end == RAISED for row in self.rows)
+
+
+class Shared(NamedTuple):
+    """A share of a campaign that was made, while others are not.
+
+    Attributes:
+        scenario: Of the campaign.
+        shard: Which share.
+        runs: How many runs it has.
+        left: How many runs of the campaign nobody has made yet.
+        folder: Where they are.
+    """
+
+    scenario: str
+    shard: Shard
+    runs: int
+    left: int
+    folder: Path
+
+    def as_dict(self) -> dict[str, Any]:
+        """What `--json` prints."""
+        return self._asdict() | {"shard": str(self.shard), "folder": str(self.folder)}
 
 
 def title_of(name: str) -> str:
@@ -63,34 +116,36 @@ def title_of(name: str) -> str:
 
 
 def _keep(folder: Path, index: int, trajectory: Trajectory, row: Row, more: str = "") -> None:
-    """Keeps the last seconds of a run that fell or is doubtful, and the command that makes it again."""
-    if row.fell or row.doubtful:
-        keep(folder, index, row.cause, trajectory.last(LAST_SECONDS), more)
+    """Keeps the last seconds of a run that fell, is doubtful or was ended by its law, and how to make it again."""
+    if row.fell or row.doubtful or row.end == RAISED:
+        keep(folder, index, row.cause, trajectory.last(LAST_SECONDS).save, more, trajectory.traceback)
 
 
 def run(
     name: str,
     changes: Sequence[str],
-    jobs: int,
+    jobs: Jobs,
     out: Path | None,
     record: Recorder | None = None,
     only: int | None = None,
     write: bool = True,
     progress: Progress = silent,
     tell: Told = unheard,
+    same: bool = False,
 ) -> Done:
     """Runs one scenario and writes its results.
 
     Args:
         name: Name or path of the scenario.
         changes: `--set` changes.
-        jobs: Number of processes.
+        jobs: Number of processes, or a cluster.
         out: Results folder; default: a new one below `RUNS`.
         record: Writes a recording; default: none is written.
         only: Replay just this run of the ensemble.
         write: Whether to write anything.
         progress: Told of every finished run of an ensemble.
         tell: Told what of an interrupted campaign could not be used.
+        same: Whether runs that another kind of machine made are refused.
 
     Raises:
         InputError: Something the user wrote cannot be used; nothing is left behind.
@@ -104,12 +159,61 @@ def run(
     if write:
         suffix = "" if only is None else f"-run{only}"
         where = Folder.new(RUNS, title + suffix, plan, runs) if out is None else Folder(out, plan, runs)
-    try:
-        done = _made(title, plan, runs or range(len(plan)), jobs, where, progress, tell)
+    how = _How(jobs, where, partial(progress, title), tell, same)
+    with _leaving_what_counts(where):
+        done = _made(title, plan, runs or range(len(plan)), how)
         if where is not None:
             _write(where, done, record)
+            done = done._replace(folder=Path(label(where.path)))
+    return done
+
+
+def run_shard(
+    name: str,
+    changes: Sequence[str],
+    shard: Shard,
+    jobs: Jobs,
+    out: Path,
+    record: Recorder | None = None,
+    progress: Progress = silent,
+    tell: Told = unheard,
+    same: bool = False,
+) -> Done | Shared:
+    """Runs a share of a scenario's campaign; whoever makes the last one ends the campaign.
+
+    Args:
+        name: Name or path of the scenario.
+        changes: `--set` changes.
+        shard: The share.
+        jobs: Number of processes, or a cluster.
+        out: Results folder, which all shares have in common.
+        record: Writes a recording at the end; default: none is written.
+        progress: Told of every finished run.
+        tell: Told what of an interrupted campaign could not be used.
+        same: Whether runs that another kind of machine made are refused.
+
+    Returns:
+        How far the campaign is; or, once nothing is missing, what `run` returns.
+    """
+    plan = plan_of(name, changes)
+    title = title_of(name)
+    where = Folder(out, plan, shard=shard)
+    how = _How(jobs, where, partial(progress, f"{title} {shard}"), tell, same)
+    with _leaving_what_counts(where):
+        left = _share(plan, shard, how, where)
+        if left or not where.alone():
+            return Shared(title, shard, len(shard.runs(len(plan))), left, Path(label(where.path)))
+        done = _made(title, plan, range(len(plan)), how)
+        _write(where, done, record)
+        return done._replace(folder=Path(label(where.path)))
+
+
+@contextmanager
+def _leaving_what_counts(where: Folder | None) -> Iterator[None]:
+    """Closes a folder; of what an error interrupts, finished runs are kept, half a run is not."""
+    try:
+        yield
     except BaseException as error:
-        # What an interrupted campaign finished is kept; half a run is not.
         if where is not None:
             where.discard()
             if where.noted and isinstance(error, InputError):
@@ -117,7 +221,6 @@ def run(
         raise
     if where is not None:
         where.close()
-    return done if where is None else done._replace(folder=Path(label(where.path)))
 
 
 def plan_of(name: str, changes: Sequence[str], law: Factory | None = None) -> Plan:
@@ -149,9 +252,9 @@ def with_law(scenario: Scenario, law: Factory) -> Scenario:
     return scenario
 
 
-def run_plan(title: str, plan: Plan, jobs: int, progress: Progress = silent) -> Done:
+def run_plan(title: str, plan: Plan, jobs: Jobs, progress: Progress = silent) -> Done:
     """Makes all runs of a plan and writes nothing."""
-    return _made(title, plan, range(len(plan)), jobs, None, progress, unheard)
+    return _made(title, plan, range(len(plan)), _How(jobs, None, partial(progress, title), unheard, False))
 
 
 def save(done: Done, path: Path) -> Path:
@@ -170,17 +273,69 @@ def save(done: Done, path: Path) -> Path:
     return where.path
 
 
-def _made(
-    title: str, plan: Plan, indices: Sequence[int], jobs: int, where: Folder | None, progress: Progress, tell: Told
-) -> Done:
+class _How(NamedTuple):
+    """How runs are made: by whom, where they are noted, who is told."""
+
+    jobs: Jobs
+    where: Folder | None
+    progress: Callable[..., Any]
+    tell: Told
+    same: bool
+
+
+def _made(title: str, plan: Plan, indices: Sequence[int], how: _How) -> Done:
     """Makes the runs."""
-    known: dict[int, Trajectory] = {}
     if len(indices) == 1:
         trajectory, row = campaign.run_one(plan, indices[0])
-        rows, known = [row], {row.index: trajectory}
+        return Done(result_of(title, plan, [row]), [row], None, plan, {row.index: trajectory})
+    if how.where is None and len(indices) > LARGE:
+        files = Temporary()
+        rows = _finished_in_parts(plan, how, files.path)
+        return Done(result_of(title, plan, rows), rows, None, plan, {}, files)
+    begun_so = how.where is not None and (how.where.path / PARTS).is_dir()
+    if how.where is not None and (begun_so or len(indices) > LARGE or not isinstance(how.jobs, int)):
+        rows = _finished_in_parts(plan, how, how.where.parts)
     else:
-        rows = _ensemble(plan, indices, jobs, where, partial(progress, title), tell)
-    return Done(result_of(title, plan, rows), rows, None, plan, known)
+        rows = _ensemble(plan, indices, how)
+    return Done(result_of(title, plan, rows), rows, None, plan, {})
+
+
+def _finished_in_parts(plan: Plan, how: _How, folder: Path) -> list[Row] | StoredRows:
+    """All rows of a campaign whose rows lie in files: themselves if they are few, else where they are."""
+    campaign = _in_parts(plan, how, folder)
+    everything = range(len(plan))
+    with complaining(folder):
+        _make_in_parts(campaign, everything, how)
+        rows = campaign.finish()
+        if how.where is not None:
+            keep_some(plan, rows, how.where, how.jobs)
+    return [Row.of(record) for record in rows] if len(rows) <= LARGE else rows
+
+
+def _in_parts(plan: Plan, how: _How, folder: Path) -> InParts:
+    """The campaign in files, with what a journal holds of it."""
+    where = how.where
+    commit = where.commit if where is not None else partial(commit_to, folder)
+    campaign = InParts(plan, folder, commit, how.tell, how.same)
+    if where is not None and where.journal.is_file():
+        rows = _finished(plan, where, how.tell)
+        campaign.adopt([rows[index] for index in sorted(rows)])
+    return campaign
+
+
+def _make_in_parts(campaign: InParts, wanted: range, how: _How) -> None:
+    left = sum(map(len, campaign.missing(wanted)))
+    if left:
+        with how.progress(len(wanted), len(wanted) - left) as advance:
+            campaign.make(how.jobs, wanted, advance)
+
+
+def _share(plan: Plan, shard: Shard, how: _How, where: Folder) -> int:
+    """Makes a share; returns how many runs of the campaign are missing."""
+    campaign = _in_parts(plan, how, where.parts)
+    with complaining(where.parts):
+        _make_in_parts(campaign, shard.runs(len(plan)), how)
+    return sum(map(len, campaign.missing(range(len(plan)))))
 
 
 def _write(where: Folder, done: Done, record: Recorder | None) -> None:
@@ -189,23 +344,35 @@ def _write(where: Folder, done: Done, record: Recorder | None) -> None:
         for trajectory in done.trajectories.values():
             with where.saving("trajectory.npz") as part:
                 trajectory.save(part)
-    where.save_text("result.json", dumps(done.result, indent=1))
-    with where.saving("runs.parquet") as part:
-        write_table(part, done.rows)
+            if trajectory.traceback:
+                where.save_text(TRACEBACK, trajectory.traceback)
+    if isinstance(done.rows, StoredRows):
+        _adopt(where, done)
+    else:
+        with where.saving("runs.parquet") as part:
+            write_table(part, done.rows)
+    where.save_text("result.json", dumps(told(done.result), indent=1))
     if record is not None:
         with where.saving("recording.rrd") as part:
             record(part, done.plan, done.result, done.trajectories)
 
 
-def _ensemble(
-    plan: Plan, indices: Sequence[int], jobs: int, where: Folder | None, progress: Callable[..., Any], tell: Told
-) -> list[Row]:
+def _adopt(where: Folder, done: Done) -> None:
+    """Takes rows over that lie in a temporary folder."""
+    if done.files is not None:
+        for part in sorted(done.files.path.iterdir()):
+            with where.saving(f"{where.parts.name}/{part.name}") as copy:
+                shutil.copyfile(part, copy)
+
+
+def _ensemble(plan: Plan, indices: Sequence[int], how: _How) -> list[Row]:
     """Rows of an ensemble in order, those an interrupted campaign left included."""
-    done = _finished(plan, where, tell) if where else {}
+    where = how.where
+    done = _finished(plan, where, how.tell) if where else {}
     left = [index for index in indices if index not in done]
     kept = partial(_keep, where.path, more=" --trust" if plan.scenario.law else "") if where else None
     if left:
-        with campaign.rows_of(plan, left, jobs, kept) as rows, progress(len(indices), len(done)) as advance:
+        with campaign.rows_of(plan, left, how.jobs, kept) as rows, how.progress(len(indices), len(done)) as advance:
             for row in rows:
                 # What goes on from a journal must not be told from what was never stopped.
                 done[row.index] = row if where is None else Row.of(where.note(row.as_dict()))

@@ -13,6 +13,8 @@ from biped.robot.description import robot_at
 from biped.robot.model import tree_at
 from biped.robot.topology import BASE, HIP, NU
 
+DISTANCE = 0.5
+"""[m] in the second that runs last here."""
 ROBOT = folder("models") / "robot.xml"
 
 
@@ -32,7 +34,7 @@ def one(joint: int, value: float) -> np.ndarray:
 
 
 def test_a_hip_that_lifts_draws_copper_loss_and_work():
-    numbers = load(trajectory(one(0, 10.0), one(0, 2.0)), slice(None))
+    numbers = load(trajectory(one(0, 10.0), one(0, 2.0)), slice(None), DISTANCE)
     current = 10.0 / (21 * 0.0302 * 0.81)
     weight = 14.32 * 9.81 * 0.5  # W at 0.5 m/s
     heat = 0.299 * current**2
@@ -46,7 +48,7 @@ def test_a_hip_that_lifts_draws_copper_loss_and_work():
 
 
 def test_a_hip_that_brakes_fast_gives_nothing_back():
-    numbers = load(trajectory(one(0, 1.0), one(0, -20.0)), slice(None))
+    numbers = load(trajectory(one(0, 1.0), one(0, -20.0)), slice(None), DISTANCE)
     assert numbers["cost_of_transport_electrical"] == 0.0
     current = 0.81 / (21 * 0.0302)  # the gear's loss is on the joint's side
     assert numbers["cost_of_transport_heat"] == pytest.approx(0.299 * current**2 / (14.32 * 9.81 * 0.5), rel=2e-3)
@@ -55,18 +57,20 @@ def test_a_hip_that_brakes_fast_gives_nothing_back():
 @pytest.mark.parametrize(("rate", "beyond"), [(19.0, 0.0), (20.0, 1.0), (-20.0, 0.0)])
 def test_the_torque_speed_line(rate, beyond):
     """A hip of 41.3 N m and 37.8 rad/s gives 20 N m up to 19.5 rad/s, and any speed backwards."""
-    assert load(trajectory(one(3, 20.0), one(3, rate)), slice(None))["beyond_line"] == beyond
+    assert load(trajectory(one(3, 20.0), one(3, rate)), slice(None), DISTANCE)["beyond_line"] == beyond
 
 
 def test_half_of_the_time_beyond_the_gear():
     t = trajectory(one(2, 12.0), np.zeros(NU))
     t.log[500:, U : U + NU] = 0.0
-    assert load(t, slice(None))["beyond_gear"] == pytest.approx(0.5, abs=1e-3)
+    assert load(t, slice(None), DISTANCE)["beyond_gear"] == pytest.approx(0.5, abs=1e-3)
 
 
 def test_a_robot_without_motors_has_torques_alone():
     human = robot_at(folder("models") / "human.xml")
-    assert load(trajectory(one(0, 3.0), np.zeros(NU), robot=human), slice(None)) == {"rms_torque": pytest.approx(3.0)}
+    assert load(trajectory(one(0, 3.0), np.zeros(NU), robot=human), slice(None), DISTANCE) == {
+        "rms_torque": pytest.approx(3.0)
+    }
 
 
 def test_an_estimates_errors_gaps_and_clipping():

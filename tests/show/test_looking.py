@@ -15,7 +15,7 @@ import pytest
 from biped.base.errors import InputError
 from biped.base.trust import configuration, grant, trusting
 from biped.cli.main import main
-from biped.control.user import load_law
+from biped.control.loading import load_law
 from biped.scenario.law import digest
 from tests.cases import command, write
 

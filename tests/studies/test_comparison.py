@@ -118,3 +118,15 @@ def test_bad_input_is_two(arguments, said, capsys, tmp_path, monkeypatch):
     assert cli.main(["compare", "level_normal", *arguments]) == 2
     assert said in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+def test_joint_torques_for_ground_that_only_pushes_walk_alike_in_both_engines():
+    """Where published joint torques walk in one engine and fall in the other, these agree (docs/pushing.md)."""
+    changes = ["randomise.runs=3", 'randomise.draw={"start.posture"={grid=["heel_toe","flat","single"]}}']
+    made = compare("calm/own", "calm/own", changes, 1)
+    for engine in ENGINES:
+        assert made.results[engine]["summary"]["walked"] == 3
+    rows = made.metrics()
+    assert abs(rows["speed"]["gap"]) < 0.01
+    assert abs(rows["cost_of_transport"]["gap"]) < 0.02
+    assert abs(rows["torso_lean"]["gap"]) < 0.02

@@ -171,6 +171,17 @@ def test_gait_file_is_the_gait_that_was_scored(scenario_file, tmp_path, capsys):
     assert Plan(read_scenario("level_fast", [f"controller={tmp_path / 'out' / 'gait.toml'}"])).run(0).gains == read
 
 
+def test_settings_that_are_tables_are_written_too(scenario_file, tmp_path, capsys):
+    more = ["--set", "actuation.contacts=pushing", "--set", "sensing.ahead=0.15"]
+    more += ["--set", 'tune.keys={"actuation.pushing.approach"={min=0.01,max=0.05,scale="log"}}']
+    gait, _ = tuned(scenario_file, tmp_path / "out", *more)
+    scenario = read_scenario("level_fast", [f"controller={tmp_path / 'out' / 'gait.toml'}"])
+    assert scenario.actuation.contacts == "pushing"
+    assert scenario.sensing.ahead == 0.15
+    assert f"approach = {scenario.actuation.pushing.approach}" in gait
+    assert scenario.actuation.pushing.approach != 0.02  # it was searched for
+
+
 def test_no_two_purposes_share_a_seed(scenario_file):
     study = study_of(scenario_file)
     seeds = [study.seed("generation", i) for i in range(50)] + [study.seed("recheck", i) for i in range(50)]
@@ -341,3 +352,35 @@ def test_it_stops_at_any_moment_of_a_stride_and_stands():
     assert sum(row.stood for row in rows) >= 6
     assert all(row.distance > 3.0 for row in rows), "they walked first"
     assert not any(row.stood for row in [run_one(Plan(read_scenario("robust/own")), 0)[1]])
+
+
+STAND = """
+extends = "tune/stand"
+duration = 1.0
+[start]
+jitter = 0.0
+[tune]
+duration = 1.0
+[tune.conditions.quiet]
+set.randomise.draw."start.posture" = { grid = ["flat"] }
+[tune.conditions.pushed.set]
+push = [{ at = 0.3, duration = 0.2, force = [2000.0, 0.0] }]
+randomise.draw."push.0.force.0" = { uniform = [2000.0, 2100.0] }
+"""
+
+
+def test_who_should_stand_is_paid_for_standing_and_not_for_distance(tmp_path):
+    path = tmp_path / "stand.toml"
+    path.write_text(STAND, encoding="utf-8")
+    study = study_of(path, "window.start=0.5", "window.end=1.0", "tune.weights.progress=1.0")
+    candidate = Space(study.scenario, study.gains).candidate([0.0] * len(Space(study.scenario, study.gains).axes))
+    with workers(study, 1) as evaluate:
+        quiet = evaluate(study.tasks(candidate, 1, True, {"quiet": range(1)}))[0]
+        pushed = evaluate(study.tasks(candidate, 1, True, {"pushed": range(1)}))[0]
+    assert quiet.walked, "it reached its goal"
+    assert quiet.cost <= 0.5
+    assert not pushed.walked
+    assert pushed.cost > 0.5
+    walking = study_of(path, "window.start=0.5", "window.end=1.0", "tune.conditions.quiet.goal=walked")
+    with workers(walking, 1) as evaluate:
+        assert not evaluate(walking.tasks(candidate, 1, True, {"quiet": range(1)}))[0].walked

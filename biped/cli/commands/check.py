@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from biped.base.errors import InputError
-from biped.cli.common import DONE, FAILED, changes_of, jobs_of, print_all
+from biped.cli.common import DONE, FAILED, changes_of, print_all, warn, workers_of
 from biped.ensemble.checks import write_junit
 from biped.show.terminal import progress, show_verdict
 from biped.studies.run import plan_of, run
@@ -13,7 +13,6 @@ from biped.studies.run import plan_of, run
 
 def command(args: argparse.Namespace) -> int:
     """Checks scenarios; nothing is written but the JUnit file."""
-    jobs = jobs_of(args)
     if args.junit is not None and not args.junit.absolute().parent.is_dir():
         raise InputError(f"--junit {args.junit}: cannot be written: expected a file in a folder that exists")
     for name in args.scenario:
@@ -21,11 +20,13 @@ def command(args: argparse.Namespace) -> int:
             raise InputError(f"{name}: expect: missing; a scenario to check says what it expects, e.g. "
                              "falls = { max = 0 }")  # fmt: skip
     results = []
-    for name in args.scenario:
-        done = run(name, changes_of(args), jobs, None, write=False, progress=progress)
-        results.append(done.result)
-        if not args.json:
-            show_verdict(done.result, done.plan.scenario.description)
+    with workers_of(args) as jobs:
+        for name in args.scenario:
+            same = args.same_platform
+            done = run(name, changes_of(args), jobs, None, write=False, progress=progress, tell=warn, same=same)
+            results.append(done.result)
+            if not args.json:
+                show_verdict(done.result, done.plan.scenario.description)
     if args.junit is not None:
         try:
             write_junit(args.junit, results)

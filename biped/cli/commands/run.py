@@ -6,33 +6,70 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from biped.cli.common import DONE, FAILED, changes_of, jobs_of, one_folder, print_all, warn
+from biped.base.errors import InputError
+from biped.cli.common import DONE, FAILED, changes_of, one_folder, print_all, print_json, warn, workers_of
+from biped.ensemble.folder import FAILURES
 from biped.ensemble.plan import Plan
+from biped.ensemble.shard import shard_of
 from biped.measure.trajectory import Trajectory
 from biped.show.terminal import progress, show_result
-from biped.studies.run import plan_of, run
+from biped.studies.run import TRACEBACK, Done, Shared, plan_of, run, run_shard
 
 
 def command(args: argparse.Namespace) -> int:
     """Runs scenarios one after the other."""
     one_folder(args)
-    jobs = jobs_of(args)
+    if args.shard is not None:
+        return _shard(args)
     if len(args.scenario) > 1:
         for name in args.scenario:  # before the first of them takes its time
             plan_of(name, changes_of(args))
     results = []
-    for name in args.scenario:
-        done = run(
-            name, changes_of(args), jobs, args.out, _record if args.record else None, args.only,
-            progress=progress, tell=warn,
-        )  # fmt: skip
-        results.append(done.result)
-        if not args.json:
-            show_result(done.result, done.plan.scenario.description)
-            print(f"  results in {done.folder}/")
+    with workers_of(args) as jobs:
+        for name in args.scenario:
+            done = run(
+                name, changes_of(args), jobs, args.out, _record if args.record else None, args.only,
+                progress=progress, tell=warn, same=args.same_platform,
+            )  # fmt: skip
+            results.append(done.result)
+            _show(args, done)
     if args.json:
         print_all(results)
     return DONE if all(result["passed"] for result in results) else FAILED
+
+
+def _show(args: argparse.Namespace, done: Done) -> None:
+    if not args.json:
+        show_result(done.result, done.plan.scenario.description)
+        print(f"  results in {done.folder}/")
+        if done.folder is not None and done.raised:
+            where = TRACEBACK if len(done.rows) == 1 else FAILURES
+            print(f"  a law failed: {done.folder / where} says where, everything up to there is kept")
+
+
+def _shard(args: argparse.Namespace) -> int:
+    """Makes a share of a campaign; whoever makes the last one shows what came of all."""
+    if args.out is None or args.only is not None or len(args.scenario) > 1:
+        raise InputError(
+            "--shard: expected with one scenario and --out, the folder that all shards share, and without --only"
+        )
+    shard = shard_of(args.shard)
+    with workers_of(args) as jobs:
+        done = run_shard(
+            args.scenario[0], changes_of(args), shard, jobs, args.out, _record if args.record else None,
+            progress, warn, args.same_platform,
+        )  # fmt: skip
+    if isinstance(done, Shared):
+        if args.json:
+            print_json(done.as_dict())
+        else:
+            others = f"{done.left} of all runs are missing" if done.left else "others are at work on the last ones"
+            print(f"shard {done.shard} of {done.scenario}: {done.runs} runs in {done.folder}/; {others}")
+        return DONE
+    _show(args, done)
+    if args.json:
+        print_all([done.result])
+    return DONE if done.result["passed"] else FAILED
 
 
 def _record(path: Path, plan: Plan, result: dict[str, Any], trajectories: dict[int, Trajectory]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from biped.base.errors import InputError
-from biped.cli.common import DONE, FAILED, jobs_of, print_json
+from biped.cli.common import DONE, FAILED, print_json, workers_of
 
 
 def command(args: argparse.Namespace) -> int:
@@ -37,7 +37,8 @@ def _gait(args: argparse.Namespace) -> int:
     from biped.studies.stability.study import ENGINES, study
 
     engines = ENGINES if args.engine is None else (args.engine,)
-    studied = study(args.scenario, args.changes, engines, jobs_of(args), args.basin)
+    with workers_of(args) as jobs:
+        studied = study(args.scenario, args.changes, engines, jobs, args.basin)
     result = studied.as_dict()
     folder = args.out
     if folder is None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from biped.cli.common import DONE, jobs_of, print_json, warn
+from biped.cli.common import DONE, print_json, warn, workers_of
 from biped.show.terminal import progress
 from biped.show.tune import show
 from biped.studies.tune.tuned import tune
@@ -13,7 +13,8 @@ from biped.studies.tune.tuned import tune
 
 def command(args: argparse.Namespace) -> int:
     """Searches; how the search goes is drawn anew after every generation."""
-    found = tune(args.scenario, args.changes, jobs_of(args), args.out, progress, _draw, warn)
+    with workers_of(args) as jobs:
+        found = tune(args.scenario, args.changes, jobs, args.out, progress, _draw, warn)
     if args.json:
         print_json(found.as_dict())
     else:

@@ -7,11 +7,11 @@ from collections import Counter
 
 import numpy as np
 
+from biped.measure.metrics.sums import Sums
 from biped.measure.trajectory import Trajectory
 from biped.robot.leg_states import FIRST_IN_AIR, STANCE
 from biped.robot.model import GRAVITY
-from biped.robot.topology import HEEL, LEGS, PITCH, TOE
-from biped.robot.tree import Motion
+from biped.robot.topology import HEEL, LEGS
 
 _AIR = FIRST_IN_AIR + 1
 """Leg states from this on are in the air."""
@@ -48,42 +48,44 @@ def strikes(phase: np.ndarray, tick: float) -> list[tuple[int, int]]:
     return sorted(found)
 
 
-def travelled(t: Trajectory, span: slice) -> float:
-    """Distance [m] over a span of rows that costs and slip are divided by; nan for one that got nowhere.
+def travelled(sums: Sums) -> float:
+    """Distance [m] over the window that costs and slip are divided by; nan for one that got nowhere.
 
     A robot that stands has no cost of transport: what it spends over the centimetres that it sways is no number.
     """
-    distance = abs(float(t.q[span, 0][-1] - t.q[span, 0][0]))
-    return distance if distance >= MOVED else math.nan
+    start, end = sums.window["x"].tolist()
+    return abs(end - start) if abs(end - start) >= MOVED else math.nan
 
 
-def stride(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
-    """Speed, Froude number, step length and frequency, support phases, lean and switching over a span of rows."""
-    x, vx, time = t.q[span, 0], t.v[span, 0], t.time[span]
-    seconds = float(time[-1] - time[0]) or math.nan  # a run that ended in its first tick has no rates
-    speed = float(x[-1] - x[0]) / seconds
-    phase, believed, active = t.phase[span], t.believed[span], t.active[span]
-    steps = strikes(phase, t.tick)
-    place = whole.point[span, :, 0]
+def stride(t: Trajectory, sums: Sums) -> dict[str, float]:
+    """Speed, Froude number, step length and frequency, support phases, lean and switching over the window."""
+    w, span = sums.window, sums.span
+    rows, (start, end), (began, ended) = int(w["rows"]), w["x"].tolist(), w["time"].tolist()
+    seconds = ended - began or math.nan  # a run that ended in its first tick has no rates
+    speed = (end - start) / seconds
+    steps = strikes(t.phase[span], t.tick)
+    place = sums.point[span, :, 0]
     legs = np.array([leg for _, leg in steps])
     lengths = [abs(place[row, HEEL[leg]] - place[row, HEEL[1 - leg]]) for row, leg in steps]
-    right, left = (believed[:, [toe, heel]].any(axis=1) for toe, heel in zip(TOE, HEEL, strict=True))
-    lean = -np.degrees(t.q[span, PITCH]) - t.slope
+    flight, _, double = w["standing"] / rows
+    away = w["away"] / rows
+    spread = np.sqrt(np.maximum(w["away_squared"] / rows - away**2, 0.0))
+    middle = float(w["x_sum"]) / rows
     return {
         "speed": speed,
-        "speed_std": float(np.std(vx)),
+        "speed_std": float(spread[0]),
         "froude": speed / math.sqrt(GRAVITY * t.tree.leg),
         "step_length": float(np.mean(lengths)) if lengths else math.nan,
         "step_frequency": len(steps) / seconds,
         "steps": len(steps),
         "alternation": float(np.mean(legs[1:] != legs[:-1])) if len(legs) > 1 else math.nan,
-        "strayed": float(np.abs(x - x.mean()).max()),
-        "double_support": float(np.mean(right & left)),
-        "flight": float(np.mean(~right & ~left)),
-        "torso_lean": float(np.mean(lean)),
-        "torso_sway": float(np.std(lean)),
-        "switches": float(np.count_nonzero(np.diff(phase, axis=0))) / seconds,
-        "constraint_switches": float(np.count_nonzero(np.diff(active, axis=0).any(axis=1))) / seconds,
+        "strayed": max(float(w["x_range"][1]) - middle, middle - float(w["x_range"][0])),
+        "double_support": float(double),
+        "flight": float(flight),
+        "torso_lean": -math.degrees(float(w["start"][1] + away[1])) - t.slope,
+        "torso_sway": math.degrees(float(spread[1])),
+        "switches": int(w["switches"]) / seconds,
+        "constraint_switches": int(w["constraint_switches"]) / seconds,
     }
 
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from biped.measure.metrics.gait import travelled
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import GRAVITY
 from biped.robot.topology import BASE
 
 
-def load(t: Trajectory, span: slice) -> dict[str, float]:
-    """Loads and electrical costs over a span of rows; of a robot without motors the torque alone.
+def load(t: Trajectory, span: slice, distance: float) -> dict[str, float]:
+    """Loads and electrical costs over a span of rows and a distance [m]; of a robot without motors the torque alone.
 
     The joint torques are what the gears deliver; the rotors' inertia and the joints' friction are the model's, so that
     the motors' torque is u / n, with the gear's loss on whichever side drives.
@@ -25,7 +24,7 @@ def load(t: Trajectory, span: slice) -> dict[str, float]:
     current = motor.current(u, rate)
     heat = motor.resistance * current**2
     drawn = np.maximum(heat + motor.torque_constant * motor.ratio * rate * current, 0.0)
-    weight = float(t.tree.mass.sum()) * GRAVITY * travelled(t, span) / t.tick
+    weight = float(t.tree.mass.sum()) * GRAVITY * distance / t.tick
     line = motor.stall * (1.0 - np.sign(u) * rate / motor.free)
     return out | {
         "motor_load": float((rms / motor.rated).max()),

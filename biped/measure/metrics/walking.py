@@ -41,6 +41,10 @@ def stood(numbers: Mapping[str, Any]) -> bool:
     return _borne(numbers) is None and numbers["steps"] == 0 and numbers["strayed"] < STILL
 
 
+TOLD_BY = ("end", "cause", "walked", "stood", "flight", "support", "alternation")
+"""What of a row `outcome` looks at."""
+
+
 def outcome(run: Mapping[str, Any]) -> str:
     """What became of a run, in words.
 

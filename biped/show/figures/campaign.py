@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from biped.measure.metrics.walking import kind_of
+from biped.ensemble.columns import batches, smallest
+from biped.measure.metrics.walking import TOLD_BY, kind_of
 from biped.show.figures.style import JOINTS, PUSH, QUIET, figure
 
 _COLOURS = [*JOINTS.values(), PUSH, QUIET, "#0072B2", "#D55E00", "#56B4E9"]
@@ -72,31 +74,61 @@ def rate_map(points: Rows, title: str) -> Figure:
 
 def costs(rows: Rows, title: str) -> Figure:
     """Distribution of speed and net cost of transport over the runs that walked."""
-    walkers = [row for row in rows if row["walked"]]
     drawn = figure(7.0, 2.8)
     left, right = drawn.subplots(1, 2)
-    bins = min(40, max(8, len(walkers) // 5))
-    left.hist([row["speed"] for row in walkers], bins, color=_COLOURS[0])
+    walkers = sum(int(columns["walked"].sum()) for columns in batches(rows, ["walked"]))
+    bins = min(40, max(8, walkers // 5))
+    _bars(left, _of_walkers(rows, "speed"), bins, _COLOURS[0])
     left.set(xlabel="mean speed [m/s]", ylabel="runs", title=title)
-    cost = np.array([row["cost_of_transport"] for row in walkers])
-    right.hist(cost, bins, color=_COLOURS[2])
-    right.set(xlabel="net cost of transport [-]", title=f"median {np.median(cost):.3f}" if cost.size else "")
+    cost = _of_walkers(rows, "cost_of_transport")
+    count = _bars(right, cost, bins, _COLOURS[2])
+    middle = {(count - 1) // 2, count // 2} if count else set()
+    median = f"median {np.mean([smallest(cost, rank) for rank in middle]):.3f}" if middle else ""
+    right.set(xlabel="net cost of transport [-]", title=median)
     return drawn
+
+
+def _of_walkers(rows: Rows, name: str) -> Callable[[], Iterator[np.ndarray]]:
+    """A metric of the runs that walked, in pieces; without runs that have none."""
+
+    def pieces() -> Iterator[np.ndarray]:
+        for columns in batches(rows, ("walked", name)):
+            values = columns[name][columns["walked"]]
+            yield values[np.isfinite(values)]
+
+    return pieces
+
+
+def _bars(axes: Axes, pieces: Callable[[], Iterator[np.ndarray]], bins: int, colour: str) -> int:
+    """Draws a histogram; returns how many numbers it counts."""
+    ends = [(piece.min(), piece.max()) for piece in pieces() if piece.size]
+    edges = np.histogram_bin_edges(np.array(ends), bins) if ends else np.linspace(0.0, 1.0, bins + 1)
+    counts = np.zeros(bins, dtype=int)
+    for piece in pieces():
+        counts += np.histogram(piece, edges)[0]
+    axes.hist(edges[:-1], list(edges), weights=counts, color=colour)
+    return int(counts.sum())
 
 
 def failures(rows: Rows, title: str) -> Figure:
     """When runs failed, by cause; runs that stayed up without walking are counted at the end."""
-    causes: dict[str, list[float]] = {}
-    for row in rows:
-        if not row["walked"]:
-            causes.setdefault(kind_of(row), []).append(row["time"])
+    longest = max((float(columns["time"].max()) for columns in batches(rows, ["time"])), default=0.0)
+    bins = np.linspace(0.0, longest, 31)
+    causes: dict[str, np.ndarray] = {}
+    for columns in batches(rows, ("walked", "time", *TOLD_BY)):
+        times: dict[str, list[float]] = {}
+        for place in np.flatnonzero(~columns["walked"]):
+            cause = kind_of({name: columns[name][place] for name in TOLD_BY})
+            times.setdefault(cause, []).append(columns["time"][place])
+        for cause, some in times.items():
+            causes[cause] = causes.get(cause, 0) + np.histogram(some, bins)[0]
     drawn = figure(7.0, 2.8)
     axes = drawn.add_subplot()
     if causes:
-        bins = list(np.linspace(0.0, max(row["time"] for row in rows), 31))
-        labels = [f"{cause} ({len(times)})" for cause, times in causes.items()]
+        labels = [f"{cause} ({counts.sum()})" for cause, counts in causes.items()]
         colours = [_COLOURS[i % len(_COLOURS)] for i in range(len(causes))]
-        axes.hist(list(causes.values()), bins, stacked=True, label=labels, color=colours)
+        places = [bins[:-1]] * len(causes)
+        axes.hist(places, list(bins), weights=list(causes.values()), stacked=True, label=labels, color=colours)
         axes.legend(fontsize=8)
     axes.set(xlabel="time [s]", ylabel="runs", title=f"{title}: failures of {len(rows)} runs")
     return drawn

@@ -7,7 +7,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from biped.show.recording.recorded import Placed
-from biped.show.recording.series import curves
+from biped.show.recording.series import SIGNAL, curves
 
 # The eye and what it looks at [m from the ground below]: it is seen from its right and walks rightwards.
 # Plots in which every run has a curve; the others are of the first run.
@@ -39,7 +39,7 @@ def layout(runs: list[Placed]) -> rrb.Blueprint:
         rrb.Tabs(*(plots[entity] for entity in _SHARED if entity in plots)),
         plots["angle"],
         plots["torque"],
-        rrb.Tabs(plots["force"], plots["power"]),
+        rrb.Tabs(plots["force"], plots["power"], *(plots[name] for name in plots if name.startswith(SIGNAL))),
     )
     return rrb.Blueprint(
         rrb.Horizontal(left, right, column_shares=[8, 5]),

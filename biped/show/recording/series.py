@@ -25,6 +25,8 @@ RATE = 1000.0
 RIGHT, LEFT = (0, 114, 178), (213, 94, 0)
 JOINT_COLOURS = ((0, 60, 110), RIGHT, (86, 180, 233), (130, 50, 0), LEFT, (240, 175, 70))
 RUN_COLOURS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (230, 159, 0), (86, 180, 233))
+SIGNAL = "signal_"
+"""Beginning of the names of curves that a law of the user's own logged."""
 _JOINTS = ("hip", "knee", "ankle")
 
 LEG_STATES = {
@@ -89,6 +91,7 @@ def curves(placed: Placed) -> list[Curves]:
         Curves(
             "force", "Normal force under each foot [N]", legs, (RIGHT, LEFT), foot_force(trajectory),
         ),
+        *(single(f"{SIGNAL}{name}", name, name, values) for name, values in trajectory.signals.items()),
     ]  # fmt: skip
     rows = every(trajectory, RATE)
     meant = [plot._replace(values=means(plot.values, rows)) for plot in plots]

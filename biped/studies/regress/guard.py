@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from biped.base.errors import InputError
 from biped.base.files import names
 from biped.base.progress import Progress, silent
+from biped.ensemble.backend import Jobs
 from biped.ensemble.plan import Plan
 from biped.studies.regress import platform
 from biped.studies.regress.compare import GONE, NEW, SAME, Verdict, altogether, compare, compared, missing
@@ -50,13 +51,13 @@ class Outcome(NamedTuple):
 
 
 def regress(
-    scenarios: Sequence[str], jobs: int, file: Path | None, reason: str | None, progress: Progress = silent
+    scenarios: Sequence[str], jobs: Jobs, file: Path | None, reason: str | None, progress: Progress = silent
 ) -> Outcome:
     """Runs scenarios and compares them with their references.
 
     Args:
         scenarios: Names or paths; none: every scenario that has a name, and complaints about references without one.
-        jobs: Number of processes.
+        jobs: Number of processes, or a cluster.
         file: File of references; default: that of the shipped scenarios.
         reason: Why results changed: what differs from its reference is recorded as the new one. None: nothing is
             written. What was finished when an update is interrupted is kept.
@@ -101,7 +102,7 @@ def _plans(scenarios: Sequence[str]) -> dict[str, Plan]:
 def _compare(
     plans: dict[str, Plan],
     known: dict[str, Reference],
-    jobs: int,
+    jobs: Jobs,
     here: str,
     update: _Update | None,
     verdicts: list[Verdict],

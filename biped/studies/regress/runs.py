@@ -15,9 +15,10 @@ from hashlib import blake2b
 import msgspec
 
 from biped.ensemble import campaign
+from biped.ensemble.backend import Jobs, at_most
 from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
-from biped.ensemble.rows import Row
+from biped.ensemble.rows import RAISED, Row
 from biped.measure.trajectory import Trajectory
 from biped.scenario.keys import Distribution
 from biped.studies.regress.references import METRICS, Reference
@@ -49,19 +50,19 @@ def chosen(plan: Plan) -> list[int]:
     return sorted(i * points // count * runs + i % runs for i in range(count))
 
 
-def measured(plan: Plan, jobs: int, date: str, platform: str, advance: Callable[[], None]) -> Reference:
+def measured(plan: Plan, jobs: Jobs, date: str, platform: str, advance: Callable[[], None]) -> Reference:
     """Makes the chosen runs of an `ensemble`.
 
     Args:
         plan: The ensemble.
-        jobs: Number of processes.
+        jobs: Number of processes, or a cluster.
         date: Of today.
         platform: Key of this platform.
         advance: Called after every run.
     """
     numbers = chosen(plan)
     rows, digests = [], []
-    with workers(partial(_made, plan), min(jobs, len(numbers))) as made:
+    with workers(partial(_made, plan), at_most(jobs, len(numbers))) as made:
         for row, name in made(numbers):
             rows.append(row)
             digests.append(name)
@@ -87,7 +88,8 @@ def _made(plan: Plan, index: int) -> tuple[Row, str]:
 
 
 def _letter(row: Row) -> str:
-    return "w" if row.walked else {"completed": "s", "fell": "f", "diverged": "d", "doubtful": "?"}[row.end]
+    letters = {"completed": "s", "fell": "f", "diverged": "d", "doubtful": "?", RAISED: "!"}
+    return "w" if row.walked else letters[row.end]
 
 
 def _rounded(value: float) -> float | None:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from biped.base.errors import RunError
+from biped.ensemble.backend import Jobs
 from biped.ensemble.campaign import simulate
 from biped.ensemble.plan import Plan
 from biped.robot.model import tree_at, true_tree
@@ -121,12 +122,12 @@ def word_for(orbit: Orbit | None, small: Exponent | None) -> str:
     return "stable limit cycle" if orbit.returns == 1 else f"stable cycle of {orbit.returns} returns"
 
 
-def measure(plan: Plan, jobs: int, slices: bool) -> Measured:
+def measure(plan: Plan, jobs: Jobs, slices: bool) -> Measured:
     """Measures a gait in one engine at one step.
 
     Args:
         plan: Its steady walks.
-        jobs: Number of processes.
+        jobs: Number of processes, or a cluster.
         slices: Whether to cut the basin of attraction too.
 
     Raises:
@@ -165,7 +166,7 @@ def measure(plan: Plan, jobs: int, slices: bool) -> Measured:
 
 
 def study(
-    name: str, changes: Sequence[str], engines: Sequence[str] = ENGINES, jobs: int = 1, slices: bool = False
+    name: str, changes: Sequence[str], engines: Sequence[str] = ENGINES, jobs: Jobs = 1, slices: bool = False
 ) -> Studied:
     """Measures a gait in engines, at the scenario's time step and at half of it; the control rate is part of the gait.
 
@@ -173,7 +174,7 @@ def study(
         name: Name or path of a scenario.
         changes: `--set` changes.
         engines: Names of engines.
-        jobs: Number of processes.
+        jobs: Number of processes, or a cluster.
         slices: Whether to cut the basin of attraction too, at the scenario's time step.
 
     Raises:

@@ -5,18 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from biped.ensemble.backend import Jobs, at_most
 from biped.ensemble.executor import workers
 from biped.ensemble.processes import FORKS
 
 
-def mapped(function: Callable[[Any], Any], items: Sequence[Any], jobs: int) -> list[Any]:
+def mapped(function: Callable[[Any], Any], items: Sequence[Any], jobs: Jobs) -> list[Any]:
     """function(item) for every item, in their order.
 
     Args:
         function: Any function; forked workers share it and what it refers to. Where fork does not exist, one process
             does all.
         items: What it is called with.
-        jobs: Number of processes.
+        jobs: Number of processes, or a cluster.
     """
-    with workers(function, min(jobs, len(items)) if FORKS else 1) as carried_out:
+    elsewhere = not isinstance(jobs, int)
+    with workers(function, at_most(jobs, len(items)) if FORKS or elsewhere else 1) as carried_out:
         return list(carried_out(items))

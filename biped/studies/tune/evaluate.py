@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,13 +12,14 @@ import msgspec
 
 from biped.base.errors import InputError
 from biped.ensemble import executor
+from biped.ensemble.backend import Jobs
 from biped.ensemble.plan import Plan
 from biped.robot.description import robot_at
 from biped.robot.run import Run
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario, Window
 from biped.scenario.reading import changed
-from biped.scenario.tune import Tune
+from biped.scenario.tune import Condition, Tune
 from biped.scenario.vary import Asked, stream, with_values
 from biped.studies.tune.space import Candidate
 
@@ -51,7 +53,7 @@ class Outcome(NamedTuple):
 
     Attributes:
         cost: Its share of the objective.
-        walked: Whether it walked.
+        walked: Whether it did what it should, walk or stand.
         speed: [m/s], nan if it fell before the window.
         cost_of_transport: Net; likewise.
     """
@@ -86,6 +88,9 @@ class Study:
             for full in (True, False):
                 Plan(self.condition(name, full))
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Study, (self.scenario,)  # made anew wherever it is sent
+
     @property
     def gains(self) -> Gains:
         """The gait that the search starts at, complete."""
@@ -118,25 +123,34 @@ class Study:
         from biped.ensemble.campaign import simulate
         from biped.measure.metrics import measure
 
-        run = self._run(task)
+        run, condition = self._run(task), self.tune.conditions[task.condition]
         numbers = measure(simulate(run), run.scenario.interval)
-        walked = bool(numbers["walked"])
-        weights, wanted = self.tune.weights, self.tune.conditions[task.condition].speed
-        if walked:
-            cost = weights.cost_of_transport * numbers["cost_of_transport"]
-            if wanted is not None:
-                cost += weights.speed * (numbers["speed"] / wanted - 1.0) ** 2
-            for name, most in self.tune.limits.items():
+        reached = bool(numbers[condition.goal])
+        cost = self._reached(numbers, condition) if reached else self._missed(numbers, condition, run)
+        return Outcome(cost, reached, numbers["speed"], numbers["cost_of_transport"])
+
+    def _reached(self, numbers: Mapping[str, Any], condition: Condition) -> float:
+        """What a run costs that did what it should."""
+        weights, cost = self.tune.weights, 0.0
+        if condition.goal == "walked":
+            cost += weights.cost_of_transport * numbers["cost_of_transport"]
+            if condition.speed is not None:
+                cost += weights.speed * (numbers["speed"] / condition.speed - 1.0) ** 2
+        for name, most in self.tune.limits.items():
+            if math.isfinite(numbers[name]):  # a stander has no cost of transport
                 cost += weights.excess * max(0.0, numbers[name] / most - 1.0)
-            # However slow or costly, walking is never worse than a fall.
-            cost = min(cost, 0.5 * weights.falls) if weights.falls > 0.0 else cost
-        else:
-            lasted = numbers["time"] / run.scenario.duration
+        # However slow or costly, it is never worse than a fall.
+        return min(cost, 0.5 * weights.falls) if weights.falls > 0.0 else cost
+
+    def _missed(self, numbers: Mapping[str, Any], condition: Condition, run: Run) -> float:
+        """What a run costs that did not: less, the longer it stayed up and, if it should walk, the further it came."""
+        weights, seconds = self.tune.weights, run.scenario.duration
+        earned = min(1.0, numbers["time"] / seconds)
+        if condition.goal == "walked":
             # All the progress that counts is that of the slowest walk.
-            far = max(0.0, numbers["distance"]) / (robot_at(run.model).walked.speed * run.scenario.duration)
-            earned = (1.0 - weights.progress) * min(1.0, lasted) + weights.progress * min(1.0, far)
-            cost = weights.falls * (1.0 - 0.5 * earned)
-        return Outcome(cost, walked, numbers["speed"], numbers["cost_of_transport"])
+            far = max(0.0, numbers["distance"]) / (robot_at(run.model).walked.speed * seconds)
+            earned = (1.0 - weights.progress) * earned + weights.progress * min(1.0, far)
+        return weights.falls * (1.0 - 0.5 * earned)
 
     def _run(self, task: Task) -> Run:
         """The task's run; its draws do not depend on the gait, so plans are shared between candidates."""
@@ -166,7 +180,7 @@ class Study:
 
 
 @contextmanager
-def workers(study: Study, jobs: int) -> Iterator[Callable[[Sequence[Task]], list[Outcome]]]:
+def workers(study: Study, jobs: Jobs) -> Iterator[Callable[[Sequence[Task]], list[Outcome]]]:
     """A function that carries out tasks on `jobs` processes, in their order; the results do not depend on `jobs`."""
     with executor.workers(study.outcome, jobs) as carried_out:
         yield lambda tasks: list(carried_out(tasks))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import msgspec
@@ -10,20 +11,28 @@ from biped.base.statistics import wilson
 from biped.scenario.gains import GAINS, Gains
 from biped.scenario.gait import SETTINGS, made_for
 from biped.scenario.vary import Asked, with_values
-from biped.studies.tune.search import Found, Search, Tally
+from biped.studies.tune.search import Found, Record, Search, Tally
 
 
-def gait_text(title: str, search: Search, found: Found) -> str:
-    """The gait as a controller file; its head says how it was found and what it scored on unseen seeds."""
+def gait_text(title: str, search: Search, found: Found, journal: Sequence[Record] | None = None) -> str:
+    """The gait as a controller file; its head says how it was found and what it scored on unseen seeds.
+
+    Args:
+        title: Name of the tuning scenario.
+        search: Its last stage.
+        found: What that found.
+        journal: Generations of all stages; default: the search's own.
+    """
     import tomli_w
 
     study, tune = search.study, search.study.tune
     start = study.scenario.controller
-    candidate = search.space.candidate(found.x)
-    runs = sum(record["runs"] for record in search.journal)
+    candidate = found.candidate
+    journal = search.journal if journal is None else journal
+    runs = sum(record["runs"] for record in journal)
     lines = [
         f"Found by `biped tune {title}` with seed {study.scenario.seed}: CMA-ES over {len(search.space.axes)} numbers",
-        f"from the gait '{start}', {len(search.journal)} generations of {tune.population} ({runs} runs); this is the "
+        f"from the gait '{start}', {len(journal)} generations of {tune.population} ({runs} runs); this is the "
         f"mean of generation {found.generation}.",
         f"On {tune.unseen} runs per condition with seeds never used before (walked, 95 % interval; before: {start}):",
         *(_line(name, tally, found.start_tallies[name]) for name, tally in found.tallies.items()),
@@ -45,6 +54,8 @@ def gait_text(title: str, search: Search, found: Found) -> str:
 
 
 def _plain(value: Any) -> Any:
+    """A setting as TOML has it; one that is a table holds all its keys."""
+    value = msgspec.to_builtins(value)
     return list(value) if isinstance(value, tuple) else value
 
 

@@ -16,7 +16,7 @@ from biped.base.errors import InputError
 from biped.scenario.tune import Tune
 from biped.scenario.vary import stream
 from biped.studies.tune.evaluate import Outcome, Study
-from biped.studies.tune.space import Space
+from biped.studies.tune.space import Candidate, Space
 
 Evaluate = Callable[[Sequence[Any]], list[Outcome]]
 Record = dict[str, Any]
@@ -43,15 +43,15 @@ class Found(NamedTuple):
     """The result of a search.
 
     Attributes:
-        x: Coordinates.
-        generation: Whose mean it is; 0 is the gait that the search started at.
+        candidate: The gait.
+        generation: Whose mean it is.
         cost: Objective on seeds that nothing was decided on.
         tallies: By condition, on the same seeds.
         start_cost: The same for the gait that the search started at.
         start_tallies: Likewise.
     """
 
-    x: list[float]
+    candidate: Candidate
     generation: int
     cost: float
     tallies: dict[str, Tally]
@@ -90,13 +90,15 @@ class Search:
         study: The conditions.
         evaluate: Carries out tasks.
         journal: Generations that an earlier search finished, in order.
+        before: Generations of earlier stages.
     """
 
-    def __init__(self, study: Study, evaluate: Evaluate, journal: Sequence[Record] = ()):
+    def __init__(self, study: Study, evaluate: Evaluate, journal: Sequence[Record] = (), before: int = 0):
         self.study = study
         self.space = Space(study.scenario, study.gains)
         self.evaluate = evaluate
         self.runs = 0
+        self.before = before
         self.journal: list[Record] = []
         self._strategy = strategy(self.space, study.tune, study.scenario.seed)
         for record in journal:
@@ -117,16 +119,17 @@ class Search:
 
     def generation(self) -> Record:
         """One generation; returns its record, which is in the journal already."""
-        tune, number = self.study.tune, len(self.journal) + 1
+        tune, mine = self.study.tune, len(self.journal) + 1
+        number = self.before + mine
         points = self._ask()
         costs, walked, runs = self._race(points, self.study.seed("generation", number))
         self._strategy.tell(points, costs)
         record: Record = {
             "index": number, "costs": costs, "walked": walked, "runs": runs, "sigma": float(self._strategy.sigma),
         }  # fmt: skip
-        if number % tune.recheck == 0 or number == tune.generations:
+        if mine % tune.recheck == 0 or mine == tune.generations:
             x = self.mean
-            cost, tallies = self.score(x, self.study.seed("recheck", number), tune.checks)
+            cost, tallies = self._scored(x, self.study.seed("recheck", number), tune.checks)
             record |= {"mean": x, "recheck": cost, "tallies": {name: list(t) for name, t in tallies.items()}}
         self.journal.append(record)
         return record
@@ -167,27 +170,41 @@ class Search:
             found[i].setdefault(task.condition, []).append(outcome)
         self.runs += len(tasks)
 
-    def score(self, x: Sequence[float], seed: int, runs: int) -> tuple[float, dict[str, Tally]]:
+    def score(
+        self, candidate: Candidate, seed: int, runs: int, distance: float = 0.0
+    ) -> tuple[float, dict[str, Tally]]:
         """Objective and tallies of full-length runs: at least `runs` of each condition."""
         numbers = {name: range(runs) for name in self.study.tune.conditions}
-        tasks = self.study.tasks(self.space.candidate(x), seed, True, numbers)
+        tasks = self.study.tasks(candidate, seed, True, numbers)
         found: dict[str, list[Outcome]] = {}
         for task, outcome in zip(tasks, self.evaluate(tasks), strict=True):
             found.setdefault(task.condition, []).append(outcome)
         self.runs += len(tasks)
-        return self.study.cost(found, _distance(x)), {name: _tally(group) for name, group in found.items()}
+        return self.study.cost(found, distance), {name: _tally(group) for name, group in found.items()}
 
-    def finish(self) -> Found:
-        """Compares the best re-checked means on fresh seeds, and scores the winner on seeds never used before."""
+    def _scored(self, x: Sequence[float], seed: int, runs: int) -> tuple[float, dict[str, Tally]]:
+        return self.score(self.space.candidate(x), seed, runs, _distance(x))
+
+    def best(self) -> tuple[list[float], int]:
+        """Compares the best re-checked means on fresh seeds; coordinates of the winner, and its generation."""
         tune = self.study.tune
         checked = sorted((r for r in self.journal if "recheck" in r), key=lambda r: r["recheck"])[: tune.finalists]
-        seed = self.study.seed("final")
-        final = [(self.score(r["mean"], seed, 2 * tune.checks)[0], r["index"], r["mean"]) for r in checked]
+        seed = self.study.seed("final", self.before)
+        final = [(self._scored(r["mean"], seed, 2 * tune.checks)[0], r["index"], r["mean"]) for r in checked]
         _, generation, x = min(final)
-        unseen = self.study.seed("unseen")
-        cost, tallies = self.score(x, unseen, tune.unseen)
-        origin = [0.0] * len(self.space.axes)
-        return Found(x, generation, cost, tallies, *self.score(origin, unseen, tune.unseen))
+        return x, generation
+
+    def finish(self, start: Candidate | None = None) -> Found:
+        """The winner, scored on seeds never used before, beside the gait that it all started at.
+
+        Args:
+            start: That gait, if earlier stages have led here.
+        """
+        x, generation = self.best()
+        unseen, runs = self.study.seed("unseen"), self.study.tune.unseen
+        cost, tallies = self._scored(x, unseen, runs)
+        origin = self.space.candidate([0.0] * len(self.space.axes)) if start is None else start
+        return Found(self.space.candidate(x), generation, cost, tallies, *self.score(origin, unseen, runs))
 
 
 def _distance(x: Sequence[float] | np.ndarray) -> float:

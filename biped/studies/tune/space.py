@@ -110,6 +110,12 @@ class Space:
         return Candidate(msgspec.convert(values, Gains), tuple(keys))
 
 
+def single(names: Sequence[str]) -> list[str]:
+    """Names of single numbers: a gain with a value for each leg state is four of them, `k_d2.0` the first."""
+    four = [name for name, kind in Gains.__annotations__.items() if kind.startswith(("Springs", "Four"))]
+    return [each for name in names for each in ([f"{name}.{i}" for i in range(4)] if name in four else [name])]
+
+
 def _gain_axes(tune: Tune, gains: Gains) -> list[Axis]:
     known = list(GAINS)
     wanted = known if tune.gains is None else tune.gains

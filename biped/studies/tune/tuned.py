@@ -12,14 +12,17 @@ from typing import Any, NamedTuple
 from biped.base.files import label
 from biped.base.json import dumps
 from biped.base.progress import Progress, Told, silent, unheard
+from biped.ensemble.backend import Jobs
 from biped.ensemble.folder import Folder
 from biped.ensemble.plan import Plan
+from biped.scenario.keys import Scenario
 from biped.scenario.reading import read_scenario
 from biped.studies.run import RUNS, title_of
 from biped.studies.tune.evaluate import Study, workers
 from biped.studies.tune.report import gait_text
 from biped.studies.tune.search import Found, Record, Search, strategy
-from biped.studies.tune.space import Space
+from biped.studies.tune.space import Candidate, Space
+from biped.studies.tune.stages import studies, study_from
 
 
 class Tuned(NamedTuple):
@@ -69,7 +72,7 @@ def _nothing(journal: list[Record], folder: Path) -> None:
 def tune(
     name: str,
     changes: Sequence[str],
-    jobs: int,
+    jobs: Jobs,
     out: Path | None,
     progress: Progress = silent,
     after: Callable[[list[Record], Path], None] = _nothing,
@@ -80,28 +83,27 @@ def tune(
     Args:
         name: Name or path of the scenario.
         changes: `--set` changes.
-        jobs: Number of processes.
+        jobs: Number of processes, or a cluster.
         out: Results folder; default: a new one below runs/.
         progress: Told of every generation.
         after: Called after every generation with the journal so far and the folder.
         tell: Told what of an interrupted search could not be used.
     """
     scenario = read_scenario(name, changes)
-    study = Study(scenario)
+    stages = studies(scenario)  # complaints come before anything is written
     title = title_of(name)
-    strategy(Space(scenario, study.gains), study.tune, scenario.seed)  # complaints come before anything is written
+    strategy(Space(stages[0].scenario, stages[0].gains), stages[0].tune, scenario.seed)
     folder = Folder.new(RUNS, title, Plan(scenario)) if out is None else Folder(out, Plan(scenario))
     began = time.perf_counter()
     try:
-        search, found = _search(folder, study, jobs, partial(progress, title), after, tell)
+        search, found, journal, made = _search(folder, scenario, stages, jobs, partial(progress, title), after, tell)
     except BaseException:
         folder.discard()  # but not what it noted
         raise
     seconds = time.perf_counter() - began
     path = folder.path / "gait.toml"
-    folder.save_text(path.name, gait_text(title, search, found))
-    keys = dict(search.space.candidate(found.x).keys)
-    tuned = Tuned(title, folder.path, path, found, keys, search.runs, seconds)
+    folder.save_text(path.name, gait_text(title, search, found, journal))
+    tuned = Tuned(title, folder.path, path, found, dict(found.candidate.keys), made, seconds)
     folder.save_text("result.json", dumps(tuned.as_dict(), indent=1))
     folder.close()
     return tuned
@@ -109,24 +111,36 @@ def tune(
 
 def _search(
     folder: Folder,
-    study: Study,
-    jobs: int,
+    scenario: Scenario,
+    stages: list[Study],
+    jobs: Jobs,
     progress: Callable[..., Any],
     after: Callable[[list[Record], Path], None],
     tell: Told,
-) -> tuple[Search, Found]:
-    """Goes through the generations that an earlier search did not finish."""
-    generations = study.tune.generations
+) -> tuple[Search, Found, list[Record], int]:
+    """Goes through the generations that an earlier search did not finish; returns the journal and the runs made too."""
+    generations = sum(study.tune.generations for study in stages)
     known = {record["index"]: record for record in folder.finished()}
     for words in folder.notes:
         tell(words)
     # A generation follows from all before it.
     told = [known[number] for number in takewhile(known.__contains__, range(1, generations + 1))]
-    with workers(study, jobs) as evaluate:
-        search = Search(study, evaluate, told)
-        with progress(generations, len(search.journal)) as advance:
-            while len(search.journal) < generations:
-                folder.note(search.generation())
-                after(search.journal, folder.path)
-                advance()
-        return search, search.finish()
+    origin = Candidate(stages[0].gains, ())
+    candidate, journal, made = origin, list[Record](), 0
+    with progress(generations, len(told)) as advance:
+        for number in range(len(stages)):
+            study = study_from(scenario, number, candidate) if number else stages[0]
+            mine = told[len(journal) :][: study.tune.generations]
+            with workers(study, jobs) as evaluate:
+                search = Search(study, evaluate, mine, len(journal))
+                while len(search.journal) < study.tune.generations:
+                    folder.note(search.generation())
+                    after(journal + search.journal, folder.path)
+                    advance()
+                journal += search.journal
+                if number + 1 == len(stages):
+                    found = search.finish(origin if number else None)
+                    return search, found, journal, made + search.runs
+                candidate = search.space.candidate(search.best()[0])
+                made += search.runs
+    raise AssertionError("a search has at least one stage")

@@ -1,0 +1,58 @@
+"""`biped diff`: what changed between two results, gaits or laws."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from biped.base.errors import InputError
+from biped.base.files import label
+from biped.cli.common import DONE, FAILED, jobs_of, print_json, warn
+from biped.show.diff import show, write
+from biped.show.terminal import progress
+from biped.studies.diff.made import of_controllers, of_folders
+
+
+def command(args: argparse.Namespace) -> int:
+    """Compares; worse is a failure, what cannot be said is not."""
+    only = [name.strip() for name in args.metrics.split(",") if name.strip()]
+    folders = [Path(word) for word in (args.first, args.second)]
+    stored = [(folder / "result.json").is_file() for folder in folders]
+    out: Path | None = args.out
+    if all(stored):
+        if args.scenario is not None or args.changes:
+            raise InputError("diff: --scenario and --set: expected with gaits or laws only, results are what they are")
+        found = of_folders(folders[0], folders[1], args.margin, only)
+    else:
+        _same_kind(args, stored)
+        if args.scenario is None:
+            raise InputError(
+                "diff: --scenario missing; expected what to run with each gait, e.g. --scenario level_fast "
+                "--set randomise.runs=50 --set start.jitter=0.002"
+            )
+        found, out = of_controllers(
+            args.first, args.second, args.scenario, args.changes, jobs_of(args), out, args.margin, only, progress, warn
+        )
+    if out is not None:
+        write(found, out)
+    if args.json:
+        print_json(found.as_dict())
+    else:
+        show(found)
+        if out is not None:
+            print(f"  diff.json and diff.md in {label(out)}/")
+    return DONE if found.passed else FAILED
+
+
+def _same_kind(args: argparse.Namespace, stored: list[bool]) -> None:
+    """Refuses a results folder beside a gait, and a folder that holds no results.
+
+    Raises:
+        InputError: So it is.
+    """
+    for word, there in zip((args.first, args.second), stored, strict=True):
+        folder = Path(word)
+        if any(stored) and not there:
+            raise InputError(f"{word}: expected a results folder (with result.json) as the other is")
+        if not there and folder.is_dir():
+            raise InputError(f"{word}: expected a results folder (with result.json), got another folder")

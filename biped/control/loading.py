@@ -1,0 +1,68 @@
+"""A law of the user's own from its file: loaded if it is trusted, apart from every other law, and blamed by line."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+import traceback
+from pathlib import Path
+
+from biped.base.errors import InputError
+from biped.base.files import label, nearest
+from biped.base.trust import refusal, trusted
+from biped.scenario.law import changed_since
+
+
+def said(error: BaseException, file: str) -> str:
+    """An exception in words, with the line of the user's file that it came from."""
+    lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
+    where = f" ({Path(file).name}, line {lines[-1]})" if lines else ""
+    return f"{type(error).__name__}: {' '.join(str(error).split())}{where}"
+
+
+def _forget(names: set[str], folder: Path) -> None:
+    """Forgets helpers from a law's folder: one of the same name beside the next law is another one."""
+    for name in names:
+        origin = getattr(sys.modules[name], "__file__", None)
+        if origin and Path(origin).is_relative_to(folder):
+            del sys.modules[name]
+
+
+def load_law(law: str, sha256: str | None = None) -> type:
+    """The class that `path.py:Class` names.
+
+    Args:
+        law: File and class.
+        sha256: What the law must be (`biped.scenario.law.digest`); None: whatever it is.
+
+    Raises:
+        InputError: The file is not trusted, has changed, cannot be imported or has no such class.
+    """
+    file, _, name = law.rpartition(":")
+    shown = label(Path(file))
+    # The one door that every law goes through: whoever forgets to ask earlier ends here.
+    if not trusted(Path(file)):
+        raise InputError(f"law: {refusal(Path(file))}", "law")
+    if changed := changed_since(law, sha256):
+        raise InputError(f"law: {changed}", "law")
+    spec = importlib.util.spec_from_file_location(f"biped_law_{Path(file).stem}", file)
+    if spec is None:
+        raise InputError(f"law: {shown} cannot be loaded as a Python file", "law")
+    module = importlib.util.module_from_spec(spec)
+    # Dataclasses and pickle look a class's module up by name; helpers may lie beside the file.
+    sys.modules[spec.name] = module
+    before = set(sys.modules)
+    sys.path.append(str(Path(file).parent))
+    try:
+        # What is read is what runs: the loader would prefer compiled code that lies beside it.
+        exec(compile(Path(file).read_bytes(), file, "exec", dont_inherit=True), module.__dict__)
+    except (Exception, SystemExit) as error:
+        raise InputError(f"law: importing {shown} raised {said(error, file)}", "law") from error
+    finally:
+        sys.path.pop()
+        _forget(set(sys.modules) - before, Path(file).parent)
+    kind = getattr(module, name, None)
+    if not isinstance(kind, type):
+        there = [n for n, value in vars(module).items() if isinstance(value, type)]
+        raise InputError(f"law: {shown} has no class '{name}'; {nearest(name, there)}", "law")
+    return kind

@@ -1,0 +1,102 @@
+"""A connection to a Dask scheduler, which may be lost and found again."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+from biped.base.errors import InputError, RunError
+from biped.base.progress import Told
+
+ANSWER = 30.0
+"""[s] within which a scheduler answers."""
+CONNECT = 10.0
+"""[s] that a try to reach it takes."""
+
+
+class Connection:
+    """A connection.
+
+    Args:
+        connect: Reaches the scheduler, started anew if that is our business; raises OSError.
+        place: What it is called.
+        wait: [s] that a scheduler, or a first worker, is waited for; None: for ever.
+        remedy: What to do where there are no workers.
+        trouble: What is known of workers that do not come.
+
+    Attributes:
+        client: Dask's client.
+
+    Raises:
+        InputError: There is no scheduler.
+    """
+
+    def __init__(
+        self, connect: Callable[[], Any], place: str, wait: float | None, remedy: str,
+        trouble: Callable[[], str] = str,
+    ):  # fmt: skip
+        self._connect, self.place, self.wait, self.remedy, self.trouble = connect, place, wait, remedy, trouble
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what matters is said here
+        try:
+            self.client = connect()
+        except OSError as error:
+            why = " ".join(str(error).split())[:200]
+            raise InputError(f"--cluster {place}: expected a running Dask scheduler: {why}") from None
+
+    def _asked(self, call: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
+        return self.client.sync(call, *arguments, callback_timeout=ANSWER, **more)
+
+    def workers(self) -> dict[str, dict[str, float]] | None:
+        """Resources of every worker by its address; None if the scheduler does not answer."""
+        try:
+            if self.client.status != "running":
+                return None
+            found = self._asked(self.client.scheduler.identity)["workers"]
+        except Exception:  # whatever a broken connection raises
+            return None
+        return {address: dict(worker["resources"]) for address, worker in found.items()}
+
+    def asked(self, function: Callable[[], Any], address: str) -> Any:
+        """What a worker answers; an error if it cannot."""
+        try:
+            return self._asked(self.client._run, function, workers=[address], on_error="return")[address]
+        except Exception as error:
+            return error
+
+    def dashboard(self) -> str:
+        """Address of Dask's own page on the cluster, if it has one."""
+        try:
+            services = self._asked(self.client.scheduler.identity)["services"]
+            return self.client.dashboard_link if "dashboard" in services else ""
+        except Exception:
+            return ""
+
+    def again(self, tell: Told) -> None:
+        """Finds the scheduler again.
+
+        Raises:
+            RunError: It stays away.
+        """
+        self.close()
+        tell(f"{self.place}: the scheduler is gone or does not answer; it is waited for, and finished runs are kept")
+        began = time.monotonic()
+        while True:
+            try:
+                self.client = self._connect()
+                return
+            except OSError:
+                if self.wait is not None and time.monotonic() - began > self.wait:
+                    break
+                time.sleep(1.0)
+        raise RunError(
+            f"{self.place}: no scheduler for {self.wait:.0f} s; finished runs are kept: start it and its workers, and "
+            "the same command with --out goes on from there"
+        )
+
+    def close(self) -> None:
+        """Lets the scheduler go."""
+        with suppress(Exception):
+            self.client.close(timeout=2)

@@ -1,0 +1,97 @@
+"""A scheduler and workers on this machine, as processes that end with this one, however it ends."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from biped.ensemble.cluster.connection import CONNECT
+
+START = 60.0
+"""[s] that a scheduler takes at most to start."""
+
+
+class Local:
+    """A cluster of this machine; nobody else can reach it.
+
+    Args:
+        workers: How many.
+    """
+
+    def __init__(self, workers: int):
+        self._workers = workers
+        self._processes: list[subprocess.Popen[bytes]] = []
+        self._folder = tempfile.TemporaryDirectory(prefix="biped-cluster-")
+        self._log = Path(self._folder.name) / "log"
+
+    def connect(self) -> Any:
+        """Starts it, anew if it ran before, and connects.
+
+        Raises:
+            OSError: It does not start.
+        """
+        from distributed import Client
+
+        self.stop()
+        scheduler = self._start("biped.ensemble.cluster.scheduling")
+        address = _first_line(scheduler)
+        if not address:
+            raise OSError(f"no scheduler could be started: {self.last_words()}")
+        self._start("biped.cli.main", "worker", address, "--workers", str(self._workers), "--with-parent")
+        return Client(address, timeout=CONNECT, set_as_default=False)
+
+    def _start(self, module: str, *more: str) -> subprocess.Popen[bytes]:
+        # Files that Dask writes besides go to a folder that ends with this process; no Ctrl-C reaches them.
+        settings = {"DASK_TEMPORARY_DIRECTORY": self._folder.name, "DASK_DISTRIBUTED__ADMIN__EVENT_LOOP_MONITOR": "0"}
+        root = str(Path(__file__).parents[3])
+        path = os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH"))))
+        with open(self._log, "ab") as log:
+            process = subprocess.Popen(
+                [sys.executable, "-m", module, *more], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log,
+                env=os.environ | settings | {"PYTHONPATH": path}, start_new_session=True,
+            )  # fmt: skip
+        self._processes.append(process)
+        return process
+
+    def last_words(self) -> str:
+        """What the processes said last."""
+        lines = self._log.read_text(encoding="utf-8", errors="replace").splitlines() if self._log.exists() else []
+        return next((line for line in reversed(lines) if line.strip()), "")[:300]
+
+    def trouble(self) -> str:
+        """What is known of workers that do not come."""
+        last = self.last_words()
+        return f" (their last words: {last})" if last else ""
+
+    def stop(self) -> None:
+        """Ends its processes."""
+        processes, self._processes = self._processes, []
+        for process in processes:
+            for pipe in (process.stdin, process.stdout):
+                if pipe is not None:
+                    pipe.close()
+        for process in processes:
+            try:
+                process.wait(timeout=5)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+    def close(self) -> None:
+        """Ends it."""
+        self.stop()
+        self._folder.cleanup()
+
+
+def _first_line(process: subprocess.Popen[bytes]) -> str:
+    """The first line that a process says within `START`; nothing if it ends before."""
+    import selectors
+
+    assert process.stdout is not None
+    with selectors.DefaultSelector() as selector:
+        selector.register(process.stdout, selectors.EVENT_READ)
+        return process.stdout.readline().decode().strip() if selector.select(START) else ""

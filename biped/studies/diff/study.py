@@ -1,0 +1,173 @@
+"""Two results side by side, run by run, and the verdict on the second."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import msgspec
+
+from biped.base.errors import InputError
+from biped.base.files import nearest
+from biped.measure.metrics.walking import outcome
+from biped.scenario.metrics import METRICS
+from biped.studies.diff.changes import LEVEL, MARGIN, SAME, WORSE, Change, change_of, exists, judged
+from biped.studies.diff.sides import Pairs, Row, Side, pairs_of, settings, swept
+
+
+class Point(NamedTuple):
+    """One point of a sweep that both have.
+
+    Attributes:
+        values: What was swept, by key.
+        pairs: Number of pairs.
+        first: How many of the first walked.
+        second: How many of the second.
+    """
+
+    values: dict[str, Any]
+    pairs: int
+    first: int
+    second: int
+
+
+class Difference(NamedTuple):
+    """Everything that two results say about one another.
+
+    Attributes:
+        first: The result that is compared with.
+        second: The one that is judged.
+        pairs: Runs of the same seed at the same point of a sweep: (first, second).
+        margin: See `MARGIN`.
+        changes: Every metric, in the order of every table.
+        points: Those of a sweep.
+        settings: Keys of the scenarios that differ: (key, first's value, second's value).
+    """
+
+    first: Side
+    second: Side
+    pairs: Pairs
+    margin: float
+    changes: list[Change]
+    points: list[Point]
+    settings: list[tuple[str, Any, Any]]
+
+    @property
+    def identical(self) -> bool:
+        """Whether every pair's numbers are the same to the last digit."""
+        return _identical(self.pairs)
+
+    @property
+    def worse(self) -> list[str]:
+        """Names of the metrics that became worse."""
+        return [change.name for change in self.changes if change.verdict == WORSE]
+
+    @property
+    def passed(self) -> bool:
+        """Whether nothing became worse."""
+        return not self.worse
+
+    @property
+    def lost(self) -> list[Row]:
+        """Runs of the second that no longer walk although the first's do, the earliest end first."""
+        gone = [b for a, b in self.pairs if a["walked"] and not b["walked"]]
+        return sorted(gone, key=lambda run: (run["time"], run["index"]))
+
+    @property
+    def worst(self) -> Row | None:
+        """The run of the second to look at: the first of those that are lost, or the one that walks dearest."""
+        if self.lost:
+            return self.lost[0]
+        dearer = [
+            (b["cost_of_transport"] - a["cost_of_transport"], -b["index"], b)
+            for a, b in self.pairs
+            if exists(a["cost_of_transport"]) and exists(b["cost_of_transport"])
+        ]
+        return max(dearer, key=lambda found: found[:2])[2] if dearer else None
+
+    def as_dict(self) -> dict[str, Any]:
+        """What `--json` prints."""
+        sides = {
+            which: {
+                "name": side.name, "folder": str(side.folder), "scenario": side.result["scenario"],
+                "runs": len(side.result["runs"]), "summary": side.result["summary"],
+            }
+            for which, side in (("first", self.first), ("second", self.second))
+        }  # fmt: skip
+        return {
+            "passed": self.passed,
+            "identical": self.identical,
+            "pairs": len(self.pairs),
+            "margin": self.margin,
+            "level": LEVEL,
+            **sides,
+            "worse": self.worse,
+            "metrics": {
+                c.name: {
+                    "first": c.first, "second": c.second, "pairs": c.pairs, "change": c.estimate.change,
+                    "interval": [c.estimate.low, c.estimate.high], "p": c.estimate.p, "adjusted_p": c.adjusted,
+                    "better": c.metric.better, "verdict": c.verdict,
+                }
+                for c in self.changes
+            },
+            "points": [point._asdict() for point in self.points],
+            "settings": [{"key": key, "first": a, "second": b} for key, a, b in self.settings],
+            "worst": self.worst_as_dict(),
+            "seeds": [
+                {"seed": a.get("seed"), "first": a["index"], "second": b["index"], "walked": [a["walked"], b["walked"]]}
+                for a, b in self.pairs
+            ],
+        }  # fmt: skip
+
+    def worst_as_dict(self) -> dict[str, Any] | None:
+        """The run to look at, and the command that makes it again."""
+        run = self.worst
+        if run is None:
+            return None
+        again = self.second.replay(run["index"])
+        return {"index": run["index"], "seed": run.get("seed"), "outcome": outcome(run), "again": again}
+
+
+def differ(first: Side, second: Side, margin: float = MARGIN, only: Sequence[str] = ()) -> Difference:
+    """Compares two results.
+
+    Args:
+        first: What is compared with.
+        second: What is judged.
+        margin: See `MARGIN`.
+        only: Metrics that are compared; default: all.
+
+    Raises:
+        InputError: They have no runs in common, a metric is unknown, or the margin makes no sense.
+    """
+    if not 0.0 <= margin < 1.0:
+        raise InputError(f"--margin {margin:g}: expected a share, 0 … 1")
+    for name in only:
+        if name not in METRICS:
+            raise InputError(f"--metrics {name}: unknown metric; {nearest(name, list(METRICS))}")
+    pairs = pairs_of(first, second)
+    changes = [change_of(metric, pairs, margin) for metric in METRICS.values() if not only or metric.name in only]
+    changes = judged(changes, margin)
+    if _identical(pairs):
+        changes = [change._replace(verdict=SAME) for change in changes]
+    return Difference(first, second, pairs, margin, changes, _points(pairs, swept(first)), settings(first, second))
+
+
+def _points(pairs: Pairs, keys: Sequence[str]) -> list[Point]:
+    found: dict[str, Point] = {}
+    for a, b in pairs if keys else ():
+        values = {key: a["values"].get(key) for key in keys}
+        at = found.get(repr(values)) or Point(values, 0, 0, 0)
+        found[repr(values)] = Point(
+            values, at.pairs + 1, at.first + bool(a["walked"]), at.second + bool(b["walked"])
+        )  # fmt: skip
+    return list(found.values())
+
+
+def _identical(pairs: Pairs) -> bool:
+    return all(_numbers(a) == _numbers(b) for a, b in pairs)
+
+
+def _numbers(run: Row) -> bytes:
+    """What two runs must share to be the same run."""
+    return msgspec.json.encode({name: run.get(name) for name in (*METRICS, "fell", "end", "cause")})

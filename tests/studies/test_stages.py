@@ -1,0 +1,142 @@
+"""A search in stages: each starts where the one before ended, holds what it is told to, and is resumed exactly."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from biped.base.errors import InputError
+from biped.cli.main import main
+from biped.scenario.gains import Gains
+from biped.scenario.gait import read_gains
+from biped.scenario.reading import read_scenario
+from biped.studies.tune.space import Candidate, Space
+from biped.studies.tune.stages import studies, study_from
+
+TEXT = """
+controller = "fast"
+seed = 5
+duration = 0.4
+
+[tune]
+gains = ["k_d1", "k_d2", "theta_b"]
+duration = 0.3
+generations = 2
+population = 4
+checks = 1
+unseen = 1
+finalists = 1
+
+[tune.conditions.level]
+runs = 1
+
+[tune.conditions.uphill]
+runs = 1
+set.ground.slope = 5.0
+
+[[tune.stages]]
+conditions = ["level"]
+hold = { theta_b = 80.0, "k_d2.1" = 61.0 }
+set.actuation.release_force = 100.0
+generations = 1
+
+[[tune.stages]]
+spread = 0.2
+"""
+
+
+@pytest.fixture
+def scenario_file(tmp_path):
+    path = tmp_path / "staged.toml"
+    path.write_text(TEXT, encoding="utf-8")
+    return path
+
+
+def test_each_stage_is_a_search_of_its_own(scenario_file):
+    scenario = read_scenario(str(scenario_file))
+    first, second = studies(scenario)
+    assert list(first.tune.conditions) == ["level"]
+    assert first.tune.generations == 1
+    assert first.gains.theta_b == 80.0
+    assert first.gains.k_d2 == (800.0, 61.0, *first.gains.k_d2[2:])
+    assert {axis.name for axis in Space(first.scenario, first.gains).axes} == {"k_d1", "k_d2.0", "k_d2.2"}
+    assert first.condition("level", True).actuation.release_force == 100.0
+    assert list(second.tune.conditions) == ["level", "uphill"]
+    assert second.tune.spread == 0.2
+    assert second.condition("level", True).actuation.release_force == 150.0
+    assert "theta_b" in {axis.name for axis in Space(second.scenario, second.gains).axes}
+
+
+def test_a_stage_starts_at_what_the_one_before_found(scenario_file):
+    scenario = read_scenario(str(scenario_file))
+    first = studies(scenario)[0]
+    space = Space(first.scenario, first.gains)
+    found = space.candidate([0.1] * len(space.axes))
+    second = study_from(scenario, 1, found)
+    assert second.gains == found.gains
+    assert second.gains.theta_b == 80.0  # it stays until the second stage moves it
+
+
+def test_keys_that_were_found_go_on_too(scenario_file):
+    scenario = read_scenario(str(scenario_file), ['tune.keys={"sensing.ahead"={min=0.0,max=0.2}}'])
+    second = study_from(scenario, 1, Candidate(studies(scenario)[0].gains, (("sensing.ahead", 0.15),)))
+    assert second.scenario.sensing.ahead == 0.15
+    space = Space(second.scenario, second.gains)
+    assert space.candidate(np.zeros(len(space.axes))).keys == (("sensing.ahead", 0.15),)
+
+
+def test_whole_search_and_one_that_was_killed_in_its_second_stage(scenario_file, tmp_path, capsys):
+    def tuned(out):
+        assert main(["tune", str(scenario_file), "--out", str(out), "--jobs", "1"]) == 0
+        return (out / "gait.toml").read_text(encoding="utf-8"), (out / "runs.jsonl").read_text(encoding="utf-8")
+
+    gait, journal = tuned(tmp_path / "whole")
+    lines = journal.splitlines()
+    assert [json.loads(line)["index"] for line in lines[1:]] == [1, 2, 3]
+    assert "3 generations of 4" in gait
+    gains = read_gains(tmp_path / "whole" / "gait.toml", Gains())
+    assert gains.k_d3 == read_gains_of("fast").k_d3  # never varied
+    for kept in (2, 3):
+        cut = tmp_path / f"cut{kept}"
+        cut.mkdir()
+        (cut / "scenario.toml").write_bytes((tmp_path / "whole" / "scenario.toml").read_bytes())
+        (cut / "runs.jsonl").write_text("\n".join(lines[:kept]) + "\n", encoding="utf-8")
+        assert tuned(cut) == (gait, journal)
+
+
+def read_gains_of(name):
+    from biped.base.files import locate
+
+    return read_gains(locate("controllers", name, "controller"), Gains())
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ('tune.stages=[{conditions=["levle"]}]', ["tune.stages.0.conditions", "levle", "did you mean 'level'"]),
+        ("tune.stages=[{conditions=[]}]", ["tune.stages.0.conditions", "at least one"]),
+        ("tune.stages=[{},{hold={theta_l=3.0}}]", ["tune.stages.1.hold", "no gain 'theta_l'"]),
+        ('tune.stages=[{hold={"k_d2.4"=3.0}}]', ["tune.stages.0.hold", "k_d2.4"]),
+        ("tune.stages=[{set={gains={k_d1=3.0}}}]", ["tune.stages.0.set", "gains", "hold"]),
+        ("tune.stages=[{set={seed=3}}]", ["tune.stages.0.set", "seed"]),
+        ("tune.stages=[{set={ground={slop=3.0}}}]", ["tune.stages.0.set", "slop", "slope"]),
+        ("tune.stages=[{generation=3}]", ["tune.stages", "unknown field `generation`"]),
+        ("tune.stages=[{hold={k_d1=1.0,theta_b=70.0}}]", ["tune.gains"]),
+    ],
+)
+def test_mistakes_are_named_before_anything_is_written(scenario_file, tmp_path, capsys, change, words):
+    more = ["--set", 'tune.gains=["k_d1","theta_b"]'] if words == ["tune.gains"] else []
+    out = tmp_path / "out"
+    code = main(["tune", str(scenario_file), "--out", str(out), "--jobs", "1", "--set", change, *more])
+    said = capsys.readouterr().err
+    assert code == 2
+    for word in words:
+        assert word in said
+    assert not out.exists()
+
+
+def test_scenario_without_tune_is_refused_as_before():
+    with pytest.raises(InputError, match="tune: missing"):
+        studies(read_scenario("level_fast"))

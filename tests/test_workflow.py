@@ -1,0 +1,28 @@
+"""The workflow that users copy: its commands can be typed, its scenario is there, its metrics are metrics."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+from biped.base.files import locate
+from biped.cli.arguments import parsed
+from biped.scenario.metrics import METRICS
+
+TEXT = (Path(__file__).parents[1] / ".github" / "workflows" / "biped.yml").read_text(encoding="utf-8")
+SET = dict(re.findall(r"^  ([A-Z]+): (.+)$", TEXT, re.MULTILINE))
+
+
+def test_what_it_names_is_there():
+    locate("scenarios", SET["SCENARIO"], "workflow")
+    assert set(SET["METRICS"].split(",")) <= set(METRICS)
+
+
+def test_its_commands_can_be_typed():
+    lines = re.findall(r"\.venv/bin/biped (.+?)(?: \|\| .*)?$", TEXT, re.MULTILINE)
+    assert len(lines) >= 5
+    for line in lines:
+        words = shlex.split(re.sub(r'"?\$(\w+)"?', lambda found: SET.get(found[1], "0"), line))
+        parsed(words)
+    assert {line.split()[0] for line in lines} >= {"check", "run", "diff"}
