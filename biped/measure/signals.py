@@ -5,7 +5,6 @@ The thesis's joint angles need no deriving: hip θ1 − θ, knee θ2 − θ1 and
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 import numpy as np
@@ -23,7 +22,7 @@ SMOOTH = 0.02
 
 def finite(trajectory: Trajectory) -> Trajectory:
     """The trajectory without the rows in which a diverging run is no longer finite."""
-    return dataclasses.replace(trajectory, log=trajectory.log[trajectory.sound])
+    return trajectory.rows(trajectory.sound)
 
 
 def every(trajectory: Trajectory, rate: float) -> np.ndarray:
@@ -34,6 +33,13 @@ def every(trajectory: Trajectory, rate: float) -> np.ndarray:
 def torso_angle(trajectory: Trajectory) -> np.ndarray:
     """(n,) [rad] θ from the horizontal, not from the slope: π/2 is upright."""
     return trajectory.q[:, PITCH] + 0.5 * math.pi + math.radians(trajectory.slope)
+
+
+def inferred_torso_angle(trajectory: Trajectory) -> np.ndarray | None:
+    """(n,) [rad] what an estimator made of it; None without one."""
+    if trajectory.inferred is None:
+        return None
+    return trajectory.inferred[:, 0] + 0.5 * math.pi + math.radians(trajectory.slope)
 
 
 def centre_of_mass(trajectory: Trajectory) -> np.ndarray:

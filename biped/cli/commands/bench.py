@@ -10,9 +10,10 @@ from biped.cli.common import DONE, FAILED, print_json, reason_of
 
 def command(args: argparse.Namespace) -> int:
     """Measures one thing."""
-    return {"throughput": _throughput, "walking": _walking, "mechanisms": _mechanisms, "regress": _regress}[args.what](
-        args
-    )
+    commands = {
+        "throughput": _throughput, "walking": _walking, "mechanisms": _mechanisms, "robot": _robot, "regress": _regress,
+    }  # fmt: skip
+    return commands[args.what](args)
 
 
 def _throughput(args: argparse.Namespace) -> int:
@@ -58,6 +59,23 @@ def _mechanisms(args: argparse.Namespace) -> int:
         show(report)
     if args.out is not None:
         draw(report, args.out)
+    return DONE
+
+
+def _robot(args: argparse.Namespace) -> int:
+    from biped.studies.bench.robot import measure
+
+    report = measure()
+    if args.out is not None:
+        from biped.show.figures.robot import plot_bench
+
+        plot_bench(report, args.out)
+    if args.json:
+        print_json(report.as_dict())
+    else:
+        from biped.show.bench.robot import show
+
+        show(report)
     return DONE
 
 

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
-from biped.measure.signals import SMOOTH, every, foot_force, inside, smooth, torso_angle
+from biped.measure.signals import SMOOTH, every, foot_force, inferred_torso_angle, inside, smooth, torso_angle
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import GRAVITY
 from biped.robot.topology import BASE, SEGMENTS
@@ -49,7 +49,10 @@ def torso(trajectory: Trajectory, title: str) -> Figure:
     drawn = figure(8.0, 3.0)
     axes = timed(drawn.add_subplot(), f"{title}: torso angle, 90° is upright", "θ [°]")
     axes.axhline(90.0, color=QUIET, linestyle="--", linewidth=1.0)
-    axes.plot(trajectory.time, np.degrees(torso_angle(trajectory)), color=RIGHT)
+    axes.plot(trajectory.time, np.degrees(torso_angle(trajectory)), color=RIGHT, label="true")
+    if (inferred := inferred_torso_angle(trajectory)) is not None:
+        axes.plot(trajectory.time, np.degrees(inferred), "--", color=LEFT, linewidth=1.0, label="inferred")
+        legend_above(axes, 2)
     _mark_pushes(axes, trajectory)
     return drawn
 

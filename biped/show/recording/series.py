@@ -7,7 +7,15 @@ from typing import NamedTuple
 import numpy as np
 import rerun as rr
 
-from biped.measure.signals import cost_of_transport, every, foot_force, joint_power, means, torso_angle
+from biped.measure.signals import (
+    cost_of_transport,
+    every,
+    foot_force,
+    inferred_torso_angle,
+    joint_power,
+    means,
+    torso_angle,
+)
 from biped.show.recording.recorded import Placed, times
 
 RATE = 1000.0
@@ -33,9 +41,13 @@ LEG_STATES = tuple(
         (LEFT, (226, 142, 80), (248, 220, 200), (236, 176, 132)),
     )
 )
+_INFERRED = (150, 150, 155)
+"""What the robot believes, beside the truth."""
 _GAP = "-"
 _ON = {"1": ("on the ground", (90, 100, 110))}
 _IN_A = {"1": ("in A", (90, 100, 110))}
+_BASIS = {"0": ("from what touches", (90, 100, 110)), "1": ("from the gyro", (204, 60, 120))}
+"""What the inferred posture rests on."""
 _PUSHING = {"1": ("push", (204, 60, 120))}
 
 
@@ -72,9 +84,14 @@ def curves(placed: Placed) -> list[Curves]:
     def joints(entity: str, title: str, values: np.ndarray) -> Curves:
         return Curves(entity, title, names, JOINT_COLOURS, values)
 
+    torso = single("torso", "Torso angle [°], 90 is upright", "torso", np.degrees(torso_angle(trajectory)))
+    if (inferred := inferred_torso_angle(trajectory)) is not None:
+        values = np.column_stack([torso.values, np.degrees(inferred)])
+        names, colours = (*torso.names, f"{torso.names[0]}, inferred"), (*torso.colours, _INFERRED)
+        torso = torso._replace(names=names, colours=colours, values=values)
     plots = [
         single("velocity", "Forward velocity of the torso [m/s]", "velocity", trajectory.v[:, 0]),
-        single("torso", "Torso angle [°], 90 is upright", "torso", np.degrees(torso_angle(trajectory))),
+        torso,
         single("cost", "Cost of transport so far [-]", "net cost", cost_of_transport(trajectory)),
         joints("angle", angles, np.degrees(trajectory.q[:, 3:])),
         joints("torque", "Joint torques [N m], colours as above", trajectory.applied[:, 3:]),
@@ -127,6 +144,8 @@ def log_states(recording: rr.RecordingStream, placed: Placed) -> None:
     for i, row in enumerate((*robot.points, *robot.stops)):
         flag = trajectory.active[:, i].astype(int)
         _lane(recording, placed.entity("constraints", row.replace("_", " ")), time, end, flag, _IN_A)
+    if trajectory.inferred is not None:
+        _lane(recording, placed.entity("states", "posture"), time, end, trajectory.inferred[:, 2].astype(int), _BASIS)
     if trajectory.pushes:
         pushed = np.zeros(len(time), int)
         for start, stop, *_ in trajectory.pushes:
