@@ -37,5 +37,5 @@ def plot_least(steps: Sequence[Mapping[str, Any]], path: Path) -> None:
                           va="bottom", color=QUIET, annotation_clip=False)  # fmt: skip
         axes.set(xlabel="gains that differ from the first gait (names: put back in this order, from the right)",
                  ylabel="share of runs", ylim=(-0.02, 1.02))  # fmt: skip
-        axes.legend(fontsize=8, loc="upper left")
+        axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
         save(page, path)
