@@ -22,7 +22,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from biped.base.errors import InputError
 from biped.base.progress import Progress, silent
 from biped.ensemble import campaign
+from biped.ensemble.columns import batches
 from biped.ensemble.results import table_of
+from biped.ensemble.stored_rows import StoredRows
 from biped.measure.trajectory import Trajectory
 from biped.robot.given import Factory, factory_of
 from biped.scenario.inline import setting
@@ -112,7 +114,8 @@ class Result:
     @cached_property
     def runs(self) -> pyarrow.Table:
         """One row per run with every metric, as runs.parquet has it; `.to_pandas()` where pandas is installed."""
-        return table_of(self._done.result["runs"])
+        runs = self._done.result["runs"]
+        return runs.table() if isinstance(runs, StoredRows) else table_of(runs)
 
     @property
     def trajectory(self) -> Trajectory:
@@ -126,9 +129,10 @@ class Result:
             InputError: There is no such run.
         """
         if index not in self._trajectories:
-            known = [row["index"] for row in self._done.result["runs"]]
-            if index not in known:
-                raise InputError(f"run {index}: expected the number of a run, {min(known)} … {max(known)}")
+            known = [columns["index"] for columns in batches(self._done.result["runs"], ["index"])]
+            if not any(index in numbers for numbers in known):
+                low, high = min(int(some.min()) for some in known), max(int(some.max()) for some in known)
+                raise InputError(f"run {index}: expected the number of a run, {low} … {high}")
             self._trajectories[index] = campaign.simulate(self._done.plan.run(index))
         return self._trajectories[index]
 

@@ -145,6 +145,10 @@ def _parser() -> Parser:
     report.add_argument("--html", type=Path, metavar="FILE", help="one HTML page: no network, phone, paper, dark")
     report.add_argument("--out", type=Path, help="the Markdown file (default: report.md, unless --html is given)")
     report.add_argument("--title", default="Campaigns", help="its heading")
+    export = commands.add_parser("export", help="write results in other people's formats")
+    export.add_argument("run", type=Path, help="results folder")
+    export.add_argument("--eurobench", type=Path, required=True, metavar="DIR",
+                        help="new folder for files as EuroBench's documents describe them")  # fmt: skip
     bench = commands.add_parser("bench", help="run time against error, and what things cost")
     bench.add_argument("what", choices=["throughput", "walking", "mechanisms", "regress"],
                        help="what to measure; regress: whether a recorded result or cost changed")  # fmt: skip

@@ -85,14 +85,16 @@ def names_of(robot: Robot) -> list[str]:
     """Everything that a network can be shown.
 
     Joint coordinates `q.NAME` [m, rad] and velocities `v.NAME`; absolute link angles `angle.NAME` [rad] and rates
-    `rate.NAME`; `height.NAME` [m] and `contact.NAME` (0 or 1) of toes and heels; `state.NAME.1` … `.4` of the legs (1
-    in that state, else 0); `time` [s].
+    `rate.NAME`; `height.NAME` [m] and `contact.NAME` (0 or 1) of toes and heels; `touching.NAME` (0 or 1) of these and
+    of the knees at their stops; `Q_d.NAME` of joints [N, N m]; `state.NAME.1` … `.4` of the legs (1 in that state, else
+    0); `time` [s].
     """
     links, points = robot.links, robot.points
     return [
         *(f"q.{name}" for name in robot.joints), *(f"v.{name}" for name in robot.joints),
         *(f"angle.{name}" for name in links), *(f"rate.{name}" for name in links),
         *(f"height.{name}" for name in points), *(f"contact.{name}" for name in points),
+        *(f"touching.{name}" for name in (*points, *robot.stops)), *(f"Q_d.{name}" for name in robot.joints),
         *(f"state.{leg}.{state + 1}" for leg in robot.legs for state in range(STATES)), "time",
     ]  # fmt: skip
 
@@ -101,7 +103,18 @@ def everything(sensed: Sensed) -> np.ndarray:
     """All that `names_of` names, in its order."""
     states = (sensed.state[:, None] == np.arange(1, STATES + 1)).ravel()
     return np.concatenate(
-        [sensed.q, sensed.v, sensed.angle, sensed.rate, sensed.height, sensed.contact, states, [sensed.time]]
+        [
+            sensed.q,
+            sensed.v,
+            sensed.angle,
+            sensed.rate,
+            sensed.height,
+            sensed.contact,
+            sensed.touching,
+            sensed.Q_d,
+            states,
+            [sensed.time],
+        ]
     )
 
 

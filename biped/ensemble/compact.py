@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from biped.base.errors import InputError
 from biped.base.files import label
-from biped.ensemble.parts import GROUP, About, Part, Piece, cover, name, rows_of, writer_to
+from biped.ensemble.parts import GROUP, About, Part, Piece, cover, digest, name, rows_of, writer_to
 
 if TYPE_CHECKING:
     import pyarrow
@@ -131,7 +131,8 @@ class _File:
         self._sink.flush()
         os.fsync(self._sink.fileno())
         self._sink.close()
-        path = self._folder / name(self._first, self._next - 1)
+        with open(self._path, "rb") as written:
+            path = self._folder / name(self._first, self._next - 1, digest(written))
         self._path.replace(path)
         return path
 

@@ -1,17 +1,19 @@
 """Rows of a large campaign in Parquet files, each of which is there whole or not at all.
 
-A file holds the rows of consecutive runs, `<first>-<last>.parquet`; what it holds is done. Files may overlap where
-shards or machines did the same work twice: then they agree, or it is an error. A run that cost too many workers stands
-in a file by itself and gives way to any other that has it. At the end all rows are written anew, in order, into a few
-large files: the same bytes whoever made them in whatever pieces.
+A file holds the rows of consecutive runs and is called `<first>-<last>-<digest of its bytes>.parquet`; what it holds is
+done. Files may overlap where shards or machines did the same work twice: then they agree, or it is an error. A run that
+cost too many workers stands in a file by itself and gives way to any other that has it. At the end all rows are written
+anew, in order, into a few large files: the same bytes whoever made them in whatever pieces.
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from hashlib import blake2b
+from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
 from biped.base.errors import InputError
 from biped.base.files import label
@@ -138,7 +140,7 @@ def read(path: Path) -> Part:
             about = json.loads((meta.metadata or {})[ABOUT])
             if about.pop("format") != FORMAT:
                 raise ValueError("another format")
-            first, last = map(int, path.stem.split("-"))
+            first, last = map(int, path.stem.split("-")[:2])
             groups = [meta.row_group(i) for i in range(meta.num_row_groups)]
             if meta.num_rows != last - first + 1 or any(group.total_byte_size > MOST for group in groups):
                 raise ValueError(f"{meta.num_rows} rows")
@@ -158,20 +160,20 @@ def _opened(path: Path) -> ParquetFile:
 
 
 def sound(part: Part) -> bool:
-    """Whether all that a file holds can be read and its rows are those that its name says."""
-    import numpy as np
-    import pyarrow as pa
-
-    at = part.first
+    """Whether a file is the one that was written, to the last bit."""
     try:
-        for batch in rows_of([Piece(part, part.first, part.last)]):
-            there = batch.column("index").to_numpy()
-            if not np.array_equal(there, np.arange(at, at + len(there))):
-                return False
-            at += len(there)
-    except (OSError, pa.ArrowException, InputError, ValueError, KeyError):
+        with open(part.path, "rb") as file:
+            return part.path.name == name(part.first, part.last, digest(file))
+    except OSError:
         return False
-    return at == part.last + 1
+
+
+def digest(file: BinaryIO) -> str:
+    """A name for the bytes of a file."""
+    state = blake2b(digest_size=8)
+    while data := file.read(1 << 20):
+        state.update(data)
+    return state.hexdigest()
 
 
 def cover(parts: Sequence[Part], lost: bool = True) -> list[Piece]:
@@ -248,16 +250,28 @@ def rows_of(pieces: Sequence[Piece], columns: Sequence[str] | None = None) -> It
             ) from None
 
 
+def read_all(part: Part) -> pyarrow.Table:
+    """All rows of a file.
+
+    Raises:
+        InputError: It is damaged.
+    """
+    import pyarrow as pa
+
+    return pa.Table.from_batches(rows_of([Piece(part, part.first, part.last)]))
+
+
 def commit_to(folder: Path, made: Made) -> None:
     """Puts rows into a folder of parts: on disk, under their name, when this returns.
 
     Raises:
         OSError: They cannot be written.
     """
-    with written(folder / name(made.chunk.first, made.chunk.first + made.chunk.runs - 1)) as part:
+    first, runs = made.chunk
+    with written(folder / name(first, first + runs - 1, digest(BytesIO(made.data)))) as part:
         part.write_bytes(made.data)
 
 
-def name(first: int, last: int) -> str:
-    """The name of the file with rows first … last."""
-    return f"{first:08d}-{last:08d}.parquet"
+def name(first: int, last: int, digest: str) -> str:
+    """The name of the file with rows first … last: of other rows, it is another."""
+    return f"{first:08d}-{last:08d}-{digest}.parquet"

@@ -29,6 +29,8 @@ from biped.scenario.vary import DRAW, SWEEP, drawn, points_of, run_seed, stream,
 
 STARTS = 256
 """Most start postures kept at a time."""
+CHECKED = 10_000
+"""Most runs that are looked at before the first is made."""
 LEAST_INERTIA = 1e-12
 """[kg, kg m²] A link with less cannot be simulated: MuJoCo refuses 1e-15."""
 
@@ -38,7 +40,8 @@ class Plan:
 
     Runs of equal number at different points share their seed, so that points differ by what was swept alone. Files are
     read once; draws are made when a run is asked for. Before that all of them are checked: that no run of a campaign
-    finds out late that it cannot be made costs about 0.1 ms each, 2 ms where a start must be found anew.
+    finds out late that it cannot be made costs about 0.1 ms each, 2 ms where a start must be found anew. Of a campaign
+    of more than `CHECKED` runs, so many are, spread over its points.
 
     Args:
         scenario: A checked scenario.
@@ -147,8 +150,11 @@ class Plan:
         Raises:
             InputError: One cannot.
         """
-        for point in range(len(self.points)):
-            for number in range(runs):
+        points = len(self.points)
+        looked_at = min(points, CHECKED)
+        for place in range(looked_at):
+            point = place * points // looked_at
+            for number in range(min(runs, max(1, CHECKED // looked_at))):
                 index = point * self.scenario.randomise.runs + number
                 s, values, _ = self._drawn(index)
                 try:

@@ -55,6 +55,14 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         clearance: [m] lowest toe or heel in the middle of a swing.
         torso_lean: [degrees] mean, forward positive.
         torso_sway: [degrees] standard deviation.
+        push_impulse: [N s] of the strongest push, forward positive; these are nan of a run that is not pushed.
+        push_speed: [m/s] impulse / mass.
+        push_froude: Impulse / (mass sqrt(g leg length)).
+        recovery_time: [s] from the end of the last push until all steps are as before it.
+        first_step: [m] length of the first step after the last push.
+        second_step: [m].
+        third_step: [m].
+        fourth_step: [m].
         energy_residual: Energy that nothing explains / work.
         energy_from_nowhere: Most energy that nothing put in / work.
         momentum_residual: Vertical momentum that nothing explains / impulse.
@@ -106,6 +114,14 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     clearance: float = NAN
     torso_lean: float = NAN
     torso_sway: float = NAN
+    push_impulse: float = NAN
+    push_speed: float = NAN
+    push_froude: float = NAN
+    recovery_time: float = NAN
+    first_step: float = NAN
+    second_step: float = NAN
+    third_step: float = NAN
+    fourth_step: float = NAN
     energy_residual: float = NAN
     energy_from_nowhere: float = NAN
     momentum_residual: float = NAN

@@ -12,7 +12,7 @@ from biped.base.errors import InputError
 from biped.base.files import label
 from biped.base.text import plain
 from biped.ensemble.columns import TYPES, Columns, InPieces
-from biped.ensemble.parts import FOLDER, Piece, cover, listed, missing, rows_of
+from biped.ensemble.parts import FOLDER, Piece, cover, listed, missing, rows_of, sound
 from biped.ensemble.table import records
 
 if TYPE_CHECKING:
@@ -95,7 +95,13 @@ def stored_rows(folder: Path, count: int) -> StoredRows:
         InputError: They are not all there.
     """
     where = folder / FOLDER
-    pieces = cover(listed(where)) if where.is_dir() else []
+    files = listed(where) if where.is_dir() else []
+    for part in files:
+        if not sound(part):
+            raise InputError(
+                f"{label(part.path)}: damaged; remove it, and the same command with --out makes its runs again"
+            )
+    pieces = cover(files)
     rows = StoredRows(pieces)
     if len(rows) != count or missing(pieces, count):
         raise InputError(

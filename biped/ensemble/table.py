@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, get_type_hints
 
 import numpy as np
 
+from biped.base.json import dumps
 from biped.ensemble.rows import Row
 from biped.scenario.keys import Scenario
 from biped.scenario.vary import DRAW, lookup
@@ -27,9 +28,12 @@ LOADS = ("peak_torque", "mean_torque", "peak_power")
 NESTED = {
     "leg_states": ("leg_states.cycle", "leg_states.share"),
     "per_joint": tuple(f"per_joint.{joint}.{load}" for joint in JOINTS for load in LOADS),
+    "signals": ("signals",),
     "warnings": ("warnings",),
 }
 """What a row's tables become."""
+AS_JSON = ("warnings", "signals")
+"""Those whose keys nobody knows beforehand: JSON."""
 JSON = b"json"
 """Mark of a column whose values are JSON: a key that takes numbers and words."""
 
@@ -51,7 +55,7 @@ def schema_of(scenario: Scenario, metadata: dict[str, str] | None = None) -> pya
                 told = {JSON: b"1"} if varied is None else None
                 fields.append(pa.field(f"values.{key}", pa.string() if varied is None else varied, metadata=told))
         elif name in NESTED:
-            words = ("leg_states.cycle", "warnings")
+            words = ("leg_states.cycle", *AS_JSON)
             fields += [pa.field(inner, pa.string() if inner in words else pa.float64()) for inner in NESTED[name]]
         else:
             fields.append(pa.field(name, pa.int64() if name in WHOLE else kinds[kind]))
@@ -81,8 +85,8 @@ def _cell(row: Row, name: str) -> Any:
     """The value of a row in a column."""
     first, _, rest = name.partition(".")
     value = getattr(row, first)
-    if first == "warnings":
-        return json.dumps(value, sort_keys=True)
+    if first in AS_JSON:
+        return None if value is None else dumps(dict(sorted(value.items())))
     if first == "values":
         return value[rest]
     for part in rest.split(".") if rest else ():
@@ -97,8 +101,9 @@ def records(rows: pyarrow.Table | pyarrow.RecordBatch) -> Iterator[dict[str, Any
         record: dict[str, Any] = {}
         for name, value in flat.items():
             *outer, last = name.split(".", 1) if name.startswith("values.") else name.split(".")
-            if name == "warnings":
-                record[name] = json.loads(value)
+            if name in AS_JSON:
+                if value is not None:
+                    record[name] = json.loads(value)
             elif not outer:
                 record[name] = math.nan if value is None else value
             else:

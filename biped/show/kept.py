@@ -58,7 +58,7 @@ class Kept:
     def __init__(self, folder: Path):
         self._folder = folder
         self.result = harmless(results_at(folder))
-        self.plan = Plan(read_scenario(str(folder / "scenario.toml"), looking=True))
+        self.plan = Plan(read_scenario(str(folder / "scenario.toml"), looking=True), checked=True)
         of_plan(folder, self.plan, self.result)
 
     def trajectory(self, index: int) -> Trajectory | None:

@@ -46,8 +46,8 @@ def write_report(folders: Sequence[Path], out: Path, title: str) -> None:
 def _command(folder: Path, result: Mapping[str, Any], scenario: Scenario) -> str:
     """The command that repeats a folder's runs: by the scenario's name only if that alone gives the same."""
     try:
-        plan = Plan(read_scenario(result["scenario"], looking=True))
-        name = result["scenario"] if plan.scenario == Plan(scenario).scenario else ""
+        plan = Plan(read_scenario(result["scenario"], looking=True), checked=True)
+        name = result["scenario"] if plan.scenario == Plan(scenario, checked=True).scenario else ""
     except InputError:
         name = ""
     runs = result["runs"]

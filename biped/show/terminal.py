@@ -20,6 +20,7 @@ from biped.measure.metrics.walking import TOLD_BY, kind_of, outcome
 from biped.scenario.metrics import HEAD, METRICS, shown_in
 from biped.show.safe import SafeConsole
 
+STEPS_AFTER = ("first_step", "second_step", "third_step", "fourth_step")
 WARNED = 10
 """Most runs whose warnings are printed."""
 NOWHERE = f"no cost of transport, no slip: moved less than {MOVED:g} m in the window"
@@ -72,6 +73,8 @@ def show_result(result: Mapping[str, Any], description: str) -> None:
         for cause, count in causes_of(runs):
             out.print(f"    {count} × {cause}")
     show_warnings(runs)
+    if push_words(summary):
+        out.print(f"  {push_words(summary)}")
     thesis = result["thesis"]
     page = table(("metric", "value", *(["thesis"] if thesis else []), "meaning"), ("metric", "meaning"))
     for metric in shown_in("run"):
@@ -98,6 +101,18 @@ def signals_of(runs: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, float]]
             least, most = min(one["min"] for one in there), max(one["max"] for one in there)
             found[name] = {"mean": mean, "min": least, "max": most}
     return found
+
+
+def push_words(numbers: Mapping[str, Any]) -> str:
+    """A push and what came after it, in one line; empty where nobody pushed."""
+    if not real(numbers["push_impulse"]):
+        return ""
+    impulse, speed, share = (number(numbers[name]) for name in ("push_impulse", "push_speed", "push_froude"))
+    told = f"pushed with {impulse} N s, {speed} m/s of the whole robot, {share} sqrt(g leg)"
+    steps = [numbers[name] for name in STEPS_AFTER if real(numbers[name])]
+    if real(numbers["recovery_time"]):
+        told += f"; recovered in {number(numbers['recovery_time'])} s"
+    return f"{told}; next steps {', '.join(number(step) for step in steps)} m" if steps else told
 
 
 def show_points(result: Mapping[str, Any]) -> None:

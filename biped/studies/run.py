@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import shutil
+import weakref
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import mkdtemp
 from typing import Any, NamedTuple
 
 from msgspec.structs import replace
@@ -46,6 +47,18 @@ Recorder = Callable[[Path, Plan, dict[str, Any], dict[int, Trajectory]], None]
 """Writes a recording to a file, from the plan, its result object and trajectories that need not be made again."""
 
 
+class Temporary:
+    """A temporary folder that is removed with this object.
+
+    Attributes:
+        path: Where.
+    """
+
+    def __init__(self):
+        self.path = Path(mkdtemp(prefix="biped-"))
+        weakref.finalize(self, shutil.rmtree, self.path, ignore_errors=True)
+
+
 class Done(NamedTuple):
     """A scenario that was run.
 
@@ -63,7 +76,7 @@ class Done(NamedTuple):
     folder: Path | None
     plan: Plan
     trajectories: dict[int, Trajectory]
-    files: TemporaryDirectory[str] | None = None
+    files: Temporary | None = None
 
     @property
     def raised(self) -> bool:
@@ -277,8 +290,8 @@ def _made(title: str, plan: Plan, indices: Sequence[int], how: _How) -> Done:
         trajectory, row = campaign.run_one(plan, indices[0])
         return Done(result_of(title, plan, [row]), [row], None, plan, {row.index: trajectory})
     if how.where is None and len(indices) > LARGE:
-        files = TemporaryDirectory(prefix="biped-")
-        rows = _finished_in_parts(plan, how, Path(files.name))
+        files = Temporary()
+        rows = _finished_in_parts(plan, how, files.path)
         return Done(result_of(title, plan, rows), rows, None, plan, {}, files)
     begun_so = how.where is not None and (how.where.path / PARTS).is_dir()
     if how.where is not None and (begun_so or len(indices) > LARGE or not isinstance(how.jobs, int)):
@@ -348,7 +361,7 @@ def _write(where: Folder, done: Done, record: Recorder | None) -> None:
 def _adopt(where: Folder, done: Done) -> None:
     """Takes rows over that lie in a temporary folder."""
     if done.files is not None:
-        for part in sorted(Path(done.files.name).iterdir()):
+        for part in sorted(done.files.path.iterdir()):
             with where.saving(f"{where.parts.name}/{part.name}") as copy:
                 shutil.copyfile(part, copy)
 

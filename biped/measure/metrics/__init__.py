@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from biped.measure import verdict
-from biped.measure.metrics import energy, gait, ground, walking
+from biped.measure.metrics import energy, gait, ground, pushed, walking
 from biped.measure.metrics.sums import Sums, add_up
 from biped.measure.metrics.totals import Totals
 from biped.measure.trajectory import Trajectory
@@ -79,6 +79,8 @@ def _numbers(t: Trajectory, sums: Sums) -> dict[str, Any]:
     out["peak_force"] = float(run["normal"])
     out["peak_torque"] = float(run["torque"])
     out["link_speed"] = math.sqrt(run["squared"])
+    if t.pushes:
+        out |= pushed.pushed(t, sums.point)
     if sums.span is not None:
         out |= gait.stride(t, sums)
         out |= energy.transport(t, sums)

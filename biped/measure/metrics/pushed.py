@@ -1,0 +1,133 @@
+"""What a push is worth, and how a walk comes back from it: impulse in the field's units, recovery time, the next steps.
+
+Only of runs that are pushed; nothing here is computed for others.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from biped.measure.metrics.gait import strikes
+from biped.measure.trajectory import Trajectory
+from biped.robot.model import GRAVITY
+from biped.robot.topology import HEEL
+from biped.robot.tree import motion
+
+STEPS = 4
+"""Steps after a push whose lengths are metrics."""
+BEFORE, LEAST = 8, 3
+"""Steps before a push that it is compared with at most, and at least."""
+BAND = 0.1
+"""A step is as before if its speed is within this share of the mean before, or two standard deviations if more."""
+_NAMES = ("first_step", "second_step", "third_step", "fourth_step")
+
+
+class Impulse(NamedTuple):
+    """A push as a whole, however its force changes meanwhile.
+
+    Attributes:
+        start: [s].
+        end: [s].
+        forward: [N s] horizontally.
+        up: [N s].
+    """
+
+    start: float
+    end: float
+    forward: float
+    up: float
+
+    @property
+    def size(self) -> float:
+        """[N s] with the sign of its way: forward positive, and so is straight up."""
+        return math.copysign(math.hypot(self.forward, self.up), self.forward or self.up)
+
+
+def impulses(t: Trajectory) -> list[Impulse]:
+    """The pushes of a run; those that touch or overlap in time are one. What lies beyond its end is not counted."""
+    ends = len(t) * t.tick
+    found: list[Impulse] = []
+    for start, end, forward, up, _ in sorted(t.pushes, key=lambda push: push[:2]):
+        end = min(end, ends)  # noqa: PLW2901
+        if end <= start:
+            continue
+        seconds = end - start
+        if found and start <= found[-1].end + 0.5 * t.tick:
+            last = found.pop()
+            end = max(last.end, end)  # noqa: PLW2901
+            found.append(Impulse(last.start, end, last.forward + forward * seconds, last.up + up * seconds))
+        else:
+            found.append(Impulse(start, end, forward * seconds, up * seconds))
+    return found
+
+
+def pushed(t: Trajectory, point: np.ndarray) -> dict[str, float]:
+    """Impulse of the strongest push, the recovery from the last one, and the steps after that.
+
+    A step lasts from foot strike to foot strike; its speed is how far the torso went in it. The walk has recovered when
+    every step from then to the end of the run is as before the push (`BAND`), two of them at least. There is no
+    recovery time where there were fewer than `LEAST` steps before, or where the walk does not recover; it is 0 where
+    the walk never left.
+
+    Args:
+        t: The run.
+        point: (n, 4, 2) [m] places of the contact points.
+    """
+    found = impulses(t)
+    if not found:
+        return {}
+    strongest = max((push.size for push in found), key=abs)
+    mass = float(t.tree.mass.sum())
+    steps = strikes(t.phase, t.tick)
+    rows = np.array([row for row, _ in steps], dtype=int)
+    heels = point[rows][:, HEEL, 0]
+    lengths = np.abs(heels[:, 0] - heels[:, 1])
+    after = lengths[t.time[rows] >= found[-1].end - 1e-9][:STEPS]
+    return {
+        "push_impulse": strongest,
+        "push_speed": strongest / mass,
+        "push_froude": strongest / (mass * math.sqrt(GRAVITY * t.tree.leg)),
+        "recovery_time": _recovery(t, rows, found[0].start, found[-1].end),
+        **dict(zip(_NAMES, (float(length) for length in after), strict=False)),
+    }
+
+
+def push_work(t: Trajectory) -> float:
+    """Work [J] of the pushes on the robot: what it has to absorb.
+
+    A force F over a step adds F · (v + v')/2 · dt, with the mean velocity at the first configuration.
+    """
+    c, s = math.cos(math.radians(t.slope)), math.sin(math.radians(t.slope))
+    moved = motion(t.tree, t.q[:-1], 0.5 * (t.v[:-1] + t.v[1:])).com_velocity
+    work = 0.0
+    for start, end, forward, up, body in t.pushes:
+        if body in t.robot.links:
+            force = np.array([forward * c + up * s, up * c - forward * s])
+            rows = slice(round(start / t.tick), round(end / t.tick))
+            work += float((moved[rows, t.robot.links.index(body)] @ force).sum()) * t.tick
+    return work
+
+
+def _recovery(t: Trajectory, rows: np.ndarray, start: float, end: float) -> float:
+    """[s] from the end of the last push to the first step from which on all are as before the first push."""
+    if len(rows) < 2 or t.end != "completed":
+        return math.nan
+    speed = np.diff(t.q[rows, 0]) / (np.diff(rows) * t.tick)
+    begins, ends = t.time[rows[:-1]], t.time[rows[1:]]
+    before = speed[ends <= start + 1e-9][-BEFORE:]
+    later = begins >= end - 1e-9
+    if len(before) < LEAST or later.sum() < 2:
+        return math.nan
+    band = max(BAND * abs(float(before.mean())), 2.0 * float(before.std(ddof=1)))
+    off = np.abs(speed[later] - before.mean()) > band
+    steady = len(off) - int(np.argmax(off[::-1])) if off.any() else 0  # first of the steps that stay within the band
+    if len(off) - steady < 2:
+        return math.nan
+    # The step in which the push ended, too, may be one of those before.
+    during = (ends > start + 1e-9) & ~later
+    if steady == 0 and not (np.abs(speed[during] - before.mean()) > band).any():
+        return 0.0
+    return float(begins[later][steady] - end)
