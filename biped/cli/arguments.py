@@ -154,8 +154,8 @@ def _parser() -> Parser:
     bench = commands.add_parser("bench", help="run time against error, and what things cost")
     bench.add_argument("what", choices=["throughput", "walking", "mechanisms", "tolerances", "robot", "regress"],
                        help="what to measure; tolerances: error of adaptive steps of mechanisms against what they were "
-                       "asked for; robot: the bench experiments of Figs 4.7 and 4.8; regress: whether a recorded result "
-                       "or cost changed")  # fmt: skip
+                       "asked for; robot: the bench experiments of Figs 4.7 and 4.8; regress: whether a recorded "
+                       "result or cost changed")  # fmt: skip
     bench.add_argument("--out", type=Path, help="walking, mechanisms, tolerances, robot: folder for figures")
     bench.add_argument(
         "--quick", action="store_true", help="mechanisms: fewer repeats and settings; throughput: no prices of features"

@@ -154,7 +154,7 @@ def _failed(folder: Path, kept: Kept, rows: list[Mapping[str, Any]], count: int)
     more = None
     if len(failed) > _LISTED:
         all_of_them = count <= min(len(failed), _MOST)
-        words = f"All {count} runs that did not walk" if all_of_them else f"{min(len(failed), _MOST)} of them"
-        more = tag("details", tag("summary", words),
+        opening = f"All {count} runs that did not walk" if all_of_them else f"{min(len(failed), _MOST)} of them"
+        more = tag("details", tag("summary", opening),
                    table(head, map(line, failed[_LISTED:_MOST]), words))  # fmt: skip
     return tag("div", tag("h4", f"Runs that did not walk: {count}"), listed, more)

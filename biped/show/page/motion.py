@@ -66,7 +66,7 @@ def _gait(run: Trajectory, rows: np.ndarray) -> Markup:
     time, state = run.time[span], run.phase[span].astype(int)
     frame = Frame((float(time[0]), float(time[-1]) + run.tick), (-0.7, 1.7), "time [s]", "",
                   rungs=[run.robot.legs[1], run.robot.legs[0]], width=900.0, height=170.0, left=60.0)  # fmt: skip
-    both = (state <= FIRST_IN_AIR).all(axis=1)
+    both = np.all(state <= FIRST_IN_AIR, axis=1)
     for start, end, on in _spans(both):
         if on:
             frame.band((time[start], time[0] + end * run.tick), "both")

@@ -92,6 +92,17 @@ def test_the_page_of_a_sweep_and_of_a_run_in_it(result, capsys):
     assert not Path("report.md").exists()  # the page alone was asked for
 
 
+def test_of_very_many_runs_charts_are_of_some_and_counts_of_all(result, monkeypatch):
+    from biped.show.page import campaign
+
+    monkeypatch.setattr(campaign, "READ", 4)
+    _, read = page("c")
+    words = " ".join(read.words)
+    assert "What follows is of 4 of the 6 runs, evenly spread." in words
+    assert f"Walked {result['summary']['walked']} of 6" in words
+    assert f"Runs that did not walk: {6 - result['summary']['walked']}" in words
+
+
 def test_it_needs_no_network_and_runs_one_script(result):
     text, read = page("c")
     for _, attributes in read.elements:
