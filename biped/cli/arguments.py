@@ -158,7 +158,9 @@ def _parser() -> Parser:
                        "result or cost changed")  # fmt: skip
     bench.add_argument("--out", type=Path, help="walking, mechanisms, tolerances, robot: folder for figures")
     bench.add_argument(
-        "--quick", action="store_true", help="mechanisms: fewer repeats and settings; throughput: no prices of features"
+        "--quick",
+        action="store_true",
+        help="mechanisms: fewer repeats and settings; throughput: no scenes and no prices of features",
     )
     bench.add_argument("--update", action="store_true", help="regress: record the costs measured now")
     bench.add_argument("--reason", help="regress: why costs changed (needed by --update)")
