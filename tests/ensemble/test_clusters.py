@@ -292,7 +292,7 @@ def assert_as(many: dict[str, bytes], out: str = "x") -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("many", [1500], indirect=True)
+@pytest.mark.parametrize("many", [800], indirect=True)
 def test_workers_killed_every_few_seconds_cost_nothing(many):
     process, kills, chance, before = command("x", "--cluster", "local:2"), 0, random.Random(0), 0
     while process.poll() is None:
