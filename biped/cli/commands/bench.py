@@ -15,6 +15,7 @@ def command(args: argparse.Namespace) -> int:
         "walking": _walking,
         "mechanisms": _mechanisms,
         "tolerances": _tolerances,
+        "robot": _robot,
         "regress": _regress,
     }[args.what](args)
 
@@ -62,6 +63,23 @@ def _mechanisms(args: argparse.Namespace) -> int:
         show(report)
     if args.out is not None:
         draw(report, args.out)
+    return DONE
+
+
+def _robot(args: argparse.Namespace) -> int:
+    from biped.studies.bench.robot import measure
+
+    report = measure()
+    if args.out is not None:
+        from biped.show.figures.robot import plot_bench
+
+        plot_bench(report, args.out)
+    if args.json:
+        print_json(report.as_dict())
+    else:
+        from biped.show.bench.robot import show
+
+        show(report)
     return DONE
 
 

@@ -149,6 +149,6 @@ def measure(
 
 def slope(reached: list[Reached]) -> float:
     """Decades of error per decade of tolerance, of one problem's runs that ended with an answer."""
-    runs = [(r.tolerance, r.error) for r in reached if r.error]
-    tolerance, error = np.log10(np.array(runs)).T
-    return float(np.polyfit(tolerance, error, 1)[0])
+    ended = [r for r in reached if r.error]
+    asked, found = np.log10([r.tolerance for r in ended]), np.log10([float(r.error or 0.0) for r in ended])
+    return float(np.polyfit(asked, found, 1)[0])
