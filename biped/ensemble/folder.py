@@ -29,6 +29,7 @@ from typing import Any
 from biped.base.errors import InputError, RunError
 from biped.base.files import label
 from biped.base.writing import reason, write_text, written
+from biped.ensemble import packed
 from biped.ensemble.journal import Journal
 from biped.ensemble.lock import NAME as LOCK
 from biped.ensemble.lock import Lock
@@ -40,7 +41,7 @@ from biped.ensemble.shard import Shard
 from biped.scenario.reading import to_toml
 
 FAILURES = "failures"
-_KEPT = re.compile(r"run-\d{5,}\.(npz|txt)|\.run-\d{5,}\.(npz|txt)\.part")
+_KEPT = re.compile(r"run-\d{5,}\.(xz|txt)|\.run-\d{5,}\.(xz|txt)\.part")
 LONGEST = 100
 """[bytes] of a title in the name of a folder."""
 
@@ -264,7 +265,7 @@ def keep(
     again = f"biped run {shlex.quote(label(folder / 'scenario.toml'))} --only {number}{more}"
     with complaining(kept):
         kept.mkdir(exist_ok=True)
-        with written(kept / f"run-{number:05d}.npz") as part:
+        with written(kept / f"run-{number:05d}{packed.SUFFIX}") as part:
             save(part)
         write_text(kept / f"run-{number:05d}.txt", f"{cause}\nagain: {again}\n{traceback}")
 
