@@ -499,3 +499,32 @@ def test_from_python_rows_of_many_runs_are_a_table(large, small, tmp_path):
     assert list(stored_rows(tmp_path / "saved", 6))[5]["index"] == 5
     del result
     assert not folder.exists()
+
+
+HOSTILE = {
+    "words for numbers": {"speed": ["fast"] * 6},
+    "no numbers of runs": {"index": None},
+    "numbers for words": {"cause": [1.0] * 6},
+    "no ends": {"end": [None] * 6},
+}
+
+
+@pytest.mark.parametrize("kind", HOSTILE)
+@pytest.mark.parametrize("reader", [["plot", "x"], ["report", "x", "--out", "r.md"]])
+def test_rows_of_a_stranger_that_are_none_are_refused_in_one_sentence(kind, reader, large, capsys):
+    import pyarrow as pa
+
+    run("x", "--jobs", "1")
+    (old,) = parts.listed(Path("x/parts"))
+    rows = parts.read_all(old)
+    for name, values in HOSTILE[kind].items():
+        at = rows.schema.get_field_index(name)
+        rows = rows.remove_column(at) if values is None else rows.set_column(at, name, pa.array(values))
+    old.path.unlink()
+    parts.commit_to(Path("x/parts"), parts.Made(Chunk(0, 6), parts.encoded(rows, old.about), 0.0, "", ""))
+    capsys.readouterr()
+    assert main(reader) == 2
+    err = capsys.readouterr().err
+    assert err.startswith("biped: x/parts/00000000-00000005-")
+    assert err.count("\n") == 1
+    assert "defect" not in err
