@@ -57,7 +57,7 @@ def test_a_campaign_on_a_cluster_is_the_same_bytes(cluster):
     here, there = contents("here"), contents("there")
     for name in ("result.json", "runs.parquet", "scenario.toml"):
         assert here[name] == there[name]
-    kept = {name for name in there if name.endswith(".npz")}
+    kept = {name for name in there if name.endswith(".xz")}
     assert len(kept) == 3, "failures.keep"
     assert all(there[name] == here[name] for name in kept)
 

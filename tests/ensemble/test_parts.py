@@ -112,7 +112,7 @@ def test_a_campaign_in_files_holds_what_result_json_held(large, small, capsys):
     rows = stored_rows(Path("x"), 6)
     assert json.loads(dumps(list(rows))) == whole["runs"]
     assert json.loads(dumps([rows[-1], rows[0]])) == [whole["runs"][5], whole["runs"][0]]
-    kept = {name for name in files if name.startswith("failures/") and name.endswith(".npz")}
+    kept = {name for name in files if name.startswith("failures/") and name.endswith(".xz")}
     assert len(kept) == 3, "failures.keep"
     assert all(files[name] == small[name] for name in kept), "the first that fell"
     _, printed = command(capsys, "run", "e.toml", "--out", "x")
