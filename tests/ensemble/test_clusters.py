@@ -24,6 +24,7 @@ from biped.ensemble.cluster import cluster_at, connection, kinds, tasks
 from biped.ensemble.cluster.file import Queued, from_file, read, seconds
 from biped.ensemble.cluster.tasks import Tasks
 from biped.ensemble.executor import workers
+from biped.ensemble.packed import SUFFIX
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario
 from biped.studies.regress.runs import ensemble, measured
@@ -57,7 +58,7 @@ def test_a_campaign_on_a_cluster_is_the_same_bytes(cluster):
     here, there = contents("here"), contents("there")
     for name in ("result.json", "runs.parquet", "scenario.toml"):
         assert here[name] == there[name]
-    kept = {name for name in there if name.endswith(".xz")}
+    kept = {name for name in there if name.endswith(SUFFIX)}
     assert len(kept) == 3, "failures.keep"
     assert all(there[name] == here[name] for name in kept)
 

@@ -20,6 +20,7 @@ from biped.ensemble import campaign, chunks, columns, compact, parts
 from biped.ensemble.campaign import run_one
 from biped.ensemble.chunks import Chunks, Deal
 from biped.ensemble.lock import Lock
+from biped.ensemble.packed import SUFFIX
 from biped.ensemble.parts import About, Chunk, Part, Piece, cover, missing
 from biped.ensemble.plan import Plan
 from biped.ensemble.shard import Shard, shard_of
@@ -112,7 +113,7 @@ def test_a_campaign_in_files_holds_what_result_json_held(large, small, capsys):
     rows = stored_rows(Path("x"), 6)
     assert json.loads(dumps(list(rows))) == whole["runs"]
     assert json.loads(dumps([rows[-1], rows[0]])) == [whole["runs"][5], whole["runs"][0]]
-    kept = {name for name in files if name.startswith("failures/") and name.endswith(".xz")}
+    kept = {name for name in files if name.startswith("failures/") and name.endswith(SUFFIX)}
     assert len(kept) == 3, "failures.keep"
     assert all(files[name] == small[name] for name in kept), "the first that fell"
     _, printed = command(capsys, "run", "e.toml", "--out", "x")
