@@ -53,11 +53,13 @@ class Law(Protocol):
     Attributes:
         u: (6,) joint torques of the latest tick [N m].
         Q_d: (9,) desired generalized forces of the latest tick.
+        record: (1,) `biped.control.record.CONTROL`, which senses contacts and says what a fall is.
         signals: What it logs of its own.
     """
 
     u: np.ndarray
     Q_d: np.ndarray
+    record: np.ndarray
     signals: Signals
 
     @property

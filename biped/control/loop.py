@@ -8,9 +8,10 @@ import numpy as np
 
 from biped.base.jit import kernel
 from biped.control.changes import bring_up_to_date
+from biped.control.estimator import Inference, infer, judged
 from biped.control.tick import law_tick
-from biped.measure.trajectory import Q, V
-from biped.robot.topology import NQ, PITCH
+from biped.measure.trajectory import Q, U, V
+from biped.robot.topology import BASE, NQ, NU, PITCH
 
 
 class Control(NamedTuple):
@@ -29,6 +30,8 @@ class Control(NamedTuple):
         follow: Fraction of the way to the wanted that actuators go in a tick; 1: all of it.
         tick: [s].
         pushing: (True,) for ground that only pushes, otherwise () (`biped.control.tick.law_tick`).
+        line: ((2, 6),) torque [N m] of joints held still, rate [rad/s] of free ones, where motors limit, otherwise ().
+        estimator: (`biped.control.estimator.Inference`,) where q and v are inferred, otherwise ().
     """
 
     record: np.ndarray
@@ -43,6 +46,8 @@ class Control(NamedTuple):
     follow: float
     tick: float
     pushing: tuple[bool, ...]
+    line: tuple[np.ndarray, ...]
+    estimator: tuple[Inference, ...]
 
 
 @kernel
@@ -74,6 +79,20 @@ def measure(k, true_q, true_v, noise, past, resolution, q, v):
 
 
 @kernel
+def within_line(line, v, u, log, k):
+    """Brings torques u (6,) within the motors' torque-speed line, where there is one (`Control.line`), and logs them.
+
+    At full voltage a joint's torque is stall (1 - rate/free) one way and -stall (1 + rate/free) the other.
+    """
+    if len(line) == 0:
+        return
+    for j in range(NU):
+        stall, slowed = line[0][0, j], v[BASE + j] / line[0][1, j]
+        u[j] = min(max(u[j], -stall * (1.0 + slowed)), stall * (1.0 - slowed))
+        log[k, U + j] = u[j]
+
+
+@kernel
 def control_tick(control, q, v, applied, log, k):
     """Measures, decides, and moves the actuators of tick k.
 
@@ -91,14 +110,17 @@ def control_tick(control, q, v, applied, log, k):
     measured = control.noise.shape[0] > 0
     if measured:
         measure(k, q, v, control.noise, control.past, control.resolution, control.q, control.v)
+    infer(control.estimator, control.record, q, v, log, k, control.q, control.v)
     bring_up_to_date(control.record, control.changes, k)
     status = law_tick(control.record, control.q, control.v, log, k, k * control.tick, control.pushing)
     if measured:
         for j in range(NQ):
             log[k, Q + j] = q[j]
             log[k, V + j] = v[j]
+    status = judged(control.estimator, control.record, q, v, log, k, status)
     if status != 0:
         return status
+    within_line(control.line, v, control.wanted, log, k)
     follow, logged = control.follow, control.logged
     for j in range(applied.size):
         if follow == 1.0:

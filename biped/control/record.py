@@ -45,6 +45,9 @@ _SENSING = np.dtype(
 )  # fmt: skip
 """When a point touches, and what the leg states follow from."""
 
+_SWITCHES = np.dtype([("on", "u1"), ("touching", "u1", N_POINTS)], align=True)
+"""What foot switches say, where they and not heights say what touches (`biped.control.estimator`)."""
+
 _BACKSTEP = np.dtype([("on", "u1"), ("margin", "f8"), ("theta_l", "f8"), ("k_d2", "f8"), ("b_d2", "f8")], align=True)
 """The step back [m; rad, N m/rad, N m s/rad of the hip]."""
 
@@ -128,8 +131,9 @@ _PUSH = np.dtype(
 
 CONTROL = np.dtype(
     [
-        ("gait", GAIT), ("tree", TREE), ("belief", _BELIEF), ("sensing", _SENSING), ("backstep", _BACKSTEP),
-        ("actuation", _ACTUATION), ("fall", _FALL), ("memory", _MEMORY), ("at", PLACES), ("tick", _TICK),
+        ("gait", GAIT), ("tree", TREE), ("belief", _BELIEF), ("sensing", _SENSING), ("switches", _SWITCHES),
+        ("backstep", _BACKSTEP), ("actuation", _ACTUATION), ("fall", _FALL), ("memory", _MEMORY), ("at", PLACES),
+        ("tick", _TICK),
         ("work", _WORK), ("rows", _ROWS), ("push", _PUSH),
     ],
     align=True,

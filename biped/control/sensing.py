@@ -38,8 +38,11 @@ def sense_links_in(c, J, q, v):
 
 @kernel
 def _heights(c, q):
+    height, switches = c["tick"]["height"], c["switches"]
     for i in range(N_POINTS):
-        c["tick"]["height"][i] = q[Z] + c["at"]["point"][i, 1]
+        height[i] = q[Z] + c["at"]["point"][i, 1]
+        if switches["on"]:  # a point that presses is on the ground, one that does not is above it
+            height[i] = 0.0 if switches["touching"][i] else max(height[i], c["sensing"]["contact_height"])
 
 
 @kernel

@@ -34,6 +34,7 @@ def controller_record(run: Run, believed: Tree) -> np.ndarray:
         c["tree"][name] = value
     _set_beliefs(c["belief"], run)
     _set_sensing(c["sensing"], s)
+    c["switches"]["on"] = s.estimator is not None
     if s.backstep is not None:
         back = c["backstep"]
         back["on"], back["margin"], back["theta_l"] = 1, s.backstep.margin, np.radians(s.backstep.theta_l)

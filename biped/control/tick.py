@@ -18,17 +18,30 @@ from biped.control.sensing import believe_contacts, first_belief, sense_links, s
 from biped.control.springs import desired_forces
 from biped.measure.trajectory import ACTIVE, BELIEVED, HEIGHT, PHASE, Q_D, TIME, Q, U, V
 from biped.robot.kinematics import mass_matrix
-from biped.robot.topology import LEGS, N_CONSTRAINTS, N_POINTS, NQ, NU, TORSO, Z
+from biped.robot.topology import LEGS, N_CONSTRAINTS, N_POINTS, NQ, NU, PITCH, Z
 
 GOING, LOW, TILTED, NOT_FINITE = 0, 1, 2, 3
 """What a tick reports: the run goes on, the torso is too low, it leans too far, a number is not finite."""
 
 
 @kernel
+def fallen(c, q, v):
+    """Whether a state is one in which a run ends: GOING, LOW, TILTED or NOT_FINITE."""
+    fall = c["fall"]
+    for j in range(NQ):
+        if not (math.isfinite(q[j]) and math.isfinite(v[j])):
+            return NOT_FINITE
+    if q[Z] < fall["height"]:
+        return LOW
+    if abs(q[PITCH] + c["belief"]["tilt"]) > fall["tilt"]:
+        return TILTED
+    return GOING
+
+
+@kernel
 def sense(record, q, v, first):
     """Believed contacts and leg states, from sensed links; returns GOING, LOW, TILTED or NOT_FINITE."""
     c = record[0]
-    fall = c["fall"]
     for j in range(NQ):
         if not (math.isfinite(q[j]) and math.isfinite(v[j])):
             return NOT_FINITE
@@ -39,11 +52,7 @@ def sense(record, q, v, first):
     leg_states(c, q)
     if c["backstep"]["on"]:
         step_back(c, q, v)
-    if q[Z] < fall["height"]:
-        return LOW
-    if abs(c["at"]["angle"][TORSO] + c["belief"]["tilt"]) > fall["tilt"]:
-        return TILTED
-    return GOING
+    return fallen(c, q, v)
 
 
 @kernel

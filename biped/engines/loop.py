@@ -12,8 +12,9 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.base.files import nearest
 from biped.control.controller import ThesisLaw, law_of
+from biped.control.estimator import Inference, infer, judged
 from biped.control.law import Law, Raised
-from biped.control.loop import Control
+from biped.control.loop import Control, within_line
 from biped.control.tick import GOING, LOW, TILTED
 from biped.measure.trajectory import Q_D, WIDTH, Q, Trajectory, U, V
 from biped.robot.description import Robot, robot_at
@@ -25,6 +26,7 @@ from biped.scenario.keys import Scenario
 from biped.scenario.keys import Sensors as SensorKeys
 
 if TYPE_CHECKING:
+    from biped.control.senses import Senses
     from biped.control.sensors import Sensors
 
 NO_SENSORS = SensorKeys()
@@ -83,18 +85,22 @@ def drive(run: Run, physics: Physics) -> Trajectory:
     tick = 1.0 / s.simulation.control_rate
     count = round(s.duration * s.simulation.control_rate)
     log = np.zeros((count, WIDTH))
-    sensors = _sensors(run, physics, count)
-    q, v = (physics.q, physics.v) if sensors is None else (sensors.q, sensors.v)
+    sensors, senses = _sensors(run, physics, count), _senses(run, physics, count)
+    between = sensors if senses is None else senses
+    q, v = (physics.q, physics.v) if between is None else (between.q, between.v)
+    estimator = () if senses is None else (senses.inference,)
     law = law_of(run, tree_at(run.model), q, v, log)
     generalized = s.actuation.mode == "generalized"
     wanted, logged = (law.Q_d, Q_D) if generalized else (law.u, U)
     follow = 1.0 if s.actuation.lag == 0.0 else 1.0 - float(np.exp(-tick / s.actuation.lag))
+    line = _line(run)
     if physics.walk is not None and isinstance(law, ThesisLaw) and not law.python:
         pushing = (True,) if law.c["push"]["on"] else ()
-        control = Control(law.record, law.changes, q, v, *_between(sensors), wanted, logged, follow, tick, pushing)
+        control = Control(law.record, law.changes, q, v, *_between(sensors), wanted, logged, follow, tick, pushing,
+                          line, estimator)  # fmt: skip
         walk = partial(physics.walk, control, log)
     else:
-        walk = _in_python(physics, law, sensors, wanted, logged, follow, tick, log)
+        walk = _in_python(physics, law, sensors, (estimator, q, v), line, wanted, logged, follow, tick, log)
     status, done, raised = GOING, 0, None
     for first, last, forces in push_spans(s, physics.bodies, count, tick):
         physics.push(forces)
@@ -126,14 +132,32 @@ def drive(run: Run, physics: Physics) -> Trajectory:
         cause=cause,
         warnings={},
         robot=robot,
+        inferred=None if senses is None else senses.noted[:done],
         signal_names=law.signals.names,
         traceback="" if raised is None else raised.traceback,
     )
 
 
+def _line(run: Run) -> tuple[np.ndarray, ...]:
+    """The torque-speed line of the run's motors, if it is to keep within it."""
+    motor = robot_at(run.model).motor
+    if not run.scenario.actuation.motors or motor is None:
+        return ()
+    return (np.array([motor.stall, motor.free]),)
+
+
+def _senses(run: Run, physics: Physics, count: int) -> Senses | None:
+    """The run's encoders, gyro, switches and estimator, or None if the controller is told its posture."""
+    if run.scenario.estimator is None:
+        return None
+    from biped.control.senses import Senses
+
+    return Senses(run, tree_at(run.model), physics.q, physics.v, count)
+
+
 def _sensors(run: Run, physics: Physics, count: int) -> Sensors | None:
     """The run's sensors, or None if the controller reads the state itself."""
-    if run.scenario.sensors == NO_SENSORS:
+    if run.scenario.sensors == NO_SENSORS or run.scenario.estimator is not None:
         return None
     from biped.control.sensors import Sensors
 
@@ -151,6 +175,8 @@ def _in_python(
     physics: Physics,
     law: Law,
     sensors: Sensors | None,
+    inferred: tuple[tuple[Inference, ...], np.ndarray, np.ndarray],
+    line: tuple[np.ndarray, ...],
     wanted: np.ndarray,
     logged: int,
     follow: float,
@@ -161,6 +187,8 @@ def _in_python(
     applied, step, next_tick = physics.applied, physics.step, law.tick
     if sensors is not None:
         next_tick = partial(_measured_tick, sensors, law, physics.q, physics.v, log)
+    elif inferred[0]:
+        next_tick = partial(_inferred_tick, inferred, law, physics.q, physics.v, log)
     columns = slice(logged, logged + len(applied))
 
     def walk(first: int, last: int) -> tuple[int, int]:
@@ -168,6 +196,8 @@ def _in_python(
             status = next_tick(k, k * tick)
             if status != GOING:
                 return status, k + 1
+            if line:
+                within_line(line, physics.v, wanted, log, k)
             if follow == 1.0:
                 applied[:] = wanted
             else:
@@ -188,6 +218,16 @@ def _measured_tick(
     log[k, Q : Q + NQ] = q
     log[k, V : V + NQ] = v
     return status
+
+
+def _inferred_tick(
+    inferred: tuple[tuple[Inference, ...], np.ndarray, np.ndarray],
+    law: Law, q: np.ndarray, v: np.ndarray, log: np.ndarray, k: int, time: float,
+) -> int:  # fmt: skip
+    """A tick of a law that is told what the robot infers; the log keeps the true coordinates."""
+    estimator, out_q, out_v = inferred
+    infer(estimator, law.record, q, v, log, k, out_q, out_v)
+    return judged(estimator, law.record, q, v, log, k, law.tick(k, time))
 
 
 def push_spans(s: Scenario, bodies: Sequence[str], count: int, tick: float) -> list[tuple[int, int, np.ndarray]]:

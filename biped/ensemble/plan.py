@@ -160,6 +160,7 @@ class Plan:
                 try:
                     self._gait(s)
                     self._pushable(s, self._model(s.model)[0])
+                    self._driven(s)
                     self._solid(s)
                     self._settled(s)
                 except InputError as error:
@@ -211,6 +212,13 @@ class Plan:
                 change = msgspec.structs.replace(change, gains=self._gait(asked))  # noqa: PLW2901
             changes.append(change)
         return msgspec.structs.replace(s, change=tuple(changes))
+
+    def _driven(self, s: Scenario) -> None:
+        if s.actuation.motors and robot_at(self._model(s.model)[0]).motor is None:
+            raise InputError(
+                f"actuation.motors: model '{s.model}' has none; expected a table [motor] in its description",
+                "actuation.motors",
+            )
 
     def _solid(self, s: Scenario) -> None:
         if s.truth == Truth():

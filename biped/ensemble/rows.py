@@ -33,6 +33,8 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         cost_of_transport: Net.
         cost_of_transport_absolute: Of the sum of absolute joint powers.
         cost_of_transport_positive: Of the positive joint powers.
+        cost_of_transport_heat: Of the motors' I²R.
+        cost_of_transport_electrical: Of the electrical power that motors draw.
         step_length: [m] heel to heel.
         step_frequency: [1/s].
         steps: Foot strikes in the window.
@@ -42,6 +44,11 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         flight: Share with neither.
         peak_torque: [N m] largest joint torque.
         mean_torque: [N m] mean of their absolute values.
+        rms_torque: [N m] largest root mean square of a joint's.
+        motor_load: Largest of them / what motor and gear bear continuously.
+        gear_load: Peak torque / what the gear bears intermittently.
+        beyond_gear: Share of ticks beyond that.
+        beyond_line: Share of ticks beyond the motors' torque-speed line.
         saturation: Share of ticks with a torque at its limit.
         peak_power: [W] largest joint power.
         torque_rate: [N m/ms] mean of the largest change from tick to tick.
@@ -55,6 +62,11 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         clearance: [m] lowest toe or heel in the middle of a swing.
         torso_lean: [degrees] mean, forward positive.
         torso_sway: [degrees] standard deviation.
+        torso_error: [degrees] root mean square error of the inferred torso angle.
+        torso_error_worst: [degrees] largest.
+        underactuated: Share of ticks in which it rests on the gyro.
+        longest_gap: [s] longest stretch of them.
+        gyro_clipped: Share of ticks with the gyro beyond its range.
         push_impulse: [N s] of the strongest push, forward positive; these are nan of a run that is not pushed.
         push_speed: [m/s] impulse / mass.
         push_froude: Impulse / (mass sqrt(g leg length)).
@@ -92,6 +104,8 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     cost_of_transport: float = NAN
     cost_of_transport_absolute: float = NAN
     cost_of_transport_positive: float = NAN
+    cost_of_transport_heat: float = NAN
+    cost_of_transport_electrical: float = NAN
     step_length: float = NAN
     step_frequency: float = NAN
     steps: float = NAN
@@ -101,6 +115,11 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     flight: float = NAN
     peak_torque: float = NAN
     mean_torque: float = NAN
+    rms_torque: float = NAN
+    motor_load: float = NAN
+    gear_load: float = NAN
+    beyond_gear: float = NAN
+    beyond_line: float = NAN
     saturation: float = NAN
     peak_power: float = NAN
     torque_rate: float = NAN
@@ -114,6 +133,11 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     clearance: float = NAN
     torso_lean: float = NAN
     torso_sway: float = NAN
+    torso_error: float = NAN
+    torso_error_worst: float = NAN
+    underactuated: float = NAN
+    longest_gap: float = NAN
+    gyro_clipped: float = NAN
     push_impulse: float = NAN
     push_speed: float = NAN
     push_froude: float = NAN

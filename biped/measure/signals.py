@@ -5,7 +5,6 @@ The thesis's joint angles need no deriving: hip θ1 − θ, knee θ2 − θ1 and
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 import numpy as np
@@ -17,11 +16,13 @@ from biped.robot.tree import motion
 
 # Before this distance [m] the cost of transport is a number divided by almost nothing.
 _STARTED = 0.5
+SMOOTH = 0.02
+"""[s] of means that the eye can follow: contacts hit and miss many times in a step, and torques with them."""
 
 
 def finite(trajectory: Trajectory) -> Trajectory:
     """The trajectory without the rows in which a diverging run is no longer finite."""
-    return dataclasses.replace(trajectory, log=trajectory.log[trajectory.sound])
+    return trajectory.rows(trajectory.sound)
 
 
 def every(trajectory: Trajectory, rate: float) -> np.ndarray:
@@ -32,6 +33,13 @@ def every(trajectory: Trajectory, rate: float) -> np.ndarray:
 def torso_angle(trajectory: Trajectory) -> np.ndarray:
     """(n,) [rad] θ from the horizontal, not from the slope: π/2 is upright."""
     return trajectory.q[:, PITCH] + 0.5 * math.pi + math.radians(trajectory.slope)
+
+
+def inferred_torso_angle(trajectory: Trajectory) -> np.ndarray | None:
+    """(n,) [rad] what an estimator made of it; None without one."""
+    if trajectory.inferred is None:
+        return None
+    return trajectory.inferred[:, 0] + 0.5 * math.pi + math.radians(trajectory.slope)
 
 
 def centre_of_mass(trajectory: Trajectory) -> np.ndarray:
@@ -70,3 +78,17 @@ def means(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
 def foot_force(trajectory: Trajectory) -> np.ndarray:
     """(n, 2) [N] normal force under the right and the left foot."""
     return trajectory.force[:, :, 1].reshape(-1, LEGS, ENDS).sum(axis=2)
+
+
+def inside(trajectory: Trajectory, window: tuple[float, float]) -> np.ndarray:
+    """(n,) whether a row is in the window [s]; all are if the run ended before it."""
+    rows = (trajectory.time >= window[0]) & (trajectory.time <= window[1])
+    return rows if rows.sum() > 1 else np.ones_like(rows)
+
+
+def smooth(values: np.ndarray, tick: float) -> np.ndarray:
+    """(n,) moving means of values (n,) that are `tick` [s] apart; at the ends, of what there is."""
+    window = np.ones(max(1, round(SMOOTH / tick)))
+    count = np.convolve(np.ones(len(values)), window)
+    first = (len(window) - 1) // 2
+    return (np.convolve(values, window) / count)[first : first + len(values)]

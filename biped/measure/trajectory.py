@@ -65,6 +65,8 @@ class Trajectory:
         warnings: The engine's warnings, name to count.
         robot: What walked.
         sampled: Whether `force` is that of one of several steps or stages in each tick, not the mean of all.
+        inferred: (n, 4) what an estimator made of the torso: pitch [rad], its rate [rad/s], whether it rests on the
+            gyro, and whether that was clipped (`biped.control.estimator`); None without one.
         signal_names: Of what a law of the user's own logged.
         traceback: Where a law of the user's own raised; empty if it did not.
     """
@@ -81,6 +83,7 @@ class Trajectory:
     warnings: dict[str, int]
     robot: Robot
     sampled: bool = False
+    inferred: np.ndarray | None = None
     signal_names: tuple[str, ...] = ()
     traceback: str = ""
 
@@ -173,7 +176,12 @@ class Trajectory:
 
     def last(self, seconds: float) -> Trajectory:
         """The end of the run as a trajectory of its own; times stay those of the run."""
-        return replace(self, log=self.log[-max(1, round(seconds / self.tick)) :])
+        return self.rows(slice(-max(1, round(seconds / self.tick)), None))
+
+    def rows(self, which: slice | np.ndarray, **changes: Any) -> Trajectory:
+        """Some rows as a trajectory of its own, with other attributes changed."""
+        inferred = None if self.inferred is None else self.inferred[which]
+        return replace(self, log=self.log[which], inferred=inferred, **changes)
 
     def save(self, path: Path) -> None:
         """Writes the arrays by name, and all else as JSON, into one npz file; the same bytes for the same run."""
@@ -185,6 +193,8 @@ class Trajectory:
             "tree": {name: value.tolist() for name, value in self.tree._asdict().items()},
         }  # fmt: skip
         arrays: dict[str, Any] = {name: self.column(name) for name in COLUMNS}
+        if self.inferred is not None:
+            arrays["inferred"] = self.inferred
         if self.signal_names:
             rest["signal_names"], arrays["signals"] = self.signal_names, self.log[:, WIDTH:]
         if self.traceback:
@@ -205,13 +215,14 @@ class Trajectory:
                 n = len(file["time"])
                 names = (*COLUMNS, *(("signals",) if "signal_names" in rest else ()))
                 log = np.hstack([file[name].reshape(n, -1) for name in names])
+                inferred = np.array(file["inferred"], dtype=float).reshape(n, 4) if "inferred" in file else None
             told = rest.pop("robot", None)  # what was saved before trajectories said so was the human's
             rest["robot"] = robot_at(folder("models") / "human.xml") if told is None else msgspec.convert(told, Robot)
             rest["tree"] = Tree(**{name: np.array(value, dtype=float) for name, value in rest["tree"].items()})
             rest["torque_limit"] = tuple(rest["torque_limit"])
             rest["signal_names"] = tuple(rest.get("signal_names", ()))
             rest["pushes"] = tuple(tuple(push) for push in rest["pushes"])
-            loaded = cls(log=log, **rest)
+            loaded = cls(log=log, inferred=inferred, **rest)
             shape = (n, WIDTH + len(loaded.signal_names))
             if log.shape != shape or log.dtype != np.float64 or n == 0 or not loaded.tick > 0.0:
                 raise ValueError(f"arrays of {log.shape}, {log.dtype}")

@@ -11,6 +11,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 from msgspec import Meta, field
 
 from biped.base.errors import InputError
@@ -85,15 +86,70 @@ class Walked(Section, frozen=True):
 
 
 class Shown(Section, frozen=True):
-    """Where a picture's camera is, relative to the torso's place on the ground.
+    """How a robot is drawn: where the camera is, relative to the torso's place on the ground, and its torso.
 
     Attributes:
         eye: [m].
         target: [m] what it looks at.
+        com: How high above the hip the torso's centre of mass is, as a share of the torso's length.
+        head: Whether it has one.
     """
 
     eye: Place
     target: Place
+    com: Annotated[float, Meta(gt=0, le=10)] = 0.626
+    head: bool = True
+
+
+class Motor(Section, frozen=True):
+    """The actuators: one direct-current motor for all joints, with a gear of its own for each.
+
+    Attributes:
+        name: What they are.
+        voltage: [V] of the supply.
+        resistance: [Ω] of the winding.
+        torque_constant: [N m/A].
+        rated_torque: [N m] that the motor bears continuously.
+        gears: Ratios of hip, knee and ankle.
+        efficiency: Of a gear that is driven; back-driven it loses the same share.
+        gear_rated: [N m] at a joint that the gear bears continuously.
+        gear_peak: [N m] at a joint that it bears intermittently.
+    """
+
+    voltage: Positive
+    resistance: Positive
+    torque_constant: Positive
+    rated_torque: Positive
+    gears: Annotated[tuple[Positive, ...], Meta(min_length=SEGMENTS, max_length=SEGMENTS)]
+    gear_rated: Positive
+    gear_peak: Positive
+    efficiency: Annotated[float, Meta(gt=0, le=1)] = 1.0
+    name: str = ""
+
+    @property
+    def ratio(self) -> np.ndarray:
+        """(6,) gear ratios, leg by leg."""
+        return np.array(self.gears * LEGS)
+
+    @property
+    def stall(self) -> np.ndarray:
+        """(6,) [N m] of the joints, held still at full voltage."""
+        return self.efficiency * self.ratio * self.torque_constant * self.voltage / self.resistance
+
+    @property
+    def free(self) -> np.ndarray:
+        """(6,) [rad/s] of the joints at full voltage without load."""
+        return self.voltage / (self.torque_constant * self.ratio)
+
+    @property
+    def rated(self) -> np.ndarray:
+        """(6,) [N m] that the joints bear continuously: motor and gear."""
+        return np.minimum(self.efficiency * self.ratio * self.rated_torque, self.gear_rated)
+
+    def current(self, u: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        """(…, 6) [A] for joint torques u (…, 6) [N m] at joint rates (…, 6) [rad/s]."""
+        through = np.where(u * rate >= 0.0, 1.0 / self.efficiency, self.efficiency)
+        return u * through / (self.ratio * self.torque_constant)
 
 
 class Robot(Section, frozen=True):
@@ -106,6 +162,7 @@ class Robot(Section, frozen=True):
         contact: Ground and contact points.
         walked: What counts as walking.
         shown: The camera.
+        motor: Its actuators; default: whatever gives the torques that are asked for.
         scenario: Keys of a scenario and their values where a scenario of this robot does not say.
     """
 
@@ -115,6 +172,7 @@ class Robot(Section, frozen=True):
     shown: Shown
     contact: Contact = Contact()
     description: str = ""
+    motor: Motor | None = None
     scenario: dict[str, Any] = field(default_factory=dict)
 
     @property

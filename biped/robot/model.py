@@ -24,7 +24,7 @@ from biped.robot.description import Robot, robot_at
 from biped.robot.order import Order, order_of
 from biped.robot.safety import examine, packaged
 from biped.robot.sizes import check_sizes
-from biped.robot.topology import BASE, NU, PARENT, POINT_LINK
+from biped.robot.topology import BASE, NU, PARENT, POINT_LINK, THIGH, TORSO
 from biped.robot.tree import Tree, tree_of
 from biped.robot.trial import tried
 from biped.scenario.keys import Ground, Scenario, Simulation, Truth
@@ -101,7 +101,7 @@ def true_tree(tree: Tree, truth: Truth) -> Tree:
     """Lengths and masses of the biped that walks, given those of the model file."""
     mass, length = np.array(truth.mass), np.array(truth.length)
     parent = length[list(PARENT)]
-    return tree._replace(
+    scaled = tree._replace(
         joint=tree.joint * parent[:, None],
         com=tree.com * length[:, None],
         mass=tree.mass * mass,
@@ -109,6 +109,17 @@ def true_tree(tree: Tree, truth: Truth) -> Tree:
         damping=tree.damping + truth.joint_damping,
         point=tree.point * length[list(POINT_LINK)][:, None],
     )
+    return scaled if truth.hip_mass == 0.0 else _with_hip_mass(scaled, truth.hip_mass)
+
+
+def _with_hip_mass(tree: Tree, hip: float) -> Tree:
+    """The tree whose torso carries a point mass [kg] on the hip's axis too."""
+    own, at = float(tree.mass[TORSO]), tree.joint[THIGH[0]] - tree.com[TORSO]
+    com, mass, inertia = np.array(tree.com), np.array(tree.mass), np.array(tree.inertia)
+    mass[TORSO] = own + hip
+    com[TORSO] += hip / (own + hip) * at
+    inertia[TORSO] += own * hip / (own + hip) * float(at @ at)
+    return tree._replace(com=com, mass=mass, inertia=inertia)
 
 
 def _apply_truth(spec: mujoco.MjSpec, truth: Truth, robot: Robot) -> None:
@@ -123,6 +134,15 @@ def _apply_truth(spec: mujoco.MjSpec, truth: Truth, robot: Robot) -> None:
             part.pos = part.pos * length
         for geom in body.geoms:
             geom.fromto = geom.fromto * length
+    if truth.hip_mass > 0.0:
+        torso, hip = spec.body(robot.base.link), spec.body(robot.leg[0].links[0])
+        total = torso.mass + truth.hip_mass
+        at = np.array([hip.pos[0], 0.0, hip.pos[2]]) - torso.ipos
+        torso.inertia = torso.inertia + torso.mass * truth.hip_mass / total * np.array(
+            [at[2] ** 2, at @ at, at[0] ** 2]
+        )
+        torso.ipos = torso.ipos + truth.hip_mass / total * at
+        torso.mass = total
     for joint in robot.joints[BASE:]:
         # MuJoCo 4 keeps a polynomial in the rate: linear, quadratic and cubic coefficient.
         spec.joint(joint).damping = spec.joint(joint).damping + np.array([truth.joint_damping, 0.0, 0.0])

@@ -26,6 +26,7 @@ from biped.scenario.section import (
     Six,
     Vector,
 )  # fmt: skip
+from biped.scenario.senses import Encoders, Estimator, Gyro, Switches
 from biped.scenario.tune import Tune
 
 
@@ -103,6 +104,7 @@ class Actuation(Section, frozen=True):
         single_tangential: One tangential row per flat foot instead of two that say the same.
         rank_tolerance: Relative size below which a row of C is dependent on others.
         lag: Time constant [s] of the actuators' first-order response; 0: torques follow at once.
+        motors: Keep torques within the torque-speed line of the robot's motors too.
     """
 
     mode: Literal["joint", "generalized"] = "joint"
@@ -117,6 +119,7 @@ class Actuation(Section, frozen=True):
     single_tangential: bool = False
     rank_tolerance: Annotated[float, Meta(gt=0, lt=1)] = 1e-4
     lag: Hold = 0.0
+    motors: bool = False
 
 
 class Sensing(Section, frozen=True):
@@ -217,12 +220,17 @@ class Fall(Section, frozen=True):
 class Sensors(Section, frozen=True):
     """What stands between the biped and the controller's measurements; all zero: nothing does.
 
+    Encoders, gyro and switches are those of a robot whose posture an `[estimator]` infers.
+
     Attributes:
         angle_noise: Standard deviation [rad] of white noise on the seven joint coordinates that are angles.
         rate_noise: The same on their rates [rad/s].
         height_noise: The same on the torso's x and z [m].
         delay: [s], rounded to control ticks, of which there may be 100,000.
         quantisation: Resolution [rad] of the angles.
+        encoders: Of the joints; default: none.
+        gyro: Of the torso; default: none.
+        switches: Of toes and heels; default: none.
     """
 
     angle_noise: NonNegative = 0.0
@@ -230,6 +238,9 @@ class Sensors(Section, frozen=True):
     height_noise: NonNegative = 0.0
     delay: Hold = 0.0
     quantisation: NonNegative = 0.0
+    encoders: Encoders | None = None
+    gyro: Gyro | None = None
+    switches: Switches | None = None
 
 
 class Truth(Section, frozen=True):
@@ -243,12 +254,14 @@ class Truth(Section, frozen=True):
         inertia: Factors of the moments of inertia beyond what mass and length imply.
         length: Factors of the lengths.
         joint_damping: [N m s/rad] added to hips, knees and ankles.
+        hip_mass: [kg] that the torso carries on the hip's axis besides: of an arm that guides the robot, for example.
     """
 
     mass: Seven = (1.0,) * 7
     inertia: Seven = (1.0,) * 7
     length: Seven = (1.0,) * 7
     joint_damping: NonNegative = 0.0
+    hip_mass: NonNegative = 0.0
 
 
 class Distribution(Section, frozen=True):
@@ -384,6 +397,7 @@ class Scenario(Section, frozen=True):
         push: Forces on bodies.
         fall: What counts as a fall.
         sensors: What stands between the biped and the controller's measurements.
+        estimator: What infers the posture from encoders, gyro and switches; default: nothing, the controller is told.
         truth: How the biped that walks differs from the model file.
         randomise: The ensemble.
         sweep: Up to two dotted scenario keys, each with the values it takes; every combination is an ensemble.
@@ -414,6 +428,7 @@ class Scenario(Section, frozen=True):
     push: Annotated[tuple[Push, ...], Meta(max_length=100)] = ()
     fall: Fall = Fall()
     sensors: Sensors = Sensors()
+    estimator: Estimator | None = None
     truth: Truth = Truth()
     randomise: Randomise = Randomise()
     sweep: dict[str, tuple[bool | float | str, ...]] = field(default_factory=dict)

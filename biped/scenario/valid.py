@@ -190,11 +190,14 @@ def possible(s: Scenario, fail: Fail) -> None:
         )
     if s.actuation.null_torque is not None and s.actuation.mode != "joint":
         raise fail("actuation.null_torque", "expected mode = 'joint': generalized forces leave nothing free")
+    if s.actuation.motors and s.actuation.mode != "joint":
+        raise fail("actuation.motors", "expected mode = 'joint': generalized forces come from no motor")
     if s.law is not None and s.actuation.mode != "joint":
         raise fail("actuation.mode", f"expected 'joint' with a law of one's own, which returns torques; got "
                    f"'{s.actuation.mode}'")  # fmt: skip
     if s.law is not None and s.backstep is not None:
         raise fail("backstep", "expected no law of one's own: the step back belongs to the thesis's leg states")
+    _sensed(s, fail)
     for name, bound in s.expect.items():
         if bound.min is None and bound.max is None:
             raise fail(f"expect.{name}", "expected min, max or both")
@@ -222,6 +225,25 @@ def possible(s: Scenario, fail: Fail) -> None:
     if s.engine == "mujoco" and s.ground.contact_time < 2 * s.simulation.timestep * (1.0 - 1e-9):
         raise fail("ground.contact_time", f"expected at least two time steps ({2 * s.simulation.timestep:g} s), "
                    f"got {s.ground.contact_time:g}")  # fmt: skip
+
+
+def _sensed(s: Scenario, fail: Fail) -> None:
+    """Rejects an estimator without its sensors, sensors without it, and noise on what nobody measures."""
+    names = ("encoders", "gyro", "switches")
+    there = [name for name in names if getattr(s.sensors, name) is not None]
+    if s.estimator is None:
+        if there:
+            raise fail(f"sensors.{there[0]}", "expected an [estimator], which infers the posture from it")
+        return
+    if missing := [name for name in names if name not in there]:
+        raise fail("estimator", f"expected sensors to infer from: [sensors.{missing[0]}] is missing")
+    direct = ("angle_noise", "rate_noise", "height_noise", "delay", "quantisation")
+    if told := [name for name in direct if getattr(s.sensors, name) > 0.0]:
+        raise fail(f"sensors.{told[0]}", "expected none with an [estimator]: nobody measures the posture itself")
+    switches = s.sensors.switches
+    if switches is not None and switches.release > switches.force:
+        raise fail("sensors.switches.release", f"expected at most the force that closes a switch, {switches.force:g} "
+                   f"N, got {switches.release:g}")  # fmt: skip
 
 
 def _follow_one_another(s: Scenario, fail: Fail) -> None:

@@ -6,11 +6,12 @@ from tests.bad.kind import Bad
 from tests.bad.laws import LAWS
 from tests.bad.models import GAITS, HUMAN, MODELS
 from tests.bad.references import REFERENCES
-from tests.bad.scenarios import BACKSTEPS, CHANGES, FILES, STARTS_AND_TIMES, VARIATIONS
+from tests.bad.scenarios import BACKSTEPS, CHANGES, FILES, SENSES, STARTS_AND_TIMES, VARIATIONS
 
 __all__ = ["HUMAN", "KINDS", "LAWS", "Bad"]
 
 KINDS = (
-    *FILES, *STARTS_AND_TIMES, *CHANGES, *BACKSTEPS, *VARIATIONS, *GAITS, *MODELS, *LAWS, *COMMAND_LINES, *REFERENCES,
+    *FILES, *STARTS_AND_TIMES, *CHANGES, *BACKSTEPS, *SENSES, *VARIATIONS, *GAITS, *MODELS, *LAWS, *COMMAND_LINES,
+    *REFERENCES,
     *BOUNDS, *DEEP, *DRAWS, *WORDS,
 )  # fmt: skip

@@ -119,6 +119,27 @@ BACKSTEPS = (
         files={"l.py": "class Law: pass"}),
 )  # fmt: skip
 
+SENSES = (
+    Bad("estimator without sensors", ("s.toml: estimator: expected sensors", "[sensors.encoders] is missing"),
+        "estimator = {}"),
+    Bad("estimator without a gyro", ("s.toml: estimator: expected sensors", "[sensors.gyro] is missing"),
+        "estimator = {}\nsensors = { encoders = {}, switches = {} }"),
+    Bad("gyro without an estimator", ("s.toml: sensors.gyro: expected an [estimator]",), "sensors.gyro = {}"),
+    Bad("gyro range of zero", ("s.toml: sensors.gyro.range: expected", "> 0"),
+        "estimator = {}\nsensors = { encoders = {}, gyro = { range = 0.0 }, switches = {} }"),
+    Bad("encoders of two joints", ("s.toml: sensors.encoders.resolution: expected",),
+        "estimator = {}\nsensors = { encoders = { resolution = [0.1, 0.1] }, gyro = {}, switches = {} }"),
+    Bad("unknown key of a sensor", ("s.toml: sensors.gyro.nois: unknown key", "'noise'"),
+        "estimator = {}\nsensors = { encoders = {}, gyro = { nois = 0.0 }, switches = {} }"),
+    Bad("switch that opens above where it closes", ("s.toml: sensors.switches.release: expected at most", "5 N"),
+        "estimator = {}\nsensors = { encoders = {}, gyro = {}, switches = { release = 6.0 } }"),
+    Bad("noise on what nobody measures", ("s.toml: sensors.angle_noise: expected none",),
+        "estimator = {}\nsensors = { angle_noise = 0.1, encoders = {}, gyro = {}, switches = {} }"),
+    Bad("motors of a human", ("s.toml: actuation.motors: model 'human'", "[motor]"), "actuation.motors = true"),
+    Bad("motors that give generalized forces", ("s.toml: actuation.motors: expected mode = 'joint'",),
+        'model = "robot"\nactuation = { motors = true, mode = "generalized" }'),
+)  # fmt: skip
+
 VARIATIONS = (
     Bad("sweep of an unknown key", ('s.toml: sweep."ground.slop": ', "'slope'"), 'sweep."ground.slop" = [1.0, 2.0]'),
     Bad("sweep of an unquoted key", ("s.toml: sweep.ground: expected", "quotes"), "sweep.ground.slope = [1.0, 2.0]"),

@@ -24,8 +24,10 @@ from biped.scenario.keys import (
     Start,
     Truth,
 )
+from biped.scenario.senses import Encoders, Estimator, Gyro, Switches
 
 WALK = Scenario(duration=0.6, start=Start(posture="heel_toe"))
+SENSES = Sensors(encoders=Encoders(reference_error=0.1), gyro=Gyro(), switches=Switches(debounce=0.001))
 SCENES = {
     "plain": {},
     "generalized": {"actuation": Actuation(mode="generalized")},
@@ -49,6 +51,11 @@ SCENES = {
     "pushing": {"actuation": Actuation(contacts="pushing"), "controller": "calm"},
     "pushing, lag and change": {"actuation": Actuation(contacts="pushing", lag=0.002, torque_limit=80.0),
                                 "change": (Change(at=0.2, over=0.2, gains=Gains(theta_b=80.0)),)},
+    "estimator": {"model": "robot", "controller": "robot", "sensors": SENSES, "estimator": Estimator(),
+                  "backstep": Backstep()},
+    "estimator, pushing, motors": {"model": "robot", "controller": "robot", "sensors": SENSES, "estimator": Estimator(),
+                                   "actuation": Actuation(contacts="pushing", motors=True, torque_limit=20.0)},
+    "an arm": {"truth": Truth(hip_mass=2.0)},
     "fall": {"fall": Fall(tilt=15.7), "start": Start(posture="single")},
 }  # fmt: skip
 

@@ -78,6 +78,12 @@ BAD = {
     "no TOML": ("robot", ("toy.toml: not a TOML file",)),
     "a joint that the model lacks": (DESCRIPTION.replace("q_L3", "q_L4"), ("toy.xml: joint 'q_L4': missing", "q_L3")),
     "a habit no scenario has": (DESCRIPTION + "grip = 3\n", ("toy.toml: actuation.grip: unknown key",)),
+    "motors without a limit": (
+        DESCRIPTION + "\n[motor]\nvoltage = 24.0\nresistance = 0.3\ntorque_constant = 0.03\nrated_torque = 0.2\n"
+        "gears = [21.0, 12.0, 21.0]\ngear_rated = 7.5\n", ("toy.toml: motor", "`gear_peak`")),
+    "motors that turn for ever": (
+        DESCRIPTION + "\n[motor]\nvoltage = 24.0\nresistance = 0.0\ntorque_constant = 0.03\nrated_torque = 0.2\n"
+        "gears = [21.0, 12.0, 21.0]\ngear_rated = 7.5\ngear_peak = 11.3\n", ("toy.toml: motor.resistance", "> 0")),
     "a habit out of range": (DESCRIPTION.replace("= 30.0", "= -30.0"), ("toy.toml: actuation.release_force",)),
 }  # fmt: skip
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from biped.measure import verdict
-from biped.measure.metrics import energy, gait, ground, pushed, walking
+from biped.measure.metrics import energy, gait, ground, motors, posture, pushed, walking
 from biped.measure.metrics.sums import Sums, add_up
 from biped.measure.metrics.totals import Totals
 from biped.measure.trajectory import Trajectory
@@ -38,13 +38,13 @@ def assess(t: Trajectory, window: tuple[float, float]) -> Assessed:
     if t.end == "diverged":
         # Rows from where a number stopped being finite say nothing; the last was not written.
         sound = t.sound & (np.diff(t.time, prepend=-1.0) > 0.0)
-        t = replace(t, log=t.log[: max(1, int(sound.cumprod().sum()))])
+        t = t.rows(slice(max(1, int(sound.cumprod().sum()))))
     with np.errstate(all="ignore"):  # numbers of a run that blows up; what comes of them is judged
         sums = add_up(t, window)
         if sums.fast is not None:
             said = verdict.too_fast(t, sums.fast)
             cause = f"{said}; {t.cause}" if t.cause else said
-            t = replace(t, log=t.log[: len(sums.point)], end="diverged", cause=cause)
+            t = t.rows(slice(len(sums.point)), end="diverged", cause=cause)
         numbers = _numbers(t, sums)
         end, cause = verdict.ending(t, numbers)
     t = replace(t, end=end, cause=cause)
@@ -85,6 +85,8 @@ def _numbers(t: Trajectory, sums: Sums) -> dict[str, Any]:
         out |= gait.stride(t, sums)
         out |= energy.transport(t, sums)
         out |= ground.contact(t, sums)
+        out |= posture.inferred(t, sums.span)
+        out |= motors.load(t, sums.span, gait.travelled(sums))
         out["leg_states"] = gait.commonest_cycle(t, sums.span)
         out["per_joint"] = energy.per_joint(sums)
         if t.signal_names:

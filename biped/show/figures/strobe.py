@@ -15,29 +15,28 @@ from biped.robot.topology import CHAINS
 from biped.robot.tree import motion
 from biped.show.figures.style import LEFT, RIGHT, TRUNK, figure
 
-# Metres between bodies, seconds between stick figures.
-_BODIES, _STICKS = 0.8, 0.1
-_MARGIN = 0.45
+# Metres between bodies and beside them for a leg of a metre, seconds between stick figures.
+_BODIES, _STICKS = 0.84, 0.1
+_MARGIN = 0.47
 # Radii of the limbs at both ends and of the head, as fractions of the leg.
 _THIGH, _SHANK, _TRUNK, _HEAD = (0.078, 0.055), (0.054, 0.036), (0.085, 0.105), 0.1
 _NECK = 0.17
-# The thesis's torso: centre of mass at 0.626 of its length from the hip.
-_COM = 0.626
 _COLOURS = (RIGHT, LEFT)
 
 
 def strobe(trajectory: Trajectory, title: str) -> Figure:
-    """Bodies every 0.8 m or so and stick figures every 0.1 s between them, on the ground as it slopes."""
+    """Bodies every 0.8 legs or so and stick figures every 0.1 s between them, on the ground as it slopes."""
     slope = math.radians(trajectory.slope)
     pose = motion(trajectory.tree, trajectory.q, trajectory.v)
     turn = np.array([[math.cos(slope), math.sin(slope)], [-math.sin(slope), math.cos(slope)]])
     # (n, links, 2) each: joints, torso's centre of mass, points; turned so that gravity is vertical.
     joint, point, torso = pose.joint @ turn, pose.point @ turn, pose.com[:, 0] @ turn
-    low = np.minimum(joint[..., 0].min(), point[..., 0].min()) - _MARGIN
-    high = np.maximum(joint[..., 0].max(), point[..., 0].max()) + _MARGIN
-    leg = trajectory.tree.leg
+    leg, shown = trajectory.tree.leg, trajectory.robot.shown
+    low = np.minimum(joint[..., 0].min(), point[..., 0].min()) - _MARGIN * leg
+    high = np.maximum(joint[..., 0].max(), point[..., 0].max()) + _MARGIN * leg
+    torso = joint[:, 1] + (torso - joint[:, 1]) / shown.com  # its upper end
     floor = math.tan(slope) * np.array([low, high])
-    bottom, top = floor.min() - 0.12, max(torso[:, 1].max() + 0.6 * leg, floor.max() + 0.3)
+    bottom, top = floor.min() - 0.12, max(torso[:, 1].max() + 0.35 * leg, floor.max() + 0.3)
     width = 11.0
     drawn = figure(width, max(2.4, width * 0.94 * (top - bottom) / (high - low) + 0.8))
     axes = drawn.add_subplot()
@@ -49,7 +48,7 @@ def strobe(trajectory: Trajectory, title: str) -> Figure:
     axes.plot([low, high], floor, color="#4B5563", linewidth=1.2)
     _sticks(axes, joint, point, torso, np.arange(0, len(trajectory), max(1, round(_STICKS / trajectory.tick))))
     for row in body_rows(trajectory):
-        _body(axes, joint[row], point[row], torso[row], leg)
+        _body(axes, joint[row], point[row], torso[row], leg, shown.head)
     axes.set_title(f"{title}: a stick figure every {_STICKS:g} s; right leg blue, left leg orange")
     axes.set_xlabel("x [m]")
     axes.set_ylabel("height [m]")
@@ -57,9 +56,9 @@ def strobe(trajectory: Trajectory, title: str) -> Figure:
 
 
 def body_rows(trajectory: Trajectory) -> list[int]:
-    """Rows at which a body is drawn: at equal times, 0.8 m apart on average, and at the end."""
+    """Rows at which a body is drawn: at equal times, 0.8 legs apart on average, and at the end."""
     travelled = abs(trajectory.q[-1, 0] - trajectory.q[0, 0])
-    count = max(1, round(travelled / _BODIES))
+    count = max(1, round(travelled / (_BODIES * trajectory.tree.leg)))
     return np.round(np.linspace(0, len(trajectory) - 1, count + 1)).astype(int).tolist()
 
 
@@ -72,18 +71,18 @@ def _sticks(axes: Axes, joint: np.ndarray, point: np.ndarray, torso: np.ndarray,
         )  # fmt: skip
         axes.add_collection(LineCollection(list(lines), colors=_COLOURS[leg], linewidths=0.7, alpha=0.45))
     hip = joint[rows, 1]
-    trunk = np.stack([hip, hip + (torso[rows] - hip) / _COM], axis=1)
+    trunk = np.stack([hip, torso[rows]], axis=1)
     axes.add_collection(LineCollection(list(trunk), colors=TRUNK, linewidths=0.7, alpha=0.45))
 
 
-def _body(axes: Axes, joint: np.ndarray, point: np.ndarray, torso: np.ndarray, leg: float) -> None:
-    """One body: left leg, trunk and head, right leg in front; joint (7, 2), point (4, 2), torso (2,) [m]."""
+def _body(axes: Axes, joint: np.ndarray, point: np.ndarray, torso: np.ndarray, leg: float, head: bool) -> None:
+    """One body: left leg, trunk and head, right leg in front; joint (7, 2), point (4, 2), torso's end (2,) [m]."""
     _leg(axes, joint, point, leg, 1)
     hip = joint[1]
-    up = (torso - hip) / _COM
-    axis = up / np.linalg.norm(up)
-    _patch(axes, Circle(tuple(hip + up + _NECK * leg * axis), _HEAD * leg), TRUNK)
-    _patch(axes, Polygon(capsule(hip, hip + up, _TRUNK[0] * leg, _TRUNK[1] * leg)), TRUNK)
+    if head:
+        axis = (torso - hip) / np.linalg.norm(torso - hip)
+        _patch(axes, Circle(tuple(torso + _NECK * leg * axis), _HEAD * leg), TRUNK)
+    _patch(axes, Polygon(capsule(hip, torso, _TRUNK[0] * leg, _TRUNK[1] * leg)), TRUNK)
     _leg(axes, joint, point, leg, 0)
 
 

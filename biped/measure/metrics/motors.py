@@ -1,0 +1,36 @@
+"""What a walk asks of motors and gears."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from biped.measure.trajectory import Trajectory
+from biped.robot.model import GRAVITY
+from biped.robot.topology import BASE
+
+
+def load(t: Trajectory, span: slice, distance: float) -> dict[str, float]:
+    """Loads and electrical costs over a span of rows and a distance [m]; of a robot without motors the torque alone.
+
+    The joint torques are what the gears deliver; the rotors' inertia and the joints' friction are the model's, so that
+    the motors' torque is u / n, with the gear's loss on whichever side drives.
+    """
+    u, rate = t.u[span], t.v[span, BASE:]
+    rms = np.sqrt((u**2).mean(axis=0))
+    out = {"rms_torque": float(rms.max())}
+    motor = t.robot.motor
+    if motor is None or t.generalized:
+        return out
+    current = motor.current(u, rate)
+    heat = motor.resistance * current**2
+    drawn = np.maximum(heat + motor.torque_constant * motor.ratio * rate * current, 0.0)
+    weight = float(t.tree.mass.sum()) * GRAVITY * distance / t.tick
+    line = motor.stall * (1.0 - np.sign(u) * rate / motor.free)
+    return out | {
+        "motor_load": float((rms / motor.rated).max()),
+        "gear_load": float(np.abs(u).max() / motor.gear_peak),
+        "beyond_gear": float((np.abs(u) > motor.gear_peak).any(axis=1).mean()),
+        "beyond_line": float((np.abs(u) > line + 1e-9).any(axis=1).mean()),
+        "cost_of_transport_heat": float(heat.sum() / weight),
+        "cost_of_transport_electrical": float(drawn.sum() / weight),
+    }

@@ -1,0 +1,66 @@
+"""The sensors of a robot that knows its posture only through them, and what infers it: tables of a scenario file.
+
+The defaults are chapter IV's robot's; a scenario asks for them by an empty table, `[sensors.gyro]`.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from msgspec import Meta
+
+from biped.scenario.section import Hold, NonNegative, Positive, Real, Section
+
+
+class Encoders(Section, frozen=True):
+    """Incremental encoders of hips, knees and ankles.
+
+    Attributes:
+        resolution: Degrees of hip, knee and ankle; 0: exact.
+        reference_error: Degrees, standard deviation of each encoder's zero, drawn once a run.
+    """
+
+    resolution: tuple[NonNegative, NonNegative, NonNegative] = (4.2e-3, 7.3e-3, 4.2e-3)
+    reference_error: NonNegative = 0.0
+
+
+class Gyro(Section, frozen=True):
+    """A gyroscope on the torso: its rate, clipped, then filtered.
+
+    Attributes:
+        noise: Density of white noise [degrees/s/√Hz].
+        range: Degrees/s either way beyond which it clips.
+        cutoff: [Hz] of its first-order low-pass filter.
+        bias: Degrees/s.
+    """
+
+    noise: NonNegative = 0.05
+    range: Positive = 150.0
+    cutoff: Positive = 50.0
+    bias: Real = 0.0
+
+
+class Switches(Section, frozen=True):
+    """Foot switches at toes and heels: whether a point touches, not how hard.
+
+    Attributes:
+        force: [N] normal force from which a switch closes.
+        release: [N] below which a closed one opens again.
+        debounce: [s] that a change must last before it is believed.
+    """
+
+    force: Positive = 5.0
+    release: NonNegative = 2.0
+    debounce: Hold = 0.0
+
+
+class Estimator(Section, frozen=True):
+    """Infers the torso's angle from what touches, (4.8), or else from the gyro, (4.9).
+
+    Attributes:
+        width: [m] which the points that touch must span for (4.8).
+        blend: [s] over which the estimate goes over where what it rests on changes.
+    """
+
+    width: Annotated[float, Meta(ge=1e-6, le=100)] = 0.05
+    blend: Hold = 0.01
