@@ -54,3 +54,71 @@ def same_rate(first: int, second: int, trials: int, other: int) -> float:
     total = first + second
     ways = [math.comb(trials, k) * math.comb(other, total - k) for k in range(total + 1)]
     return sum(way for way in ways if way <= ways[first]) / sum(ways)
+
+
+POWER = 0.8
+"""Probability with which a drop that is called visible would be seen."""
+UNLIKELY = 0.05
+"""Two-sided p-value below which two counts are taken to be of different rates."""
+_EXACT = 2_000
+"""Most trials whose counts are compared exactly; beyond, the normal approximation is as good."""
+
+
+def seen_from(successes: int, trials: int) -> int | None:
+    """Most successes of as many new trials that show, by Fisher's exact test at 5 %, that the rate has dropped.
+
+    Args:
+        successes: Of these trials.
+        trials: Number of trials, now and then.
+
+    Returns:
+        None where no count would show it.
+    """
+
+    def shows(count: int) -> bool:
+        if trials <= _EXACT:
+            return same_rate(successes, count, trials, trials) < UNLIKELY
+        pooled = (successes + count) / (2 * trials)
+        scatter = math.sqrt(2.0 * pooled * (1.0 - pooled) / trials)
+        return successes > count and (successes - count) / trials > Z95 * scatter
+
+    if successes == 0 or not shows(0):
+        return None
+    low, high = 0, successes  # shows(low), not shows(high): Fisher's p grows with the count below `successes`
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if shows(middle) else (low, middle)
+    return low
+
+
+def smallest_drop(successes: int, trials: int) -> float | None:
+    """The rate to which a drop shows: as many new trials at that rate are seen to be worse in four cases of five.
+
+    Args:
+        successes: Of these trials.
+        trials: Number of trials.
+
+    Returns:
+        The highest such rate, 0 … 1; None where not even a rate of zero would show.
+    """
+    most = seen_from(successes, trials)
+    if most is None:
+        return None
+    low, high = 0.0, 1.0
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _at_most(most, trials, middle) >= POWER else (low, middle)
+    return low
+
+
+def _at_most(count: int, trials: int, rate: float) -> float:
+    """Probability that at most `count` of `trials` succeed."""
+    if rate <= 0.0:
+        return 1.0
+    if trials > _EXACT:
+        return 0.5 * math.erfc((trials * rate - count - 0.5) / math.sqrt(2.0 * trials * rate * (1.0 - rate) + 1e-300))
+    log = [math.lgamma(n + 1) for n in range(trials + 1)]
+    odds, misses = math.log(rate), math.log1p(-rate) if rate < 1.0 else -math.inf
+    return sum(
+        math.exp(log[trials] - log[k] - log[trials - k] + k * odds + (trials - k) * misses) for k in range(count + 1)
+    )

@@ -37,6 +37,13 @@ def _whole(text: str) -> int:
         raise argparse.ArgumentTypeError(f"expected a whole number, got '{said(text)}'") from None
 
 
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected a number, got '{said(text)}'") from None
+
+
 def _commands(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser]:
     """The parsers of the commands; argparse has them in its own list of sub-parsers."""
     (commands,) = (action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
@@ -67,6 +74,11 @@ def _parser() -> Parser:
     run = scenarios("run", "run scenarios; write metrics, trajectory and, if wanted, a recording")
     run.add_argument("--out", type=Path, help="results folder (default: a new one below runs/)")
     run.add_argument("--record", action="store_true", help="also write a recording for the rerun viewer")
+    run.add_argument(
+        "--live",
+        action="store_true",
+        help="watch one run in MuJoCo's viewer in real time, push with the mouse; nothing is written",
+    )
     run.add_argument("--only", type=_whole, metavar="N", help="replay run N of the ensemble alone")
     run.add_argument("--shard", metavar="I/N", help="make share I of N of a campaign, in the --out that all share")
     _same(run)
@@ -110,26 +122,45 @@ def _parser() -> Parser:
     _trust(tune)
     _who(tune)
     tune.add_argument("--out", type=Path, help="results folder; an interrupted search in it is continued")
+    tune.add_argument("--least", metavar="GAIT", help="no search: put a found gait's gains back one by one, those that "
+                      "are missed least first; how many does it take?")  # fmt: skip
     tune.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     view = commands.add_parser("view", help="open a recording in the rerun viewer")
     view.add_argument("run", nargs="?", type=Path, help="results folder or .rrd (default: the newest recording)")
+    view.add_argument("--web", action="store_true",
+                      help="serve the viewer to a browser; chosen by itself without a display")  # fmt: skip
+    video = commands.add_parser("video", help="write a clip of one run, or of two beside each other")
+    video.add_argument("run", type=Path, nargs="+", help="one or two results folders; of a campaign the median walker")
+    video.add_argument("--out", type=Path, default=Path("walk.mp4"), help="*.mp4 or *.gif (default: walk.mp4)")
+    video.add_argument("--ghost", action="store_true", help="draw the second run as a shadow over the first")
+    video.add_argument("--only", type=_whole, metavar="N", help="run N of a campaign")
+    video.add_argument("--width", type=_whole, default=640, help="pixels (default: 640)")
+    video.add_argument("--fps", type=_number, help="frames a second (default: 30; of a GIF 20)")
+    video.add_argument("--from", dest="start", type=_number, default=0.0, metavar="S", help="begin at this time [s]")
+    video.add_argument("--to", dest="end", type=_number, metavar="S", help="end at this time [s]")
     plot = commands.add_parser("plot", help="draw figures of a run or campaign")
     plot.add_argument("run", type=Path, help="results folder")
-    report = commands.add_parser("report", help="write a Markdown report of campaigns, with figures")
-    report.add_argument("run", type=Path, nargs="+", help="results folders")
-    report.add_argument("--out", type=Path, default=Path("report.md"), help="the file (default: report.md)")
+    report = commands.add_parser("report", help="write results as an HTML page, or campaigns as Markdown with figures")
+    report.add_argument("run", type=Path, nargs="+",
+                        help="results folders; of --html also those of compare, tune, stability, and files of "
+                        "regress --json")  # fmt: skip
+    report.add_argument("--html", type=Path, metavar="FILE", help="one HTML page: no network, phone, paper, dark")
+    report.add_argument("--out", type=Path, help="the Markdown file (default: report.md, unless --html is given)")
     report.add_argument("--title", default="Campaigns", help="its heading")
     export = commands.add_parser("export", help="write results in other people's formats")
     export.add_argument("run", type=Path, help="results folder")
     export.add_argument("--eurobench", type=Path, required=True, metavar="DIR",
                         help="new folder for files as EuroBench's documents describe them")  # fmt: skip
     bench = commands.add_parser("bench", help="run time against error, and what things cost")
-    bench.add_argument("what", choices=["throughput", "walking", "mechanisms", "robot", "regress"],
-                       help="what to measure; robot: the bench experiments of Figs 4.7 and 4.8; regress: whether a "
-                       "recorded result or cost changed")  # fmt: skip
-    bench.add_argument("--out", type=Path, help="walking, mechanisms, robot: folder for figures")
+    bench.add_argument("what", choices=["throughput", "walking", "mechanisms", "tolerances", "robot", "regress"],
+                       help="what to measure; tolerances: error of adaptive steps of mechanisms against what they were "
+                       "asked for; robot: the bench experiments of Figs 4.7 and 4.8; regress: whether a recorded "
+                       "result or cost changed")  # fmt: skip
+    bench.add_argument("--out", type=Path, help="walking, mechanisms, tolerances, robot: folder for figures")
     bench.add_argument(
-        "--quick", action="store_true", help="mechanisms: fewer repeats and settings; throughput: no prices of features"
+        "--quick",
+        action="store_true",
+        help="mechanisms: fewer repeats and settings; throughput: no scenes and no prices of features",
     )
     bench.add_argument("--update", action="store_true", help="regress: record the costs measured now")
     bench.add_argument("--reason", help="regress: why costs changed (needed by --update)")

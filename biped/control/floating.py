@@ -22,10 +22,10 @@ import math
 from biped.base.jit import kernel
 from biped.control.allocation import clip_torques
 from biped.control.constraints import NO_ROW, candidates
-from biped.control.weighing import factor_from_feet, factor_torso, weigh, weigh_torso
 from biped.numerics.lanes import added, everywhere, load, plus, squared, store, times, total
 from biped.robot.kinematics import bias_forces, point_row
 from biped.robot.topology import BASE, HEEL, KNEE, N_POINTS, N_ROWS, N_STOPS, NQ, NU, STOP_ROW
+from biped.robot.weighing import factor_from_feet, factor_torso, weigh, weigh_torso
 
 Q_LANE = N_ROWS
 

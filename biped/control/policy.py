@@ -17,7 +17,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -74,7 +74,8 @@ class Policy:
         """(6,) [N m]."""
         if self._ticks % self._every == 0:
             seen = everything(sensed)[self._seen].astype(np.float32)
-            self._latest = self._offset + self._scale * self._ask(None, {self._input: seen[None]})[0][0].astype(float)
+            said: Any = self._ask(None, {self._input: seen[None]})[0]
+            self._latest = self._offset + self._scale * said[0].astype(float)
         self._ticks += 1
         if self.action == "torque":
             return self._latest

@@ -22,7 +22,6 @@ from __future__ import annotations
 
 from biped.base.jit import kernel
 from biped.control.constraints import perturb_row, perturbed_mass
-from biped.control.weighing import coupled, factor_from_feet, factor_torso, weigh, weigh_torso
 from biped.numerics.lanes import added, everywhere, load, plus, squared, store, times, total
 from biped.numerics.nonnegative import nonnegative
 from biped.robot.kinematics import bias_forces, point_row
@@ -39,6 +38,7 @@ from biped.robot.topology import (
     SEGMENTS,
     STOP_ROW,
 )  # fmt: skip
+from biped.robot.weighing import coupled, factor_from_feet, factor_torso, weigh, weigh_torso
 
 Q_LANE = N_ROWS
 _LEG = (*(POINT_LEG[row // 2] for row in range(STOP_ROW)), *range(N_STOPS))

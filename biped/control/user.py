@@ -137,7 +137,8 @@ class UserLaw:
         parts = {"rate": "at", "height": "tick", "believed": "memory"}
         self._live = {key: _read_only(self.c[part][key]) for key, part in parts.items()}
         self._rows = np.zeros((N_ROWS, NQ)), np.zeros(N_ROWS)
-        self._offered = tuple(_read_only(a) for a in (*self._rows, self.c["tick"]["active"], self.Q_d))
+        J, b_v, touching = (_read_only(a) for a in (*self._rows, self.c["tick"]["active"]))
+        self._offered = {"J": J, "b_v": b_v, "touching": touching, "Q_d": _read_only(self.Q_d)}
         limit = np.array(self.c["actuation"]["limit"])
         setup = Setup(s, run.gains, believed, self._model, 1.0 / s.simulation.control_rate, limit, robot)
         kind = load_law(s.law or "", s.law_sha256) if given is None else given.make
@@ -187,7 +188,7 @@ class UserLaw:
             live["rate"], live["height"], live["believed"],
             c["memory"]["phase"] + 1, np.triu(M) + np.triu(M, 1).T,
             pinocchio.nonLinearEffects(self._model, self._data, self._q, self._v),
-            *self._offered, bool(c["actuation"]["single_tangential"]),
+            **self._offered, single_tangential=bool(c["actuation"]["single_tangential"]),
         )  # fmt: skip
         try:
             told = self._law.torques(sensed)

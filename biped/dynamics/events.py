@@ -1,10 +1,11 @@
 """Where within a step an event function passes through zero."""
 
 from biped.base.jit import kernel
+from biped.dynamics.codes import NOT_PROJECTED, OK
 from biped.dynamics.compiled import shared
-from biped.dynamics.linalg import copy
+from biped.dynamics.orthogonal import copy
 from biped.dynamics.room import FIRED, PLACE, SPEED
-from biped.dynamics.stages import NOT_FINITE, OK, attempt, leave_step
+from biped.dynamics.steps import whole_step
 
 TRIALS = 100  # steps that may be spent on finding one event
 WITHIN = 1e-13  # part of the step that its time is found to
@@ -43,7 +44,7 @@ def halve(x):
 
 
 @shared
-def locate(f, t, p, step, settings, tableau, q, v, room):
+def locate(f, t, p, step, ratio, rank, settings, tableau, q, v, room):
     """Shorten a step until it ends where the first event happens: steps from the same start, regula falsi.
 
     Returns:
@@ -60,9 +61,9 @@ def locate(f, t, p, step, settings, tableau, q, v, room):
         room.seen[FIRED] = i
         zero = low + before[i] / (before[i] - after[i]) * (high - low)
         done = high if found else min(max(zero, low + edge), high - edge)
-        code, _, _, _ = attempt(f, t, p, done, settings, tableau, q, v, room)
-        if code != OK or not leave_step(done, tableau, q, v, room):
-            return code if code != OK else NOT_FINITE, done
+        code, _, taken = whole_step(f, t, p, done, ratio, rank, settings, tableau, q, v, room)
+        if code != OK or taken != done:
+            return code if code != OK else NOT_PROJECTED, done
         if found:
             break
         f.event(t + done, room.c[PLACE], room.c[SPEED], p, between)

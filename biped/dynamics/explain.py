@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from biped.dynamics import stages
-from biped.dynamics.linalg import factor, workspace
+from biped.dynamics import codes
+from biped.dynamics.linalg import factor
+from biped.dynamics.orthogonal import workspace
 from biped.dynamics.schemes import Scheme
 from biped.dynamics.system import ConstrainedSystem
 
@@ -19,7 +20,7 @@ def explain(
 ) -> str:
     """The message of a run that ended with a code at time t [s] in the state q, v (n,)."""
     where = f"{system.name}, {scheme.name}, dt = {dt:g} s: at t = {t:.6g} s"
-    if code == stages.TOO_MANY_RETRIES:
+    if code == codes.TOO_MANY_RETRIES:
         ratio = _ratio(system, t, q, v)
         why = (
             f" (a singular position is near, pivot ratio {ratio:.1e}: rounding errors grow there like 1/ratio²)"
@@ -27,12 +28,12 @@ def explain(
             else ""
         )
         return f"{where} no step passes the error test{why}; loosen the tolerance, or use fixed steps"
-    if code == stages.UNSETTLED:
+    if code == codes.UNSETTLED:
         return (
             f"{where} the constraint error does not settle, its correction is as large as the motion itself: "
             f"the step is too long, q = {q}, v = {v}"
         )
-    if code == stages.NOT_PROJECTED:
+    if code == codes.NOT_PROJECTED:
         return f"{where} the projection onto the constraints does not converge: the step is too long"
     if not (np.isfinite(q).all() and np.isfinite(v).all()):
         return f"{where} the state is no longer finite: the motion diverged, try a shorter step"
@@ -41,7 +42,7 @@ def explain(
     for name, values in zip(e._fields, e, strict=True):
         if not np.isfinite(values).all():
             return f"{where} {name} is not finite: {name} = {values}, q = {q}, v = {v}"
-    if code == stages.INDEFINITE:
+    if code == codes.INDEFINITE:
         least = np.linalg.eigvalsh(e.M)[0]
         return f"{where} the mass matrix is not positive definite: smallest eigenvalue {least:.3g}, q = {q}"
     return f"{where} the acceleration is not finite, q = {q}, v = {v}"

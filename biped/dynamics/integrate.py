@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from biped.base.errors import InputError, RunError
 from biped.base.jit import kernel
-from biped.dynamics import march, pattern, stages
+from biped.dynamics import codes, march, pattern
 from biped.dynamics import rank as ranks
 from biped.dynamics import room as rooms
 from biped.dynamics.explain import explain
@@ -74,7 +74,7 @@ def integrate(
     for _ in range(PATTERNS):
         K = dense() if filled is None else pattern.plan(*filled)
         most = _rank(system, rank, t, q, v, K)
-        place = rooms.room(system.n, system.m, scheme.tableau.b.size, len(system.powers), len(system.events), K)
+        place = rooms.room(system.n, system.m, scheme.rows, len(system.powers), len(system.events), K)
         place.factors.use[1] = most
         out = rooms.samples(samples, system.n, len(system.powers))
         end_q, end_v = q.copy(), v.copy()
@@ -82,10 +82,10 @@ def integrate(
         code, when = loop(
             *system.functions, system.p, grid, scheme.settings(), scheme.tableau, end_q, end_v, place, out
         )
-        if code != stages.SPILLED or filled is None:
+        if code != codes.SPILLED or filled is None:
             break
         filled = (filled[0] | (place.M != 0.0) | (place.M != 0.0).T, filled[1] | (place.A != 0.0))
-    if code not in (stages.OK, stages.EVENT):
+    if code not in (codes.OK, codes.EVENT):
         raise RunError(explain(system, scheme, code, when, end_q, end_v, dt))
     kept = out.count[rooms.KEPT]
     return Trajectory(
@@ -93,9 +93,10 @@ def integrate(
         steps=int(out.count[rooms.TAKEN]),
         evaluations=int(place.seen[rooms.EVALUATED]),
         splits=int(place.seen[rooms.SPLIT]),
+        leaps=int(place.seen[rooms.LEAPT]),
         refused=int(place.seen[rooms.REFUSED]),
         structural_rank=most,
-        event=system.events[int(place.seen[rooms.FIRED])] if code == stages.EVENT else None,
+        event=system.events[int(place.seen[rooms.FIRED])] if code == codes.EVENT else None,
         system=system,
     )
 

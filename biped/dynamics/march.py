@@ -3,11 +3,12 @@
 import numpy as np
 
 from biped.base.jit import kernel
+from biped.dynamics.codes import EVENT, OK, SPILLED, TOO_MANY_RETRIES, UNSETTLED
 from biped.dynamics.events import happened, locate
-from biped.dynamics.linalg import copy
+from biped.dynamics.orthogonal import copy
 from biped.dynamics.room import PLACE, SPEED, SPLIT, TAKEN, Functions, keep, largest
 from biped.dynamics.sparse import spilled
-from biped.dynamics.stages import EVENT, OK, SPILLED, TOO_MANY_RETRIES, UNSETTLED, begin
+from biped.dynamics.stages import begin
 from biped.dynamics.steps import advance
 
 FIRST = 1e-3  # an adaptive scheme's first step, as a part of its longest
@@ -29,17 +30,17 @@ def lasts(size, motion, last):
 
 
 @kernel
-def accept(step, tableau, q, v, room):
+def accept(step, q, v, room):
     """Take over the state at the end of a step and the work done in it; return the largest motion of q."""
     motion = 0.0
     for i in range(q.shape[0]):
         motion = max(motion, abs(room.c[PLACE, i] - q[i]))
     copy(room.c[PLACE], q)
     copy(room.c[SPEED], v)
-    stages = tableau.b.shape[0]
+    stages = room.rate.shape[1]
     for s in range(stages):
         for i in range(room.power.shape[1]):
-            room.power[stages, i] += step * tableau.b[s] * room.power[s, i]
+            room.power[stages, i] += step * room.weights[0, s] * room.power[s, i]
     return motion
 
 
@@ -47,7 +48,7 @@ def march(mass, force, phi, A, b_q, b_v, potential, power, event, p, grid, setti
     """March from (q, v) along the grid; q and v end as the last state, or the one that failed.
 
     Returns:
-        One of the codes of `stages` and the time it was reached [s].
+        One of the codes of `codes` and the time it was reached [s].
     """
     f = Functions(mass, force, phi, A, b_q, b_v, potential, power, event)
     K = room.sparse
@@ -89,11 +90,11 @@ def march(mass, force, phi, A, b_q, b_v, potential, power, event, p, grid, setti
             return code, ts
         f.event(t + step, room.c[PLACE], room.c[SPEED], p, room.event[1])
         if happened(room.event[0], room.event[1]):
-            code, step = locate(f, t, p, step, settings, tableau, q, v, room)
+            code, step = locate(f, t, p, step, ratio, rank, settings, tableau, q, v, room)
             if code != OK:
                 return code, t
             stop = True
-        motion = accept(step, tableau, q, v, room)
+        motion = accept(step, q, v, room)
         out.count[TAKEN] += 1
         if adaptive and out.count[TAKEN] > MOST_STEPS:
             return TOO_MANY_RETRIES, t

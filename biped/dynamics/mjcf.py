@@ -1,5 +1,6 @@
 """A mechanism described by an MJCF file: its tree through Pinocchio, its loops from `<connect>`."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -8,7 +9,11 @@ import numpy as np
 import pinocchio as pin
 
 from biped.base.errors import InputError
+from biped.base.files import nearest
 from biped.dynamics.system import ConstrainedSystem
+
+AXES = "xyz"
+"""Rows of a connect, in their order."""
 
 
 class Mechanism(NamedTuple):
@@ -20,15 +25,19 @@ class Mechanism(NamedTuple):
     joints: list[str]  # names, in the order of q
 
 
-def load(path: str | Path) -> Mechanism:
+def load(path: str | Path, drop: Mapping[str | int, str] | None = None) -> Mechanism:
     """Read a mechanism of hinges and slides whose loops are closed by `<equality><connect>`.
 
     Each connect gives the three rows Φ = p₁ − p₂ [m] in world axes; in a planar mechanism one of them is
-    redundant, which costs nothing but time. Masses, armature, damping, springs and gravity are taken over;
-    contacts, limits and actuators are not. The functions run as ordinary Python.
+    redundant, which costs nothing but time and can be dropped. Masses, armature, damping, springs and gravity are
+    taken over; contacts, limits and actuators are not. The functions run as ordinary Python.
+
+    Args:
+        path: The file.
+        drop: Rows to leave out, as axes of each connect by its name or its number in the file: {"loop": "y"}.
 
     Raises:
-        InputError: The file cannot be read, or has something that is not supported.
+        InputError: The file cannot be read, has something that is not supported, or lacks what is to be dropped.
     """
     path = Path(path)
     try:
@@ -37,13 +46,13 @@ def load(path: str | Path) -> Mechanism:
     except (ValueError, RuntimeError) as error:
         raise InputError(f"{path}: {error}") from error
     _refuse(path, mj, model)
-    tree = _Tree(mj, model, _anchors(path, mj, model))
+    tree = _Tree(mj, model, _anchors(path, mj, model), _kept(path, mj, drop or {}))
     q = np.array(mj.key_qpos[0] if mj.nkey else mj.qpos0, dtype=float)
     v = np.array(mj.key_qvel[0] if mj.nkey else np.zeros(mj.nv), dtype=float)
     _compare_mass(path, mj, tree, q)
     system = ConstrainedSystem(
         n=mj.nv,
-        m=3 * len(tree.anchors),
+        m=tree.kept.size,
         mass=tree.mass,
         force=tree.force,
         phi=tree.phi,
@@ -67,6 +76,24 @@ def _refuse(path: Path, mj: Any, model: Any) -> None:
         if mj.eq_active0[i] and mj.eq_type[i] != mujoco.mjtEq.mjEQ_CONNECT:
             kind = mujoco.mjtEq(mj.eq_type[i]).name.removeprefix("mjEQ_").lower()
             raise InputError(f"{path}: equality {i} is a {kind}; only connect is supported")
+
+
+def _kept(path: Path, mj: Any, drop: Mapping[str | int, str]) -> np.ndarray:
+    """Numbers of the rows that stay, of three for every active connect."""
+    active = [i for i in range(mj.neq) if mj.eq_active0[i]]
+    names = [mj.equality(i).name or str(i) for i in active]
+    dropped = set()
+    for name, axes in drop.items():
+        places = [k for k, i in enumerate(active) if name in (i, mj.equality(i).name)]
+        if not places:
+            hint = nearest(str(name), names)
+            raise InputError(
+                f"{path}: no active connect is called {name!r}, only {', '.join(names)}; {hint}".rstrip("; ")
+            )
+        if not axes or set(axes) - set(AXES):
+            raise InputError(f"{path}: of connect {name!r} the rows x, y and z can be dropped, not {axes!r}")
+        dropped |= {3 * places[0] + AXES.index(axis) for axis in axes}
+    return np.array([row for row in range(3 * len(active)) if row not in dropped], np.int64)
 
 
 def _anchors(path: Path, mj: Any, model: Any) -> list[tuple[int, int]]:
@@ -97,9 +124,9 @@ def _anchors(path: Path, mj: Any, model: Any) -> list[tuple[int, int]]:
 class _Tree:
     """The functions of the system, all read from one pass of Pinocchio's algorithms a state."""
 
-    def __init__(self, mj: Any, model: Any, anchors: list[tuple[int, int]]) -> None:
+    def __init__(self, mj: Any, model: Any, anchors: list[tuple[int, int]], kept: np.ndarray) -> None:
         model.gravity.linear = np.array(mj.opt.gravity)
-        self.model, self.data, self.anchors = model, model.createData(), anchors
+        self.model, self.data, self.anchors, self.kept = model, model.createData(), anchors, kept
         self.damping = np.array(mj.dof_damping)
         self.stiffness, self.rest = np.array(mj.jnt_stiffness), np.array(mj.qpos_spring)
         self.state = b""
@@ -126,22 +153,20 @@ class _Tree:
 
     def phi(self, t, q, v, p, phi):
         self.update(q, v)
-        for i, (one, two) in enumerate(self.anchors):
-            phi[3 * i : 3 * i + 3] = self.data.oMf[one].translation - self.data.oMf[two].translation
+        places = [self.data.oMf[one].translation - self.data.oMf[two].translation for one, two in self.anchors]
+        phi[:] = np.reshape(places, -1)[self.kept]
 
     def A(self, t, q, v, p, A):
         self.update(q, v)
-        frame = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        for i, (one, two) in enumerate(self.anchors):
-            first, second = (pin.getFrameJacobian(self.model, self.data, end, frame) for end in (one, two))
-            A[3 * i : 3 * i + 3] = first[:3] - second[:3]
+        frame, jacobian = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED, pin.getFrameJacobian
+        rows = [[jacobian(self.model, self.data, end, frame)[:3] for end in ends] for ends in self.anchors]
+        A[:] = np.reshape([one - two for one, two in rows], (-1, self.model.nv))[self.kept]
 
     def b_v(self, t, q, v, p, b_v):
         self.update(q, v)
-        frame = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        for i, ends in enumerate(self.anchors):
-            drift = [pin.getFrameClassicalAcceleration(self.model, self.data, end, frame).linear for end in ends]
-            b_v[3 * i : 3 * i + 3] = drift[1] - drift[0]
+        frame, drift = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED, pin.getFrameClassicalAcceleration
+        rows = [[drift(self.model, self.data, end, frame).linear for end in ends] for ends in self.anchors]
+        b_v[:] = np.reshape([two - one for one, two in rows], -1)[self.kept]
 
     def potential(self, t, q, v, p):
         springs = 0.5 * self.stiffness @ (q - self.rest) ** 2

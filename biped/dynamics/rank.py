@@ -9,7 +9,8 @@ projected, and where it misses a rank a few neighbours, projected too.
 
 import numpy as np
 
-from biped.dynamics.linalg import SAFE_RATIO, apply_w, factor, workspace
+from biped.dynamics.linalg import SAFE_RATIO, apply_w, factor
+from biped.dynamics.orthogonal import workspace
 from biped.dynamics.sparse import Sparse, factor_sparse, solve_sparse
 from biped.dynamics.system import ConstrainedSystem
 

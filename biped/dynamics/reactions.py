@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from biped.dynamics import pattern
-from biped.dynamics.linalg import RANK_TOLERANCE
+from biped.dynamics.orthogonal import RANK_TOLERANCE
 from biped.dynamics.sparse import SPARSE_RATIO, Sparse, factor_sparse, solve_sparse, spilled
 from biped.dynamics.system import ConstrainedSystem, Evaluation
 

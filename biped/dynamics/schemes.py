@@ -8,13 +8,14 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.dynamics import dop853
+from biped.dynamics.collocation import NODES
 
 LEAST_RTOL = 1e-14
 """Relative tolerance below which every step would fail: rounding alone is larger."""
 
 
 SETTLE = 0.1
-"""Pivot ratio below which the stages of `RK8` are put onto the constraints."""
+"""Pivot ratio below which the stages of `RK8` are put onto the constraints, or leapt over."""
 
 
 class Correction(IntEnum):
@@ -74,10 +75,12 @@ class Scheme:
         energy: Scale v after each step so that the total energy stays that of the start.
         rtol: Relative error a step may make; 0 with `atol` 0 means fixed steps.
         atol: Absolute error a step may make, in the units of q and v.
-        split: Pivot ratio of a stage below which the step is taken in unequal parts; 0 switches it off.
-        settle: Pivot ratio below which every stage is put onto the constraints before it is used; 0: none is.
-            Next to a singular position the constraint force is a quotient of two small numbers, and what a stage
-            is off the constraints by, no more than h², is not small beside them.
+        split: Pivot ratio of a stage below which the step is taken in unequal parts; 0 switches it off. Schemes that
+            settle leap instead.
+        settle: Pivot ratio below which every stage is put onto the constraints before it is used, and a step that
+            shows a singular position is taken by a leap (`leap`); 0: stages are used as they come. Next to such a
+            position the constraint force is a quotient of two small numbers, and what a stage is off the
+            constraints by, no more than h², is not small beside them.
     """
 
     name: str
@@ -138,6 +141,12 @@ class Scheme:
     def without_splitting(self) -> "Scheme":
         """The same scheme with every step in one piece, however close a singularity, and its stages as they come."""
         return replace(self, split=0.0, settle=0.0)
+
+    @property
+    def rows(self) -> int:
+        """Rates that a step needs room for: its stages', or those of a leap over a singular position."""
+        stages = self.tableau.b.size
+        return max(stages, NODES + 1) if self.settle > 0.0 else stages
 
     def settings(self) -> Settings:
         """What the compiled loop needs to know."""

@@ -3,17 +3,45 @@
 import numpy as np
 
 from biped.base.jit import kernel
+from biped.dynamics.codes import NOT_FINITE, NOT_LEAPT, OK, TOO_MANY_RETRIES
 from biped.dynamics.compiled import shared
+from biped.dynamics.leap import leap
 from biped.dynamics.room import PLACE, REFUSED, SPEED
-from biped.dynamics.stages import NOT_FINITE, OK, TOO_MANY_RETRIES, attempt, leave_step
+from biped.dynamics.stages import attempt, leave_step
 
 RETRIES = 30  # refusals of one adaptive step
 CUTS = (0.382, 0.618, 0.236, 0.764)  # where a step is parted to keep its stages off a singularity
-NOISE = 1e-15  # rounding error of an acceleration [1/s] times the square of its pivot ratio
-WIDEST = 3e-2  # pivot ratio beyond which no tolerance asks for a step to be parted
-CROSSING = 30.0  # times its tolerance that a step may err that leads over a singular position
-SHORTEST = 1e-5  # part of the longest step below which a step beside a singular position drowns in rounding
 LEAVE = 0.1  # part of a step that leaves a singular start: less, and rounding errors grow
+LEAPS = 5  # lengths of a leap that are tried
+LEAST = 0.02  # part of a step that shows a singular position below which no leap is tried
+FAR = 0.2  # pivot ratio that an adaptive leap lands at
+REACH = 0.3  # pivot ratio below which an adaptive scheme looks out for a singular position
+AHEAD = 4.0  # steps ahead that it sees one
+SHORTEST = 1e-5  # part of the longest step below which a step beside a singular position drowns in rounding
+
+
+@shared
+def whole_step(f, t, p, step, ratio, rank, settings, tableau, q, v, room):
+    """A step of this length whatever its error, by a leap where a singular position is near; room holds its end.
+
+    Returns:
+        A code, the time it was reached [s], the step taken [s]: less if no leap of this length settles.
+    """
+    watching = settings.settle > 0.0
+    while True:
+        code, ts, _, _, _ = attempt(watching, f, t, p, step, ratio, rank, settings, tableau, q, v, room)
+        if not watching or code == OK or (code != NOT_LEAPT and ratio >= settings.settle):
+            break
+        shorter = step
+        for _ in range(LEAPS):
+            landed, when = leap(f, t, p, shorter, ratio, rank, settings, q, v, room)
+            if landed == OK:
+                return OK, when, shorter
+            shorter *= 0.5
+        watching = False
+    if code == OK and not leave_step(step, q, v, room):
+        return NOT_FINITE, t, step
+    return code, ts, step
 
 
 @shared
@@ -24,26 +52,23 @@ def part(f, t, p, whole, cuts, ratio, rank, settings, tableau, q, v, room):
     are those of its start; the other arguments are those of `attempt`.
 
     Returns:
-        A code, the time it was reached [s], the step taken [s], the smallest pivot ratio on the way, how often it is
-        parted now.
+        A code, the time it was reached [s], the step taken [s], how often it is parted now.
     """
     step = best = whole
     widest, trial = -1.0, 0
-    narrow, closer = settings.split, 0.1
-    if settings.rtol > 0.0:
-        rounding, truncation = np.sqrt(NOISE * whole / settings.rtol), np.sqrt(settings.rtol)
-        narrow, closer = max(narrow, min(WIDEST, max(rounding, truncation))), 0.5
     while True:
-        code, ts, nearest, highest = attempt(f, t, p, step, settings, tableau, q, v, room)
+        code, ts, nearest, most, _ = attempt(False, f, t, p, step, ratio, rank, settings, tableau, q, v, room)
+        if code == OK and not leave_step(step, q, v, room):
+            return NOT_FINITE, t, step, cuts
         if code != OK or cuts >= 2:
-            return code, ts, step, nearest, cuts
-        if trial == 0 and rank < highest:
+            return code, ts, step, cuts
+        if trial == 0 and rank < most:
             # Standing on a singularity, forces that exist a hair beside it are not seen: leave by a short step.
             step, cuts = LEAVE * whole, 2
             continue
         # Leave a singularity between two stages, not under one: there rounding errors grow like 1/ratio².
-        if not (nearest < narrow and nearest < closer * ratio):
-            return code, ts, step, nearest, cuts
+        if not (nearest < settings.split and nearest < 0.1 * ratio):
+            return code, ts, step, cuts
         if nearest > widest:
             best, widest = step, nearest
         if trial < len(CUTS):
@@ -52,12 +77,12 @@ def part(f, t, p, whole, cuts, ratio, rank, settings, tableau, q, v, room):
             continue
         cuts = 2
         if step == best:
-            return code, ts, step, nearest, cuts
+            return code, ts, step, cuts
         step = best
 
 
 @kernel
-def error_norm(step, tableau, settings, q, v, room):
+def error_norm(step, settings, q, v, room):
     """Size of the step's error in units of the tolerance, from two embedded estimates (as in DOP853)."""
     fifth = third = 0.0
     for i in range(q.shape[0]):
@@ -65,8 +90,8 @@ def error_norm(step, tableau, settings, q, v, room):
             scale = settings.atol + settings.rtol * max(abs(old[i]), abs(new[i]))
             e5 = e3 = 0.0
             for s in range(rate.shape[0]):
-                e5 += tableau.E[0, s] * rate[s, i]
-                e3 += tableau.E[1, s] * rate[s, i]
+                e5 += room.weights[1, s] * rate[s, i]
+                e3 += room.weights[2, s] * rate[s, i]
             fifth += (e5 / scale) ** 2
             third += (e3 / scale) ** 2
     if fifth == 0.0:
@@ -74,35 +99,90 @@ def error_norm(step, tableau, settings, q, v, room):
     return abs(step) * fifth / np.sqrt((fifth + 0.01 * third) * 2 * q.shape[0])
 
 
+@kernel
+def factor_of(error):
+    """How many times longer the next step may be than one of this error."""
+    return min(5.0, 0.9 * max(error, 1e-12) ** (-1.0 / 8.0))
+
+
+@kernel
+def span(step, passed, ratio, last, rank, most):
+    """Length of a leap [s] that lands well clear of the singular position that a step showed; 0: none is near.
+
+    `ratio` is the pivot ratio at the start, `last` at the last stage that was reached, `passed` [s] later; `rank` and
+    `most` are the ranks at the start and on the way.
+    """
+    if most > rank:
+        return step * max(1.0, FAR / last)
+    slope = abs(last - ratio) / passed
+    ahead = ratio if last < ratio else 0.0
+    if not (slope > 0.0 and ahead <= AHEAD * step * slope):
+        return 0.0
+    return max(step, (ahead + FAR) / slope)
+
+
+@shared
+def adapt(f, t, p, h, rest, longest, ratio, rank, settings, tableau, q, v, room):
+    """The next step, as long as the error test allows.
+
+    `h` [s] is the step that the last error suggests, `rest` [s] the time to the grid, which no step crosses,
+    `longest` [s] the longest step; the other arguments are those of `attempt`.
+
+    Returns:
+        A code, the time it was reached [s], the step taken [s], the step suggested for the next [s].
+    """
+    step = min(h, rest)
+    failed, when = TOO_MANY_RETRIES, t
+    watching, refused = settings.settle > 0.0, 0
+    while refused < RETRIES:
+        code, ts, _, most, last = attempt(watching, f, t, p, step, ratio, rank, settings, tableau, q, v, room)
+        near = code == NOT_LEAPT or (code != OK and ratio < settings.settle)
+        if watching and (near or last < min(ratio, REACH)):
+            length = min(rest, span(step, ts - t, ratio, last, rank, most))
+            length = step if near and length < step else length
+            shortest = LEAST * step if near else step
+            for _ in range(LEAPS):
+                if length < shortest:
+                    break
+                landed, _ = leap(f, t, p, length, ratio, rank, settings, q, v, room)
+                error = error_norm(length, settings, q, v, room) if landed == OK else np.inf
+                if error <= 1.0:
+                    return OK, t + length, length, max(h, length * factor_of(error))
+                room.seen[REFUSED] += 1
+                length *= max(0.3, 0.9 * error ** (-1.0 / 8.0))
+                near = True
+            watching = False
+            if near:  # the rates of the stages are gone
+                continue
+        if code == OK and not leave_step(step, q, v, room):
+            code, ts = NOT_FINITE, t
+        error = error_norm(step, settings, q, v, room) if code == OK else np.inf
+        if error <= 1.0:
+            longer = step * factor_of(error)
+            return OK, ts, step, max(h, longer) if refused == 0 and step < h else longer
+        if code != OK and failed == TOO_MANY_RETRIES:  # what the longest step met says more than the last does
+            failed, when = code, ts
+        refused += 1
+        room.seen[REFUSED] += 1
+        step *= max(0.2, 0.9 * error ** (-1.0 / 8.0))
+        if step < 1e-14 * max(abs(t), rest) or (ratio < settings.settle and step < SHORTEST * longest):
+            break
+    return failed, when, step, h
+
+
 @shared
 def advance(f, t, p, h, rest, longest, cuts, ratio, rank, settings, tableau, q, v, room):
-    """The next step: of the length asked for, or with an adaptive scheme as long as its error test allows.
-
-    `h` [s] is the step that an adaptive scheme's last error suggests, `rest` [s] the time to the grid, which no
-    step crosses, `longest` [s] the longest step; the other arguments are those of `part`.
+    """The next step, as the scheme says; its arguments are those of `adapt` and `part`.
 
     Returns:
         A code, the time it was reached [s], the step taken [s], the step suggested for the next [s], how often
         the step is parted now.
     """
-    adaptive = settings.rtol > 0.0
-    step = min(h, rest) if adaptive else rest
-    failed, when = TOO_MANY_RETRIES, t
-    for tries in range(RETRIES):
-        code, ts, step, nearest, parted = part(f, t, p, step, cuts, ratio, rank, settings, tableau, q, v, room)
-        if code == OK and not leave_step(step, tableau, q, v, room):
-            code, ts = NOT_FINITE, t
-        if not adaptive:
-            return code, ts, step, h, parted
-        error = error_norm(step, tableau, settings, q, v, room) if code == OK else np.inf
-        near = min(ratio, nearest) < WIDEST
-        if error <= (CROSSING if near else 1.0):
-            longer = step * min(5.0, 0.9 * max(error, 1e-12) ** (-1.0 / 8.0))
-            return OK, ts, step, max(h, longer) if tries == 0 and step < h else longer, 0
-        if code != OK and failed == TOO_MANY_RETRIES:  # what the longest step met says more than the last does
-            failed, when = code, ts
-        room.seen[REFUSED] += 1
-        step *= max(0.2, 0.9 * error ** (-1.0 / 8.0))
-        if step < 1e-14 * max(abs(t), rest) or (near and step < SHORTEST * longest):
-            break
-    return failed, when, step, h, 0
+    if settings.rtol > 0.0:
+        code, ts, step, h = adapt(f, t, p, h, rest, longest, ratio, rank, settings, tableau, q, v, room)
+        return code, ts, step, h, 0
+    if settings.settle > 0.0:
+        code, ts, step = whole_step(f, t, p, rest, ratio, rank, settings, tableau, q, v, room)
+        return code, ts, step, h, cuts
+    code, ts, step, cuts = part(f, t, p, rest, cuts, ratio, rank, settings, tableau, q, v, room)
+    return code, ts, step, h, cuts

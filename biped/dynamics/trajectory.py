@@ -25,6 +25,7 @@ class Trajectory:
         steps: Steps taken.
         evaluations: Times the system's functions were evaluated.
         splits: Steps taken in unequal parts to keep away from a singularity.
+        leaps: Steps across or out of a singular position (`leap`), tried ones included.
         refused: Steps an adaptive scheme did again.
         structural_rank: Rank of the constraints where they are not singular; no stage uses more rows.
         event: Name of the event that ended the motion, if one did.
@@ -42,6 +43,7 @@ class Trajectory:
     steps: int
     evaluations: int
     splits: int
+    leaps: int
     refused: int
     structural_rank: int
     event: str | None

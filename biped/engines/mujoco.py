@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -22,11 +23,16 @@ _LEAST_FRICTION = 1e-5
 """MuJoCo's smallest coefficient of friction."""
 
 
-def simulate(run: Run) -> Trajectory:
+Watch = Callable[[mujoco.MjModel, mujoco.MjData, np.ndarray], None]
+"""Called after every tick with the model, its data, and the pushes that act, (bodies, 2) [N]."""
+
+
+def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
     """Simulates a run to its end, a fall or a number that is not finite.
 
     Args:
         run: A concrete run.
+        watch: Who looks on; the ticks are Python's then, and the model has its visual geoms.
 
     Returns:
         What it left behind.
@@ -35,7 +41,7 @@ def simulate(run: Run) -> Trajectory:
         InputError: A push names a body the model lacks, or a user's law misbehaves.
     """
     s = run.scenario
-    foreign = compile_foreign(run.model, s)
+    foreign = compile_foreign(run.model, s, visuals=watch is not None)
     model, data = foreign.model, mujoco.MjData(foreign.model)
     order, robot = foreign.order, robot_at(run.model)
     data.qpos[order.joints], data.qvel[order.joints] = run.q, run.v
@@ -44,21 +50,25 @@ def simulate(run: Run) -> Trajectory:
     where = order.points, robot.contact.radius, order.contacts, order.stops
     pyramid = max(s.ground.friction, _LEAST_FRICTION) if s.simulation.cone == "pyramidal" else 0.0
 
+    pushing = np.zeros((model.nbody - 1, 2))
+
     def push(forces: np.ndarray) -> None:
-        data.xfrc_applied[1:, [0, 2]] = forces
+        pushing[:] = data.xfrc_applied[1:, [0, 2]] = forces
 
     log_of_step = bound(log_forces, np.empty((1, WIDTH)), 0, data.efc_force, place, *where, pyramid)
 
     def step(k: int, log: np.ndarray) -> None:
         mj_step(model, data, substeps)
         log_of_step(log, k, data.efc_force, place, *where, pyramid)
+        if watch is not None:
+            watch(model, data, pushing)
 
     generalized = s.actuation.mode == "generalized"
     applied = data.qfrc_applied if generalized else data.ctrl
     bodies = [model.body(i).name for i in range(1, model.nbody)]
     if order.canonical:
         walk = None
-        if s.law is None and (native := native_of(model, order)) is not None:
+        if s.law is None and watch is None and (native := native_of(model, order)) is not None:
             from biped.engines.walk import Plant, walk_plant
 
             plant = Plant(

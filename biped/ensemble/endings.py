@@ -12,6 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from biped.ensemble import packed
 from biped.ensemble.backend import Jobs, at_most
 from biped.ensemble.campaign import run_one
 from biped.ensemble.columns import batches
@@ -57,8 +58,8 @@ class Endings:
         """The end of run `index`."""
         trajectory, row = run_one(self._plan, index)
         with tempfile.TemporaryDirectory(prefix="biped-") as folder:
-            path = Path(folder) / "trajectory.npz"
-            trajectory.last(LAST_SECONDS).save(path)
+            path = Path(folder) / f"ending{packed.SUFFIX}"
+            packed.save(trajectory.last(LAST_SECONDS), path)
             return Ending(index, row.cause, path.read_bytes(), trajectory.traceback)
 
 

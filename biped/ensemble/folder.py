@@ -29,6 +29,7 @@ from typing import Any
 from biped.base.errors import InputError, RunError
 from biped.base.files import label
 from biped.base.writing import reason, write_text, written
+from biped.ensemble import packed
 from biped.ensemble.journal import Journal
 from biped.ensemble.lock import NAME as LOCK
 from biped.ensemble.lock import Lock
@@ -40,7 +41,8 @@ from biped.ensemble.shard import Shard
 from biped.scenario.reading import to_toml
 
 FAILURES = "failures"
-_KEPT = re.compile(r"run-\d{5,}\.(npz|txt)|\.run-\d{5,}\.(npz|txt)\.part")
+_KEPT = re.compile(r"run-\d{5,}\.(xz|txt)|\.run-\d{5,}\.(xz|txt)\.part")
+_HALF = re.compile(r"\.run-\d{5,}\.(xz|txt)\.part")
 LONGEST = 100
 """[bytes] of a title in the name of a folder."""
 
@@ -74,6 +76,7 @@ class Folder:
         self._locks: list[Lock] = []
         self.noted = False
         self._kept_before = True
+        self._shared = shard is not None
         self.path = path
         text = to_toml(plan.scenario)
         try:
@@ -226,10 +229,9 @@ class Folder:
 
         What others put there stays. Once a record is noted, everything stays.
         """
-        if not self.noted:
-            for path in (*self._created, *self._kept_now()):
-                with suppress(OSError):
-                    path.unlink()
+        for path in self._half_kept() if self.noted else (*self._created, *self._kept_now()):
+            with suppress(OSError):
+                path.unlink()
         self.close()
         if not self._kept_before:
             self._made.append(self.path / FAILURES)
@@ -242,6 +244,12 @@ class Folder:
         if self._kept_before or not (self.path / FAILURES).is_dir():
             return []
         return [path for path in (self.path / FAILURES).iterdir() if _KEPT.fullmatch(path.name)]
+
+    def _half_kept(self) -> list[Path]:
+        """What workers of this process were writing when they were ended; of shards others may be at work."""
+        if len(self._locks) != 1 or self._shared or not (self.path / FAILURES).is_dir():
+            return []
+        return [path for path in (self.path / FAILURES).iterdir() if _HALF.fullmatch(path.name)]
 
 
 def keep(
@@ -264,7 +272,7 @@ def keep(
     again = f"biped run {shlex.quote(label(folder / 'scenario.toml'))} --only {number}{more}"
     with complaining(kept):
         kept.mkdir(exist_ok=True)
-        with written(kept / f"run-{number:05d}.npz") as part:
+        with written(kept / f"run-{number:05d}{packed.SUFFIX}") as part:
             save(part)
         write_text(kept / f"run-{number:05d}.txt", f"{cause}\nagain: {again}\n{traceback}")
 

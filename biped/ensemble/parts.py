@@ -33,6 +33,12 @@ MOST = 256 * 2**20
 """[bytes] of a group of rows that is read: ours have 10; more is not one of ours."""
 
 
+NEEDED = {
+    "index": "int64", "fell": "bool", "walked": "bool", "end": "string", "cause": "string", "time": "double",
+}  # fmt: skip
+"""Columns without which there are no rows."""
+
+
 class About(NamedTuple):
     """What rows are of and what they were made with.
 
@@ -141,6 +147,9 @@ def read(path: Path) -> Part:
             if about.pop("format") != FORMAT:
                 raise ValueError("another format")
             first, last = map(int, path.stem.split("-")[:2])
+            wrong = [name for name, kind in NEEDED.items() if str(file.schema_arrow.field(name).type) != kind]
+            if wrong:
+                raise ValueError(f"{wrong[0]} is of another type")
             groups = [meta.row_group(i) for i in range(meta.num_row_groups)]
             if meta.num_rows != last - first + 1 or any(group.total_byte_size > MOST for group in groups):
                 raise ValueError(f"{meta.num_rows} rows")

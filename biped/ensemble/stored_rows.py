@@ -60,10 +60,14 @@ class StoredRows(InPieces, Sequence[dict[str, Any]]):
         columns = {name: "fell" if name == "falls" else name for name in names}
         for batch in rows_of(self.pieces, list(dict.fromkeys(columns.values()))):
             there = set(batch.schema.names)
-            yield {
-                name: _array(batch.column(column), column) if column in there else np.full(len(batch), np.nan)
-                for name, column in columns.items()
-            }
+            try:
+                yield {
+                    name: _array(batch.column(column), column) if column in there else np.full(len(batch), np.nan)
+                    for name, column in columns.items()
+                }
+            except (ValueError, TypeError) as error:
+                where = label(self.pieces[0].part.path)
+                raise InputError(f"{where}: expected rows of a campaign: {plain(error)[:200]}") from None
 
     def table(self) -> pyarrow.Table:
         """All rows at once."""

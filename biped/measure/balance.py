@@ -64,13 +64,13 @@ def balance(t: Trajectory) -> Balance:
     r, w = whole.com - com[:, None], whole.com_velocity - velocity[:, None]
     spin = whole.rate @ t.tree.inertia + (r[..., 0] * w[..., 1] - r[..., 1] * w[..., 0]) @ mass
     inertia = t.tree.inertia.sum() + (r**2).sum(axis=-1) @ mass
-    on = t.believed.reshape(-1, LEGS, ENDS).any(axis=2)
+    on = t.believed.reshape(-1, LEGS, ENDS).max(axis=2) > 0.0
     x = whole.point[..., 0].reshape(-1, LEGS, ENDS)
     standing = np.repeat(on[..., None], ENDS, axis=2)
     with np.errstate(all="ignore"):
         back = np.where(standing, x, np.inf).min(axis=(1, 2))
         front = np.where(standing, x, -np.inf).max(axis=(1, 2))
-    air = ~on.any(axis=1)
+    air = ~(on[:, 0] | on[:, 1])
     back[air] = front[air] = np.nan
     capture = com[:, 0] + velocity[:, 0] * np.sqrt(np.maximum(com[:, 1], 0.0) / GRAVITY)
     placement = com[:, 0] + com[:, 1] * np.tan(placement_angle(total, inertia, com[:, 1], velocity, spin))

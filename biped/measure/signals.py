@@ -16,6 +16,8 @@ from biped.robot.tree import motion
 
 # Before this distance [m] the cost of transport is a number divided by almost nothing.
 _STARTED = 0.5
+SMOOTH = 0.02
+"""[s] of means that the eye can follow: contacts hit and miss many times in a step, and torques with them."""
 
 
 def finite(trajectory: Trajectory) -> Trajectory:
@@ -76,3 +78,17 @@ def means(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
 def foot_force(trajectory: Trajectory) -> np.ndarray:
     """(n, 2) [N] normal force under the right and the left foot."""
     return trajectory.force[:, :, 1].reshape(-1, LEGS, ENDS).sum(axis=2)
+
+
+def inside(trajectory: Trajectory, window: tuple[float, float]) -> np.ndarray:
+    """(n,) whether a row is in the window [s]; all are if the run ended before it."""
+    rows = (trajectory.time >= window[0]) & (trajectory.time <= window[1])
+    return rows if rows.sum() > 1 else np.ones_like(rows)
+
+
+def smooth(values: np.ndarray, tick: float) -> np.ndarray:
+    """(n,) moving means of values (n,) that are `tick` [s] apart; at the ends, of what there is."""
+    window = np.ones(max(1, round(SMOOTH / tick)))
+    count = np.convolve(np.ones(len(values)), window)
+    first = (len(window) - 1) // 2
+    return (np.convolve(values, window) / count)[first : first + len(values)]

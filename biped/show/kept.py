@@ -13,7 +13,8 @@ from pathlib import Path
 from biped.base.errors import InputError
 from biped.base.files import label
 from biped.base.text import plain
-from biped.ensemble import campaign
+from biped.ensemble import campaign, packed
+from biped.ensemble.folder import FAILURES
 from biped.ensemble.plan import Plan
 from biped.ensemble.stored import of_plan
 from biped.measure.trajectory import Trajectory
@@ -66,12 +67,20 @@ class Kept:
         Of a run of a campaign that fell, only the last seconds were kept.
         """
         rows = self.result["runs"]
-        whole, ending = self._folder / "trajectory.npz", self._folder / "failures" / f"run-{index:05d}.npz"
+        whole = self._folder / "trajectory.npz"
         if len(rows) == 1 and whole.is_file():
             return _loaded(whole)
         if self.plan.scenario.law is None:
             return campaign.run_one(self.plan, index)[0]
-        return _loaded(ending) if ending.is_file() else None
+        return self.ending(index)
+
+    def ending(self, index: int) -> Trajectory | None:
+        """The last seconds of a run that fell, where they were kept."""
+        kept = self._folder / FAILURES / f"run-{index:05d}"
+        for path, read in ((kept.with_suffix(packed.SUFFIX), packed.load), (kept.with_suffix(".npz"), _loaded)):
+            if path.is_file():  # (.npz: as versions before kept it)
+                return read(path)
+        return None
 
     def again(self, index: int) -> str:
         """What to do to see a law's run that was not kept."""

@@ -22,8 +22,10 @@ from biped.studies.run import newest_recording
 FALLEN = 3
 """Most runs that fell shown in one recording."""
 
-DRAWN = 100
-"""Most runs drawn in one figure."""
+DRAWN = 8
+"""Most runs that stayed up drawn in one figure: each is made again, and figures are a matter of seconds."""
+FELL = 60
+"""Most runs that fell drawn in one figure: their last seconds were kept."""
 
 
 def chosen(rows: Sequence[Mapping[str, Any]]) -> list[tuple[str, int]]:
@@ -179,10 +181,31 @@ def plot_results(folder: Path, out: Path | None = None) -> list[Path]:
     if kept.plan.scenario.law is not None:
         print(f"biped: no velocities.png: {kept.again(rows[0]['index'])}", file=sys.stderr)
         return files
-    trajectories = [campaign.run_one(kept.plan, index)[0] for index in spread(rows, DRAWN)]
+    trajectories = _drawn(kept)
     files.append(out / "velocities.png")
     title = f"{result['scenario']}: {result['summary']['walked']} of {len(rows)} walked"
     if len(trajectories) < len(rows):
-        title += f" ({len(trajectories)} drawn)"
+        stood = sum(t.end == "completed" for t in trajectories)
+        title += f" ({stood} of those that stayed up and the last seconds of {len(trajectories) - stood} others drawn)"
     figures.plot_ensemble(trajectories, files[-1], title=title)
     return files
+
+
+def _drawn(kept: Kept) -> list[Trajectory]:
+    """Some of the runs that stayed up, and what was kept of those that did not."""
+    rows = kept.result["runs"]
+    up, down = [], []
+    for columns in batches(rows, ("index", "end")):
+        stood = columns["end"] == "completed"
+        up += columns["index"][stood].tolist()
+        down += columns["index"][~stood].tolist()
+    found = [campaign.simulate(kept.plan.run(index)) for index in _some(up, DRAWN)]
+    ends = [kept.ending(index) for index in _some(down, FELL)]
+    shown = found + [end for end in ends if end is not None]
+    return shown or [campaign.simulate(kept.plan.run(rows[0]["index"]))]
+
+
+def _some(numbers: Sequence[int], most: int) -> list[int]:
+    """At most so many numbers, evenly spread."""
+    count = min(most, len(numbers))
+    return [numbers[i * len(numbers) // count] for i in range(count)]

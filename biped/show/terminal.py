@@ -73,7 +73,7 @@ def show_result(result: Mapping[str, Any], description: str) -> None:
         for cause, count in causes_of(runs):
             out.print(f"    {count} × {cause}")
     show_warnings(runs)
-    if push_words(summary):
+    if "points" not in result and push_words(summary):  # a sweep's pushes differ
         out.print(f"  {push_words(summary)}")
     thesis = result["thesis"]
     page = table(("metric", "value", *(["thesis"] if thesis else []), "meaning"), ("metric", "meaning"))

@@ -2,11 +2,27 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from biped.base.files import label
 from biped.studies.tune.tuned import Tuned
+
+if TYPE_CHECKING:
+    from biped.studies.tune.least import Least
 
 
 def show(tuned: Tuned) -> None:
     """Prints the gait file and what finding it took."""
     print(tuned.gait.read_text(encoding="utf-8"))
     print(f"{tuned.runs} runs, {tuned.runs / tuned.seconds:.1f} a second; gait in {label(tuned.gait)}")
+
+
+def show_least(found: Least) -> None:
+    """Prints what is left at every step of the way back."""
+    conditions = list(found.steps[0]["tallies"])
+    print(f"changed  put back  {'from':>8}  {'to':>8}  " + "  ".join(conditions))
+    for step in found.steps:
+        values = [f"{step[key]:8.4g}" if step["restored"] else 8 * " " for key in ("before", "after")]
+        tallies = "  ".join(f"{'/'.join(map(str, step['tallies'][name])):>{len(name)}}" for name in conditions)
+        print(f"{step['changed']:7d}  {step['restored']:8}  {'  '.join(values)}  {tallies}")
+    print(f"results in {label(found.folder)}/")

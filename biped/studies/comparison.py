@@ -19,6 +19,7 @@ from biped.ensemble.rows import LOST, RAISED
 from biped.measure.trajectory import Trajectory
 from biped.robot.tree import absolute
 from biped.scenario.metrics import METRICS
+from biped.scenario.reading import to_toml
 from biped.studies.run import plan_of
 
 ENGINES = ("home", "mujoco")
@@ -107,7 +108,7 @@ def compare(name: str, title: str, changes: Sequence[str], jobs: int) -> Compari
 
 
 def write(comparison: Comparison, folder: Path) -> None:
-    """Writes comparison.json.
+    """Writes comparison.json, and the scenario that it is of.
 
     Args:
         comparison: What to write.
@@ -119,5 +120,6 @@ def write(comparison: Comparison, folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         write_text(folder / "comparison.json", dumps(comparison.as_dict(), indent=1))
+        write_text(folder / "scenario.toml", to_toml(comparison.plans["mujoco"].scenario))
     except OSError as error:
         raise InputError(f"{folder}: cannot be written: {error.strerror}; choose another folder") from None

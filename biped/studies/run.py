@@ -17,7 +17,7 @@ from biped.base.errors import InputError
 from biped.base.files import canonical, label, locate
 from biped.base.json import dumps
 from biped.base.progress import Progress, Told, silent, unheard
-from biped.ensemble import campaign
+from biped.ensemble import campaign, packed
 from biped.ensemble.backend import Jobs
 from biped.ensemble.columns import batches
 from biped.ensemble.endings import LAST_SECONDS, keep_some
@@ -118,7 +118,8 @@ def title_of(name: str) -> str:
 def _keep(folder: Path, index: int, trajectory: Trajectory, row: Row, more: str = "") -> None:
     """Keeps the last seconds of a run that fell, is doubtful or was ended by its law, and how to make it again."""
     if row.fell or row.doubtful or row.end == RAISED:
-        keep(folder, index, row.cause, trajectory.last(LAST_SECONDS).save, more, trajectory.traceback)
+        ending = partial(packed.save, trajectory.last(LAST_SECONDS))
+        keep(folder, index, row.cause, ending, more, trajectory.traceback)
 
 
 def run(

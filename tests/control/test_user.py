@@ -17,6 +17,7 @@ from biped.control import start_law
 from biped.control.loading import load_law
 from biped.control.user import UserLaw
 from biped.engines.mujoco import simulate
+from biped.ensemble import packed
 from biped.ensemble.plan import Plan
 from biped.measure.trajectory import PHASE, WIDTH, Trajectory
 from biped.robot.given import factory_of
@@ -254,7 +255,7 @@ def test_a_law_that_raises_in_a_campaign_leaves_the_others(capsys):
     assert "raised ZeroDivisionError at 0.099 s" in kept
     assert "Traceback" in kept
     assert "--only 1 --trust" in kept
-    assert len(Trajectory.load(Path("x/failures/run-00001.npz"))) == 99
+    assert len(packed.load(Path("x/failures/run-00001.xz"))) == 99
 
 
 def test_a_laws_own_signals_are_in_trajectory_result_and_table(capsys):

@@ -59,11 +59,11 @@ def test_rk8_at_the_step_of_rk4(four_bars_reference):
     assert error(run(RK8), four_bars_reference, 1e-2) < 1e-7
 
 
-def test_splitting_cures_what_short_steps_pick_up_in_singular_positions(four_bars_reference):
-    whole, split = run(RK8.without_splitting(), dt=1e-3), run(RK8, dt=1e-3)
-    assert whole.splits == 0
-    assert split.splits > 0
-    assert error(split, four_bars_reference, 1e-3) < 0.01 * error(whole, four_bars_reference, 1e-3)
+def test_leaps_cure_what_short_steps_pick_up_in_singular_positions(four_bars_reference):
+    whole, leapt = run(RK8.without_splitting(), dt=1e-3), run(RK8, dt=1e-3)
+    assert whole.leaps == 0
+    assert leapt.leaps > 0
+    assert error(leapt, four_bars_reference, 1e-3) < 0.01 * error(whole, four_bars_reference, 1e-3)
 
 
 def test_adaptive_steps_pass_the_singular_positions():

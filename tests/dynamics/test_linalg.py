@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from biped.dynamics.linalg import apply_w, factor, solve_mass, workspace
+from biped.dynamics.linalg import apply_w, factor, solve_mass
+from biped.dynamics.orthogonal import workspace
 
 
 def random_mass(rng, n, spread=1.0):

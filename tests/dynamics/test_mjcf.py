@@ -32,6 +32,24 @@ def test_two_four_bars_from_a_file_move_as_they_should(write):
     assert r.phi.max() < 1e-7
 
 
+def test_rows_that_are_not_needed_can_be_dropped(write):
+    """In a plane the row across it says nothing: the same motion, of full rank, without it."""
+    text = four_bars_mjcf(2)
+    all_rows = load(write(text))
+    across = next(k for k in range(3) if not all_rows.system.evaluate(0.0, all_rows.q + 0.3, all_rows.v).A[k].any())
+    fewer = load(write(text), {0: "xyz"[across], 1: "xyz"[across]})
+    q = np.array([np.pi / 2 if "crank" in name else -np.pi / 2 for name in all_rows.joints])
+    v = np.array([-1.0 if "crank" in name else 1.0 for name in all_rows.joints])
+    assert (all_rows.system.m, fewer.system.m) == (6, 4)
+    one, two = (integrate(m.system, q, v, duration=0.5, dt=1e-2) for m in (all_rows, fewer))
+    np.testing.assert_allclose(two.q, one.q, atol=1e-12)
+    check_derivatives(fewer.system, 0.0, q + 0.1, v)
+    with pytest.raises(InputError, match="no active connect is called 'lop'"):
+        load(write(text), {"lop": "y"})
+    with pytest.raises(InputError, match="rows x, y and z can be dropped, not 'w'"):
+        load(write(text), {0: "w"})
+
+
 def test_its_derivatives_agree_with_differences(write):
     mechanism = load(write(four_bars_mjcf(2)))
     rng = np.random.default_rng(4)

@@ -49,7 +49,7 @@ def test_jobs_do_not_change_the_numbers():
     one, two = contents("1"), contents("2")
     for name in ("result.json", "runs.parquet", "scenario.toml"):
         assert one[name] == two[name]
-    kept = {name for name in one if name.endswith(".npz")}
+    kept = {name for name in one if name.endswith(".xz")}
     assert kept
     assert {name: one[name] for name in kept} == {name: two[name] for name in kept}
 
@@ -121,7 +121,7 @@ def test_an_interrupted_single_run_leaves_nothing(monkeypatch):
 def test_falls_are_kept_and_say_how_to_see_them_again(capsys):
     _, result = command(capsys, "run", "e.toml", "--jobs", "1", "--out", "x")
     fallen = [run["index"] for run in result["runs"] if run["fell"]]
-    assert sorted(p.stem for p in Path("x/failures").glob("*.npz")) == [f"run-{i:05d}" for i in fallen]
+    assert sorted(p.stem for p in Path("x/failures").glob("*.xz")) == [f"run-{i:05d}" for i in fallen]
     note = Path(f"x/failures/run-{fallen[0]:05d}.txt").read_text(encoding="utf-8")
     argv = note.splitlines()[1].removeprefix("again: biped ").split()
     assert command(capsys, *argv)[1]["runs"] == [result["runs"][fallen[0]]]
@@ -132,7 +132,7 @@ def test_work_can_be_sent_elsewhere(tmp_path):
     plan = Plan(read_scenario("e.toml"))
     sent = pickle.loads(pickle.dumps(Making(plan, partial(_keep, tmp_path))))
     assert dumps(sent(3).as_dict()) == dumps(run_one(plan, 3)[1].as_dict())
-    assert (tmp_path / "failures/run-00003.npz").is_file()
+    assert (tmp_path / "failures/run-00003.xz").is_file()
 
 
 def test_where_processes_do_not_fork_compiled_runs_are_made_by_threads(monkeypatch):
@@ -162,6 +162,6 @@ def test_where_processes_do_not_fork(monkeypatch):
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2]))
     assert main(["run", "e.toml", "--jobs", "2", "--out", "2"]) == 0
     one, two = contents("1"), contents("2")
-    assert {name: data for name, data in one.items() if name.endswith((".json", ".npz", ".parquet"))} == {
-        name: data for name, data in two.items() if name.endswith((".json", ".npz", ".parquet"))
+    assert {name: data for name, data in one.items() if name.endswith((".json", ".xz", ".parquet"))} == {
+        name: data for name, data in two.items() if name.endswith((".json", ".xz", ".parquet"))
     }

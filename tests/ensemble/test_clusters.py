@@ -24,6 +24,7 @@ from biped.ensemble.cluster import cluster_at, connection, kinds, tasks
 from biped.ensemble.cluster.file import Queued, from_file, read, seconds
 from biped.ensemble.cluster.tasks import Tasks
 from biped.ensemble.executor import workers
+from biped.ensemble.packed import SUFFIX
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario
 from biped.studies.regress.runs import ensemble, measured
@@ -57,7 +58,7 @@ def test_a_campaign_on_a_cluster_is_the_same_bytes(cluster):
     here, there = contents("here"), contents("there")
     for name in ("result.json", "runs.parquet", "scenario.toml"):
         assert here[name] == there[name]
-    kept = {name for name in there if name.endswith(".npz")}
+    kept = {name for name in there if name.endswith(SUFFIX)}
     assert len(kept) == 3, "failures.keep"
     assert all(there[name] == here[name] for name in kept)
 
@@ -266,7 +267,8 @@ def descendants(of: int) -> list[tuple[int, str]]:
     while left:
         process = left.pop()
         try:
-            words = Path(f"/proc/{process}/task/{process}/children").read_text(encoding="ascii").split()
+            tasks_of = Path(f"/proc/{process}/task").glob("*/children")
+            words = " ".join(path.read_text(encoding="ascii") for path in tasks_of).split()
             line = Path(f"/proc/{process}/cmdline").read_bytes().replace(b"\0", b" ").decode()
         except OSError:
             continue
@@ -276,9 +278,9 @@ def descendants(of: int) -> list[tuple[int, str]]:
 
 
 @pytest.fixture
-def many():
+def many(request):
     """The result of a longer campaign, by processes here."""
-    write("e.toml", MANY)
+    write("e.toml", MANY.replace("400", str(getattr(request, "param", 400))))
     process = command("whole", "--jobs", "2")
     process.communicate()
     assert process.returncode in (0, 1)
@@ -291,6 +293,7 @@ def assert_as(many: dict[str, bytes], out: str = "x") -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("many", [800], indirect=True)
 def test_workers_killed_every_few_seconds_cost_nothing(many):
     process, kills, chance, before = command("x", "--cluster", "local:2"), 0, random.Random(0), 0
     while process.poll() is None:
@@ -382,7 +385,8 @@ def test_workers_that_join_late_at_a_scheduler_of_somebody_else(many):
 
 
 SUBMIT = """#!/bin/bash
-setsid bash "$1" > "job-$$.log" 2>&1 < /dev/null &
+cp "$1" "job-$$.sh"  # as sbatch does
+setsid bash "job-$$.sh" > "job-$$.log" 2>&1 < /dev/null &
 echo "Submitted batch job $!"
 """
 CANCEL = """#!/bin/bash

@@ -75,9 +75,9 @@ def test_every_run_costs_a_worker_once(undisturbed, monkeypatch):
 
 
 def test_a_worker_killed_while_it_keeps_a_fall(undisturbed, monkeypatch):
-    from biped.measure.trajectory import Trajectory
+    from biped.ensemble import packed
 
-    save = Trajectory.save
+    save = packed.save
 
     def killed(self, path):
         if os.getpid() != HERE and not Path("killed").exists():
@@ -86,7 +86,7 @@ def test_a_worker_killed_while_it_keeps_a_fall(undisturbed, monkeypatch):
             os.kill(os.getpid(), signal.SIGKILL)
         save(self, path)
 
-    monkeypatch.setattr(Trajectory, "save", killed)
+    monkeypatch.setattr(packed, "save", killed)
     assert run() == 0
     assert Path("killed").exists()
     assert_as(undisturbed)
@@ -153,7 +153,7 @@ def test_a_disk_that_is_full_when_all_is_done_does_not_spoil_what_was_there(undi
     with monkeypatch.context() as patch:
         patch.setattr(os, "fsync", full)
         assert run() == 1
-    assert "x/result.json: cannot be written: no space left on device" in capsys.readouterr().err
+    assert "x/runs.parquet: cannot be written: no space left on device" in capsys.readouterr().err
     assert contents("x") == before
 
 

@@ -20,6 +20,7 @@ from biped.ensemble import campaign, chunks, columns, compact, parts
 from biped.ensemble.campaign import run_one
 from biped.ensemble.chunks import Chunks, Deal
 from biped.ensemble.lock import Lock
+from biped.ensemble.packed import SUFFIX
 from biped.ensemble.parts import About, Chunk, Part, Piece, cover, missing
 from biped.ensemble.plan import Plan
 from biped.ensemble.shard import Shard, shard_of
@@ -112,7 +113,7 @@ def test_a_campaign_in_files_holds_what_result_json_held(large, small, capsys):
     rows = stored_rows(Path("x"), 6)
     assert json.loads(dumps(list(rows))) == whole["runs"]
     assert json.loads(dumps([rows[-1], rows[0]])) == [whole["runs"][5], whole["runs"][0]]
-    kept = {name for name in files if name.startswith("failures/") and name.endswith(".npz")}
+    kept = {name for name in files if name.startswith("failures/") and name.endswith(SUFFIX)}
     assert len(kept) == 3, "failures.keep"
     assert all(files[name] == small[name] for name in kept), "the first that fell"
     _, printed = command(capsys, "run", "e.toml", "--out", "x")
@@ -128,8 +129,7 @@ def test_what_is_shown_of_rows_in_files_is_what_is_shown_of_others(small, capsys
         monkeypatch.chdir(name)
         capsys.readouterr()
         assert main(["report", "x", "--out", "r.md"]) == 0
-        assert main(["plot", "x"]) == 0
-        shown[name] = Path("r.md").read_bytes(), {p.name: p.read_bytes() for p in Path("x/figures").iterdir()}
+        shown[name] = Path("r.md").read_bytes(), {p.name: p.read_bytes() for p in Path("r/x").iterdir()}
         monkeypatch.chdir("..")
     assert shown["few"] == shown["many"]
     assert len(shown["many"][1]) == 3
@@ -500,3 +500,32 @@ def test_from_python_rows_of_many_runs_are_a_table(large, small, tmp_path):
     assert list(stored_rows(tmp_path / "saved", 6))[5]["index"] == 5
     del result
     assert not folder.exists()
+
+
+HOSTILE = {
+    "words for numbers": {"speed": ["fast"] * 6},
+    "no numbers of runs": {"index": None},
+    "numbers for words": {"cause": [1.0] * 6},
+    "no ends": {"end": [None] * 6},
+}
+
+
+@pytest.mark.parametrize("kind", HOSTILE)
+@pytest.mark.parametrize("reader", [["plot", "x"], ["report", "x", "--out", "r.md"]])
+def test_rows_of_a_stranger_that_are_none_are_refused_in_one_sentence(kind, reader, large, capsys):
+    import pyarrow as pa
+
+    run("x", "--jobs", "1")
+    (old,) = parts.listed(Path("x/parts"))
+    rows = parts.read_all(old)
+    for name, values in HOSTILE[kind].items():
+        at = rows.schema.get_field_index(name)
+        rows = rows.remove_column(at) if values is None else rows.set_column(at, name, pa.array(values))
+    old.path.unlink()
+    parts.commit_to(Path("x/parts"), parts.Made(Chunk(0, 6), parts.encoded(rows, old.about), 0.0, "", ""))
+    capsys.readouterr()
+    assert main(reader) == 2
+    err = capsys.readouterr().err
+    assert err.startswith("biped: x/parts/00000000-00000005-")
+    assert err.count("\n") == 1
+    assert "defect" not in err

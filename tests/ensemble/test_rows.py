@@ -17,7 +17,7 @@ from biped.scenario.keys import Scenario, Window
 from biped.scenario.metrics import METRICS
 
 FIRST = ("index", "seed", "values", "fell", "end", "cause")
-LAST = ("leg_states", "per_joint", "warnings")
+LAST = ("leg_states", "per_joint", "signals", "warnings")
 
 
 def test_a_row_has_every_metric_in_the_order_of_all_tables():

@@ -11,7 +11,6 @@ import pytest
 from matplotlib import image
 
 from biped.cli.main import main
-from biped.show.replay import chosen
 from biped.show.terminal import causes_of
 from tests.cases import ENSEMBLE, write
 
@@ -161,72 +160,29 @@ def test_a_scenario_of_a_name_is_repeated_by_it():
 def test_velocities_are_drawn_of_all_runs_evenly():
     from biped.show.replay import spread
 
-    rows = list(range(180))
+    rows = [{"index": number} for number in range(180)]
     drawn = spread(rows, 100)
     assert len(drawn) == len(set(drawn)) == 100
     assert drawn[-1] >= 178
-    assert spread(rows[:7], 100) == rows[:7]
+    assert spread(rows[:7], 100) == list(range(7))
 
 
-def test_velocities_count_the_whole_campaign(result, monkeypatch):
+def test_velocities_make_few_runs_again_and_say_how_many(result, monkeypatch):
+    from biped.ensemble import campaign
     from biped.show import figures, replay
 
-    titles = []
-    monkeypatch.setattr(replay, "DRAWN", 5)
-    monkeypatch.setattr(figures, "plot_ensemble", lambda drawn, path, title: titles.append((len(drawn), title)))
+    titles, made = [], []
+    simulate = campaign.simulate
+    monkeypatch.setattr(campaign, "simulate", lambda run: made.append(run.index) or simulate(run))
+    monkeypatch.setattr(replay, "DRAWN", 2)
+    monkeypatch.setattr(replay, "FELL", 3)
+    monkeypatch.setattr(
+        figures, "plot_ensemble", lambda drawn, path, title: titles.append(([t.end for t in drawn], title))
+    )
     replay.plot_results(Path("c"), Path("few"))
-    assert titles == [(5, f"e: {result['summary']['walked']} of 12 walked (5 drawn)")]
-
-
-def test_a_standing_robot_has_no_cost_of_transport(folder, monkeypatch, capsys):
-    monkeypatch.chdir(folder)
-    standing = ["robust/own", "--set", "start.posture=flat", "--set", "actuation.contacts=touching",
-                "--set", "gains.theta_b=90.0", "--out", "standing"]  # fmt: skip
-    assert main(["run", *standing]) == 0
-    out = capsys.readouterr().out
-    assert "stood still" in out
-    assert "no cost of transport, no slip: moved less than 0.1 m in the window" in out
-    summary = json.loads(Path("standing/result.json").read_text(encoding="utf-8"))["summary"]
-    assert (summary["cost_of_transport"], summary["slip"], summary["stood"]) == (None, None, 1)
-
-
-def test_a_single_run_says_that_it_walked(capsys, folder, monkeypatch):
-    monkeypatch.chdir(folder)
-    assert main(["run", "level_normal_generalized", "--out", "walked"]) == 0
-    assert "  walked; 10.00 s" in capsys.readouterr().out
-
-
-def test_report_of_a_single_run(result):
-    assert main(["run", "e.toml", "--only", "0", "--out", "one"]) in (0, 1)
-    assert main(["report", "one", "--out", "one.md"]) == 0
-    assert "| speed |" in Path("one.md").read_text(encoding="utf-8")
-
-
-def test_report_below_a_file_is_refused(result, capsys):
-    assert main(["report", "c", "--out", "e.toml/r.md"]) == 2
-    assert "e.toml/r/c: cannot be made" in capsys.readouterr().err
-
-
-def test_chosen_runs():
-    def row(index: int, walked: bool, speed: float = 0.0) -> dict:
-        end = "completed" if walked else "doubtful" if index == 4 else "fell"
-        return {"index": index, "walked": walked, "fell": end == "fell", "end": end, "speed": speed}
-
-    assert chosen([row(4, True)]) == [("run", 4)]
-    rows = [row(0, True, 0.5), row(1, True, 0.9), row(2, True, 0.7), *(row(i, False) for i in range(3, 8))]
-    assert chosen(rows) == [("best", 1), ("median", 2), ("fell_3", 3), ("doubtful_4", 4), ("fell_5", 5)]
-    assert chosen(rows[3:]) == [("fell_3", 3), ("doubtful_4", 4), ("fell_5", 5)]
-    still = [row(i, True) | {"walked": False} for i in (8, 9)]
-    assert chosen(still) == [("stayed_up_8", 8)]
-    assert chosen([rows[0], *still]) == [("best", 0), ("stayed_up_8", 8)]
-
-
-def test_recording_is_made_when_it_is_looked_at(result, monkeypatch):
-    import subprocess
-
-    called = []
-    monkeypatch.setattr(subprocess, "call", lambda argv: called.append(argv) or 0)
-    assert main(["view", "c"]) == 0
-    assert called[0][-1] == "c/recording.rrd"
-    assert Path("c/recording.rrd").stat().st_size > 10_000
-    assert main(["view", "c/recording.rrd"]) == 0
+    ((ends, title),) = titles
+    stood = sum(run["end"] == "completed" for run in result["runs"])
+    assert ends.count("completed") == len(made) == min(2, stood)
+    assert ends.count("fell") == min(3, 12 - stood)  # from what was kept
+    assert title.startswith(f"e: {result['summary']['walked']} of 12 walked (")
+    assert f"last seconds of {min(3, 12 - stood)} others" in title

@@ -86,8 +86,9 @@ def walk(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(where)
         for name, slope, seconds in (("level", 0.0, 6.0), ("up", 3.0, 2.0)):
-            changes = [f"duration={seconds}", "window.start=1.0", f"window.end={seconds}", f"ground.slope={slope}"]
-            main(["run", "level_fast", "--out", name, *(word for change in changes for word in ("--set", change))])
+            until = f"duration={seconds}", f"window.end={seconds}"
+            changes = ["controller=robust", "window.start=1.0", *until, f"ground.slope={slope}"]
+            main(["run", "level_normal", "--out", name, *(word for change in changes for word in ("--set", change))])
             assert main(["export", name, "--eurobench", f"{name}-eb"]) == 0
             out[name] = where / f"{name}-eb", Trajectory.load(where / name / "trajectory.npz")
     return out

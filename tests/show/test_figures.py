@@ -151,9 +151,12 @@ def test_a_push_is_marked_where_it_was(pushed):
 
 
 def test_loads_show_torques_forces_against_weight_and_leg_states(walk):
-    right, left, force, lanes = curves.loads(walk, "walk", WINDOW).axes
-    for axes, first in ((right, 3), (left, 6)):
-        np.testing.assert_array_equal(axes.lines[2].get_ydata(), walk.applied[1000:2001, first + 1])
+    *joints, force, lanes = curves.loads(walk, "walk", WINDOW).axes
+    for joint, axes in enumerate(joints):
+        for leg, colour in enumerate((RIGHT, LEFT)):  # thin as they are, then their means
+            thin, mean = axes.lines[2 * leg : 2 * leg + 2]
+            np.testing.assert_array_equal(thin.get_ydata(), walk.applied[1000:2001, 3 + 3 * leg + joint])
+            assert to_hex(thin.get_color()).upper() == to_hex(mean.get_color()).upper() == colour
     np.testing.assert_allclose(
         force.lines[0].get_ydata()[500], walk.force[1490:1510, :2, 1].sum(axis=1).mean(), rtol=0.02
     )

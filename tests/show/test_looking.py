@@ -99,7 +99,7 @@ def test_the_working_folder_is_no_word(sent, folder, monkeypatch, capsys):
 def test_looking_never_runs_it_trusted_or_not(sent, pristine, monkeypatch):
     import subprocess
 
-    monkeypatch.setattr(subprocess, "call", lambda argv: 0)
+    monkeypatch.setattr(subprocess, "call", lambda argv, **more: 0)
     # (A report draws what plot draws.)
     for text, look in (("", ["plot"]), (f'trust = ["{pristine}"]', ["report", "--out", "r.md"])):
         configure(text)

@@ -221,7 +221,7 @@ def test_cost_of_transport_ends_at_the_net_cost_and_begins_after_half_a_metre(tm
     assert cost[-1][0] == pytest.approx(work / (75.0 * GRAVITY * (t.q[last, 0] - t.q[0, 0])), rel=1e-9)
 
 
-@pytest.mark.parametrize(("lane", "column"), [("states/right_leg", 0), ("states/left_leg", 1)])
+@pytest.mark.parametrize(("lane", "column"), [("states/right\\ leg", 0), ("states/left\\ leg", 1)])
 def test_leg_states_can_be_rebuilt_from_their_changes(path, run, lane, column):
     t = run.trajectory
     temporal, static = read(path, f"{ROOT}/{lane}")
@@ -237,9 +237,9 @@ def test_leg_states_can_be_rebuilt_from_their_changes(path, run, lane, column):
 @pytest.mark.parametrize(
     ("lane", "source", "column"),
     [
-        ("states/left_leg_heel", "believed", 3),
-        ("states/right_leg_toe", "believed", 0),
-        ("constraints/left_knee", "active", 5),
+        ("states/left\\ leg\\,\\ heel", "believed", 3),
+        ("states/right\\ leg\\,\\ toe", "believed", 0),
+        ("constraints/left\\ knee", "active", 5),
     ],
 )
 def test_contacts_are_on_or_a_gap(path, run, lane, source, column):

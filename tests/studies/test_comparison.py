@@ -87,7 +87,9 @@ def test_command_prints_one_object_and_leaves_figure_recording_and_numbers(tmp_p
     assert set(printed["results"]) == set(ENGINES)
     for engine in ENGINES:
         assert printed["results"][engine]["engine"] == engine
-    assert {path.name for path in out.iterdir()} == {"comparison.json", "overlay.png", "recording.rrd"}
+    assert {path.name for path in out.iterdir()} == {
+        "comparison.json", "overlay.png", "recording.rrd", "scenario.toml"
+    }  # fmt: skip
     assert all(path.stat().st_size > 1000 for path in out.iterdir())
 
 

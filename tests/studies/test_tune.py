@@ -218,7 +218,7 @@ def test_search_finds_a_known_optimum_through_noise(scenario_file):
     for _ in range(40):
         search.generation()
     found = search.finish()
-    gains = search.space.candidate(found.x).gains
+    gains = found.candidate.gains
     assert gains.k_d1 == pytest.approx(600.0, rel=0.15)
     assert gains.theta_b == pytest.approx(78.0, abs=3.0)
     assert found.cost < 0.1 * found.start_cost

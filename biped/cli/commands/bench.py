@@ -10,10 +10,14 @@ from biped.cli.common import DONE, FAILED, print_json, reason_of
 
 def command(args: argparse.Namespace) -> int:
     """Measures one thing."""
-    commands = {
-        "throughput": _throughput, "walking": _walking, "mechanisms": _mechanisms, "robot": _robot, "regress": _regress,
-    }  # fmt: skip
-    return commands[args.what](args)
+    return {
+        "throughput": _throughput,
+        "walking": _walking,
+        "mechanisms": _mechanisms,
+        "tolerances": _tolerances,
+        "robot": _robot,
+        "regress": _regress,
+    }[args.what](args)
 
 
 def _throughput(args: argparse.Namespace) -> int:
@@ -76,6 +80,25 @@ def _robot(args: argparse.Namespace) -> int:
         from biped.show.bench.robot import show
 
         show(report)
+    return DONE
+
+
+def _tolerances(args: argparse.Namespace) -> int:
+    from dataclasses import asdict
+
+    from biped.show.bench.tolerances import show
+    from biped.studies.bench.tolerances import measure
+
+    watched = sys.stderr.isatty()
+    reached = measure(progress=lambda line: print(line, file=sys.stderr) if watched else None)
+    if args.json:
+        print_json({"runs": [asdict(r) for r in reached]})
+    else:
+        show(reached)
+    if args.out is not None:
+        from biped.show.figures.tolerances import draw
+
+        draw(reached, args.out)
     return DONE
 
 

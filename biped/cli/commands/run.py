@@ -18,6 +18,8 @@ from biped.studies.run import TRACEBACK, Done, Shared, plan_of, run, run_shard
 
 def command(args: argparse.Namespace) -> int:
     """Runs scenarios one after the other."""
+    if args.live:
+        return _live(args)
     one_folder(args)
     if args.shard is not None:
         return _shard(args)
@@ -36,6 +38,25 @@ def command(args: argparse.Namespace) -> int:
     if args.json:
         print_all(results)
     return DONE if all(result["passed"] for result in results) else FAILED
+
+
+def _live(args: argparse.Namespace) -> int:
+    """One run in a window; what a hand pushes cannot be repeated, so nothing is kept of it."""
+    from biped.show.live import watch
+
+    for given, option in ((args.record, "--record"), (args.out, "--out"), (args.json, "--json")):
+        if given:
+            raise InputError(f"{option}: --live keeps nothing of a run that was pushed by hand; expected one of them")
+    if len(args.scenario) > 1:
+        raise InputError(f"--live: expected one scenario, got {len(args.scenario)}")
+    plan = plan_of(args.scenario[0], changes_of(args))
+    only = args.only or 0
+    if not 0 <= only < len(plan):
+        raise InputError(f"--only {only}: expected the number of a run, 0 … {len(plan) - 1}")
+    print("Double-click a body, then hold Ctrl and drag with the right button to push it; close the window to end.")
+    seen = watch(plan, only)
+    print(f"{seen.said}; {seen.seconds:.2f} s, pushed by hand for {seen.pushed} ticks")
+    return DONE
 
 
 def _show(args: argparse.Namespace, done: Done) -> None:

@@ -5,12 +5,23 @@ from __future__ import annotations
 import argparse
 import subprocess
 import sys
+from contextlib import suppress
 
+from biped.cli.common import DONE
 from biped.show.replay import recording_of
+from biped.show.web import has_display, quiet, served
 
 
 def command(args: argparse.Namespace) -> int:
-    """Opens the viewer and waits for it."""
+    """Opens the viewer, in a browser where that is asked for or there is no display, and waits for it."""
     path = recording_of(args.run)
-    print(f"opening {path}")
-    return subprocess.call([sys.executable, "-m", "rerun", str(path)])
+    if not args.web and has_display():
+        print(f"opening {path}")
+        return subprocess.call([sys.executable, "-m", "rerun", str(path)])
+    if not args.web:
+        print("no display here: the viewer is served to a browser, as with --web")
+    found = served(path)
+    print(f"serving {path} until Ctrl-C\n  open        {found.url}\n  from afar   {found.tunnel}", flush=True)
+    with suppress(KeyboardInterrupt):
+        return subprocess.call(found.command, env=quiet())
+    return DONE

@@ -45,6 +45,7 @@ def advance(record, q, v, step, steps):
         for i in range(N_CONSTRAINTS):
             contact["held"][i] = 0
         release(w, q0, v0)
+        state["known"] = 0
         keep_stage(w, 0)
         left, cuts = step, 0
         while left > 0.0:
@@ -56,6 +57,7 @@ def advance(record, q, v, step, steps):
             _accept(w, taken)
             left = left - taken if left - taken > 1e-9 * step else 0.0
             if not event:
+                state["known"] = 1  # the step's last evaluation is the next one's first, but for the forces of its tick
                 continue
             cuts += 1
             if _arrive(w, q0, cuts >= CUTS):

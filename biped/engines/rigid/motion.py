@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from biped.base.jit import kernel
 from biped.engines.rigid.gauss import change, factor_all, multipliers, shortest, unilateral
+from biped.engines.rigid.respond import residual, respond, respond_again
 from biped.engines.rigid.tree import applied_forces, mass_and_bias, place
 from biped.numerics.triangular import cholesky, solve_transposed, solve_upper, weigh_rows
 from biped.robot.kinematics import point_row
@@ -92,59 +93,80 @@ def evaluate(w, q, v):
     Leaves q̇ = v + W(b_q - A v) with b_q = 0, v̇ = a + W(b_v - A a), W = R⁻¹C⁺, the multipliers by row, and the shift
     -WΦ that takes the configuration back onto its constraints.
     """
-    system, work, motion = w["system"], w["work"], w["motion"]
     place(w, q, v)
     mass_and_bias(w)
-    applied_forces(w, v)
     gaps(w, q, v)
-    cholesky(system["M"], system["R"])
-    R, f, d, lam = system["R"], work["f"], work["d"], motion["lam"]
+    _forces(w, v)
+    if not respond(w, q, v):
+        _respond_dependent(w, q, v)
+
+
+@kernel
+def evaluate_again(w, q, v):
+    """As `evaluate`, where only the forces of the tick are others than at the latest evaluation."""
+    if w["rows"]["independent"]:
+        _forces(w, v)
+        respond_again(w)
+    else:
+        evaluate(w, q, v)
+
+
+@kernel
+def _forces(w, v):
+    """Fills f = force - h, and the power of the forces."""
+    applied_forces(w, v)
+    system, f = w["system"], w["work"]["f"]
     power = 0.0
     for j in range(NQ):
         power += system["force"][j] * v[j]
         f[j] = system["force"][j] - system["h"][j]
-    motion["power"] = power
-    solve_transposed(R, f)
-    for i in range(N_ROWS):
-        lam[i] = 0.0
-    m = active_rows(w)
-    v_dot, q_dot, shift, y = motion["v_dot"], motion["q_dot"], motion["shift"], work["y"]
-    for j in range(NQ):
-        v_dot[j], q_dot[j], shift[j] = f[j], v[j], 0.0
-    if m > 0:
-        weigh_rows(system["A"], system["R"], m, system["C"])
-        rank = factor_all(w, m)
-        for i in range(m):
-            s = system["b_v"][i]
-            for j in range(NQ):
-                s -= system["C"][i, j] * f[j]
-            d[i] = s
-        shortest(w, m, rank)
-        multipliers(w, m, rank)
-        for i in range(m):
-            lam[system["row"][i]] = work["multiplier"][i]
-        for j in range(NQ):
-            v_dot[j] += y[j]
-        for i in range(m):
-            s = 0.0
-            for j in range(NQ):
-                s -= system["A"][i, j] * v[j]
-            d[i] = s
-        _corrected(w, m, rank, q_dot)
-        for i in range(m):
-            d[i] = -residual(w, q, system["row"][i])
-        _corrected(w, m, rank, shift)
-    solve_upper(R, v_dot)
+    w["motion"]["power"] = power
 
 
 @kernel
-def residual(w, q, row):
-    """Φ of a row [m, rad]: height, place along the ground minus where it landed, angle to the knee stop."""
+def prepare(w):
+    """Fills R and C for the active rows of the configuration that `place` left; returns how many there are."""
     system = w["system"]
-    if row >= STOP_ROW:
-        return system["gap"][row - STOP_ROW + N_POINTS]
-    i = row // 2
-    return system["gap"][i] if row % 2 == 0 else q[X] + w["at"]["point"][i, 0] - w["contact"]["anchor"][i]
+    cholesky(system["M"], system["R"])
+    m = active_rows(w)
+    weigh_rows(system["A"], system["R"], m, system["C"])
+    return m
+
+
+@kernel
+def _respond_dependent(w, q, v):
+    """The constrained motion for rows of any rank."""
+    m = prepare(w)
+    system, work, motion = w["system"], w["work"], w["motion"]
+    R, f, d, lam = system["R"], work["f"], work["d"], motion["lam"]
+    solve_transposed(R, f)
+    for i in range(N_ROWS):
+        lam[i] = 0.0
+    v_dot, q_dot, shift, y = motion["v_dot"], motion["q_dot"], motion["shift"], work["y"]
+    for j in range(NQ):
+        v_dot[j], q_dot[j], shift[j] = f[j], v[j], 0.0
+    rank = factor_all(w, m)
+    for i in range(m):
+        s = system["b_v"][i]
+        for j in range(NQ):
+            s -= system["C"][i, j] * f[j]
+        d[i] = s
+    shortest(w, m, rank)
+    multipliers(w, m, rank)
+    for i in range(m):
+        lam[system["row"][i]] = work["multiplier"][i]
+    for j in range(NQ):
+        v_dot[j] += y[j]
+    for i in range(m):
+        s = 0.0
+        for j in range(NQ):
+            s -= system["A"][i, j] * v[j]
+        d[i] = s
+    _corrected(w, m, rank, q_dot)
+    for i in range(m):
+        d[i] = -residual(w, q, system["row"][i])
+    _corrected(w, m, rank, shift)
+    solve_upper(R, v_dot)
 
 
 @kernel
@@ -175,9 +197,7 @@ def impact(w, q, v):
     system, work, ledger, contact = w["system"], w["work"], w["ledger"], w["contact"]
     place(w, q, v)
     mass_and_bias(w)
-    cholesky(system["M"], system["R"])
-    m = active_rows(w)
-    weigh_rows(system["A"], system["R"], m, system["C"])
+    m = prepare(w)
     R, f, y, lam = system["R"], work["f"], work["y"], work["multiplier"]
     before = 0.0
     for i in range(NQ):

@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pinocchio
 
+from biped.numerics.lanes import LANES
 from biped.robot.description import Robot, robot_at
 from biped.robot.kinematics import PLACES, TREE
 from biped.robot.model import believed_model, gravity, true_tree
-from biped.robot.topology import BASE, N_CONSTRAINTS, N_LINKS, N_POINTS, N_ROWS, NQ
+from biped.robot.topology import BASE, N_CONSTRAINTS, N_LINKS, N_POINTS, N_ROWS, NQ, NU
 from biped.robot.tree import Tree
 from biped.scenario.keys import Truth
 
@@ -25,8 +26,12 @@ _CONTACT = np.dtype(
 )
 """Which constraints act, which may not let go before the step's end, and where [m] points landed."""
 
-_STATE = np.dtype([("q0", "f8", NQ), ("v0", "f8", NQ), ("q1", "f8", NQ), ("v1", "f8", NQ)], align=True)
-"""The state at the start of a step and at its tentative end."""
+_STATE = np.dtype(
+    [("q0", "f8", NQ), ("v0", "f8", NQ), ("q1", "f8", NQ), ("v1", "f8", NQ),
+     ("known", "u1")],
+    align=True,
+)  # fmt: skip
+"""The state at the start of a step and at its tentative end; whether the latest evaluation was at the start."""
 
 _SYSTEM = np.dtype(
     [
@@ -83,11 +88,23 @@ _WORK = np.dtype(
 )  # fmt: skip
 """Work space of the factorisations."""
 
+_ROWS = np.dtype(
+    [
+        ("independent", "u1"), ("count", "i8"),  # of the latest evaluation
+        ("A", "f8", (NQ, LANES)), ("C", "f8", (NQ, LANES)), ("b_v", "f8", (1, LANES)), ("kept", "f8", (1, LANES)),
+        ("spring", "f8", NU), ("L", "f8", (NQ, NQ)),  # M = LᵀL, with nothing added to it
+        ("V", "f8", (NQ, NQ)), ("tau", "f8", NQ), ("pivot", "i8", NQ), ("norm", "f8", (1, LANES)),
+        ("d", "f8", (3, LANES)), ("X", "f8", (NQ, LANES)),
+    ],
+    align=True,
+)  # fmt: skip
+"""Rows of A in lanes, factored (`biped.engines.rigid.respond`)."""
+
 RIGID = np.dtype(
     [
         ("tree", TREE), ("gravity", "f8", 2), ("at", PLACES), ("acting", _ACTING), ("contact", _CONTACT),
         ("state", _STATE), ("system", _SYSTEM), ("motion", _MOTION), ("stages", _STAGES), ("bracket", _BRACKET),
-        ("ledger", _LEDGER), ("work", _WORK),
+        ("ledger", _LEDGER), ("work", _WORK), ("rows", _ROWS),
     ],
     align=True,
 )  # fmt: skip

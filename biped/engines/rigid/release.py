@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from biped.base.jit import kernel
 from biped.engines.rigid.gauss import change, unilateral
-from biped.engines.rigid.motion import active_rows, evaluate, land
+from biped.engines.rigid.motion import evaluate, evaluate_again, land, prepare
 from biped.robot.kinematics import point_row
 from biped.robot.topology import N_CONSTRAINTS, N_POINTS, N_ROWS, NQ, STOP_ROW
 
@@ -21,12 +21,17 @@ def release(w, q, v):
     it) is held for the rest of the step.
     """
     system, work, contact = w["system"], w["work"], w["contact"]
-    evaluate(w, q, v)
+    if w["state"]["known"]:
+        evaluate_again(w, q, v)
+    else:
+        evaluate(w, q, v)
     dropped = False
     for _ in range(8):
         if not pulled(w):
             break
-        m = active_rows(w)
+        m = prepare(w)
+        for i in range(m):
+            work["multiplier"][i] = w["motion"]["lam"][system["row"][i]]
         # The signed problem starts from the equalities' solution: y₀ = C⁺d, and y₀ = Cᵀλ.
         for j in range(NQ):
             s = 0.0

@@ -22,6 +22,7 @@ from biped.scenario.section import Section
 from biped.scenario.valid import convert, known_keys
 
 Text = Annotated[str, Meta(min_length=1, max_length=1000)]
+QUIETLY = "export DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED=False"
 SPARE = 120.0
 """[s] before the end of a walltime at which workers go."""
 
@@ -176,7 +177,8 @@ class Queued:
                 walltime=walltime, queue=jobs.queue, interface=jobs.interface, security=True,
                 shared_temp_directory=jobs.shared or str(Path.cwd()), local_directory=jobs.scratch,
                 python=shlex.quote(jobs.python or sys.executable), worker_extra_args=options(f"{whole - SPARE:.0f}s"),
-                job_extra_directives=jobs.directives, job_script_prologue=jobs.prologue, log_directory=jobs.logs,
+                job_extra_directives=jobs.directives, job_script_prologue=[*jobs.prologue, QUIETLY],
+                log_directory=jobs.logs,
                 death_timeout=120, job_name="biped", scheduler_options={"dashboard_address": "127.0.0.1:0"},
                 **account, **more,
             )  # fmt: skip

@@ -11,6 +11,8 @@ from biped.base.errors import InputError
 from biped.base.text import said
 
 PRELOAD = "biped.ensemble.cluster.preload"
+QUIET = {"distributed.worker.profile.enabled": False}
+"""Settings of a worker whose threads have better to do than to be asked every 10 ms where they are."""
 PATIENCE = 60
 """[s] after which a worker goes that finds no scheduler."""
 
@@ -66,8 +68,10 @@ def work(scheduler: str, workers: int, memory: str, lifetime: str | None, tls: M
         raise InputError(f"worker: {said(scheduler)}: expected the address of a scheduler, such as tcp://host:8786")
     if workers < 1:
         raise InputError(f"--workers {workers}: expected at least 1")
+    import dask.config
     from distributed.cli.dask_worker import main
 
+    dask.config.set(QUIET)
     argv = [scheduler, "--nanny", "--nthreads", "1", "--nworkers", str(workers), "--memory-limit", memory]
     argv += ["--death-timeout", str(PATIENCE), *options(lifetime)]
     for name, path in tls.items():

@@ -16,6 +16,15 @@ def show(measured: Throughput) -> None:
         out.print(f"[bold]{part}[/bold] [dim]{unit}[/dim]")
         for key, value in getattr(measured, part).items():
             out.print(f"  {key!s:<36}{number(value)}")
+    if measured.scenes is not None:
+        out.print("[bold]scenes[/bold] [dim]µs a tick, and ratios; strict: to steps in compiled code[/dim]")
+        page = table(
+            ("physics", "steps", "loop", "metrics", "x physics", "x steps"), ("scene", "ticks are looped over")
+        )
+        for name, cost in measured.scenes.items():
+            keys = ("physics", "steps", "closed_loop", "metrics", "with_metrics", "strict")
+            page.add_row(name, *(number(cost[key]) for key in keys), cost["loop"])
+        out.print(page)
     if measured.features is not None:
         out.print("[bold]features[/bold] [dim]of a scene, each in a process of its own[/dim]")
         words = ("feature", "what only it imports")

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -66,20 +67,30 @@ def _body(axes: Axes, at: Motion, title: str) -> None:
         side.set_visible(False)
 
 
+def _arrow(colour: str) -> dict[str, Any]:
+    return {"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0}
+
+
+def _xy(place: np.ndarray) -> tuple[float, float]:
+    return float(place[0]), float(place[1])
+
+
 def _arc(axes: Axes, place: np.ndarray, begin: float, end: float, text: str, colour: str, size: float = 0.16) -> None:
     """An angle from begin to end [rad] with an arrow's head and a name."""
     low, high = sorted((np.degrees(begin), np.degrees(end)))
-    axes.add_patch(Arc(place, 2 * size, 2 * size, theta1=low, theta2=high, color=colour, linewidth=1.5))
+    axes.add_patch(Arc(_xy(place), 2 * size, 2 * size, theta1=low, theta2=high, color=colour, linewidth=1.5))
     tip = place + size * np.array([np.cos(end), np.sin(end)])
     before = end - 0.35 * np.sign(end - begin) * min(1.0, abs(end - begin))
     tail = place + size * np.array([np.cos(before), np.sin(before)])
-    axes.annotate("", tip, tail, arrowprops={"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0})
+    axes.annotate("", _xy(tip), _xy(tail), arrowprops=_arrow(colour))
     if colour == LEFT:
         axes.text(place[0] - 0.06, place[1] + 0.06, text, color=colour, fontsize=9, ha="right", va="center")
         return
     middle = 0.5 * (begin + end)
     beside = place + (size + 0.1) * np.array([np.cos(middle), np.sin(middle)])
-    axes.text(*beside, text, color=colour, fontsize=9, ha="left" if middle < 1.0 else "center", va="center")
+    axes.text(
+        beside[0], beside[1], text, color=colour, fontsize=9, ha="left" if middle < 1.0 else "center", va="center"
+    )
 
 
 def _absolute(axes: Axes, tree: Tree, at: Motion) -> None:
@@ -121,8 +132,8 @@ def _rows(axes: Axes, at: Motion, robot: Robot) -> None:
         axes.plot(*place, "o", color=colour, markersize=5)
         for direction, (dx, dz) in enumerate(((0.0, 0.2), (0.17, 0.0))):
             tip = place + np.array([dx, dz])
-            axes.annotate("", tip, place, arrowprops={"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0})
-            axes.text(*(tip + np.array([0.02, 0.02])), str(2 * i + direction), fontsize=8.5, color=colour)
+            axes.annotate("", _xy(tip), _xy(place), arrowprops=_arrow(colour))
+            axes.text(tip[0] + 0.02, tip[1] + 0.02, str(2 * i + direction), fontsize=8.5, color=colour)
         axes.text(place[0], -0.07 - 0.05 * (i % 2), name.replace("_", " "), fontsize=8, color=colour, ha="center")
     for leg, stop in enumerate(robot.stops):
         place = at.joint[SHANK[leg]]

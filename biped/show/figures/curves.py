@@ -6,13 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
-from biped.measure.signals import every, foot_force, inferred_torso_angle, torso_angle
+from biped.measure.signals import SMOOTH, every, foot_force, inferred_torso_angle, inside, smooth, torso_angle
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import GRAVITY
+from biped.robot.topology import BASE, SEGMENTS
 from biped.show.figures.style import (
-    JOINTS,
     LEFT,
     PUSH,
     QUIET,
@@ -25,24 +26,8 @@ from biped.show.figures.style import (
 )
 
 Window = tuple[float, float]
-# Contacts hit and miss many times in a step, and torques with them: [s] of the means that the eye can follow.
-_SMOOTH = 0.02
-_MEANS = f"means over {1e3 * _SMOOTH:.0f} ms"
+_MEANS = f"means over {1e3 * SMOOTH:.0f} ms"
 _BEFORE, _AFTER = 2.0, 5.0
-
-
-def inside(trajectory: Trajectory, window: Window) -> np.ndarray:
-    """(n,) whether a row is in the window [s]; all are if the run ended before it."""
-    rows = (trajectory.time >= window[0]) & (trajectory.time <= window[1])
-    return rows if rows.sum() > 1 else np.ones_like(rows)
-
-
-def smooth(values: np.ndarray, tick: float) -> np.ndarray:
-    """(n,) moving means of values (n,) that are `tick` [s] apart; at the ends, of what there is."""
-    window = np.ones(max(1, round(_SMOOTH / tick)))
-    count = np.convolve(np.ones(len(values)), window)
-    first = (len(window) - 1) // 2
-    return (np.convolve(values, window) / count)[first : first + len(values)]
 
 
 def velocity(trajectory: Trajectory, title: str, window: Window) -> Figure:
@@ -103,19 +88,20 @@ def push(trajectory: Trajectory, title: str) -> Figure:
 
 def loads(trajectory: Trajectory, title: str, window: Window) -> Figure:
     """Joint torques, ground forces against body weight, and leg states, in the window."""
-    drawn = figure(9.5, 8.0)
-    torque_right, torque_left, force, lanes = drawn.subplots(4, 1, sharex=True, height_ratios=[1.0, 1.0, 1.1, 0.55])
+    drawn = figure(9.5, 9.6)
+    *joints, force, lanes = drawn.subplots(5, 1, sharex=True, height_ratios=[1.0, 1.0, 1.0, 1.1, 0.6])
     rows = inside(trajectory, window)
     time, applied = trajectory.time[rows], trajectory.applied
-    for axes, first, side in ((torque_right, 3, "right"), (torque_left, 6, "left")):
-        for i, (joint, colour) in enumerate(JOINTS.items()):
-            torque = applied[:, first + i]
+    legs = list(zip(trajectory.robot.legs, (RIGHT, LEFT), strict=True))
+    for joint, (axes, name) in enumerate(zip(joints, ("hip", "knee", "ankle"), strict=True)):
+        for leg, (side, colour) in enumerate(legs):
+            torque = applied[:, BASE + SEGMENTS * leg + joint]
             axes.plot(time, torque[rows], color=colour, linewidth=0.4, alpha=0.3)
-            axes.plot(time, smooth(torque, trajectory.tick)[rows], color=colour, label=joint)
-        axes.set_ylabel(f"{side} torque [N m]")
-    torque_right.set_title(f"{title}: torques and ground forces, {_MEANS}")
-    legend_above(torque_right, 3)
-    torque_left.sharey(torque_right)
+            axes.plot(time, smooth(torque, trajectory.tick)[rows], color=colour, label=side)
+        axes.set_ylabel(f"{name} [N m]")
+        axes.sharey(joints[0])
+    joints[0].set_title(f"{title}: torques and ground forces, {_MEANS}")
+    legend_above(joints[0], 2)
     _forces(force, trajectory, rows)
     _lanes(lanes, trajectory, rows)
     lanes.set_xlabel("time [s]")
@@ -165,11 +151,11 @@ def _forces(axes: Axes, trajectory: Trajectory, rows: np.ndarray) -> None:
 def _lanes(axes: Axes, trajectory: Trajectory, rows: np.ndarray) -> None:
     """Leg states as bars; drawn as one filled step per state and leg."""
     time, states = trajectory.time[rows], trajectory.phase[rows]
-    for leg in range(2):
-        for state, colour in STATES.items():
+    for leg, colour in enumerate((RIGHT, LEFT)):
+        for state, share in STATES.items():
             axes.fill_between(
-                time, 0.6 - leg, 1.4 - leg, where=states[:, leg] == state, step="post", color=colour,
-                linewidth=0.0, label=f"{state} {STATE_NAMES[state]}" if leg == 0 else None,
+                time, 0.6 - leg, 1.4 - leg, where=states[:, leg] == state, step="post", color=to_rgba(colour, share),
+                linewidth=0.0, label=STATE_NAMES[state] if leg == 0 else None,
             )  # fmt: skip
     axes.set_yticks([1.0, 0.0], ["right", "left"])
     axes.set_ylim(-0.5, 1.5)

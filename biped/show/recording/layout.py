@@ -7,7 +7,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from biped.show.recording.recorded import Placed
-from biped.show.recording.series import SIGNAL, curves
+from biped.show.recording.series import SIGNAL, colour_word, curves
 
 # The eye and what it looks at [m from the ground below]: it is seen from its right and walks rightwards.
 # Plots in which every run has a curve; the others are of the first run.
@@ -21,15 +21,15 @@ def layout(runs: list[Placed]) -> rrb.Blueprint:
     titles = {entity: title for found in reversed(of_runs) for entity, title in found.items()}
     plots = {
         entity: rrb.TimeSeriesView(
-            name=titles[entity],
+            name=titles[entity] + (_whose(runs) if entity in _SHARED and len(runs) > 1 else ""),
             origin="/",
             contents=[
                 run.entity("series", entity)
                 for run, found in zip(runs if entity in _SHARED else runs[:1], of_runs, strict=False)
                 if entity in found
             ],
-            # A legend hides the start of a walk: where colours stand for legs and joints, titles say so.
-            plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=entity in _SHARED and len(runs) > 1),
+            # A legend hides curves wherever it is: titles say what colours stand for.
+            plot_legend=rrb.PlotLegend(visible=False),
         )
         for entity in titles
     }
@@ -47,6 +47,11 @@ def layout(runs: list[Placed]) -> rrb.Blueprint:
         rrb.SelectionPanel(state="collapsed"),
         rrb.BlueprintPanel(state="collapsed"),
     )
+
+
+def _whose(runs: list[Placed]) -> str:
+    """Which colour is whose, for the title of a plot."""
+    return ": " + ", ".join(f"{run.run.name} {colour_word(run.number)}" for run in runs)
 
 
 def _walk(runs: list[Placed]) -> rrb.Spatial3DView:

@@ -24,19 +24,27 @@ RATE = 1000.0
 # Okabe and Ito's colours, which the colour-blind can tell apart; a leg's joints are shades of its colour.
 RIGHT, LEFT = (0, 114, 178), (213, 94, 0)
 JOINT_COLOURS = ((0, 60, 110), RIGHT, (86, 180, 233), (130, 50, 0), LEFT, (240, 175, 70))
-RUN_COLOURS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (230, 159, 0), (86, 180, 233))
+# Blue is the right leg and orange the left, so runs are neither.
+RUN_COLOURS = {
+    "grey": (90, 96, 104), "green": (0, 158, 115), "pink": (204, 121, 167), "yellow": (214, 164, 0),
+    "violet": (120, 94, 240), "brown": (140, 86, 60),
+}  # fmt: skip
 SIGNAL = "signal_"
 """Beginning of the names of curves that a law of the user's own logged."""
 _JOINTS = ("hip", "knee", "ankle")
 
-LEG_STATES = {
-    "1": ("1 stance", (0, 114, 178)), "2": ("2 heel off", (0, 158, 115)), "3": ("3 swing", (230, 159, 0)),
-    "4": ("4 straight", (204, 121, 167)),
-}  # fmt: skip
+# The lanes of a leg are shades of its colour: full on the ground, pale in the air.
+LEG_STATES = tuple(
+    {"1": ("stance", stance), "2": ("heel off", off), "3": ("swing", swing), "4": ("knee straight", straight)}
+    for stance, off, swing, straight in (
+        (RIGHT, (80, 156, 202), (200, 224, 240), (140, 190, 222)),
+        (LEFT, (226, 142, 80), (248, 220, 200), (236, 176, 132)),
+    )
+)
 _INFERRED = (150, 150, 155)
 """What the robot believes, beside the truth."""
 _GAP = "-"
-_ON = {"1": ("on", (90, 100, 110))}
+_ON = {"1": ("on the ground", (90, 100, 110))}
 _IN_A = {"1": ("in A", (90, 100, 110))}
 _BASIS = {"0": ("from what touches", (90, 100, 110)), "1": ("from the gyro", (204, 60, 120))}
 """What the inferred posture rests on."""
@@ -67,7 +75,7 @@ def curves(placed: Placed) -> list[Curves]:
     legs = trajectory.robot.legs
     names = tuple(f"{leg} {joint}" for leg in legs for joint in _JOINTS)
     angles = f"Joint angles [°]: {legs[0]} blue, {legs[1]} orange; hip dark, ankle light"
-    own = (RUN_COLOURS[placed.number % len(RUN_COLOURS)],)
+    own = (list(RUN_COLOURS.values())[placed.number % len(RUN_COLOURS)],)
 
     def single(entity: str, title: str, name: str, values: np.ndarray) -> Curves:
         label = name if placed.alone else placed.run.name
@@ -127,15 +135,15 @@ def log_states(recording: rr.RecordingStream, placed: Placed) -> None:
     phase, robot = trajectory.phase.astype(int), trajectory.robot
     # The viewer names lanes by their path and sorts them by it: each leg's contacts come under its state.
     for leg, side in enumerate(robot.legs):
-        _lane(recording, placed.entity("states", f"{side}_leg"), time, end, phase[:, leg], LEG_STATES)
+        _lane(recording, placed.entity("states", f"{side} leg"), time, end, phase[:, leg], LEG_STATES[leg])
     sides = [leg.name for leg in robot.leg for _ in leg.points]
     for i, (side, point) in enumerate(zip(sides, robot.points, strict=True)):
         flag = trajectory.believed[:, i].astype(int)
-        lane = f"{side}_leg_{point.removeprefix(f'{side}_')}"
+        lane = f"{side} leg, {point.removeprefix(f'{side}_')}"
         _lane(recording, placed.entity("states", lane), time, end, flag, _ON)
     for i, row in enumerate((*robot.points, *robot.stops)):
         flag = trajectory.active[:, i].astype(int)
-        _lane(recording, placed.entity("constraints", row), time, end, flag, _IN_A)
+        _lane(recording, placed.entity("constraints", row.replace("_", " ")), time, end, flag, _IN_A)
     if trajectory.inferred is not None:
         _lane(recording, placed.entity("states", "posture"), time, end, trajectory.inferred[:, 2].astype(int), _BASIS)
     if trajectory.pushes:
@@ -143,6 +151,11 @@ def log_states(recording: rr.RecordingStream, placed: Placed) -> None:
         for start, stop, *_ in trajectory.pushes:
             pushed |= (time > start - 1e-9) & (time < stop - 1e-9)
         _lane(recording, placed.entity("states", "push"), time, end, pushed, _PUSHING)
+
+
+def colour_word(number: int) -> str:
+    """What the colour of a run's curves is called."""
+    return list(RUN_COLOURS)[number % len(RUN_COLOURS)]
 
 
 def _lane(

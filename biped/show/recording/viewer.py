@@ -1,4 +1,4 @@
-"""A recording in the rerun viewer: below a notebook's cell, or in a window of its own."""
+"""A recording in the rerun viewer: below a notebook's cell, in a window of its own, or in a browser."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from pathlib import Path
 
 import rerun as rr
 import rerun.notebook
+
+from biped.show.web import has_display, quiet, served
 
 
 def open_viewer(path: Path) -> None:
@@ -21,7 +23,12 @@ def open_viewer(path: Path) -> None:
         recording.log_file_from_path(path)
         rr.notebook_show(recording=recording)
         return
-    subprocess.Popen([sys.executable, "-m", "rerun", str(path)], start_new_session=True)
+    if has_display():
+        subprocess.Popen([sys.executable, "-m", "rerun", str(path)], start_new_session=True)
+        return
+    found = served(path)
+    print(f"no display here: open {found.url}\nfrom afar, first: {found.tunnel}")
+    subprocess.Popen(found.command, start_new_session=True, env=quiet())
 
 
 def _in_notebook() -> bool:

@@ -17,12 +17,13 @@ from biped.robot.run import Run
 
 
 @long_kernel
-def steps(step, model, data, taken, given):
-    """Bare steps under given forces (n, 6 or 9); see `biped.engines.walk` for the addresses."""
+def steps(step, model, data, taken, given, substeps):
+    """Bare steps under given forces (n, 6 or 9), each for `substeps`; see `biped.engines.walk` for the addresses."""
     for k in range(given.shape[0]):
         for j in range(taken.size):
             taken[j] = given[k, j]
-        call(step, model, data)
+        for _ in range(substeps):
+            call(step, model, data)
 
 
 @long_kernel

@@ -14,7 +14,7 @@ import numpy as np
 from biped.base.errors import BipedError
 from biped.dynamics import EULER, RK4, RK8, Scheme
 from biped.studies.bench import peers
-from biped.studies.bench.problems import CHAIN, FOUR_BARS, PENDULUM, PROBLEMS, SQUEEZER, Problem
+from biped.studies.bench.problems import BRICARD, CHAIN, FOUR_BARS, PENDULUM, PROBLEMS, SQUEEZER, Problem
 
 OURS = (EULER, RK4, RK8)
 """The schemes a ratio to a peer is taken with: ours without help from energy."""
@@ -76,6 +76,7 @@ PEERS: tuple[Peer, ...] = (
     ),
     (CHAIN, "Pinocchio proximal", "pinocchio", lambda dt: peers.pinocchio_proximal(dt, 40), (2e-2, 1e-2, 5e-3)),
     (CHAIN, "scipy index 1", "scipy", lambda rtol: peers.scipy_chain(40, rtol), (1e-6, 1e-8, 1e-10)),
+    (BRICARD, "MuJoCo connect", "mujoco", peers.mujoco_bricard, (5e-3, 2e-3, 1e-3)),
     (SQUEEZER, "scipy index 1", "scipy", peers.scipy_squeezer, (1e-6, 1e-8, 1e-10)),
 )
 
@@ -140,10 +141,12 @@ def measure(quick: bool = False, progress: Callable[[str], None] = lambda line: 
             jobs += [(name, False, s, _prepared(prepare, s)) for s in (settings[:3] if quick else settings)]
         for name, ours, setting, run in jobs:
             progress(f"{problem}: {name}, {setting:g}")
+            start = time.process_time()
             try:
                 error, cpu = _measure(run, exact, repeats)
             except (BipedError, RuntimeError, ValueError) as failure:
-                note = str(failure).split(" s: ")[-1].split(":")[0]
+                spent = time.process_time() - start
+                note = f"{str(failure).split(' s: ')[-1].split(':')[0]}, after {1e3 * spent:.0f} ms"
                 points.append(Point(problem, name, ours, setting, None, None, note))
                 continue
             finite = bool(np.isfinite(error))

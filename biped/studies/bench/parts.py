@@ -9,12 +9,13 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 import mujoco
 import numpy as np
 
+from biped.engines.loop import push_spans
 from biped.engines.mujoco import simulate
 from biped.engines.native import native as native_of
 from biped.engines.native import without_clock
@@ -33,21 +34,59 @@ def clock(work: Callable[[], Any]) -> float:
     return time.process_time() - start
 
 
-def replay(run: Run, trajectory: Trajectory, step: bool = True) -> None:
-    """Replays the recorded torques or generalized forces through bare MuJoCo; without `step`, only hands them over."""
-    model = compile_foreign(run.model, run.scenario).model
+class _Again(NamedTuple):
+    """A run to be stepped once more, without its controller.
+
+    Attributes:
+        model: Of the run.
+        data: At the run's start.
+        taken: What MuJoCo takes forces from.
+        given: (n, 6 or 9) those of the run, tick by tick.
+        spans: First tick, last tick + 1, forces on bodies; see `push_spans`.
+        substeps: Steps in a tick.
+    """
+
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    taken: np.ndarray
+    given: np.ndarray
+    spans: list[tuple[int, int, np.ndarray]]
+    substeps: int
+
+    def push(self, forces: np.ndarray) -> None:
+        """Pushes the bodies [N]."""
+        self.data.xfrc_applied[1:, [0, 2]] = forces
+
+
+def _again(run: Run, trajectory: Trajectory) -> _Again:
+    s = run.scenario
+    model = compile_foreign(run.model, s).model
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = run.q, run.v
-    generalized, mj_step = trajectory.generalized, mujoco.mj_step
-    taken = data.qfrc_applied if generalized else data.ctrl
-    given = np.ascontiguousarray(trajectory.Q_d if generalized else trajectory.u)
-    if step:
-        for k in range(len(given)):
-            taken[:] = given[k]
-            mj_step(model, data)
-    else:
-        for k in range(len(given)):
-            taken[:] = given[k]
+    taken = data.qfrc_applied if trajectory.generalized else data.ctrl
+    given = np.ascontiguousarray(trajectory.Q_d if trajectory.generalized else trajectory.u)
+    bodies = [model.body(i).name for i in range(1, model.nbody)]
+    spans = push_spans(s, bodies, len(trajectory), trajectory.tick)
+    return _Again(model, data, taken, given, spans, round(trajectory.tick / s.simulation.timestep))
+
+
+def replay(run: Run, trajectory: Trajectory, step: bool = True) -> None:
+    """Replays the recorded forces and pushes through bare MuJoCo; without `step`, only hands the forces over."""
+    again = _again(run, trajectory)
+    mj_step, model, data, taken, given, substeps = mujoco.mj_step, *again[:4], again.substeps
+    for first, last, forces in again.spans:
+        again.push(forces)
+        if not step:
+            for k in range(first, last):
+                taken[:] = given[k]
+        elif substeps == 1:
+            for k in range(first, last):
+                taken[:] = given[k]
+                mj_step(model, data)
+        else:
+            for k in range(first, last):
+                taken[:] = given[k]
+                mj_step(model, data, substeps)
 
 
 def bare(run: Run, trajectory: Trajectory) -> float:
@@ -63,12 +102,16 @@ def strict(run: Run, trajectory: Trajectory) -> float | None:
         return None
     from biped.studies.bench.inner import steps
 
-    data = mujoco.MjData(foreign.model)
-    data.qpos[:], data.qvel[:] = run.q, run.v
-    taken = data.qfrc_applied if trajectory.generalized else data.ctrl
-    given = np.ascontiguousarray(trajectory.Q_d if trajectory.generalized else trajectory.u)
+    again = _again(run, trajectory)
+    addresses = native.step, again.model._address, again.data._address
+
+    def compiled() -> None:
+        for first, last, forces in again.spans:
+            again.push(forces)
+            steps(*addresses, again.taken, again.given[first:last], again.substeps)
+
     with without_clock():
-        return clock(lambda: steps(native.step, foreign.model._address, data._address, taken, given))
+        return clock(compiled)
 
 
 def tick_parts(run: Run, trajectory: Trajectory) -> dict[str, float]:

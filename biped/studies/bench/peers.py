@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from biped.dynamics.mechanisms import four_bars, pendulum, squeezer
+from biped.dynamics.mechanisms import four_bars, overconstrained, pendulum, squeezer
 from biped.dynamics.mechanisms.four_bars_mjcf import four_bars_mjcf
 
 MOST_CALLS = 10_000
@@ -32,13 +32,7 @@ def mujoco_connect(dt: float) -> Run:
     """MuJoCo: RK4 and `<connect>`, as stiff as its step allows (time constant 2 dt), Newton to 1e-12."""
     import mujoco
 
-    model = mujoco.MjModel.from_xml_string(four_bars_mjcf())
-    model.opt.timestep = dt
-    model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
-    model.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-    model.opt.tolerance, model.opt.iterations = 1e-12, 100
-    model.eq_solref[:] = 2 * dt, 1.0
-    model.eq_solimp[:] = 0.9999, 0.9999, 0.001, 0.5, 2.0
+    model = _stiff(four_bars_mjcf(), dt)
     data = mujoco.MjData(model)
     crank = model.joint("crank2").qposadr[0]
     q, v = _joint_start([model.joint(i).name for i in range(model.njnt)])
@@ -53,6 +47,43 @@ def mujoco_connect(dt: float) -> Run:
         return np.array(x)
 
     return run
+
+
+def mujoco_bricard(dt: float) -> Run:
+    """MuJoCo on Bricard's six-bar, from the same file as ours: its energy [J] at every second."""
+    import mujoco
+
+    model = _stiff(overconstrained.bricard_mjcf(), dt)
+    model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
+    data = mujoco.MjData(model)
+
+    def energy() -> float:
+        mujoco.mj_forward(model, data)
+        return float(data.energy.sum())
+
+    def run() -> np.ndarray:
+        mujoco.mj_resetData(model, data)
+        found = [energy()]
+        for _ in range(round(DURATION)):
+            mujoco.mj_step(model, data, nstep=round(1.0 / dt))
+            found.append(energy())
+        return np.array(found)
+
+    return run
+
+
+def _stiff(text: str, dt: float) -> Any:
+    """A model whose `<connect>` is as stiff as the step allows."""
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_string(text)
+    model.opt.timestep = dt
+    model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
+    model.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    model.opt.tolerance, model.opt.iterations = 1e-12, 100
+    model.eq_solref[:] = 2 * dt, 1.0
+    model.eq_solimp[:] = 0.9999, 0.9999, 0.001, 0.5, 2.0
+    return model
 
 
 def pinocchio_proximal(dt: float, linkages: int = 2) -> Run:

@@ -47,12 +47,13 @@ class Problem:
         return run
 
 
-def chain(linkages: int, name: str = "") -> Problem:
+def chain(linkages: int, name: str = "", sampling: float = SAMPLE) -> Problem:
     """Four-bars in a row, compared by the last joint's x [m]."""
 
     def exact() -> np.ndarray:
         start = ([np.pi / 2], [-1.0])
-        fine = integrate(four_bars.trusted(linkages), *start, duration=DURATION, dt=1e-3, scheme=RK8, every=100)
+        trusted = four_bars.trusted(linkages)
+        fine = integrate(trusted, *start, duration=DURATION, dt=1e-3, sampling=sampling, scheme=RK8)
         return linkages + np.cos(fine.q[:, 0])
 
     return Problem(
@@ -60,6 +61,7 @@ def chain(linkages: int, name: str = "") -> Problem:
         lambda: (four_bars.four_bars(linkages), *four_bars.start(np.pi / 2, -1.0, linkages)),
         lambda q, v: q[:, -2],
         exact,
+        sampling=sampling,
     )
 
 

@@ -70,7 +70,7 @@ def joints(amplitude: float = math.radians(30.0)) -> tuple[Joint, Joint]:
     """
     ahead = 0.5 * math.pi
     return (
-        Joint("hip", _HIP, {1: 0.0, 2: 0.0}, (amplitude,) * 3),
+        Joint("hip", _HIP, {1: 0.0, 2: 0.0}, (amplitude, amplitude, amplitude)),
         Joint("knee", _KNEE, {0: ahead, 2: 0.0}, (ahead, amplitude, amplitude)),
     )
 
@@ -223,8 +223,8 @@ def small_swing(leg: Leg, joint: Joint) -> tuple[float, float]:
     nothing = np.zeros(LINKS)
     stiffness = (force(rest - step * moving, nothing) - force(rest + step * moving, nothing)) / (2.0 * step)
     # Only the joint itself turns, so the damping of those beyond it has no say.
-    rate = math.sqrt(stiffness / inertia)
-    return 2.0 * math.pi / rate, float(leg.damping[joint.number]) / (2.0 * inertia * rate)
+    rate = math.sqrt(stiffness / float(inertia))
+    return 2.0 * math.pi / rate, float(leg.damping[joint.number]) / (2.0 * float(inertia) * rate)
 
 
 def _hanging(free: Any, joint: Joint, moving: np.ndarray) -> np.ndarray:

@@ -13,18 +13,16 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
-from biped.control.controller import python_needed
 from biped.engines.mujoco import simulate
-from biped.engines.native import reason
 from biped.ensemble import campaign
 from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure
 from biped.measure.trajectory import Trajectory
-from biped.robot.model import compile_foreign, tree_at
 from biped.robot.run import Run
 from biped.scenario.reading import read_scenario
 from biped.studies.bench.parts import contact_costs, replay, tick_parts
+from biped.studies.bench.scenes import loop_of, scene_costs
 
 REPEATS = 7
 ENSEMBLE = 40
@@ -40,7 +38,8 @@ class Throughput(NamedTuple):
         contacts: µs of a bare `mj_step` by points on the ground.
         campaign: Of an ensemble, wall time in s.
         cold_start: CPU seconds by command.
-        features: Prices by feature (`biped.studies.bench.features`); None if they were left out.
+        scenes: Costs by scene (`biped.studies.bench.scenes`); None if they were left out.
+        features: Prices by feature (`biped.studies.bench.features`); None likewise.
     """
 
     loop: str
@@ -48,6 +47,7 @@ class Throughput(NamedTuple):
     contacts: dict[int, float]
     campaign: dict[str, float]
     cold_start: dict[str, float]
+    scenes: dict[str, dict[str, Any]] | None
     features: dict[str, dict[str, Any]] | None
 
     def as_dict(self) -> dict[str, Any]:
@@ -66,10 +66,7 @@ def tick_costs(name: str = "level_normal") -> dict[str, float]:
 
 def compiled(name: str = "level_normal") -> str:
     """How a scenario's ticks are looped over: compiled, or in Python and why."""
-    run = Plan(read_scenario(name)).run(0)
-    foreign = compile_foreign(run.model, run.scenario)
-    why = python_needed(run, tree_at(run.model)) or reason(foreign.model, foreign.order)
-    return f"in Python: {why}" if why else "compiled"
+    return loop_of(Plan(read_scenario(name)).run(0))
 
 
 def contacts(name: str = "level_normal") -> dict[int, float]:
@@ -131,12 +128,12 @@ def everything(quick: bool = False, recorder: Callable[..., None] | None = None)
     """Measures everything.
 
     Args:
-        quick: Leave out the prices of features, which take a process each.
+        quick: Leave out scenes of every kind, and the prices of features, which take a process each.
         recorder: Writes a run's recording; its price is left out without one (`biped.show.replay.record_runs`).
     """
     costs = compiled(), tick_costs(), contacts(), ensemble_costs(), cold_starts()
     if quick:
-        return Throughput(*costs, None)
+        return Throughput(*costs, None, None)
     from biped.studies.bench.features import prices
 
-    return Throughput(*costs, prices(recorder=recorder))
+    return Throughput(*costs, scene_costs(), prices(recorder=recorder))

@@ -36,7 +36,7 @@ def test_peers_simulate_the_same_mechanism(prepare, setting, bound):
 
 @pytest.mark.slow
 def test_the_benchmark_prints_one_json_object_and_keeps_its_promises(capsys):
-    assert mechanisms.main(["--json"]) == 0
+    assert main(["bench", "mechanisms", "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
     methods = {(p["problem"], p["method"]) for p in report["points"]}
     assert {(PENDULUM, "RK4"), (FOUR_BARS, "RK8"), (FOUR_BARS, "MuJoCo connect")} <= methods

@@ -1,5 +1,7 @@
 """The price list: its parts add up, and what a scene does not use it does not load."""
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
@@ -8,11 +10,13 @@ from biped.engines.mujoco import simulate
 from biped.engines.native import native
 from biped.ensemble.plan import Plan
 from biped.robot.model import compile_foreign
-from biped.scenario.keys import Scenario, Start
+from biped.scenario.keys import Push, Scenario, Simulation, Start
+from biped.scenario.reading import read_scenario
 from biped.show.replay import record_runs
-from biped.studies.bench.features import FEATURES, prices
+from biped.studies.bench.features import BASE, FEATURES, prices
 from biped.studies.bench.inner import steps
-from biped.studies.bench.parts import contact_costs, tick_parts
+from biped.studies.bench.parts import _again, contact_costs, tick_parts
+from biped.studies.bench.scenes import SCENES, scene_cost
 
 SECONDS = 0.1
 
@@ -41,7 +45,7 @@ def test_bare_steps_in_compiled_code_are_the_same_steps(walked):
         given = np.ascontiguousarray(trajectory.u[:-1])
         if compiled:
             step = native(foreign.model, foreign.order).step
-            steps(step, foreign.model._address, data._address, data.ctrl, given)
+            steps(step, foreign.model._address, data._address, data.ctrl, given, 1)
         else:
             for u in given:
                 data.ctrl[:] = u
@@ -85,9 +89,36 @@ def test_a_scene_without_the_home_engine_compiles_no_kernel_of_it(priced):
     assert [name for name in priced["home engine"]["only_kernels"] if name.startswith("engines.rigid.")]
 
 
-def test_every_feature_is_a_valid_scene():
-    from biped.scenario.reading import read_scenario
-    from biped.studies.bench.features import BASE
+def test_a_scene_costs_more_than_its_steps_and_says_how_it_is_looped_over(walked):
+    cost = scene_cost(walked[0], 1)
+    assert cost.loop == "compiled"
+    assert (cost.end, cost.ticks) == (walked[1].end, len(walked[1]))
+    assert cost.closed_loop > cost.steps > 0.0
+    assert cost.strict == pytest.approx((cost.closed_loop + cost.metrics) / cost.steps)
+    assert cost.strict >= cost.with_metrics
 
+
+def test_bare_steps_are_pushed_and_divided_as_those_of_the_run():
+    """The same run again, without its controller, ends in the same place."""
+    push = Push(at=0.05, duration=0.1, force=(150.0, 40.0), body="left_shank")
+    run = Plan(Scenario(duration=0.3, start=Start(posture="heel_toe"), push=(push,),
+                        simulation=Simulation(timestep=5e-4))).run(0)  # fmt: skip
+    trajectory = simulate(run)
+    before = replace(trajectory, log=trajectory.log[:-1])
+    again = _again(run, before)
+    for first, last, forces in again.spans:
+        again.push(forces)
+        for k in range(first, last):
+            again.taken[:] = again.given[k]
+            mujoco.mj_step(again.model, again.data, again.substeps)
+    np.testing.assert_array_equal(again.data.qpos, trajectory.q[-1])
+
+
+def test_every_scene_is_valid_and_in_mujoco():
+    for name, *changes in SCENES.values():
+        assert Plan(read_scenario(name, changes)).scenario.engine == "mujoco"
+
+
+def test_every_feature_is_a_valid_scene():
     for changes in FEATURES.values():
         Plan(read_scenario(BASE, list(changes)))

@@ -1,0 +1,141 @@
+"""One step across a singular position, or out of one.
+
+There a constraint force is a quotient of two small numbers: a stage that is off the constraints by e errs by
+e²/ratio, one that stands at a pivot ratio by ε/ratio², and a Runge–Kutta method has stages that are off by O(h²)
+and stand where they happen to. The motion itself is smooth. So the step is taken by collocation: its nodes are
+states *on* the constraints, found by iteration, and what happens at the node that is nearest to the singular
+position is not asked there but told by the polynomial of the others.
+"""
+
+import numpy as np
+
+from biped.base.jit import kernel
+from biped.dynamics.codes import NOT_LEAPT, OK
+from biped.dynamics.collocation import ERROR, INTEGRAL, NODE, NODES, WEIGHT, WITHOUT
+from biped.dynamics.compiled import shared
+from biped.dynamics.evaluate import evaluate, find_power, resolve
+from biped.dynamics.orthogonal import copy
+from biped.dynamics.project import project
+from biped.dynamics.room import LAST_Q, LAST_V, LEAPT, PLACE, SPEED, largest
+from biped.dynamics.stages import find_acceleration, leave_step
+
+SWEEPS = 25  # iterations of a leap
+FEWEST = 3  # before a change that does not shrink is taken for rounding
+SHRINKS = 0.7  # how much a change must shrink from one iteration to the next
+GROWN = 100.0  # times the least change that the iteration has lost its way
+SETTLED = 1e-15  # relative change that ends the iteration of a fixed step
+DOUBTFUL = 1e-7  # relative change up to which one that does not shrink is taken for rounding
+SHARE = 1e-2  # part of its tolerance that an adaptive step iterates to
+TRUSTED = 1e-4  # pivot ratio at which the acceleration of the start is good enough to begin with
+
+
+@kernel
+def enter_node(j, sweep, step, known, q, v, room):
+    """room.c[PLACE], room.c[SPEED] = the state at node j: by Taylor's series at first, then by collocation.
+
+    `known` is the row of the rates with the acceleration that the series has; negative: it has none.
+    """
+    copy(q, room.c[PLACE])
+    copy(v, room.c[SPEED])
+    if sweep == 0:
+        h = step * room.gauss[NODE, j]
+        for i in range(q.shape[0]):
+            room.c[PLACE, i] += h * v[i]
+            if known >= 0:
+                room.c[PLACE, i] += 0.5 * h * h * room.rate[1, known, i]
+                room.c[SPEED, i] += h * room.rate[1, known, i]
+        return
+    for k in range(NODES):
+        weight = step * room.gauss[INTEGRAL + j, k]
+        for i in range(q.shape[0]):
+            room.c[PLACE, i] += weight * room.rate[0, k + 1, i]
+            room.c[SPEED, i] += weight * room.rate[1, k + 1, i]
+
+
+@kernel
+def interpolate(j, room):
+    """Rates and powers at node j by those at the other nodes."""
+    for i in range(room.rate.shape[2]):
+        dq = dv = 0.0
+        for k in range(NODES):
+            dq += room.gauss[WITHOUT + j, k] * room.rate[0, k + 1, i]
+            dv += room.gauss[WITHOUT + j, k] * room.rate[1, k + 1, i]
+        room.rate[0, j + 1, i], room.rate[1, j + 1, i] = dq, dv
+    for i in range(room.power.shape[1]):
+        dp = 0.0
+        for k in range(NODES):
+            dp += room.gauss[WITHOUT + j, k] * room.power[k + 1, i]
+        room.power[j + 1, i] = dp
+
+
+@kernel
+def change(settings, room):
+    """How far the end of the step moved in an iteration: relative, or in units of an adaptive step's tolerance."""
+    most = 0.0
+    for last, now in ((LAST_Q, PLACE), (LAST_V, SPEED)):
+        size = 1.0 + largest(room.c[now])
+        for i in range(room.c.shape[1]):
+            gap = abs(room.c[now, i] - room.c[last, i])
+            if settings.rtol > 0.0:
+                most = max(most, gap / (settings.atol + settings.rtol * abs(room.c[now, i])))
+            else:
+                most = max(most, gap / size)
+        copy(room.c[now], room.c[last])
+    return most
+
+
+@shared
+def leap(f, t, p, step, ratio, rank, settings, q, v, room):
+    """The rates of a step at the nodes, found by iteration, from a start of this pivot ratio and rank.
+
+    Returns:
+        A code and the time it was reached [s]; room holds the end of the step.
+    """
+    # Of a start too close the acceleration is not known: that of the first node, moved to in a straight line, is.
+    known = 0 if ratio > TRUSTED and rank == room.factors.use[1] else -1
+    aside, before, least_moved = -1, np.inf, np.inf
+    limit, doubtful = (SHARE, 1.0) if settings.rtol > 0.0 else (SETTLED, DOUBTFUL)
+    for s in range(room.rate.shape[1]):
+        for i, row in enumerate((WEIGHT, ERROR, ERROR + 1)):
+            room.weights[i, s] = room.gauss[row, s - 1] if 1 <= s <= NODES else 0.0
+    for sweep in range(SWEEPS):
+        least = np.inf
+        for j in range(NODES):
+            if j == aside:
+                continue
+            ts = t + room.gauss[NODE, j] * step
+            enter_node(j, sweep, step, known, q, v, room)
+            evaluate(f, ts, p, room)
+            found = resolve(True, room)
+            here = room.factors.ratio[0] if found else 0.0
+            if found:
+                code, _ = project(False, True, f, ts, p, room)
+                found = code == OK
+                here = room.factors.ratio[0] if found else 0.0
+            if found:
+                find_acceleration(j + 1, settings, room)
+                find_power(f, ts, p, j + 1, room)
+                found = np.isfinite(largest(room.rate[0, j + 1]) + largest(room.rate[1, j + 1]))
+            if not found:
+                # One node may stand where nothing can be said: that is the one to leave to the others.
+                if sweep > 0 or least < 0.0:
+                    return NOT_LEAPT, ts
+                here = -1.0
+            if aside < 0 and here < least:
+                least, nearest = here, j
+            if known < 0 and found:
+                known = j + 1
+        if aside < 0:
+            aside = nearest
+        interpolate(aside, room)
+        if not leave_step(step, q, v, room):
+            return NOT_LEAPT, t + step
+        moved = change(settings, room)
+        if sweep > 0 and (moved <= limit or (sweep >= FEWEST and moved > SHRINKS * before and moved <= doubtful)):
+            room.seen[LEAPT] += 1
+            return OK, t + step
+        least_moved = min(least_moved, moved)
+        if not moved < np.inf or moved > GROWN * max(least_moved, doubtful):
+            return NOT_LEAPT, t + step
+        before = moved
+    return NOT_LEAPT, t + step

@@ -1,0 +1,132 @@
+"""Rows of C that may depend on each other: a complete orthogonal decomposition, which says how many do not."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from biped.base.jit import kernel
+
+RANK_TOLERANCE = 1e-12
+"""A row of C closer than this (relative, rows scaled to length one) to the span of the others is dependent.
+
+Any value from 1e-15 to 1e-8 gives the same four-bar trajectories; 1e-6 and more drop a force that is really
+there, because the 0/0 limit of (2.11) at a singularity is finite.
+"""
+
+
+class Workspace(NamedTuple):
+    """Factors of one stage; every array is overwritten by the next call of `factor`."""
+
+    mass: np.ndarray  # (2, n, n) the mass matrix that R belongs to, and the lower triangle R of Rᵀ
+    C: np.ndarray  # (2, m, n) rows of A R⁻¹; scaled and permuted: Householder vectors and the lower trapezoid T
+    G: np.ndarray  # (2, m, m) Cholesky factor of CCᵀ; columns of T as rows, then those of T = Q₂R₂
+    tau: np.ndarray  # (4, m) Householder coefficients of T and of R₂, what rows of C were divided by, scratch
+    order: np.ndarray  # (2, m) row of C that stands at each place of T; the rows of A in use, use[0] of them
+    use: np.ndarray  # (2,) number of rows in use, and the largest rank that the constraints may have
+    rank: np.ndarray  # (2,) rank of C, and which factors hold: 0 G[0], 1 C[1], 2 `Sparse`
+    ratio: np.ndarray  # (1,) smallest pivot over largest, 1 without constraints
+
+
+def workspace(n: int, m: int) -> Workspace:
+    """Room for the factors of a system of n coordinates and m constraints."""
+    return Workspace(
+        np.full((2, n, n), np.nan),
+        np.zeros((2, m, n)),
+        np.zeros((2, m, m)),
+        np.ones((4, m)),
+        np.array([np.arange(m), np.arange(m)]),
+        np.array([m, min(n, m)]),
+        np.zeros(2, np.int64),
+        np.ones(1),
+    )
+
+
+@kernel
+def copy(x, out):
+    """Write x into out."""
+    for i in range(x.shape[0]):
+        out[i] = x[i]
+
+
+@kernel
+def dot(x, y):
+    """xᵀy, without BLAS: at these lengths the call alone costs more than the sum."""
+    s = 0.0
+    for i in range(x.shape[0]):
+        s += x[i] * y[i]
+    return s
+
+
+@kernel
+def reflector(x):
+    """Overwrite x with (β, tail of u) such that (I − τ[1,u][1,u]ᵀ)x = βe₁; return τ."""
+    square = 0.0
+    for i in range(1, x.shape[0]):
+        square += x[i] * x[i]
+    if square == 0.0:
+        return 0.0
+    alpha = x[0]
+    beta = -np.copysign(np.sqrt(alpha * alpha + square), alpha)
+    for i in range(1, x.shape[0]):
+        x[i] /= alpha - beta
+    x[0] = beta
+    return (beta - alpha) / beta
+
+
+@kernel
+def reflect(u, tau, x):
+    """Overwrite x with (I − τ[1,u₁…][1,u₁…]ᵀ)x."""
+    s = x[0]
+    for i in range(1, x.shape[0]):
+        s += u[i] * x[i]
+    s *= tau
+    x[0] -= s
+    for i in range(1, x.shape[0]):
+        x[i] -= s * u[i]
+
+
+@kernel
+def decompose(w):
+    """Complete orthogonal decomposition of C into C[1] and G[1]; sets rank and pivot ratio."""
+    m, n, most = w.use[0], w.C.shape[2], w.use[1]
+    longest = 0.0
+    for i in range(m):
+        w.tau[2, i] = np.sqrt(dot(w.C[0, i], w.C[0, i]))
+        longest = max(longest, w.tau[2, i])
+    for i in range(m):
+        # A row that is noise beside the others must not be blown up to their size.
+        if w.tau[2, i] <= RANK_TOLERANCE * longest:
+            w.tau[2, i] = longest if longest > 0.0 else 1.0
+        w.order[0, i] = i
+        for j in range(n):
+            w.C[1, i, j] = w.C[0, i, j] / w.tau[2, i]
+    rank, first, last = 0, 0.0, 1.0
+    for k in range(min(m, n, most)):
+        best, largest = k, -1.0
+        for i in range(k, m):
+            square = dot(w.C[1, i, k:], w.C[1, i, k:])
+            if square > largest:
+                best, largest = i, square
+        pivot = np.sqrt(largest)
+        if k == 0:
+            first = pivot
+        if not pivot > RANK_TOLERANCE * first:
+            break
+        if best != k:
+            for j in range(n):
+                w.C[1, k, j], w.C[1, best, j] = w.C[1, best, j], w.C[1, k, j]
+            w.order[0, k], w.order[0, best] = w.order[0, best], w.order[0, k]
+        w.tau[0, k] = reflector(w.C[1, k, k:])
+        for i in range(k + 1, m):
+            reflect(w.C[1, k, k:], w.tau[0, k], w.C[1, i, k:])
+        rank, last = k + 1, pivot
+    if rank < m:
+        for j in range(rank):
+            for i in range(m):
+                w.G[1, j, i] = w.C[1, i, j] if i >= j else 0.0
+        for j in range(rank):
+            w.tau[1, j] = reflector(w.G[1, j, j:m])
+            for k in range(j + 1, rank):
+                reflect(w.G[1, j, j:m], w.tau[1, j], w.G[1, k, j:m])
+    w.rank[0], w.rank[1] = rank, 1
+    w.ratio[0] = last / first if rank > 0 else 1.0

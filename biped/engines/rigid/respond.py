@@ -1,0 +1,152 @@
+"""The motion under active constraints whose rows are independent, which they nearly always are: a row in each lane.
+
+M = LᵀL from the feet up, C = A L⁻¹ and C H = [Λ 0] by reflections. With f the forces, g = HᵀL⁻ᵀf and z = Λ⁻¹b_v,
+
+    v̇ = L⁻¹H [z; g past the rows],   λ = Λ⁻ᵀ(z - g),   and for the corrections W d = L⁻¹H [Λ⁻¹d; 0].
+
+The three stand in three lanes. Where only forces change, all but g stays.
+"""
+
+from __future__ import annotations
+
+from biped.base.jit import kernel
+from biped.engines.rigid.gauss import RANK
+from biped.numerics.lanes import added, everywhere, load, store, times
+from biped.numerics.rows import factor_lanes, reflect_lanes_back, solve_lanes, solve_lanes_transposed
+from biped.robot.kinematics import point_row
+from biped.robot.topology import KNEE, N_POINTS, N_ROWS, N_STOPS, NQ, STOP_ROW, TOE, X
+from biped.robot.weighing import coupled, factor_from_feet, weigh
+
+F_LANE = N_ROWS
+"""Lane in which the forces are weighed and reflected along with the rows."""
+_ACCELERATION, _VELOCITY, _SHIFT = 0, 1, 2
+"""Lanes of what is solved for."""
+
+
+@kernel
+def respond(w, q, v):
+    """Leaves the constrained motion under work f, see `biped.engines.rigid.motion.evaluate`.
+
+    Args:
+        w: Record with M, h, places and gaps.
+        q: (9,) joint coordinates [m, rad].
+        v: (9,) joint velocities.
+
+    Returns:
+        Whether the active rows are independent; nothing is left if they are not.
+    """
+    rows, motion = w["rows"], w["motion"]
+    A, C, L, d, solved = rows["A"], rows["C"], rows["L"], rows["d"], rows["X"]
+    m = _rows_in_lanes(w)
+    rows["count"] = m
+    for j in range(NQ):
+        A[j, F_LANE] = w["work"]["f"][j]
+    factor_from_feet(w["system"]["M"], rows["spring"], L)
+    weigh(A, L, C)
+    independent = factor_lanes(C, rows["kept"], m, RANK, rows["norm"], rows["pivot"], rows["V"], rows["tau"])
+    rows["independent"] = independent
+    if not independent:
+        return False
+    speed = everywhere(0.0)
+    for j in range(NQ):
+        store(solved, j, everywhere(0.0))
+        speed = added(speed, -v[j], load(A, j))
+    store(d, _VELOCITY, speed)
+    for i in range(m):
+        k = rows["pivot"][i]
+        d[_SHIFT, k] = -residual(w, q, k)
+    solve_lanes(C, rows["pivot"], m, d, _VELOCITY, solved, _VELOCITY)
+    solve_lanes(C, rows["pivot"], m, d, _SHIFT, solved, _SHIFT)
+    _accelerate(w, m)
+    for j in range(NQ):
+        motion["v_dot"][j] = solved[j, _ACCELERATION]
+        motion["q_dot"][j] = v[j] + solved[j, _VELOCITY]
+        motion["shift"][j] = solved[j, _SHIFT]
+    return True
+
+
+@kernel
+def respond_again(w):
+    """Leaves v̇ and the multipliers under another work f, all else as `respond` found it."""
+    rows, x, m = w["rows"], w["work"]["f"], w["rows"]["count"]
+    L, V, tau = rows["L"], rows["V"], rows["tau"]
+    for i in range(NQ - 1, -1, -1):
+        x[i] /= L[i, i]
+        for j in range(i):
+            if coupled(i, j):
+                x[j] -= L[i, j] * x[i]
+    for i in range(m):
+        s = x[i]
+        for j in range(i + 1, NQ):
+            s += V[i, j] * x[j]
+        s *= tau[i]
+        x[i] -= s
+        for j in range(i + 1, NQ):
+            x[j] -= V[i, j] * s
+    for j in range(NQ):
+        rows["C"][j, F_LANE] = x[j]
+        store(rows["X"], j, everywhere(0.0))
+    _accelerate(w, m)
+    for j in range(NQ):
+        w["motion"]["v_dot"][j] = rows["X"][j, _ACCELERATION]
+
+
+@kernel
+def _accelerate(w, m):
+    """Solves for the multipliers and all lanes of X, the acceleration's from g and b_v."""
+    rows, z, lam = w["rows"], w["work"]["z"], w["motion"]["lam"]
+    C, L, d, solved = rows["C"], rows["L"], rows["d"], rows["X"]
+    store(d, _ACCELERATION, load(rows["b_v"], 0))
+    solve_lanes(C, rows["pivot"], m, d, _ACCELERATION, solved, _ACCELERATION)
+    for i in range(m):
+        z[i] = solved[i, _ACCELERATION] - C[i, F_LANE]
+    for i in range(m, NQ):
+        solved[i, _ACCELERATION] = C[i, F_LANE]
+    for row in range(N_ROWS):
+        lam[row] = 0.0
+    solve_lanes_transposed(C, rows["pivot"], m, z, lam)
+    reflect_lanes_back(rows["V"], rows["tau"], m, solved)
+    for i in range(NQ):
+        x = load(solved, i)
+        for j in range(i):
+            if coupled(i, j):
+                x = added(x, -L[i, j], load(solved, j))
+        store(solved, i, times(everywhere(1.0 / L[i, i]), x))
+
+
+@kernel
+def _rows_in_lanes(w):
+    """Writes the active rows of A into their lanes, b_v = -J̇v, and which lanes are rows; returns how many."""
+    rows, at, active = w["rows"], w["at"], w["contact"]["active"]
+    A, b_v, kept = rows["A"], rows["b_v"], rows["kept"]
+    for j in range(NQ):
+        store(A, j, everywhere(0.0))
+    store(b_v, 0, everywhere(0.0))
+    store(kept, 0, everywhere(0.0))
+    m = 0
+    for i in range(N_POINTS):
+        if active[i]:
+            for direction in range(2):
+                if direction == 1 and i in TOE and active[i + 1]:
+                    continue  # see `biped.engines.rigid.motion.active_rows`
+                k = 2 * i + direction
+                point_row(at, i, direction, A[:, k])
+                b_v[0, k] = -at["point_bias"][i, 1 - direction]
+                kept[0, k] = 1.0
+                m += 1
+    for leg in range(N_STOPS):
+        if active[N_POINTS + leg]:
+            A[KNEE[leg], STOP_ROW + leg] = -1.0
+            kept[0, STOP_ROW + leg] = 1.0
+            m += 1
+    return m
+
+
+@kernel
+def residual(w, q, row):
+    """Φ of a row [m, rad]: height, place along the ground minus where it landed, angle to the knee stop."""
+    system = w["system"]
+    if row >= STOP_ROW:
+        return system["gap"][row - STOP_ROW + N_POINTS]
+    i = row // 2
+    return system["gap"][i] if row % 2 == 0 else q[X] + w["at"]["point"][i, 0] - w["contact"]["anchor"][i]

@@ -1,0 +1,144 @@
+"""Trajectories of runs that failed, in a tenth of their size: every tick, to a resolution that nobody can see.
+
+An xz stream: a line of JSON, then for each quantity of a trajectory whole numbers of its resolution, as differences
+from tick to tick, their low bytes first: what changes smoothly packs well. States, flags and a law's own signals are
+exact. What a replay needs is none of this but the scenario and the number of the run: it gives the same bytes again.
+"""
+
+from __future__ import annotations
+
+import json
+import lzma
+import math
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from biped.base.errors import InputError
+from biped.measure.trajectory import COLUMNS, WIDTH, Trajectory
+from biped.robot.description import Robot
+from biped.robot.tree import Tree
+
+SUFFIX = ".xz"
+
+RESOLUTION = {"q": 1e-6, "v": 1e-4, "u": 0.01, "Q_d": 0.01, "height": 1e-6, "force": 0.1, "stop": 0.01}
+"""[m, rad], [m/s, rad/s], [N m], [N, N m], [m], [N], [N m]; states and flags are whole numbers."""
+_TWICE = ("q", "v", "height")
+"""Of these differences of differences are kept: they are smoother still."""
+_LOST = np.iinfo(np.int64).min // 4
+"""Stands for what is not finite."""
+_LARGEST = 2.0**60
+
+MOST_ROWS = 200_000
+"""Of a file that is read: whoever sends one cannot make it fill the memory."""
+_MOST_HEAD = 100_000
+_MEMORY = 256 << 20
+
+
+def save(trajectory: Trajectory, path: Path) -> None:
+    """Writes a trajectory.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    about = {
+        "rows": len(trajectory), "first": round(float(trajectory.time[0]) / trajectory.tick), "tick": trajectory.tick,
+        "slope": trajectory.slope, "generalized": trajectory.generalized, "torque_limit": trajectory.torque_limit,
+        "pushes": trajectory.pushes, "end": trajectory.end, "cause": trajectory.cause, "warnings": trajectory.warnings,
+        "sampled": trajectory.sampled, "signal_names": trajectory.signal_names, "traceback": trajectory.traceback,
+        "robot": msgspec.to_builtins(trajectory.robot),
+        "tree": {name: value.tolist() for name, value in trajectory.tree._asdict().items()},
+    }  # fmt: skip
+    parts = [json.dumps(about).encode() + b"\n"]
+    for name in COLUMNS:
+        if name != "time":
+            parts.append(_packed(trajectory.column(name).reshape(len(trajectory), -1), name))
+    parts.append(_exact(trajectory.log[:, WIDTH:]))
+    path.write_bytes(lzma.compress(b"".join(parts), preset=6))
+
+
+def load(path: Path) -> Trajectory:
+    """Reads what `save` wrote.
+
+    Raises:
+        InputError: It is missing, something else, or larger than any run that was kept.
+    """
+    try:
+        head, body = _unpacked(path.read_bytes())
+        about: dict[str, Any] = json.loads(head)
+        rows, first = int(about.pop("rows")), int(about.pop("first"))
+        if not (0 < rows <= MOST_ROWS and math.isfinite(about["tick"]) and about["tick"] > 0.0):
+            raise ValueError(f"{rows} rows of {about['tick']} s")
+        about["signal_names"] = tuple(str(name) for name in about["signal_names"])
+        columns = WIDTH + len(about["signal_names"])
+        if len(body) != 8 * rows * (columns - 1):
+            raise ValueError(f"{len(body)} bytes of {rows} rows")
+        log = np.empty((rows, columns))
+        log[:, 0] = (first + np.arange(rows)) * about["tick"]
+        at = 0
+        for name, (column, shape) in COLUMNS.items():
+            if name != "time":
+                width = int(np.prod(shape))
+                log[:, column : column + width] = _values(body[at : at + 8 * rows * width], rows, width, name)
+                at += 8 * rows * width
+        signals = np.frombuffer(body[at:], "u1").reshape(columns - WIDTH, 8, rows).transpose(0, 2, 1)
+        log[:, WIDTH:] = np.ascontiguousarray(signals).view("<f8").reshape(columns - WIDTH, rows).T
+        about["robot"] = msgspec.convert(about["robot"], Robot)
+        about["tree"] = Tree(**{name: np.array(value, dtype=float) for name, value in about["tree"].items()})
+        about["torque_limit"] = tuple(about["torque_limit"])
+        about["pushes"] = tuple(tuple(push) for push in about["pushes"])
+        return Trajectory(log=log, **about)
+    except (OSError, EOFError, KeyError, TypeError, ValueError, AttributeError, OverflowError, MemoryError,
+            RecursionError, lzma.LZMAError, msgspec.ValidationError) as error:  # fmt: skip
+        raise InputError(
+            f"{path}: not a trajectory: {' '.join(str(error).split())[:200]}; remove it to have it simulated again"
+        ) from None
+
+
+def _packed(values: np.ndarray, name: str) -> bytes:
+    """Values (n, width) as bytes, the low bytes of a column first."""
+    scaled = np.clip(values / RESOLUTION.get(name, 1.0), -_LARGEST, _LARGEST)
+    whole = np.where(np.isfinite(values), np.rint(np.nan_to_num(scaled)), _LOST).astype(np.int64)
+    for _ in range(2 if name in _TWICE else 1):
+        whole = np.diff(whole, axis=0, prepend=np.zeros((1, whole.shape[1]), np.int64))
+    columns = np.ascontiguousarray(whole.T.astype("<i8"))
+    return np.ascontiguousarray(columns.view("u1").reshape(*columns.shape, 8).transpose(0, 2, 1)).tobytes()
+
+
+def _exact(values: np.ndarray) -> bytes:
+    """Values (n, width) whose resolution nobody knows, bit by bit."""
+    columns = np.ascontiguousarray(values.T.astype("<f8"))
+    return np.ascontiguousarray(columns.view("u1").reshape(*columns.shape, 8).transpose(0, 2, 1)).tobytes()
+
+
+def _values(data: bytes, rows: int, width: int, name: str) -> np.ndarray:
+    """What `_packed` packed, (rows, width)."""
+    planes = np.frombuffer(data, "u1").reshape(width, 8, rows).transpose(0, 2, 1)
+    whole = np.ascontiguousarray(planes).view("<i8").reshape(width, rows).T.astype(np.int64)
+    for _ in range(2 if name in _TWICE else 1):
+        whole = np.cumsum(whole, axis=0)
+    return np.where(whole == _LOST, np.nan, whole * RESOLUTION.get(name, 1.0))
+
+
+def _unpacked(data: bytes) -> tuple[bytes, bytes]:
+    """Head and body of a stream, neither of them larger than any that was written."""
+    reader = lzma.LZMADecompressor(format=lzma.FORMAT_XZ, memlimit=_MEMORY)
+    start = reader.decompress(data, max_length=_MOST_HEAD)
+    if b"\n" not in start:
+        raise ValueError("no head")
+    head, _, rest = start.partition(b"\n")
+    about = json.loads(head)
+    rows, signals = about["rows"], len(about["signal_names"])
+    if not (isinstance(rows, int) and rows > 0 and rows * (WIDTH + signals) <= MOST_ROWS * WIDTH):
+        raise ValueError(f"{rows} rows of {signals} signals")
+    parts, total = [rest], len(rest)
+    wanted = 8 * rows * (WIDTH - 1 + signals) + 1  # one byte more than there may be shows that there is more
+    while total < wanted and not reader.eof:
+        part = reader.decompress(b"", max_length=wanted - total)
+        if not part and reader.needs_input:
+            raise EOFError("it ends too early")
+        parts.append(part)
+        total += len(part)
+    return head, b"".join(parts)

@@ -1,0 +1,185 @@
+"""What a frame shows: walkers, ground with a ruler, forces and pushes, seen by a camera that follows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from copy import copy
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from biped.measure.signals import centre_of_mass, finite, means
+from biped.measure.trajectory import Trajectory
+from biped.robot.model import GRAVITY
+from biped.robot.order import order_of
+from biped.robot.tree import motion
+
+LANE = 1.3
+"""[m] from walker to walker side by side."""
+_GEOMS = 600
+_TILE, _REACH, _WIDTH = 0.5, 7.0, 0.5
+_WALL, _FAR = (0.91, 0.93, 0.95, 1.0), 9.0
+_LIGHT, _DARK, _MARK = (0.80, 0.82, 0.80, 1.0), (0.69, 0.72, 0.71, 1.0), (0.2, 0.22, 0.24, 1.0)
+_FORCE, _PUSHED, _GHOST = (0.0, 0.62, 0.45, 1.0), (0.80, 0.3, 0.62, 1.0), (0.55, 0.57, 0.6, 0.35)
+_WEIGHT, _PUSH = 0.6, 1.0 / 400.0
+"""[m] of a force of one body weight; [m/N] of a push."""
+_FAINT = 0.02
+_ASIDE = -0.12
+
+
+class Walker(NamedTuple):
+    """A run on the stage.
+
+    Attributes:
+        name: What people call it.
+        run: Its finite rows.
+        model: MuJoCo model with its visual geoms.
+        lane: [m] sideways.
+        ghost: Whether it is a shadow.
+        joints: MuJoCo's numbers of the coordinates.
+    """
+
+    name: str
+    run: Trajectory
+    model: mujoco.MjModel
+    lane: float
+    ghost: bool
+    joints: np.ndarray
+
+
+def walkers(runs: Sequence[tuple[str, Trajectory, mujoco.MjModel]], ghost: bool) -> list[Walker]:
+    """Runs side by side, or the second as a ghost over the first."""
+    return [
+        Walker(name, finite(run), model, 0.0 if ghost else i * LANE, ghost and i > 0, order_of(model, run.robot).joints)
+        for i, (name, run, model) in enumerate(runs)
+    ]
+
+
+class Stage:
+    """Scenes of walkers at any time.
+
+    Args:
+        shown: The walkers; the camera follows the first.
+        rate: [Hz] of frames, which forces are means over.
+    """
+
+    def __init__(self, shown: Sequence[Walker], rate: float):
+        self._shown = shown
+        # One of its own: models of a scenario are shared.
+        self.model = copy(shown[0].model)
+        self.model.vis.headlight.ambient[:], self.model.vis.headlight.diffuse[:] = 0.45, 0.5
+        self.scene = mujoco.MjvScene(self.model, _GEOMS)
+        for flag in ("SHADOW", "REFLECTION", "SKYBOX"):  # four times the time without a graphics card
+            self.scene.flags[getattr(mujoco.mjtRndFlag, f"mjRND_{flag}")] = 0
+        self._option = mujoco.MjvOption()
+        self._data = [mujoco.MjData(walker.model) for walker in shown]
+        self._still = mujoco.MjvPerturb()
+        self._free = mujoco.MjvCamera()
+        self._each = [max(1, round(1.0 / (rate * walker.run.tick))) for walker in shown]
+        self._centre = centre_of_mass(shown[0].run)
+
+    def at(self, time: float) -> mujoco.MjvScene:
+        """The scene at a time [s]; a run that has ended stays where it ended."""
+        kinds = mujoco.mjtCatBit.mjCAT_DYNAMIC.value
+        for i, (walker, data, each) in enumerate(zip(self._shown, self._data, self._each, strict=True)):
+            row = self._row(walker, time)
+            data.qpos[walker.joints] = walker.run.q[row]
+            mujoco.mj_forward(walker.model, data)
+            first = 0 if i == 0 else self.scene.ngeom
+            if i == 0:
+                mujoco.mjv_updateScene(
+                    self.model, data, self._option, self._still, self._free, kinds, self.scene
+                )  # fmt: skip
+            else:
+                mujoco.mjv_addGeoms(walker.model, data, self._option, self._still, kinds, self.scene)
+            for geom in self.scene.geoms[first : self.scene.ngeom]:
+                geom.pos[1] += walker.lane
+                if walker.ghost:
+                    geom.rgba[:] = _GHOST
+            if not walker.ghost:
+                self._forces(walker, row, each)
+                self._pushes(walker, data, row)
+        row = self._row(self._shown[0], time)
+        self._ground(float(self._centre[row, 0]))
+        self._look(float(self._centre[row, 0]))
+        return self.scene
+
+    @staticmethod
+    def _row(walker: Walker, time: float) -> int:
+        return int(np.clip(round((time - walker.run.time[0]) / walker.run.tick), 0, len(walker.run) - 1))
+
+    def _add(self, kind: mujoco.mjtGeom, size: Sequence[float], place: np.ndarray, colour: Sequence[float],
+             label: str = "") -> None:  # fmt: skip
+        if self.scene.ngeom >= self.scene.maxgeom:
+            return
+        geom = self.scene.geoms[self.scene.ngeom]
+        mujoco.mjv_initGeom(geom, kind, np.array(size, float), place, np.eye(3).ravel(), np.array(colour, np.float32))
+        geom.label = label
+        self.scene.ngeom += 1
+
+    def _arrow(
+        self, start: np.ndarray, end: np.ndarray, width: float, colour: Sequence[float], label: str = ""
+    ) -> None:
+        if self.scene.ngeom >= self.scene.maxgeom or np.linalg.norm(end - start) < _FAINT:
+            return
+        geom, kind = self.scene.geoms[self.scene.ngeom], mujoco.mjtGeom.mjGEOM_ARROW
+        mujoco.mjv_initGeom(geom, kind, np.zeros(3), np.zeros(3), np.eye(3).ravel(), np.array(colour, np.float32))
+        mujoco.mjv_connector(geom, kind, width, start, end)
+        geom.size[2] *= 2.0  # the renderer draws an arrow half as long as it is
+        geom.label = label
+        self.scene.ngeom += 1
+
+    def _ground(self, along: float) -> None:
+        """Tiles around the walker, a mark at every metre, and its number."""
+        box, far = mujoco.mjtGeom.mjGEOM_BOX, max(walker.lane for walker in self._shown)
+        middle, width = 0.5 * far, _WIDTH + 0.5 * far
+        for tile in range(math.floor((along - _REACH) / _TILE), math.ceil((along + _REACH) / _TILE)):
+            place = np.array([(tile + 0.5) * _TILE, middle, -0.03])
+            self._add(box, (0.5 * _TILE, width, 0.03), place, _LIGHT if tile % 2 else _DARK)
+        for metre in range(math.ceil(along - _REACH), math.floor(along + _REACH) + 1):
+            place = np.array([float(metre), middle - width, 0.0])
+            self._add(box, (0.008, 0.06, 0.004), place + np.array([0.0, 0.06, 0.0]), _MARK)
+            self._add(box, (0.004, 0.004, 0.002), place + np.array([0.0, 0.0, -0.05]), _MARK, f"{metre} m")
+        # What is behind: as bright whatever shines on it.
+        self._add(box, (40.0, 0.01, 40.0), np.array([along, _FAR, 0.0]), _WALL)
+        self.scene.geoms[self.scene.ngeom - 1].emission = 1.0
+
+    def _forces(self, walker: Walker, row: int, each: int) -> None:
+        """Ground forces, means over a frame."""
+        run = walker.run
+        force = means(run.force[row : row + each], np.array([0]))[0] / (float(run.tree.mass.sum()) * GRAVITY)
+        points = motion(run.tree, run.q[row : row + 1], run.v[row : row + 1]).point[0]
+        for point, vector in zip(points, force, strict=True):
+            start = np.array([point[0], walker.lane + _ASIDE, point[1]])
+            self._arrow(start, start + _WEIGHT * np.array([vector[0], 0.0, vector[1]]), 0.02, _FORCE)
+
+    def _pushes(self, walker: Walker, data: mujoco.MjData, row: int) -> None:
+        """Pushes that act now, as arrows that end at the pushed body."""
+        time, slope = float(walker.run.time[row]), math.radians(walker.run.slope)
+        for start, end, forward, up, body in walker.run.pushes:
+            if start - 1e-9 <= time < end - 1e-9:
+                along, across = math.cos(slope), math.sin(slope)
+                vector = _PUSH * np.array([forward * along + up * across, 0.0, up * along - forward * across])
+                place = data.xipos[walker.model.body(body).id] + [0.0, walker.lane + _ASIDE, 0.0]
+                self._arrow(place - vector, place, 0.035, _PUSHED, f"{math.hypot(forward, up):.0f} N")
+
+    def _look(self, along: float) -> None:
+        """The camera level with gravity, beside the first walker, further off the more there are."""
+        run = self._shown[0].run
+        slope, shown = math.radians(run.slope), run.robot.shown
+        # From the frame in which gravity is vertical to the slope's own, which places are in.
+        turn = np.array(
+            [[math.cos(slope), 0.0, math.sin(slope)], [0.0, 1.0, 0.0], [-math.sin(slope), 0.0, math.cos(slope)]]
+        )
+        aside = max(walker.lane for walker in self._shown)
+        target = np.array(shown.target) + np.array([0.0, 0.5 * aside, 0.0])
+        eye = target + (1.0 + 0.3 * aside) * (np.array(shown.eye) - shown.target)
+        foot = np.array([along, 0.0, 0.0])
+        place, way = foot + turn @ eye, turn @ (target - eye)
+        way /= np.linalg.norm(way)
+        upright = turn @ np.array([0.0, 0.0, 1.0])
+        upright -= (upright @ way) * way
+        for camera in self.scene.camera:
+            camera.pos[:], camera.forward[:], camera.up[:] = place, way, upright / np.linalg.norm(upright)

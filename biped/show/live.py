@@ -1,0 +1,145 @@
+"""A run watched while it goes on, in MuJoCo's own viewer at the speed of life; the mouse pushes."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+
+from biped.base.errors import InputError
+from biped.engines.mujoco import simulate
+from biped.ensemble.plan import Plan
+from biped.robot.description import robot_at
+from biped.show.web import has_display
+
+RATE = 60.0
+"""[Hz] of pictures."""
+_RULER = range(-5, 60)
+_FAR, _DOWN = 3.4, -8.0
+"""[m], [degrees] of the camera from what it follows."""
+
+
+class Seen(NamedTuple):
+    """How a watched run ended.
+
+    Attributes:
+        said: In words.
+        pushed: Ticks in which the mouse pushed.
+        seconds: [s] simulated.
+    """
+
+    said: str
+    pushed: int
+    seconds: float
+
+
+class _Closed(Exception):
+    """The window was closed."""
+
+
+class _Show:
+    """What happens after every tick: the mouse's forces, a picture now and then, and waiting for the clock."""
+
+    def __init__(self, viewer: Any, tick: float):
+        self.viewer, self.tick = viewer, tick
+        self.pushed, self.done = 0, 0
+        self._each = max(1, round(1.0 / (RATE * tick)))
+        self._began = time.monotonic()
+
+    def __call__(self, model: mujoco.MjModel, data: mujoco.MjData, forces: np.ndarray) -> None:
+        self.done += 1
+        data.xfrc_applied[:] = 0.0
+        mujoco.mjv_applyPerturbForce(model, data, self.viewer.perturb)
+        self.pushed += bool(data.xfrc_applied.any())
+        data.xfrc_applied[1:, [0, 2]] += forces
+        if self.done % self._each:
+            return
+        if not self.viewer.is_running():
+            raise _Closed
+        kept = data.xfrc_applied.copy()  # a picture takes the mouse's forces anew, and the scenario's with them
+        self.viewer.sync()
+        data.xfrc_applied[:] = kept
+        ahead = self._began + self.done * self.tick - time.monotonic()
+        if ahead > 0.0:
+            time.sleep(ahead)
+
+
+def watch(plan: Plan, index: int, launch: Callable[..., Any] | None = None) -> Seen:
+    """Carries out a run in a window, in real time; the window stays open when it ends.
+
+    Args:
+        plan: What is run.
+        index: Number of the run.
+        launch: Opens the viewer, as `mujoco.viewer.launch_passive` does.
+
+    Raises:
+        InputError: There is no display, or the run is not one of MuJoCo.
+    """
+    run = plan.run(index)
+    if run.scenario.engine != "mujoco":
+        raise InputError(f"--live: engine = '{run.scenario.engine}' has no viewer; expected --engine mujoco")
+    launch = launch or _launcher()
+    opened: list[_Show] = []
+
+    def after(model: mujoco.MjModel, data: mujoco.MjData, forces: np.ndarray) -> None:
+        if not opened:
+            viewer = launch(model, data, show_left_ui=False, show_right_ui=False)
+            _arrange(viewer, model, robot_at(run.model).base.link)
+            opened.append(_Show(viewer, 1.0 / run.scenario.simulation.control_rate))
+        opened[0](model, data, forces)
+
+    try:
+        trajectory = simulate(run, after)
+    except _Closed:
+        show = opened[0]
+        return Seen("the window was closed", show.pushed, show.done * show.tick)
+    show = opened[0]
+    said = trajectory.cause or "stayed up to the end"
+    while show.viewer.is_running():
+        show.viewer.sync()
+        time.sleep(1.0 / RATE)
+    return Seen(said, show.pushed, len(trajectory) * show.tick)
+
+
+def _launcher() -> Callable[..., Any]:
+    """MuJoCo's viewer, if a window can be opened here.
+
+    Raises:
+        InputError: It cannot.
+    """
+    hint = "elsewhere: biped run SCENARIO --record, then biped view --web"
+    if not has_display():
+        raise InputError(f"--live: there is no display here; {hint}")
+    import glfw
+    import mujoco.viewer
+
+    if sys.platform == "darwin" and mujoco.viewer._MJPYTHON is None:
+        raise InputError(f"--live: on macOS a window needs mjpython: mjpython -m biped.cli.main run …; {hint}")
+    if not glfw.init():  # the viewer itself would wait for ever
+        raise InputError(f"--live: the display cannot be opened; {hint}")
+    return mujoco.viewer.launch_passive
+
+
+def _arrange(viewer: Any, model: mujoco.MjModel, torso: str) -> None:
+    """The camera follows from the side; the ground is seen, with a mark at every metre."""
+    viewer.cam.type = mujoco.mjtCamera.mjCAMERA_TRACKING.value
+    viewer.cam.trackbodyid = model.body(torso).id
+    viewer.cam.distance, viewer.cam.azimuth, viewer.cam.elevation = _FAR, 90.0, _DOWN
+    viewer.opt.geomgroup[3] = 1
+    model.vis.headlight.ambient[:], model.vis.headlight.diffuse[:] = 0.45, 0.5  # for looking only
+    scene = viewer.user_scn
+    for metre in _RULER:
+        if scene is None or scene.ngeom >= scene.maxgeom:
+            return
+        geom = scene.geoms[scene.ngeom]
+        mujoco.mjv_initGeom(
+            geom, mujoco.mjtGeom.mjGEOM_BOX, np.array([0.008, 0.3, 0.001]), np.array([float(metre), 0.0, 0.0]),
+            np.eye(3).ravel(), np.array([0.2, 0.22, 0.24, 1.0], np.float32),
+        )  # fmt: skip
+        geom.label = f"{metre} m" if math.fmod(metre, 2) == 0 else ""
+        scene.ngeom += 1

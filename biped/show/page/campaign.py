@@ -1,0 +1,160 @@
+"""The section of a results folder: a single run, an ensemble or a sweep; verdict first, then what stands behind it."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from biped.base.files import label
+from biped.measure.metrics.walking import kind_of, outcome
+from biped.measure.trajectory import Trajectory
+from biped.show.kept import Kept
+from biped.show.page import claims, ensembles, motion, sweeps
+from biped.show.page.frames import frames_of
+from biped.show.page.html import Markup, card, table, tag
+from biped.show.page.player import Shown, walks
+from biped.show.page.words import chip, key_words, setting, value_of
+from biped.show.replay import of_numbers, spread
+from biped.show.terminal import failures
+from biped.show.words import harmless
+from biped.studies.sensitivity import explained
+
+KINDS = 5
+"""Most kinds of runs that did not walk, of which one is shown each."""
+READ = 20_000
+"""Most runs that charts are made of."""
+_LISTED, _MOST = 8, 200
+"""Runs that did not walk that are listed at once, and at most."""
+
+
+def section(folder: Path) -> Markup:
+    """The section of a results folder.
+
+    Raises:
+        InputError: It is none, or is broken.
+    """
+    kept = Kept(folder)
+    result, scenario = kept.result, kept.plan.scenario
+    rows, summary, points = _looked_at(result["runs"]), result["summary"], result.get("points", [])
+    made = len(result["runs"])
+    alone, path = made == 1, shlex.quote(label(folder / "scenario.toml"))
+    head = [
+        tag("h2", result["scenario"]),
+        tag("p", f"{scenario.description}. " if scenario.description else "", _asked(kept), class_="about"),
+        tag("p", chip(result["passed"]), claims.alone(rows[0]) if alone else
+            f"{claims.headline(summary, made)}; {failures(summary)}.", class_="verdict"),
+        claims.expectations(result["checks"], made),
+        claims.unseen(summary, rows, points, made),
+        tag("code", f"biped run {path}{_only(kept)}{_trust(kept)}", class_="command"),
+    ]  # fmt: skip
+    body = []
+    if points:
+        body += [tag("h4", "Along the sweep"), _cards(*sweeps.sweep(points, result["thresholds"])),
+                 sweeps.points_table(points)]  # fmt: skip
+    if not alone:
+        shares = explained(kept.plan, rows)
+        spread = ensembles.endings(rows), ensembles.costs(rows, result["thesis"])
+        if len(rows) < made:
+            body.append(tag("p", f"What follows is of {len(rows)} of the {made} runs, evenly spread.", class_="about"))
+        body += [tag("h4", "How the runs went"), _cards(*spread, *ensembles.causes(shares, rows))]
+    shown = _shown(kept, rows)
+    if shown:
+        body += [tag("h4", "The walk"), _cards(card("", walks([one for one, _ in shown]), wide=True))]
+        whose = "the run" if alone else shown[0][0].name
+        body += [tag("h4", f"Inside {whose}"), *motion.charts(shown[0][1], scenario.interval)]
+    else:
+        body.append(tag("p", kept.again(rows[0]["index"]), class_="about"))
+    if not points:
+        body += [tag("h4", "Numbers"), claims.numbers(summary, result["thesis"], rows, made)]
+    if not alone:
+        body.append(_failed(folder, kept, rows, made - summary["walked"]))
+    return tag("section", *head, *body)
+
+
+def _cards(*cards: Markup | None) -> Markup:
+    return tag("div", *cards, class_="cards")
+
+
+def _asked(kept: Kept) -> str:
+    """What was run, in a line."""
+    s, count = kept.plan.scenario, len(kept.result["runs"])
+    runs = "" if count == 1 else f"{count} runs of "
+    slope = f", slope {value_of(s.ground.slope)}°" if s.ground.slope else ""
+    jitter = f", starts jittered by {value_of(s.start.jitter)} rad" if s.start.jitter else ""
+    law = f", law {s.law}" if s.law else f", contacts {s.actuation.contacts}"
+    return f"{runs}{s.duration:g} s in {s.engine}, gait {s.controller}{law}{slope}{jitter}, seed {s.seed}."
+
+
+def _only(kept: Kept) -> str:
+    rows = kept.result["runs"]
+    return f" --only {rows[0]['index']}" if len(rows) == 1 and len(kept.plan) > 1 else ""
+
+
+def _trust(kept: Kept) -> str:
+    return " --trust" if kept.plan.scenario.law is not None else ""
+
+
+def chosen(rows: list[Mapping[str, Any]]) -> list[tuple[str, Mapping[str, Any]]]:
+    """Runs that are shown: the walker of median speed, and one of each kind that did not walk, the commonest first."""
+    if len(rows) == 1:
+        return [("the run", rows[0])]
+    picked = []
+    median = ensembles.middle(rows)
+    if median is not None:
+        picked.append((f"the median walker (run {median['index']})", median))
+    kinds: dict[str, list[Mapping[str, Any]]] = {}
+    for row in rows:
+        if not row["walked"] and row["end"] != "lost":
+            kinds.setdefault(kind_of(row), []).append(row)
+    for kind, mine in sorted(kinds.items(), key=lambda item: -len(item[1]))[:KINDS]:
+        mine.sort(key=lambda row: row["time"])
+        picked.append((f"{kind} ({len(mine)}×)", mine[len(mine) // 2]))
+    return picked
+
+
+def _looked_at(runs: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """The runs as rows, of very many some, evenly spread."""
+    if len(runs) <= READ:
+        return list(runs)
+    numbers = of_numbers(runs, spread(runs, READ))
+    return [harmless(numbers[index]) for index in sorted(numbers)]
+
+
+def _shown(kept: Kept, rows: list[Mapping[str, Any]]) -> list[tuple[Shown, Trajectory]]:
+    """The runs that are shown, of those whose trajectory is there or can be made again."""
+    out = []
+    for name, row in chosen(rows):
+        trajectory = kept.trajectory(row["index"])
+        if trajectory is None:
+            continue
+        values = ", ".join(setting(key, value) for key, value in row.get("values", {}).items())
+        said = f"Run {row['index']}: {outcome(row)}" + (f"; {values}" if values else "") + "."
+        out.append((Shown(name, said, frames_of(trajectory)), trajectory))
+    return out
+
+
+def _failed(folder: Path, kept: Kept, rows: list[Mapping[str, Any]], count: int) -> Markup | None:
+    """Runs that did not walk, each with the command that shows it."""
+    failed = [row for row in rows if not row["walked"]]
+    if not failed:
+        return None
+    keys = list(dict.fromkeys(key for row in failed for key in row.get("values", {})))
+    path = shlex.quote(label(folder / "scenario.toml"))
+
+    def line(row: Mapping[str, Any]) -> tuple[Any, ...]:
+        again = tag("code", f"biped run {path} --only {row['index']} --record{_trust(kept)}")
+        values = (value_of(row.get("values", {}).get(key)) for key in keys)
+        return (row["index"], outcome(row), *values, again)
+
+    head = ("run", "what became of it", *map(key_words, keys), "to see it again")
+    words = (1, len(head) - 1)
+    listed = table(head, map(line, failed[:_LISTED]), words)
+    more = None
+    if len(failed) > _LISTED:
+        all_of_them = count <= min(len(failed), _MOST)
+        opening = f"All {count} runs that did not walk" if all_of_them else f"{min(len(failed), _MOST)} of them"
+        more = tag("details", tag("summary", opening),
+                   table(head, map(line, failed[_LISTED:_MOST]), words))  # fmt: skip
+    return tag("div", tag("h4", f"Runs that did not walk: {count}"), listed, more)

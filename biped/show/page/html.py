@@ -1,0 +1,78 @@
+"""Pieces of HTML: everything that is not markup already is text, so nobody's words make anything of the page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+from typing import Any
+
+from biped.base.text import plain
+
+_VOID = ("meta", "input", "br", "path", "line", "rect", "circle", "polyline", "polygon")
+
+
+class Markup(str):
+    """Text that is HTML already."""
+
+    __slots__ = ()
+
+
+def text(value: Any) -> Markup:
+    """A value as HTML: markup as it is, anything else as text."""
+    return value if isinstance(value, Markup) else Markup(escape(plain(value), quote=True))
+
+
+def tag(name: str, *inner: Any, **attributes: Any) -> Markup:
+    """An element.
+
+    Args:
+        name: Of the element.
+        *inner: What is in it: markup, or text that is escaped; None is left out.
+        **attributes: `class_` and `for_` without their underscore, other underscores become hyphens; None and False are
+            left out, True stands without a value.
+    """
+    parts = [name]
+    for key, value in attributes.items():
+        if value is None or value is False:
+            continue
+        word = key.removesuffix("_").replace("_", "-")
+        parts.append(word if value is True else f'{word}="{text(_short(value))}"')
+    opening = " ".join(parts)
+    if name in _VOID and not inner:
+        return Markup(f"<{opening}/>" if name not in ("meta", "input", "br") else f"<{opening}>")
+    return Markup(f"<{opening}>{join(inner)}</{name}>")
+
+
+def join(parts: Iterable[Any], between: str = "") -> Markup:
+    """Pieces one after the other; None is left out."""
+    return Markup(between.join(text(part) for part in parts if part is not None))
+
+
+def table(
+    head: Sequence[Any], rows: Iterable[Sequence[Any]], words: Sequence[int] = (0,), more: int | None = None
+) -> Markup:
+    """A table that scrolls by itself where it is wider than the page.
+
+    Args:
+        head: Titles of columns.
+        rows: Cells.
+        words: Numbers of the columns that hold words; the others hold numbers and go to the right.
+        more: The column of words that a phone leaves out.
+    """
+
+    def row(name: str, cells: Sequence[Any]) -> Markup:
+        kinds = [(None if i in words else "n") if i != more else "more" for i in range(len(cells))]
+        return tag("tr", *(tag(name, cell, class_=kind) for cell, kind in zip(cells, kinds, strict=True)))
+
+    body = tag("tbody", *(row("td", cells) for cells in rows))
+    return tag("div", tag("table", tag("thead", row("th", head)), body), class_="scroll")
+
+
+def card(title: Any, *inner: Any, note: Any = None, wide: bool = False, **attributes: Any) -> Markup:
+    """A figure with its title above and what it means below."""
+    below = None if note is None else tag("figcaption", note)
+    return tag("figure", tag("h3", title), *inner, below, class_="card wide" if wide else "card", **attributes)
+
+
+def _short(value: Any) -> Any:
+    return f"{value:.6g}" if isinstance(value, float) else value

@@ -1,0 +1,135 @@
+"""Charts of one run: speed against time, gait diagram, phase portraits, torques against their limits."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from biped.measure.signals import SMOOTH, every, finite, inside, smooth
+from biped.measure.trajectory import Trajectory
+from biped.robot.leg_states import FIRST_IN_AIR
+from biped.robot.topology import BASE, LEGS, SEGMENTS
+from biped.show.page.html import Markup, card, tag
+from biped.show.page.player import SIDES, state_legend
+from biped.show.page.plot import Frame, around, legend
+from biped.show.page.words import percent
+
+Window = tuple[float, float]
+_JOINTS = ("hip", "knee", "ankle")
+_SHOWN = 3.0
+"""[s] of the window that a gait diagram and torques show."""
+_MEANS = f"means over {1e3 * SMOOTH:.0f} ms"
+
+
+def charts(trajectory: Trajectory, window: Window) -> list[Markup]:
+    """Groups of cards of a run.
+
+    Args:
+        trajectory: The run.
+        window: [s] of steady walking; a run that ended before it is shown as a whole.
+    """
+    run = finite(trajectory)
+    if len(run) < 3:
+        return []
+    rows = inside(run, window)
+    wide = tag("div", _speed(run, rows), _gait(run, rows), class_="cards")
+    return [wide, *(tag("div", *three, class_="cards three") for three in (_phase(run, rows), _torque(run, rows)))]
+
+
+def _legs(run: Trajectory) -> Markup:
+    return legend([(side, f"{leg} leg") for side, leg in zip(SIDES, run.robot.legs, strict=True)])
+
+
+def _speed(run: Trajectory, rows: np.ndarray) -> Markup:
+    at = every(run, 100.0)
+    time, speed = run.time[at], smooth(run.v[:, 0], run.tick)[at]
+    frame = Frame((0.0 if time[0] < 1.0 else float(time[0]), float(time[-1])), around(speed), "time [s]",
+                  "speed of the torso [m/s]", width=900.0, height=230.0)  # fmt: skip
+    for start, end, *_ in run.pushes:
+        frame.band((start, end), "pushed")
+    mean, span = float(run.v[rows, 0].mean()), run.time[rows][[0, -1]]
+    frame.line(time, speed, "quiet")
+    frame.line(span, [mean, mean], "accent dash")
+    pushes = "; ".join(f"{forward:+g} N" + (f", {up:+g} N up" if up else "") + f" on the {body} at {start:g} s"
+                       for start, _, forward, up, body in run.pushes)  # fmt: skip
+    key = legend([("quiet", "speed"), ("accent", f"mean {mean:.2f} m/s in {span[0]:.3g} to {span[1]:.3g} s"),
+                  *([("push", f"push: {pushes}")] if pushes else [])])  # fmt: skip
+    return card("Speed", key, tag("div", frame.svg("speed against time"), class_="scroll"), wide=True)
+
+
+def _gait(run: Trajectory, rows: np.ndarray) -> Markup:
+    """Leg states as bars, double support behind them."""
+    first = int(np.argmax(rows))
+    last = min(int(len(rows) - np.argmax(rows[::-1])), first + round(_SHOWN / run.tick))
+    span = slice(first, max(last, first + 2))
+    time, state = run.time[span], run.phase[span].astype(int)
+    frame = Frame((float(time[0]), float(time[-1]) + run.tick), (-0.7, 1.7), "time [s]", "",
+                  rungs=[run.robot.legs[1], run.robot.legs[0]], width=900.0, height=170.0, left=60.0)  # fmt: skip
+    both = np.all(state <= FIRST_IN_AIR, axis=1)
+    for start, end, on in _spans(both):
+        if on:
+            frame.band((time[start], time[0] + end * run.tick), "both")
+    for leg, side in enumerate(SIDES):
+        for start, end, kind in _spans(state[:, leg]):
+            frame.rect((time[start], time[0] + end * run.tick), (0.68 - leg, 1.32 - leg), f"s{kind} {side}")
+    whole = run.phase[rows].astype(int) <= FIRST_IN_AIR
+    shares = ", ".join(f"{name} {percent(float(whole[:, leg].mean()))}" for leg, name in enumerate(run.robot.legs))
+    double, flight = float(whole.all(axis=1).mean()), float((~whole).all(axis=1).mean())
+    note = f"On the ground in the window: {shares}; both legs {percent(double)}, neither {percent(flight)}."
+    key = [state_legend(), legend([("both", "both legs on the ground")])]
+    return card("Gait diagram", *key, tag("div", frame.svg("stance and swing of both legs"), class_="scroll"),
+                note=note, wide=True)  # fmt: skip
+
+
+def _spans(values: np.ndarray) -> list[tuple[int, int, int]]:
+    cuts = [0, *(np.flatnonzero(np.diff(values)) + 1).tolist(), len(values)]
+    return [(a, b, int(values[a])) for a, b in pairwise(cuts)]
+
+
+def _phase(run: Trajectory, rows: np.ndarray) -> list[Markup]:
+    cards = []
+    for joint, name in enumerate(_JOINTS):
+        curves = []
+        for leg in range(LEGS):
+            column = BASE + SEGMENTS * leg + joint
+            angle = np.degrees(run.q[rows, column])
+            rate = np.degrees(smooth(run.v[:, column], run.tick)[rows])
+            curves.append((angle, rate))
+        frame = Frame(around(np.concatenate([a for a, _ in curves])), around(np.concatenate([r for _, r in curves])),
+                      f"{name} angle [°]", "rate [°/s]")  # fmt: skip
+        for (angle, rate), side in reversed(list(zip(curves, SIDES, strict=True))):
+            frame.line(angle, rate, f"{side} thin")
+        cards.append(card(f"Phase portrait: {name}", _legs(run), frame.svg(f"phase portrait of the {name}"),
+                          note=f"In the window; rates are {_MEANS}." if joint == 0 else None))  # fmt: skip
+    return cards
+
+
+def _torque(run: Trajectory, rows: np.ndarray) -> list[Markup]:
+    first = int(np.argmax(rows))
+    last = min(int(len(rows) - np.argmax(rows[::-1])), first + round(_SHOWN / run.tick))
+    span = slice(first, max(last, first + 2))
+    cards = []
+    for joint, name in enumerate(_JOINTS):
+        limit = max(run.torque_limit[joint], run.torque_limit[joint + SEGMENTS])
+        torque = [run.applied[:, BASE + SEGMENTS * leg + joint] for leg in range(LEGS)]
+        means = [smooth(one, run.tick)[span] for one in torque]
+        low, high = around(np.concatenate(means))
+        bounded = not run.generalized and np.isfinite(limit)
+        if bounded:
+            low, high = min(low, -1.06 * limit), max(high, 1.06 * limit)
+        time = run.time[span]
+        frame = Frame((float(time[0]), float(time[-1])), (low, high), "time [s]", f"{name} torque [N m]")
+        if bounded:
+            frame.level(limit, "bad dash thin", f"limit {limit:g} N m")
+            frame.level(-limit, "bad dash thin")
+        for mean, side in reversed(list(zip(means, SIDES, strict=True))):
+            frame.line(time, mean, f"{side} thin")
+        peak = max(float(np.abs(one[rows]).max()) for one in torque)
+        told = f"Largest of one tick in the window: {peak:.0f} N m"
+        told += f" ({percent(peak / limit)} of the limit)." if bounded else "."
+        if run.generalized:
+            told += " Generalized forces: no motor's limit holds."
+        cards.append(card(f"Torque: {name}", _legs(run), frame.svg(f"torques of the {name}"),
+                          note=f"{told} Curves are {_MEANS}."))  # fmt: skip
+    return cards

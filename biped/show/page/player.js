@@ -1,0 +1,145 @@
+"use strict";
+// Walks drawn from the numbers in the page: pictures of joints, forces and leg states (biped/show/page/frames.py).
+(() => {
+  const STATES = ["", "stance", "heel off", "swing", "knee straight"];
+  const FRONT = 1.0;
+
+  const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;
+  const whole = (text) => {
+    const view = new DataView(bytes(text));
+    return Array.from({ length: view.byteLength / 2 }, (_, i) => view.getInt16(2 * i, true));
+  };
+  const real = (text) => {
+    const view = new DataView(bytes(text));
+    return Array.from({ length: view.byteLength / 4 }, (_, i) => view.getFloat32(4 * i, true));
+  };
+
+  class Walk {
+    constructor(root) {
+      const data = JSON.parse(root.dataset.walk);
+      Object.assign(this, data, {
+        root, base: real(data.base), place: whole(data.place), force: whole(data.force),
+        state: new Uint8Array(bytes(data.state)), frame: 0, playing: null,
+      });
+      this.rise = Math.tan((this.slope * Math.PI) / 180);
+      this.parts = Object.fromEntries([...root.querySelectorAll("[data-part]")].map((part) => [part.dataset.part, part]));
+      this.cursors = root.querySelectorAll(".cursor");
+      this.legs = root.dataset.legs.split("|");
+      const { play, scrub, speed } = this.parts;
+      scrub.addEventListener("input", () => { this.stop(); this.show(Number(scrub.value)); });
+      play.addEventListener("click", () => (this.playing === null ? this.start_() : this.stop()));
+      speed.addEventListener("change", () => { if (this.playing !== null) { this.stop(); this.start_(); } });
+      this.show(0);
+    }
+
+    // A point of a picture in the drawing: metres to the right and down.
+    point(i) {
+      const at = 2 * (12 * this.frame + i), x = this.base[this.frame];
+      return [x + this.place[at] * this.unit, -(x * this.rise + this.place[at + 1] * this.unit)];
+    }
+
+    show(frame) {
+      this.frame = Math.min(this.n - 1, Math.max(0, Math.round(frame)));
+      const all = Array.from({ length: 12 }, (_, i) => this.point(i));
+      const corners = (...which) => which.map((i) => all[i].map((v) => v.toFixed(4)).join(",")).join(" ");
+      for (const [leg, first] of [["first", 0], ["second", 5]]) {
+        this.parts[leg].setAttribute("points", corners(first, first + 1, first + 2, first + 4, first + 3, first + 2));
+      }
+      this.parts.trunk.setAttribute("points", corners(0, 10));
+      const [hip, top] = [all[0], all[10]], long = Math.hypot(top[0] - hip[0], top[1] - hip[1]) || 1;
+      this.put("head", top[0] + (0.17 * this.leg * (top[0] - hip[0])) / long, top[1] + (0.17 * this.leg * (top[1] - hip[1])) / long);
+      this.put("centre", ...all[11]);
+      const ground = this.base[this.frame];
+      this.parts.world.setAttribute("transform", `translate(${(-ground).toFixed(4)} ${(ground * this.rise).toFixed(4)})`);
+      [3, 4, 8, 9].forEach((i, point) => {
+        const at = 2 * (4 * this.frame + point);
+        this.arrow(`force${point}`, all[i], [this.force[at] / 1000, -this.force[at + 1] / 1000], 0.65 * this.leg);
+      });
+      this.push(all);
+      this.trail();
+      const time = this.start + this.frame * this.dt;
+      this.parts.scrub.value = String(this.frame);
+      this.parts.time.textContent = `${time.toFixed(2)} s`;
+      this.parts.readout.textContent = this.legs.map((leg, i) => `${leg}: ${STATES[this.state[2 * this.frame + i]] ?? ""}`).join(" · ");
+      const x = this.n > 1 ? (1000 * this.frame) / (this.n - 1) : 0;
+      for (const cursor of this.cursors) { cursor.setAttribute("x1", x); cursor.setAttribute("x2", x); }
+    }
+
+    put(part, x, y) {
+      this.parts[part].setAttribute("cx", x.toFixed(4));
+      this.parts[part].setAttribute("cy", y.toFixed(4));
+    }
+
+    arrow(part, from, way, scale) {
+      const length = Math.hypot(...way) * scale;
+      if (length < 0.012) { this.parts[part].setAttribute("d", ""); return; }
+      const to = [from[0] + way[0] * scale, from[1] + way[1] * scale];
+      const [a, b] = way.map((v) => (v * scale) / length), tip = Math.min(0.07, 0.5 * length);
+      const barb = (side) => `${(to[0] - tip * (a - side * 0.5 * b)).toFixed(4)} ${(to[1] - tip * (b + side * 0.5 * a)).toFixed(4)}`;
+      this.parts[part].setAttribute("d", `M${from.map((v) => v.toFixed(4)).join(" ")}L${to.map((v) => v.toFixed(4)).join(" ")}M${barb(1)}L${to[0].toFixed(4)} ${to[1].toFixed(4)}L${barb(-1)}`);
+    }
+
+    // The push that acts now: an arrow that ends at the trunk.
+    push(all) {
+      const time = this.start + this.frame * this.dt;
+      const now = this.pushes.find(([from, to]) => time >= from - 1e-9 && time < to - 1e-9);
+      const size = now ? Math.hypot(now[2], now[3]) : 0;
+      if (!now || size === 0) {
+        this.parts.push.setAttribute("d", "");
+        this.parts.said.textContent = "";
+        return;
+      }
+      const middle = [0, 1].map((i) => all[0][i] + 0.63 * (all[10][i] - all[0][i]));
+      const way = [now[2] / 400, -now[3] / 400], from = [middle[0] - way[0], middle[1] - way[1]];
+      this.arrow("push", from, way, 1);
+      this.parts.said.textContent = `${size.toFixed(0)} N`;
+      this.parts.said.setAttribute("x", (from[0] - 0.1 * Math.sign(way[0])).toFixed(4));
+      this.parts.said.setAttribute("y", (from[1] - 0.08).toFixed(4));
+      this.parts.said.setAttribute("text-anchor", "middle");
+    }
+
+    trail() {
+      const kept = this.frame, first = Math.max(0, kept - 80), path = [];
+      for (this.frame = first; this.frame <= kept; this.frame += 1) path.push(this.point(11).map((v) => v.toFixed(3)).join(" "));
+      this.frame = kept;
+      this.parts.trail.setAttribute("d", `M${path.join("L")}`);
+    }
+
+    start_() {
+      if (this.frame >= this.n - 1) this.show(0);
+      const first = this.frame, speed = Number(this.parts.speed.value) || FRONT;
+      let began = null;
+      const next = (now) => {
+        began ??= now;
+        this.show(first + ((now - began) / 1000) * (speed / this.dt));
+        if (this.frame >= this.n - 1) { this.stop(); return; }
+        this.playing = requestAnimationFrame(next);
+      };
+      this.playing = requestAnimationFrame(next);
+      this.label("Pause", "❚❚");
+    }
+
+    stop() {
+      if (this.playing !== null) cancelAnimationFrame(this.playing);
+      this.playing = null;
+      this.label("Play", "▶");
+    }
+
+    label(words, sign) {
+      this.parts.play.setAttribute("aria-label", words);
+      this.parts.play.textContent = sign;
+    }
+  }
+
+  document.body.classList.add("live");
+  for (const group of document.querySelectorAll(".walks")) {
+    const panels = [...group.querySelectorAll(".walk")], tabs = [...group.querySelectorAll("[role=tab]")];
+    const walks = panels.map((panel) => new Walk(panel));
+    const choose = (chosen) => {
+      tabs.forEach((tab, i) => tab.setAttribute("aria-selected", String(i === chosen)));
+      panels.forEach((panel, i) => { panel.hidden = i !== chosen; if (i !== chosen) walks[i].stop(); });
+    };
+    tabs.forEach((tab, i) => tab.addEventListener("click", () => choose(i)));
+    choose(0);
+  }
+})();

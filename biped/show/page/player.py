@@ -1,0 +1,148 @@
+"""The animated stick figure: one panel a run, with forces, leg states and a scrubber; a stroboscope on paper."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from biped.show.page.frames import NAMES, RATE, Frames
+from biped.show.page.html import Markup, join, tag
+from biped.show.page.plot import legend
+
+STATE_WORDS = {1: "stance", 2: "heel off", 3: "swing", 4: "knee straight"}
+SIDES = ("right", "left")
+"""Classes of the legs, whatever people call them: the first is blue, the second orange, everywhere."""
+_FLASH = 0.2
+"""[s] between the figures of the stroboscope."""
+
+
+class Shown(NamedTuple):
+    """A run that is shown.
+
+    Attributes:
+        name: On its tab.
+        said: What became of it, in a sentence.
+        frames: Its pictures.
+    """
+
+    name: str
+    said: str
+    frames: Frames
+
+
+def walks(shown: Sequence[Shown]) -> Markup:
+    """Panels of runs, one of which is seen at a time."""
+    tabs = None
+    if len(shown) > 1:
+        tabs = tag("div", *(tag("button", run.name, type="button", role="tab", aria_selected="false") for run in shown),
+                   class_="tabs", role="tablist")  # fmt: skip
+    return tag("div", tabs, *(_panel(run) for run in shown), class_="walks")
+
+
+def _panel(run: Shown) -> Markup:
+    frames, legs = run.frames, run.frames.legs
+    controls = tag(
+        "div",
+        tag("button", "▶", type="button", aria_label="Play", data_part="play"),
+        tag("input", type="range", min=0, max=len(frames.time) - 1, value=0, step=1, aria_label="Time",
+            data_part="scrub"),
+        tag("output", "", data_part="time"),
+        tag("select", *(tag("option", word, value=value) for word, value in (("1×", 1), ("½×", 0.5), ("⅕×", 0.2))),
+            aria_label="Speed", data_part="speed"),
+        class_="controls",
+    )  # fmt: skip
+    key = legend([(SIDES[0], f"{legs[0]} leg"), (SIDES[1], f"{legs[1]} leg"), ("force", "ground force"),
+                  *([("push", "push")] if frames.pushes else [])])  # fmt: skip
+    return tag(
+        "div", tag("p", run.said, class_="about"), key, _stage(frames), _strobe(frames), _lanes(frames), controls,
+        tag("p", "", class_="readout", data_part="readout"), class_="walk", data_walk=json.dumps(frames.data()),
+        data_legs="|".join(legs),
+    )  # fmt: skip
+
+
+def _stage(frames: Frames) -> Markup:
+    """The drawing that the script moves; metres, down positive."""
+    leg = frames.leg
+    parts = [
+        _ground(frames, frames.place[:, -1, 0].min() - 3.0 * leg, frames.place[:, -1, 0].max() + 3.0 * leg),
+        tag("path", class_="trail", data_part="trail"),
+        tag("polyline", class_="limb left", data_part="second"),
+        tag("polyline", class_="limb trunk", data_part="trunk"),
+        tag("circle", class_="head", r=round(0.1 * leg, 4), data_part="head"),
+        tag("polyline", class_="limb right", data_part="first"),
+        tag("circle", class_="centre", r=0.022, data_part="centre"),
+        *(tag("path", class_="arrow", data_part=f"force{i}") for i in range(4)),
+        tag("path", class_="arrow push", data_part="push"),
+        tag("text", "", class_="said", data_part="said"),
+    ]
+    box = f"{-2.1 * leg:.3f} {-2.05 * leg:.3f} {4.2 * leg:.3f} {2.4 * leg:.3f}"
+    return tag("svg", tag("g", *parts, data_part="world"), viewBox=box, class_="stage", role="img",
+               aria_label="stick figure of the walk")  # fmt: skip
+
+
+def _ground(frames: Frames, low: float, high: float) -> Markup:
+    """The ground as it slopes, with a mark every half metre and a number at every metre."""
+    rise = math.tan(math.radians(frames.slope))
+    soil = f"M{low:.3f} {-low * rise:.3f}L{high:.3f} {-high * rise:.3f}v3H{low:.3f}Z"
+    marks = [tag("path", d=soil, class_="soil"),
+             tag("path", d=f"M{low:.3f} {-low * rise:.3f}L{high:.3f} {-high * rise:.3f}", class_="ruler")]  # fmt: skip
+    for half in range(math.ceil(2 * low), math.floor(2 * high) + 1):
+        x = 0.5 * half
+        marks.append(tag("path", d=f"M{x} {-x * rise:.3f}v{0.07 if half % 2 == 0 else 0.035}", class_="ruler"))
+        if half % 2 == 0:
+            words = f"{half // 2} m".replace("-", "−")
+            marks.append(tag("text", words, x=x, y=round(-x * rise + 0.16, 3), text_anchor="middle"))
+    return tag("g", *marks)
+
+
+def _strobe(frames: Frames) -> Markup:
+    """Figures at equal times side by side: what is seen on paper, and without a script."""
+    place = frames.place[:: max(1, round(_FLASH * RATE))] * [1.0, -1.0]
+    low, high = place[..., 0].min() - 0.15, place[..., 0].max() + 0.15
+    top, bottom = place[..., 1].min() - 0.25 * frames.leg, max(place[..., 1].max(), 0.0) + 0.22
+    figures = []
+    for picture in place:
+        limbs = []
+        for side in (1, 0):
+            hip, knee, ankle, toe, heel = picture[side * len(NAMES) : (side + 1) * len(NAMES)]
+            limbs.append(_limb([hip, knee, ankle, heel, toe, ankle], SIDES[side]))
+        figures.append(tag("g", _limb([picture[0], picture[10]], "trunk"), *limbs))
+    box = f"{low:.3f} {top:.3f} {high - low:.3f} {bottom - top:.3f}"
+    return tag("svg", _ground(frames, low, high), *figures, viewBox=box, class_="strobe", role="img",
+               aria_label=f"a figure every {_FLASH} s")  # fmt: skip
+
+
+def _limb(points: Sequence[np.ndarray], class_: str) -> Markup:
+    return tag("polyline", points=" ".join(f"{x:.3f},{y:.3f}" for x, y in points), class_=f"limb {class_}")
+
+
+def _lanes(frames: Frames) -> Markup:
+    """Leg states against time, a row a leg."""
+    n = len(frames.time)
+    rows = []
+    for leg, side in enumerate(SIDES):
+        state = frames.state[:, leg]
+        cuts = [0, *(np.flatnonzero(np.diff(state)) + 1).tolist(), n]
+        bars = [
+            tag("rect", tag("title", STATE_WORDS.get(int(state[first]), "")), x=round(1000 * first / n, 2), y=0,
+                width=round(1000 * (last - first) / n, 2), height=18, class_=f"s{int(state[first])} {side}")
+            for first, last in pairwise(cuts)
+        ]  # fmt: skip
+        cursor = tag("line", x1=0, x2=0, y1=0, y2=18, class_="cursor")
+        rows += [tag("span", frames.legs[leg]), tag("svg", *bars, cursor, viewBox="0 0 1000 18",
+                 preserveAspectRatio="none", role="img", aria_label=f"leg states, {frames.legs[leg]}")]  # fmt: skip
+    return join([tag("div", *rows, class_="lanes"), state_legend()])
+
+
+def state_legend() -> Markup:
+    """Shades of a leg's colour and the states they stand for."""
+    entries = [
+        tag("span", *(tag("i", class_=f"key s{state} {side}") for side in SIDES), words)
+        for state, words in STATE_WORDS.items()
+    ]
+    return tag("p", *entries, class_="legend")

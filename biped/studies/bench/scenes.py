@@ -1,0 +1,114 @@
+"""What the closed loop costs in scenes of every kind, as ratios to bare `mj_step` of the same run.
+
+Least times of many interleaved repeats: what else runs on the machine can only add to a time.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from biped.control.controller import python_needed
+from biped.engines.mujoco import simulate
+from biped.engines.native import reason
+from biped.ensemble.plan import Plan
+from biped.measure.metrics import measure
+from biped.robot.model import compile_foreign, tree_at
+from biped.robot.run import Run
+from biped.scenario.reading import read_scenario
+from biped.studies.bench.parts import clock, replay, strict
+
+REPEATS = 15
+SCENES: dict[str, tuple[str, ...]] = {
+    "level_normal": ("level_normal",),
+    "level_fast": ("level_fast",),
+    "robust/own": ("robust/own",),
+    "push": ("push_forward",),
+    "slope 2°": ("level_normal", "ground.slope=2.0"),
+    "sensor noise and delay": (
+        "robust/own", "sensors.angle_noise=1e-5", "sensors.rate_noise=1e-4", "sensors.delay=0.001",
+    ),
+    "actuator lag": ("level_normal", "actuation.lag=0.001"),
+    "wrong masses": ("level_normal", "truth.mass=[1.01, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]"),
+    "backstep": ("robust/steep",),
+    "changes": ("robust/walk_to_stand",),
+    "bounded torques": ("level_normal", "actuation.limit='bounded'"),
+    "ground that only pushes": ("calm/own",),
+    "Q_d itself": ("level_normal_generalized",),
+    "RK4": ("level_normal", "simulation.integrator='RK4'"),
+    "physics at 0.5 ms": ("level_normal", "simulation.timestep=0.0005"),
+    "pyramidal cones": ("level_normal", "simulation.cone='pyramidal'"),
+}  # fmt: skip
+"""Scenario and changes."""
+
+
+class SceneCost(NamedTuple):
+    """A scene's price.
+
+    Attributes:
+        loop: How its ticks are looped over: compiled, or in Python and why.
+        end: How its run ended.
+        ticks: Of its run.
+        physics: µs a tick of bare `mj_step` called from Python, MuJoCo's clock on.
+        steps: µs a tick of the same steps in compiled code, the clock off; physics where that is not possible.
+        closed_loop: µs a tick of the whole run, set-up included.
+        metrics: µs a tick of its numbers.
+        with_metrics: (closed loop + metrics) / physics.
+        strict: (closed loop + metrics) / steps.
+    """
+
+    loop: str
+    end: str
+    ticks: int
+    physics: float
+    steps: float
+    closed_loop: float
+    metrics: float
+    with_metrics: float
+    strict: float
+
+
+def loop_of(run: Run) -> str:
+    """How a run's ticks are looped over: compiled, or in Python and why."""
+    foreign = compile_foreign(run.model, run.scenario)
+    why = python_needed(run, tree_at(run.model)) or reason(foreign.model, foreign.order)
+    return f"in Python: {why}" if why else "compiled"
+
+
+def scene_cost(run: Run, repeats: int = REPEATS) -> SceneCost:
+    """What a run in MuJoCo costs.
+
+    Args:
+        run: The run.
+        repeats: Of which the least times count.
+    """
+    trajectory = simulate(run)
+    calls = {
+        "steps_and_hand": lambda: clock(lambda: replay(run, trajectory)),
+        "hand": lambda: clock(lambda: replay(run, trajectory, False)),
+        "steps": lambda: strict(run, trajectory),
+        "closed_loop": lambda: clock(lambda: simulate(run)),
+        "metrics": lambda: clock(lambda: measure(trajectory, run.scenario.interval)),
+    }
+    least = dict.fromkeys(calls, float("inf"))
+    for repeat in range(repeats + 1):
+        for name, call in calls.items():
+            took = call()
+            if took is not None and repeat > 0:  # the first compiles
+                least[name] = min(least[name], took)
+    per_tick = 1e6 / len(trajectory)
+    physics = (least["steps_and_hand"] - least["hand"]) * per_tick
+    steps, loop, metrics = (least[name] * per_tick for name in ("steps", "closed_loop", "metrics"))
+    steps = min(steps, physics)
+    return SceneCost(
+        loop_of(run), trajectory.end, len(trajectory), physics, steps, loop, metrics,
+        (loop + metrics) / physics, (loop + metrics) / steps,
+    )  # fmt: skip
+
+
+def scene_costs(repeats: int = REPEATS) -> dict[str, dict[str, Any]]:
+    """What each of `SCENES` costs, by name."""
+    out = {}
+    for name, (scenario, *changes) in SCENES.items():
+        run = Plan(read_scenario(scenario, list(changes))).run(0)
+        out[name] = scene_cost(run, repeats)._asdict()
+    return out

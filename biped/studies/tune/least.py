@@ -1,0 +1,177 @@
+"""How few of a found gait's gains it takes: gains are put back one by one, each time the one that is missed least."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import msgspec
+
+from biped.base.errors import InputError
+from biped.base.files import label, locate
+from biped.base.json import dumps
+from biped.base.progress import Progress, Told, silent, unheard
+from biped.ensemble.backend import Jobs
+from biped.ensemble.folder import Folder
+from biped.ensemble.plan import Plan
+from biped.scenario.gains import GAINS, Gains
+from biped.scenario.gait import read_gains
+from biped.scenario.reading import read_scenario
+from biped.studies.run import RUNS, title_of
+from biped.studies.tune.evaluate import Outcome, Study, Task, workers
+from biped.studies.tune.space import Candidate, single
+
+Record = dict[str, Any]
+
+
+class Least(NamedTuple):
+    """What putting back gains one by one came to.
+
+    Attributes:
+        scenario: Name of the tuning scenario, whose gait is the one that is gone back to.
+        gait: Name of the found gait.
+        folder: Where the results are.
+        steps: By number of gains that were put back: `restored`, the last of them, `before` and `after`, its values,
+            `changed`, how many still differ, and `tallies`, per condition runs that did what they should, and runs.
+    """
+
+    scenario: str
+    gait: str
+    folder: Path
+    steps: list[Record]
+
+    def as_dict(self) -> dict[str, Any]:
+        """What `--json` prints."""
+        return {"scenario": self.scenario, "gait": self.gait, "folder": label(self.folder), "steps": self.steps}
+
+
+def _nothing(steps: list[Record], folder: Path) -> None:
+    """What is done after a step if nobody asks for more."""
+
+
+def least(
+    name: str,
+    gait: str,
+    changes: Sequence[str],
+    jobs: Jobs,
+    out: Path | None,
+    progress: Progress = silent,
+    after: Callable[[list[Record], Path], None] = _nothing,
+    tell: Told = unheard,
+) -> Least:
+    """Goes back from a found gait to a scenario's own; an interrupted way back in `out` is continued.
+
+    Which gain is put back next is decided on seeds that all choices of a step share; tallies are of fresh ones.
+
+    Args:
+        name: Name or path of the tuning scenario.
+        gait: Name or path of the gait that was found.
+        changes: `--set` changes.
+        jobs: Number of processes, or a cluster.
+        out: Results folder; default: a new one below runs/.
+        progress: Told of every step.
+        after: Called after every step with all steps so far and the folder.
+        tell: Told what of an interrupted way could not be used.
+
+    Raises:
+        InputError: There is nothing to put back, or the folder holds something else.
+    """
+    scenario = read_scenario(name, changes)
+    study = Study(scenario)
+    origin, found = study.gains, read_gains(locate("controllers", gait, "--least"), Gains())
+    names = different(origin, found)
+    if not names:
+        raise InputError(f"--least {gait}: expected another gait than the scenario's own, '{scenario.controller}'")
+    title = title_of(name) + "-least"
+    folder = Folder.new(RUNS, title, Plan(scenario)) if out is None else Folder(out, Plan(scenario))
+    try:
+        steps = _known(folder, gait, len(names), tell)
+        with workers(study, jobs) as evaluate, progress(title, len(names) + 1, len(steps)) as advance:
+            while len(steps) <= len(names):
+                steps.append(folder.note(_step(study, evaluate, gait, origin, found, names, steps)))
+                after(steps, folder.path)
+                advance()
+    except BaseException:
+        folder.discard()  # but not what it noted
+        raise
+    done = Least(title_of(name), gait, folder.path, steps)
+    folder.save_text("result.json", dumps(done.as_dict(), indent=1))
+    folder.close()
+    return done
+
+
+def different(origin: Gains, found: Gains) -> list[str]:
+    """Names of the single numbers in which two complete gaits differ."""
+    return [name for name in single(GAINS) if _number(origin, name) != _number(found, name)]
+
+
+def mixed(found: Gains, origin: Gains, back: Sequence[str]) -> Gains:
+    """A found gait with some of its numbers put back to those of another."""
+    values = {name: list(value) if isinstance(value := getattr(found, name), tuple) else value for name in GAINS}
+    for name in back:
+        whole, _, state = name.partition(".")
+        if state:
+            values[whole][int(state)] = _number(origin, name)
+        else:
+            values[whole] = _number(origin, name)
+    return msgspec.convert(values, Gains)
+
+
+def _number(gains: Gains, name: str) -> float:
+    whole, _, state = name.partition(".")
+    value = getattr(gains, whole)
+    return value[int(state)] if state else value
+
+
+def _known(folder: Folder, gait: str, count: int, tell: Told) -> list[Record]:
+    """Steps that an earlier command finished."""
+    known = {record["index"]: record for record in folder.finished()}
+    for words in folder.notes:
+        tell(words)
+    if any(record.get("gait") != gait for record in known.values()):
+        raise InputError(
+            f"--out {folder.path}: holds another search; expected a new folder, or a way back from '{gait}'"
+        )
+    steps = []
+    while len(steps) <= count and len(steps) in known:
+        steps.append(known[len(steps)])
+    return steps
+
+
+def _step(
+    study: Study,
+    evaluate: Callable[[Sequence[Task]], list[Outcome]],
+    gait: str,
+    origin: Gains,
+    found: Gains,
+    names: Sequence[str],
+    steps: Sequence[Record],
+) -> Record:
+    """Puts one more gain back, or, as step 0, none."""
+    number = len(steps)
+    back = [step["restored"] for step in steps if step["restored"]]
+    record: Record = {"index": number, "gait": gait, "restored": "", "changed": len(names) - number}
+    if number:
+        left = [name for name in names if name not in back]
+        seed = study.seed("least", number)
+        runs = {name: range(condition.runs) for name, condition in study.tune.conditions.items()}
+        tasks = [study.tasks(Candidate(mixed(found, origin, [*back, name]), ()), seed, False, runs) for name in left]
+        outcomes = iter(evaluate([task for group in tasks for task in group]))
+        costs = [_cost(study, group, [next(outcomes) for _ in group]) for group in tasks]
+        chosen = left[min(range(len(left)), key=costs.__getitem__)]
+        back.append(chosen)
+        record |= {"restored": chosen, "before": _number(found, chosen), "after": _number(origin, chosen)}
+    checks = {name: range(study.tune.checks) for name in study.tune.conditions}
+    fresh = study.tasks(Candidate(mixed(found, origin, back), ()), study.seed("least.check", number), True, checks)
+    tallies = {name: [0, study.tune.checks] for name in study.tune.conditions}
+    for task, outcome in zip(fresh, evaluate(fresh), strict=True):
+        tallies[task.condition][0] += outcome.walked
+    return record | {"tallies": tallies}
+
+
+def _cost(study: Study, tasks: Sequence[Task], outcomes: Sequence[Outcome]) -> float:
+    found: dict[str, list[Outcome]] = {}
+    for task, outcome in zip(tasks, outcomes, strict=True):
+        found.setdefault(task.condition, []).append(outcome)
+    return study.cost(found, 0.0)

@@ -1,0 +1,179 @@
+"""Clips: what is drawn is what was logged, files are what they are called, and what is missing is said."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from biped.base.errors import InputError
+from biped.cli.main import main
+from biped.show.film import canvas as canvases
+from biped.show.film import reel
+from tests.cases import command, write
+
+try:
+    canvases.platform()
+    BLIND = ""
+except InputError as error:
+    BLIND = str(error)
+drawing = pytest.mark.skipif(bool(BLIND), reason=BLIND)
+
+PUSH = "push=[{at=0.3,duration=0.3,force=[200.0,0.0]}]"
+SHORT = ["--set", "duration=1.0", "--set", "window.start=0.5", "--set", "window.end=1.0", "--set", PUSH]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    where = tmp_path_factory.mktemp("film")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(where)
+        assert main(["run", "level_normal", *SHORT, "--out", "one"]) in (0, 1)
+        assert main(["run", "level_normal", *SHORT, "--set", "ground.slope=5", "--out", "two"]) in (0, 1)
+    return where
+
+
+@pytest.fixture
+def here(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+
+
+def frames(path):
+    with Image.open(path) as clip:
+        out = []
+        for i in range(clip.n_frames):
+            clip.seek(i)
+            out.append(np.asarray(clip.convert("RGB"), float))
+        return out, clip.info["duration"]
+
+
+def coloured(frame, red, green, blue):
+    return (frame * [red, green, blue]).sum(axis=2) > 60
+
+
+@drawing
+def test_a_clip_shows_the_legs_the_ground_the_forces_and_the_push(here, capsys):
+    assert main(["video", "one", "--out", "one.gif", "--width", "320", "--fps", "10"]) == 0
+    assert "one.gif: 10 frames" in capsys.readouterr().out
+    drawn, pause = frames("one.gif")
+    assert len(drawn) == 10
+    assert pause == 100
+    assert drawn[0].shape == (180, 320, 3)
+    for frame in drawn:
+        assert coloured(frame, -1.0, 0.0, 1.0).sum() > 100  # the right leg is blue
+        assert coloured(frame, 1.0, 0.0, -1.0).sum() > 100  # the left one orange
+    pushed = [int(coloured(frame, 0.5, -1.0, 0.5).sum()) for frame in drawn]
+    assert all(count > 30 for count in pushed[3:6])  # 0.3 to 0.6 s
+    assert all(count < 10 for count in (*pushed[:3], *pushed[6:]))
+    # 200 N are half a metre of an arrow; what stands 1.8 m high is seen 2.3 m high at 2.75 m.
+    across = np.flatnonzero(coloured(drawn[4], 0.5, -1.0, 0.5).any(axis=0))
+    assert np.ptp(across) == pytest.approx(0.5 / 2.3 * 180, rel=0.25)
+
+
+@drawing
+def test_two_runs_side_by_side_or_as_a_ghost_and_a_slope(here):
+    for name, more in (("beside", []), ("ghost", ["--ghost"])):
+        argv = ["video", "one", "two", "--out", f"{name}.gif", "--width", "320", "--fps", "5", "--to", "0.4", *more]
+        assert main(argv) == 0
+    beside, ghost = (frames(f"{name}.gif")[0][0] for name in ("beside", "ghost"))
+    assert coloured(beside, -1.0, 0.0, 1.0).sum() > 0
+    assert np.abs(beside - ghost).max() > 50
+    assert main(["video", "two", "--out", "slope.gif", "--width", "320", "--fps", "5", "--to", "0.2"]) == 0
+    level, slope = (frames(f"{name}.gif")[0][0] for name in ("ghost", "slope"))
+    # The far edge of the ground rises to the right by about the slope.
+    edges = [np.argmax(frame[:, x].sum(axis=1) < 700.0) for frame in (slope,) for x in (250, 310)]
+    assert edges[1] < edges[0]
+    assert level.shape == slope.shape
+
+
+@drawing
+def test_an_mp4_is_one(here):
+    ffmpeg = pytest.importorskip("imageio_ffmpeg")
+    argv = ["video", "one", "--out", "one.mp4", "--width", "320", "--fps", "10"]
+    assert main(argv) == 0
+    command = [
+        ffmpeg.get_ffmpeg_exe(),
+        "-loglevel",
+        "error",
+        "-i",
+        "one.mp4",
+        "-f",
+        "rawvideo",
+        "-pix_fmt",
+        "rgb24",
+        "-",
+    ]
+    raw = subprocess.run(command, capture_output=True, check=True).stdout
+    clip = np.frombuffer(raw, np.uint8).reshape(-1, 180, 320, 3)
+    assert len(clip) == 10
+    assert coloured(clip[5].astype(float), -1.0, 0.0, 1.0).sum() > 100
+
+
+@drawing
+def test_an_encoder_that_fails_says_why_and_leaves_nothing(here, monkeypatch, capsys):
+    pytest.importorskip("imageio_ffmpeg")
+    monkeypatch.setattr(reel, "_ffmpeg", lambda: sys.executable)
+    assert main(["video", "one", "--out", "bad.mp4", "--width", "64", "--fps", "5"]) == 1
+    assert "video: the encoder failed" in " ".join(capsys.readouterr().err.split())
+    assert not list(Path().glob("*bad.mp4*"))
+
+
+def test_the_extra_is_named(here, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    assert main(["video", "one", "--out", "x.mp4"]) == 2
+    assert "pip install 'biped[video]'" in " ".join(capsys.readouterr().err.split())
+    assert not Path("x.mp4").exists()
+    reel.check(Path("x.gif"))
+
+
+def test_where_nothing_can_draw_it_says_what_to_install(here, monkeypatch, capsys):
+    tried = []
+
+    def broken(argv, **more):
+        tried.append(argv[-1])
+        return subprocess.CompletedProcess(argv, -11)
+
+    monkeypatch.setattr(canvases.subprocess, "run", broken)
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.delenv("MUJOCO_GL", raising=False)
+    assert main(["video", "one", "--out", "x.gif"]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert "tried egl and osmesa" in said
+    assert "apt-get install" in said
+    assert ["egl" in tried[0], "osmesa" in tried[1]] == [True, True]
+    assert not Path("x.gif").exists()
+    assert not Path(".x.gif.part").exists()
+
+
+@pytest.mark.parametrize(
+    ("argv", "says"),
+    [
+        (["one", "--out", "x.avi"], "--out x.avi: expected a file *.mp4 or *.gif"),
+        (["one", "--out", "no/x.gif"], "--out no/x.gif: cannot be written"),
+        (["nowhere", "--out", "x.gif"], "expected a results folder"),
+        (["one", "two", "one", "--out", "x.gif"], "expected one run or two, got 3"),
+        (["one", "--ghost", "--out", "x.gif"], "--ghost: expected two runs"),
+        (["one", "--width", "1", "--out", "x.gif"], "--width 1: expected"),
+        (["one", "--fps", "nan", "--out", "x.gif"], "--fps nan: expected"),
+        (["one", "--from", "5", "--out", "x.gif"], "--from 5: expected a time before the end"),
+        (["one", "--from", "0.5", "--to", "0.1", "--out", "x.gif"], "--to 0.1: expected"),
+        (["one", "--to", "x", "--out", "x.gif"], "expected a number, got 'x'"),
+    ],
+)
+def test_bad_input_is_one_sentence(here, argv, says, capsys):
+    assert main(["video", *argv]) == 2
+    assert says in " ".join(capsys.readouterr().err.split())
+    assert not Path("x.gif").exists()
+
+
+@drawing
+def test_of_a_campaign_the_run_that_was_asked_for(here, capsys):
+    write("s.toml", "duration = 0.3\nstart = { jitter = 0.02 }\nrandomise = { runs = 2 }\nwindow = { start = 0.1 }\n")
+    command(capsys, "run", "s.toml", "--jobs", "1", "--out", "many")
+    assert main(["video", "many", "--only", "1", "--out", "m.gif", "--width", "64", "--fps", "10"]) == 0
+    assert main(["video", "many", "--only", "7", "--out", "m2.gif"]) == 2
+    assert "--only 7: expected the number of a run of many, 0 … 1" in " ".join(capsys.readouterr().err.split())
