@@ -27,7 +27,10 @@ def run(tmp_path, monkeypatch):
         exec(compile(text, str(path), "exec"), space)
         return space
 
-    return run
+    yield run
+    import matplotlib.pyplot as plt
+
+    plt.close("all")  # as when a program ends
 
 
 def test_a_mechanism_of_plain_functions(run, capsys):

@@ -110,10 +110,13 @@ def test_errors_come_across(kind):
 
 
 class Strange(Exception):
-    """Can be pickled, but for good."""
+    """Can be pickled, but for good; it says how itself, or packages that pickle any error would find a way."""
 
     def __init__(self, one, two):
         super().__init__("only one")
+
+    def __reduce__(self):
+        return Strange, ("only one",)
 
 
 @pytest.mark.parametrize("answer", ["lambda", "error of a lambda", "strange error"])
