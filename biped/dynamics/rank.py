@@ -17,6 +17,9 @@ from biped.dynamics.system import ConstrainedSystem
 BESIDE = (1e-2, 1e-3)
 """How far from the start its neighbours are, relative to the size of q."""
 
+BRANCHLESS = 1e-6
+"""Part of b_v that no acceleration gives, above which no motion has the velocity."""
+
 NEWTON = 40
 """Iterations of a projection; with the rank in doubt it converges linearly only."""
 
@@ -39,6 +42,35 @@ def structural_rank(system: ConstrainedSystem, t: float, q: np.ndarray, v: np.nd
                 away = _tangent(system, t, here, direction / most)
                 rank = max(rank, _on_constraints(system, t, here + beside * size * away)[1])
     return rank
+
+
+def has_a_branch(
+    system: ConstrainedSystem, t: float, q: np.ndarray, v: np.ndarray, most: int, K: Sparse | None = None
+) -> bool:
+    """Whether a start in a singular position has a velocity that a motion on the constraints can have.
+
+    There more velocities satisfy A v = 0 than branches meet: only those for which A a = b_v has a solution go on.
+
+    Args:
+        system: The system.
+        t: [s].
+        q: (n,) coordinates.
+        v: (n,) velocities.
+        most: Rank of the constraints in the neighbourhood.
+        K: Plan of the sparse factorisation.
+    """
+    if most == 0 or not np.any(v) or _plainly_independent(system, t, q, v, K):
+        return True
+    e = system.evaluate(t, q, v)
+    length = np.linalg.norm(e.A, axis=1)
+    length[length <= TIGHT * length.max()] = np.inf
+    try:
+        U, s, _ = np.linalg.svd(e.A / length[:, None])
+    except np.linalg.LinAlgError:
+        return True  # what it stumbles over is told where the motion stops
+    here = int((s > TIGHT * s.max()).sum())
+    asked = e.b_v / length
+    return here >= most or bool(np.linalg.norm(U[:, here:].T @ asked) <= BRANCHLESS * np.linalg.norm(asked))
 
 
 def _plainly_independent(system: ConstrainedSystem, t: float, q: np.ndarray, v: np.ndarray, K: Sparse | None) -> bool:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from biped.base.errors import RunError
+from biped.base.errors import InputError, RunError
 from biped.dynamics import RK8, integrate
 from biped.dynamics.build import GROUND, Plane
 
@@ -62,6 +62,8 @@ def verdict(seed):
         r = integrate(
             system, plane.q, velocities(plane, seed), duration=DURATION, sampling=0.1, scheme=RK8.adaptive(TOLERANCE)
         )
+    except InputError as error:
+        return "error" if "singular position" in str(error) else "an error that does not say what"
     except RunError as error:
         return "error" if "at t = " in str(error) else "an error that does not say when"
     moving = max(np.ptp(r.potential), r.kinetic.max(), 1e-6 * np.abs(r.potential).max(), 1e-6)
@@ -74,6 +76,22 @@ def test_forty_random_mechanisms():
     verdicts = [verdict(seed) for seed in range(40)]
     assert set(verdicts) <= {"answer", "error"}
     assert verdicts.count("answer") >= 34
+
+
+@pytest.mark.parametrize("seed", [188, 295])
+def test_a_singular_start_that_no_branch_goes_on_from_is_an_error(seed):
+    """A v = 0 alone let them start, and 0.6 J and 21 J were lost without a word."""
+    plane = build(seed)
+    with pytest.raises(InputError, match="no motion has there"):
+        integrate(
+            plane.system,
+            plane.q,
+            velocities(plane, seed),
+            duration=DURATION,
+            sampling=0.1,
+            scheme=RK8.adaptive(TOLERANCE),
+        )
+    assert verdict(seed) == "error"
 
 
 @pytest.mark.slow
