@@ -76,8 +76,8 @@ def integrate(
         most = _rank(system, rank, t, q, v, K)
         if not ranks.has_a_branch(system, t, q, v, most, K):
             raise InputError(
-                f"{system.name}: the start is in a singular position with a velocity that no motion has there: A a = b_v "
-                "has no solution; expected the velocity of one of its branches, or rest"
+                f"{system.name}: the start is in a singular position with a velocity that no motion has there: "
+                "A a = b_v has no solution; expected the velocity of one of its branches, or rest"
             )
         place = rooms.room(system.n, system.m, scheme.rows, len(system.powers), len(system.events), K)
         place.factors.use[1] = most
