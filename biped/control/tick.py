@@ -105,24 +105,26 @@ def thesis_tick(record, q, v, log, k, time):
     M = c["work"]["M"]
     if c["actuation"]["generalized"] == 0:
         mass_matrix(c["tree"], c["at"], M)
-    return _decide(record, M, q, v, log, k, time)
+    return _decide(record, M, q, v, log, k, time, ())
 
 
 @kernel
 def thesis_tick_in(record, M, J, q, v, log, k, time):
     """As `thesis_tick`, with M (9, 9), upper triangle, and the world-frame joint Jacobian J (6, 9) of Pinocchio's."""
     sense_links_in(record[0], J, q, v)
-    return _decide(record, M, q, v, log, k, time)
+    return _decide(record, M, q, v, log, k, time, ())
 
 
 @kernel
-def _decide(record, M, q, v, log, k, time):
+def _decide(record, M, q, v, log, k, time, pushing):
     status = sense(record, q, v, k == 0)
     if status == NOT_FINITE:
         return status
     c = record[0]
     desired_forces(c, q, v)
-    if c["actuation"]["generalized"] == 0:
+    if len(pushing) > 0:
+        pushing_torques(c, M, q, v)
+    elif c["actuation"]["generalized"] == 0:
         c["tick"]["over"] = joint_torques(c, M, q) if c["belief"]["perturbed"] else floating_torques(c, M, q)
         if c["tick"]["over"] and c["actuation"]["bounded"] == EXACT:
             bounded_torques(c, M)
@@ -158,22 +160,11 @@ def pushing_tick(record, q, v, log, k, time):
     c = record[0]
     sense_links(c, q, v)
     mass_matrix(c["tree"], c["at"], c["work"]["M"])
-    return _push(record, c["work"]["M"], q, v, log, k, time)
+    return _decide(record, c["work"]["M"], q, v, log, k, time, (True,))
 
 
 @kernel
 def pushing_tick_in(record, M, J, q, v, log, k, time):
     """As `thesis_tick_in`, likewise."""
     sense_links_in(record[0], J, q, v)
-    return _push(record, M, q, v, log, k, time)
-
-
-@kernel
-def _push(record, M, q, v, log, k, time):
-    status = sense(record, q, v, k == 0)
-    if status == NOT_FINITE:
-        return status
-    desired_forces(record[0], q, v)
-    pushing_torques(record[0], M, q, v)
-    log_tick(record, q, v, log, k, time)
-    return status
+    return _decide(record, M, q, v, log, k, time, (True,))

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import msgspec
+
 from biped.scenario.section import Degrees, Four, NonNegative, Positive, Section, Springs
 
 
@@ -43,3 +48,30 @@ class Gains(Section, frozen=True):
 
 GAINS = tuple(name for name in Gains.__struct_fields__ if name != "speed")
 """What a complete gait consists of."""
+
+
+def single(names: Sequence[str] = GAINS) -> list[str]:
+    """Names of single numbers: a gain with a value for each leg state is four of them, `k_d2.0` the first."""
+    four = [name for name, kind in Gains.__annotations__.items() if kind.startswith(("Springs", "Four"))]
+    return [each for name in names for each in ([f"{name}.{i}" for i in range(4)] if name in four else [name])]
+
+
+def number(gains: Gains, name: str) -> float:
+    """A single number of a complete gait."""
+    whole, _, state = name.partition(".")
+    value = getattr(gains, whole)
+    return value[int(state)] if state else value
+
+
+def with_numbers(gains: Gains, numbers: Mapping[str, float]) -> Gains:
+    """A complete gait with some of its single numbers replaced."""
+    values: dict[str, Any] = {
+        name: list(value) if isinstance(value := getattr(gains, name), tuple) else value for name in GAINS
+    }
+    for name, value in numbers.items():
+        whole, _, state = name.partition(".")
+        if state:
+            values[whole][int(state)] = value
+        else:
+            values[whole] = value
+    return msgspec.convert(values, Gains)

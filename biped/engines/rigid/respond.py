@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from biped.base.jit import kernel
 from biped.engines.rigid.gauss import RANK
+from biped.numerics.factor import reflect
 from biped.numerics.lanes import added, everywhere, load, store, times
 from biped.numerics.rows import factor_lanes, reflect_lanes_back, solve_lanes, solve_lanes_transposed
 from biped.robot.kinematics import point_row
@@ -69,20 +70,13 @@ def respond(w, q, v):
 def respond_again(w):
     """Leaves v̇ and the multipliers under another work f, all else as `respond` found it."""
     rows, x, m = w["rows"], w["work"]["f"], w["rows"]["count"]
-    L, V, tau = rows["L"], rows["V"], rows["tau"]
+    L = rows["L"]
     for i in range(NQ - 1, -1, -1):
         x[i] /= L[i, i]
         for j in range(i):
             if coupled(i, j):
                 x[j] -= L[i, j] * x[i]
-    for i in range(m):
-        s = x[i]
-        for j in range(i + 1, NQ):
-            s += V[i, j] * x[j]
-        s *= tau[i]
-        x[i] -= s
-        for j in range(i + 1, NQ):
-            x[j] -= V[i, j] * s
+    reflect(rows["V"], m, NQ, rows["tau"], x)
     for j in range(NQ):
         rows["C"][j, F_LANE] = x[j]
         store(rows["X"], j, everywhere(0.0))

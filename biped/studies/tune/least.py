@@ -6,8 +6,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import msgspec
-
 from biped.base.errors import InputError
 from biped.base.files import label, locate
 from biped.base.json import dumps
@@ -15,12 +13,12 @@ from biped.base.progress import Progress, Told, silent, unheard
 from biped.ensemble.backend import Jobs
 from biped.ensemble.folder import Folder
 from biped.ensemble.plan import Plan
-from biped.scenario.gains import GAINS, Gains
+from biped.scenario.gains import Gains, number, single, with_numbers
 from biped.scenario.gait import read_gains
 from biped.scenario.reading import read_scenario
 from biped.studies.run import RUNS, title_of
 from biped.studies.tune.evaluate import Outcome, Study, Task, workers
-from biped.studies.tune.space import Candidate, single
+from biped.studies.tune.space import Candidate
 
 Record = dict[str, Any]
 
@@ -103,25 +101,12 @@ def least(
 
 def different(origin: Gains, found: Gains) -> list[str]:
     """Names of the single numbers in which two complete gaits differ."""
-    return [name for name in single(GAINS) if _number(origin, name) != _number(found, name)]
+    return [name for name in single() if number(origin, name) != number(found, name)]
 
 
 def mixed(found: Gains, origin: Gains, back: Sequence[str]) -> Gains:
     """A found gait with some of its numbers put back to those of another."""
-    values = {name: list(value) if isinstance(value := getattr(found, name), tuple) else value for name in GAINS}
-    for name in back:
-        whole, _, state = name.partition(".")
-        if state:
-            values[whole][int(state)] = _number(origin, name)
-        else:
-            values[whole] = _number(origin, name)
-    return msgspec.convert(values, Gains)
-
-
-def _number(gains: Gains, name: str) -> float:
-    whole, _, state = name.partition(".")
-    value = getattr(gains, whole)
-    return value[int(state)] if state else value
+    return with_numbers(found, {name: number(origin, name) for name in back})
 
 
 def _known(folder: Folder, gait: str, count: int, tell: Told) -> list[Record]:
@@ -149,21 +134,21 @@ def _step(
     steps: Sequence[Record],
 ) -> Record:
     """Puts one more gain back, or, as step 0, none."""
-    number = len(steps)
-    back = [step["restored"] for step in steps if step["restored"]]
-    record: Record = {"index": number, "gait": gait, "restored": "", "changed": len(names) - number}
-    if number:
+    step = len(steps)
+    back = [before["restored"] for before in steps if before["restored"]]
+    record: Record = {"index": step, "gait": gait, "restored": "", "changed": len(names) - step}
+    if step:
         left = [name for name in names if name not in back]
-        seed = study.seed("least", number)
+        seed = study.seed("least", step)
         runs = {name: range(condition.runs) for name, condition in study.tune.conditions.items()}
         tasks = [study.tasks(Candidate(mixed(found, origin, [*back, name]), ()), seed, False, runs) for name in left]
         outcomes = iter(evaluate([task for group in tasks for task in group]))
         costs = [_cost(study, group, [next(outcomes) for _ in group]) for group in tasks]
         chosen = left[min(range(len(left)), key=costs.__getitem__)]
         back.append(chosen)
-        record |= {"restored": chosen, "before": _number(found, chosen), "after": _number(origin, chosen)}
+        record |= {"restored": chosen, "before": number(found, chosen), "after": number(origin, chosen)}
     checks = {name: range(study.tune.checks) for name in study.tune.conditions}
-    fresh = study.tasks(Candidate(mixed(found, origin, back), ()), study.seed("least.check", number), True, checks)
+    fresh = study.tasks(Candidate(mixed(found, origin, back), ()), study.seed("least.check", step), True, checks)
     tallies = {name: [0, study.tune.checks] for name in study.tune.conditions}
     for task, outcome in zip(fresh, evaluate(fresh), strict=True):
         tallies[task.condition][0] += outcome.walked

@@ -10,12 +10,11 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-import msgspec
 import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import nearest
-from biped.scenario.gains import GAINS, Gains
+from biped.scenario.gains import GAINS, Gains, with_numbers
 from biped.scenario.keys import Scenario
 from biped.scenario.tune import Range, Tune
 from biped.scenario.vary import Asked, lookup
@@ -93,27 +92,14 @@ class Space:
 
     def candidate(self, x: Sequence[float] | np.ndarray) -> Candidate:
         """The gait and keys at coordinates x, which are brought within bounds."""
-        values: dict[str, Any] = {
-            name: list(value) if isinstance(value := getattr(self.gains, name), tuple) else value for name in GAINS
-        }
-        keys = []
+        numbers, keys = {}, []
         for axis, coordinate in zip(self.axes, x, strict=True):
             value = axis.value(min(max(float(coordinate), axis.low), axis.high))
-            if not axis.gain:
-                keys.append((axis.name, value))
-                continue
-            name, _, index = axis.name.partition(".")
-            if index:
-                values[name][int(index)] = value
+            if axis.gain:
+                numbers[axis.name] = value
             else:
-                values[name] = value
-        return Candidate(msgspec.convert(values, Gains), tuple(keys))
-
-
-def single(names: Sequence[str]) -> list[str]:
-    """Names of single numbers: a gain with a value for each leg state is four of them, `k_d2.0` the first."""
-    four = [name for name, kind in Gains.__annotations__.items() if kind.startswith(("Springs", "Four"))]
-    return [each for name in names for each in ([f"{name}.{i}" for i in range(4)] if name in four else [name])]
+                keys.append((axis.name, value))
+        return Candidate(with_numbers(self.gains, numbers), tuple(keys))
 
 
 def _gain_axes(tune: Tune, gains: Gains) -> list[Axis]:

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import msgspec
 from msgspec.structs import replace
 
 from biped.base.errors import InputError
 from biped.base.files import nearest
-from biped.scenario.gains import GAINS, Gains
+from biped.scenario.gains import GAINS, Gains, single, with_numbers
 from biped.scenario.keys import Scenario
 from biped.scenario.reading import changed
 from biped.scenario.tune import Stage
 from biped.scenario.vary import Asked, with_values
 from biped.studies.tune.evaluate import Study
-from biped.studies.tune.space import Candidate, Space, single
+from biped.studies.tune.space import Candidate, Space
 
 
 def studies(scenario: Scenario) -> list[Study]:
@@ -61,7 +60,7 @@ def _scenario_of(scenario: Scenario, number: int, stage: Stage) -> Scenario:
         if word in stage.set:
             raise InputError(f"{key}.set: {word}: expected the same in all stages" if word != "gains" else
                              f"{key}.set: gains: expected in {key}.hold")  # fmt: skip
-    varied = single(list(GAINS) if tune.gains is None else list(tune.gains))
+    varied = single(GAINS if tune.gains is None else tune.gains)
     part = replace(
         tune,
         stages=(),
@@ -79,11 +78,8 @@ def _scenario_of(scenario: Scenario, number: int, stage: Stage) -> Scenario:
 
 def _held(gains: Gains, stage: Stage, key: str) -> Gains:
     """A complete gait with the values that a stage holds."""
-    known = single(GAINS)
-    values = {name: getattr(gains, name) for name in GAINS}
-    for name, value in stage.hold.items():
+    known = single()
+    for name in stage.hold:
         if name not in known:
             raise InputError(f"{key}.hold: no gain '{name}'; {nearest(name, known)}")
-        whole, _, state = name.partition(".")
-        values[whole] = (*values[whole][: int(state)], value, *values[whole][int(state) + 1 :]) if state else value
-    return msgspec.convert(values, Gains)
+    return with_numbers(gains, stage.hold)
