@@ -30,7 +30,9 @@ from biped.robot.given import Factory, factory_of
 from biped.scenario.inline import setting
 from biped.scenario.keys import Scenario
 from biped.studies import comparison
-from biped.studies.run import Done, plan_of, run_plan, save, title_of
+from biped.studies.making import Done
+from biped.studies.planned import plan_of, title_of
+from biped.studies.run import run_plan, save
 
 if TYPE_CHECKING:
     import pyarrow

@@ -17,7 +17,7 @@ from biped.ensemble.campaign import run_one
 from biped.measure.metrics.energy import energy
 from biped.measure.trajectory import Trajectory
 from biped.robot.tree import motion
-from biped.studies.run import plan_of
+from biped.studies.planned import plan_of
 from tests.extremes import extreme
 
 MADE = 0.1

@@ -24,7 +24,7 @@ from biped.robot.description import robot_at
 from biped.robot.model import _apply_truth, believed_model, spec_of
 from biped.scenario.keys import Actuation, Scenario, Start, Truth
 from biped.scenario.metrics import METRICS
-from biped.studies.run import plan_of
+from biped.studies.planned import plan_of
 from tests.ticks import Bench, E, well_ranked
 
 FEW = settings(max_examples=25, deadline=None, derandomize=True)

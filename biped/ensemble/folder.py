@@ -218,6 +218,16 @@ class Folder:
             return False
         return True
 
+    def __enter__(self) -> Folder:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """Closes; what an error interrupted is discarded, but not what was noted."""
+        if kind is None:
+            self.close()
+        else:
+            self.discard()
+
     def close(self) -> None:
         """Gives the folder free."""
         for lock in reversed(self._locks):

@@ -20,7 +20,7 @@ from biped.ensemble.stored import of_plan
 from biped.measure.trajectory import Trajectory
 from biped.scenario.reading import read_scenario
 from biped.show.words import harmless
-from biped.studies.run import results_at
+from biped.studies.folders import results_at
 
 _AGAIN = "remove it to have it simulated again"
 

@@ -16,7 +16,7 @@ from biped.scenario.vary import points_of
 from biped.show.replay import plot_results
 from biped.show.terminal import NOWHERE, causes_of, failures, nowhere, number
 from biped.show.words import harmless, told
-from biped.studies.run import results_at
+from biped.studies.folders import results_at
 
 
 def write_report(folders: Sequence[Path], out: Path, title: str) -> None:

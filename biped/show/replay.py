@@ -17,7 +17,7 @@ from biped.measure.trajectory import Trajectory
 from biped.robot.model import compile_foreign
 from biped.scenario.reading import to_toml
 from biped.show.kept import Kept
-from biped.studies.run import newest_recording
+from biped.studies.folders import newest_recording
 
 FALLEN = 3
 """Most runs that fell shown in one recording."""

@@ -20,7 +20,7 @@ from biped.measure.trajectory import Trajectory
 from biped.robot.tree import absolute
 from biped.scenario.metrics import METRICS
 from biped.scenario.reading import to_toml
-from biped.studies.run import plan_of
+from biped.studies.planned import plan_of
 
 ENGINES = ("home", "mujoco")
 PARTED = 0.05

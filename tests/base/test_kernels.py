@@ -210,7 +210,7 @@ WALKS = """
 import sys
 import numpy as np
 from biped.ensemble import campaign
-from biped.studies.run import plan_of
+from biped.studies.planned import plan_of
 
 SHORT = ["duration=0.3", "window.start=0.1", "window.end=0.3", "start.jitter=0.002"]
 CASES = {

@@ -16,7 +16,7 @@ from biped.ensemble import campaign, processes
 from biped.ensemble.campaign import Making, run_one
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario
-from biped.studies.run import _keep
+from biped.studies.making import keep_ending
 from tests.cases import ENSEMBLE, command, contents, write
 
 
@@ -130,7 +130,7 @@ def test_falls_are_kept_and_say_how_to_see_them_again(capsys):
 def test_work_can_be_sent_elsewhere(tmp_path):
     """To another machine, or a process that shares nothing: the plan is made anew there."""
     plan = Plan(read_scenario("e.toml"))
-    sent = pickle.loads(pickle.dumps(Making(plan, partial(_keep, tmp_path))))
+    sent = pickle.loads(pickle.dumps(Making(plan, partial(keep_ending, tmp_path))))
     assert dumps(sent(3).as_dict()) == dumps(run_one(plan, 3)[1].as_dict())
     assert (tmp_path / "failures/run-00003.xz").is_file()
 

@@ -27,7 +27,7 @@ from biped.ensemble.shard import Shard, shard_of
 from biped.ensemble.stored_rows import stored_rows
 from biped.ensemble.table import records, schema_of, table
 from biped.scenario.reading import from_text, read_scenario, to_toml
-from biped.studies import run as running
+from biped.studies import making as running
 from tests.cases import ENSEMBLE, command, contents, write
 
 ROOT = Path(__file__).parents[2]

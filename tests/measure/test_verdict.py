@@ -14,7 +14,7 @@ from biped.measure.metrics.sums import add_up
 from biped.measure.metrics.walking import outcome
 from biped.measure.trajectory import Trajectory
 from biped.robot.tree import motion
-from biped.studies.run import plan_of
+from biped.studies.planned import plan_of
 from tests.runs import made, synthetic, tree
 
 WINDOW = (0.5, 2.0)

@@ -14,12 +14,12 @@ from biped.ensemble.campaign import run_one
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario
 from biped.show.regress import show
+from biped.studies.planned import plan_of
 from biped.studies.regress import platform, references
 from biped.studies.regress.compare import DIGITS, PHYSICS, RUNS, SAME, altogether, compare
 from biped.studies.regress.guard import Outcome, regress
 from biped.studies.regress.references import Reference
 from biped.studies.regress.runs import MOST, SECONDS, chosen, digest, ensemble
-from biped.studies.run import plan_of
 from tests.cases import SHORT, command, write
 
 

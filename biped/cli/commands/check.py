@@ -8,7 +8,8 @@ from biped.base.errors import InputError
 from biped.cli.common import DONE, FAILED, changes_of, print_all, warn, workers_of
 from biped.ensemble.checks import write_junit
 from biped.show.terminal import progress, show_verdict
-from biped.studies.run import plan_of, run
+from biped.studies.planned import plan_of
+from biped.studies.run import run
 
 
 def command(args: argparse.Namespace) -> int:

@@ -9,7 +9,8 @@ from biped.cli.common import DONE, FAILED, jobs_of, one_folder, print_all
 from biped.ensemble.folder import new_folder
 from biped.show.side_by_side import draw, show
 from biped.studies.comparison import compare, write
-from biped.studies.run import RUNS, title_of
+from biped.studies.folders import RUNS
+from biped.studies.planned import title_of
 
 
 def command(args: argparse.Namespace) -> int:

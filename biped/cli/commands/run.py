@@ -13,7 +13,9 @@ from biped.ensemble.plan import Plan
 from biped.ensemble.shard import shard_of
 from biped.measure.trajectory import Trajectory
 from biped.show.terminal import progress, show_result
-from biped.studies.run import TRACEBACK, Done, Shared, plan_of, run, run_shard
+from biped.studies.making import TRACEBACK, Done
+from biped.studies.planned import plan_of
+from biped.studies.run import Shared, run, run_shard
 
 
 def command(args: argparse.Namespace) -> int:

@@ -33,7 +33,7 @@ def _gait(args: argparse.Namespace) -> int:
     from biped.ensemble.folder import complaining, new_folder
     from biped.show.figures.stability import plot_stability
     from biped.show.stability import show
-    from biped.studies.run import RUNS
+    from biped.studies.folders import RUNS
     from biped.studies.stability.study import ENGINES, study
 
     engines = ENGINES if args.engine is None else (args.engine,)

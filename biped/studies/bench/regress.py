@@ -14,10 +14,10 @@ import msgspec
 
 from biped.ensemble.campaign import simulate
 from biped.studies.bench.throughput import tick_costs
+from biped.studies.planned import plan_of, title_of
 from biped.studies.regress import platform
 from biped.studies.regress.references import Cost, Reference, read, shipped, write
 from biped.studies.regress.runs import digest
-from biped.studies.run import plan_of, title_of
 
 SCENARIOS = ("level_normal", "level_normal_generalized", "robust/own")
 """Joint torques, none, and one tangential row per foot."""

@@ -14,7 +14,9 @@ from biped.scenario.inline import setting
 from biped.studies.diff.changes import MARGIN
 from biped.studies.diff.sides import Side, side
 from biped.studies.diff.study import Difference, differ
-from biped.studies.run import RUNS, plan_of, run
+from biped.studies.folders import RUNS
+from biped.studies.planned import plan_of
+from biped.studies.run import run
 
 
 def of_folders(first: Path, second: Path, margin: float = MARGIN, only: Sequence[str] = ()) -> Difference:

@@ -12,11 +12,11 @@ from biped.base.files import names
 from biped.base.progress import Progress, silent
 from biped.ensemble.backend import Jobs
 from biped.ensemble.plan import Plan
+from biped.studies.planned import plan_of, title_of
 from biped.studies.regress import platform
 from biped.studies.regress.compare import GONE, NEW, SAME, Verdict, altogether, compare, compared, missing
 from biped.studies.regress.references import Change, Reference, References, read, shipped, write
 from biped.studies.regress.runs import chosen, ensemble, measured
-from biped.studies.run import plan_of, title_of
 
 
 class Outcome(NamedTuple):

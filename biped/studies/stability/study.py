@@ -13,7 +13,7 @@ from biped.ensemble.campaign import simulate
 from biped.ensemble.plan import Plan
 from biped.robot.model import tree_at, true_tree
 from biped.scenario.vary import stream
-from biped.studies.run import plan_of, title_of
+from biped.studies.planned import plan_of, title_of
 from biped.studies.stability import sizes
 from biped.studies.stability.basin import basin
 from biped.studies.stability.fit import Returns, fit_map

@@ -179,6 +179,14 @@ class Study:
         return mean / total + self.tune.weights.closeness * distance
 
 
+def by_condition(tasks: Sequence[Task], outcomes: Sequence[Outcome]) -> dict[str, list[Outcome]]:
+    """What the runs of each condition cost, in order."""
+    found: dict[str, list[Outcome]] = {}
+    for task, outcome in zip(tasks, outcomes, strict=True):
+        found.setdefault(task.condition, []).append(outcome)
+    return found
+
+
 @contextmanager
 def workers(study: Study, jobs: Jobs) -> Iterator[Callable[[Sequence[Task]], list[Outcome]]]:
     """A function that carries out tasks on `jobs` processes, in their order; the results do not depend on `jobs`."""

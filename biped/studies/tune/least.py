@@ -16,8 +16,9 @@ from biped.ensemble.plan import Plan
 from biped.scenario.gains import Gains, number, single, with_numbers
 from biped.scenario.gait import read_gains
 from biped.scenario.reading import read_scenario
-from biped.studies.run import RUNS, title_of
-from biped.studies.tune.evaluate import Outcome, Study, Task, workers
+from biped.studies.folders import folder_for
+from biped.studies.planned import title_of
+from biped.studies.tune.evaluate import Outcome, Study, Task, by_condition, workers
 from biped.studies.tune.space import Candidate
 
 Record = dict[str, Any]
@@ -82,20 +83,15 @@ def least(
     if not names:
         raise InputError(f"--least {gait}: expected another gait than the scenario's own, '{scenario.controller}'")
     title = title_of(name) + "-least"
-    folder = Folder.new(RUNS, title, Plan(scenario)) if out is None else Folder(out, Plan(scenario))
-    try:
+    with folder_for(out, title, Plan(scenario)) as folder:
         steps = _known(folder, gait, len(names), tell)
         with workers(study, jobs) as evaluate, progress(title, len(names) + 1, len(steps)) as advance:
             while len(steps) <= len(names):
                 steps.append(folder.note(_step(study, evaluate, gait, origin, found, names, steps)))
                 after(steps, folder.path)
                 advance()
-    except BaseException:
-        folder.discard()  # but not what it noted
-        raise
-    done = Least(title_of(name), gait, folder.path, steps)
-    folder.save_text("result.json", dumps(done.as_dict(), indent=1))
-    folder.close()
+        done = Least(title_of(name), gait, folder.path, steps)
+        folder.save_text("result.json", dumps(done.as_dict(), indent=1))
     return done
 
 
@@ -143,20 +139,11 @@ def _step(
         runs = {name: range(condition.runs) for name, condition in study.tune.conditions.items()}
         tasks = [study.tasks(Candidate(mixed(found, origin, [*back, name]), ()), seed, False, runs) for name in left]
         outcomes = iter(evaluate([task for group in tasks for task in group]))
-        costs = [_cost(study, group, [next(outcomes) for _ in group]) for group in tasks]
+        costs = [study.cost(by_condition(group, [next(outcomes) for _ in group]), 0.0) for group in tasks]
         chosen = left[min(range(len(left)), key=costs.__getitem__)]
         back.append(chosen)
         record |= {"restored": chosen, "before": number(found, chosen), "after": number(origin, chosen)}
     checks = {name: range(study.tune.checks) for name in study.tune.conditions}
     fresh = study.tasks(Candidate(mixed(found, origin, back), ()), study.seed("least.check", step), True, checks)
-    tallies = {name: [0, study.tune.checks] for name in study.tune.conditions}
-    for task, outcome in zip(fresh, evaluate(fresh), strict=True):
-        tallies[task.condition][0] += outcome.walked
-    return record | {"tallies": tallies}
-
-
-def _cost(study: Study, tasks: Sequence[Task], outcomes: Sequence[Outcome]) -> float:
-    found: dict[str, list[Outcome]] = {}
-    for task, outcome in zip(tasks, outcomes, strict=True):
-        found.setdefault(task.condition, []).append(outcome)
-    return study.cost(found, 0.0)
+    outcomes = by_condition(fresh, evaluate(fresh))
+    return record | {"tallies": {name: [sum(o.walked for o in made), len(made)] for name, made in outcomes.items()}}

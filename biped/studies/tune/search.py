@@ -15,7 +15,7 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.scenario.tune import Tune
 from biped.scenario.vary import stream
-from biped.studies.tune.evaluate import Outcome, Study
+from biped.studies.tune.evaluate import Outcome, Study, by_condition
 from biped.studies.tune.space import Candidate, Space
 
 Evaluate = Callable[[Sequence[Any]], list[Outcome]]
@@ -176,9 +176,7 @@ class Search:
         """Objective and tallies of full-length runs: at least `runs` of each condition."""
         numbers = {name: range(runs) for name in self.study.tune.conditions}
         tasks = self.study.tasks(candidate, seed, True, numbers)
-        found: dict[str, list[Outcome]] = {}
-        for task, outcome in zip(tasks, self.evaluate(tasks), strict=True):
-            found.setdefault(task.condition, []).append(outcome)
+        found = by_condition(tasks, self.evaluate(tasks))
         self.runs += len(tasks)
         return self.study.cost(found, distance), {name: _tally(group) for name, group in found.items()}
 

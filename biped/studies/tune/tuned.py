@@ -17,7 +17,8 @@ from biped.ensemble.folder import Folder
 from biped.ensemble.plan import Plan
 from biped.scenario.keys import Scenario
 from biped.scenario.reading import read_scenario
-from biped.studies.run import RUNS, title_of
+from biped.studies.folders import folder_for
+from biped.studies.planned import title_of
 from biped.studies.tune.evaluate import Study, workers
 from biped.studies.tune.report import gait_text
 from biped.studies.tune.search import Found, Record, Search, strategy
@@ -93,19 +94,14 @@ def tune(
     stages = studies(scenario)  # complaints come before anything is written
     title = title_of(name)
     strategy(Space(stages[0].scenario, stages[0].gains), stages[0].tune, scenario.seed)
-    folder = Folder.new(RUNS, title, Plan(scenario)) if out is None else Folder(out, Plan(scenario))
     began = time.perf_counter()
-    try:
+    with folder_for(out, title, Plan(scenario)) as folder:
         search, found, journal, made = _search(folder, scenario, stages, jobs, partial(progress, title), after, tell)
-    except BaseException:
-        folder.discard()  # but not what it noted
-        raise
-    seconds = time.perf_counter() - began
-    path = folder.path / "gait.toml"
-    folder.save_text(path.name, gait_text(title, search, found, journal))
-    tuned = Tuned(title, folder.path, path, found, dict(found.candidate.keys), made, seconds)
-    folder.save_text("result.json", dumps(tuned.as_dict(), indent=1))
-    folder.close()
+        seconds = time.perf_counter() - began
+        path = folder.path / "gait.toml"
+        folder.save_text(path.name, gait_text(title, search, found, journal))
+        tuned = Tuned(title, folder.path, path, found, dict(found.candidate.keys), made, seconds)
+        folder.save_text("result.json", dumps(tuned.as_dict(), indent=1))
     return tuned
 
 

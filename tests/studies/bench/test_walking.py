@@ -11,7 +11,7 @@ from biped.measure.metrics.gait import strikes
 from biped.show.figures.walking import plot_walking
 from biped.studies.bench import walking
 from biped.studies.bench.walking import Case, cases, recommend, short, starts
-from biped.studies.run import plan_of
+from biped.studies.planned import plan_of
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from biped.base.errors import RunError
 from biped.cli.main import main
 from biped.ensemble.campaign import simulate
 from biped.robot.tree import motion
-from biped.studies.run import plan_of
+from biped.studies.planned import plan_of
 from biped.studies.stability import basin as basin_module
 from biped.studies.stability.fit import Returns, fit_map
 from biped.studies.stability.kicks import Kicks

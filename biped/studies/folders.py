@@ -1,0 +1,59 @@
+"""Where results go, and where they are found again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from biped.base.errors import InputError
+from biped.base.files import label
+from biped.ensemble.folder import Folder
+from biped.ensemble.plan import Plan
+
+RUNS = Path("runs")
+"""Where results go unless --out says otherwise, below the working folder."""
+
+
+def folder_for(out: Path | None, title: str, plan: Plan, runs: Sequence[int] | None = None) -> Folder:
+    """The results folder that the user asks for, or else a new one below `RUNS`.
+
+    Args:
+        out: What the user asks for.
+        title: Of a new one.
+        plan: What is run.
+        runs: Numbers of the runs that are made, where it is not all of the plan's.
+
+    Raises:
+        InputError: Something else is already there, another process is at work in it, or it cannot be written.
+    """
+    return Folder.new(RUNS, title, plan, runs) if out is None else Folder(out, plan, runs)
+
+
+def results_at(path: Path) -> dict[str, Any]:
+    """The result object in a results folder.
+
+    Raises:
+        InputError: It is not a results folder, or its result is not whole.
+    """
+    file = path / "result.json"
+    if not file.is_file():
+        known = [label(p) for p in sorted(RUNS.glob("*"))]
+        raise InputError(
+            f"{path}: expected a results folder (with result.json); there are: {', '.join(known) or 'none'}"
+        )
+    from biped.ensemble.stored import result_in
+
+    return result_in(path)
+
+
+def newest_recording() -> Path:
+    """The recording that was written last below `RUNS`.
+
+    Raises:
+        InputError: There is none.
+    """
+    found = sorted(RUNS.glob("*/recording.rrd"), key=lambda path: path.stat().st_mtime)
+    if not found:
+        raise InputError(f"view: no recording below {RUNS}/; make one with: biped run level_normal --record")
+    return found[-1]
