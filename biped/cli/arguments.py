@@ -112,7 +112,7 @@ def _parser() -> Parser:
                       help="a change within this share is none that matters (default: 0.05)")  # fmt: skip
     diff.add_argument("--out", type=Path, help="folder for diff.json and diff.md (default of gaits: one below runs/)")
     _trust(diff)
-    diff.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
+    _who(diff)
     diff.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     tune = commands.add_parser("tune", help="find gains that serve a scenario's conditions",
                                description="Finds gains that serve the conditions in a scenario's [tune].")  # fmt: skip
