@@ -14,7 +14,7 @@ from biped.engines.forces import log_forces
 from biped.engines.loop import Physics, drive
 from biped.engines.native import native as native_of
 from biped.engines.native import without_clock
-from biped.measure.trajectory import WIDTH, Trajectory
+from biped.measure.trajectory import Trajectory
 from biped.robot.description import robot_at
 from biped.robot.model import compile_foreign
 from biped.robot.run import Run
@@ -55,10 +55,13 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
     def push(forces: np.ndarray) -> None:
         pushing[:] = data.xfrc_applied[1:, [0, 2]] = forces
 
-    log_of_step = bound(log_forces, np.empty((1, WIDTH)), 0, data.efc_force, place, *where, pyramid)
+    log_of_step = None
 
     def step(k: int, log: np.ndarray) -> None:
+        nonlocal log_of_step
         mj_step(model, data, substeps)
+        if log_of_step is None:  # not all runs are stepped from Python
+            log_of_step = bound(log_forces, log, 0, data.efc_force, place, *where, pyramid)
         log_of_step(log, k, data.efc_force, place, *where, pyramid)
         if watch is not None:
             watch(model, data, pushing)
