@@ -18,12 +18,14 @@ from biped.control.loop import Control, within_line
 from biped.control.tick import GOING, LOW, TILTED
 from biped.measure.trajectory import Q_D, WIDTH, Q, Trajectory, U, V
 from biped.robot.description import Robot, robot_at
+from biped.robot.ground import profile_of
 from biped.robot.model import torque_limits, tree_at
 from biped.robot.run import Run
 from biped.robot.topology import NQ, PITCH, X
 from biped.robot.tree import Tree
 from biped.scenario.keys import Scenario
 from biped.scenario.keys import Sensors as SensorKeys
+from biped.scenario.pushing import pieces
 
 if TYPE_CHECKING:
     from biped.control.senses import Senses
@@ -127,7 +129,7 @@ def drive(run: Run, physics: Physics) -> Trajectory:
         slope=s.ground.slope,
         generalized=generalized,
         torque_limit=torque_limits(s),
-        pushes=tuple((p.at, p.at + p.duration, *p.force, p.body) for p in s.push),
+        pushes=tuple(tuple(piece) for piece in pieces(s)),
         end=end,
         cause=cause,
         warnings={},
@@ -135,6 +137,7 @@ def drive(run: Run, physics: Physics) -> Trajectory:
         inferred=None if senses is None else senses.noted[:done],
         signal_names=law.signals.names,
         traceback="" if raised is None else raised.traceback,
+        ground=profile_of(s.ground, run.seed),
     )
 
 
@@ -245,25 +248,26 @@ def push_spans(s: Scenario, bodies: Sequence[str], count: int, tick: float) -> l
     Raises:
         InputError: A push names a body that is not there.
     """
-    spans = [(round(p.at / tick), round((p.at + p.duration) / tick)) for p in s.push]
-    cuts = sorted({0, count, *(min(t, count) for span in spans for t in span)})
-    angle = np.radians(s.ground.slope)
-    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-    forces = []
     for i, p in enumerate(s.push):
         if p.body not in bodies:
             raise InputError(
                 f"push[{i}].body: model '{s.model}' has no body '{p.body}'; {nearest(p.body, list(bodies))}"
             )
-        force = np.zeros((len(bodies), 2))
-        force[bodies.index(p.body)] = turn @ np.array(p.force)
-        forces.append(force)
-    out = []
-    for first, last in pairwise(cuts):
+    angle = np.radians(s.ground.slope)
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    begin: dict[int, list[tuple[int, int, np.ndarray]]] = {}
+    cuts = {0, count}
+    for piece in pieces(s):
+        first, last = round(piece.start / tick), round(piece.end / tick)
+        cuts |= {min(first, count), min(last, count)}
+        force = turn @ np.array([piece.forward, piece.up])
+        begin.setdefault(first, []).append((last, bodies.index(piece.body), force))
+    out, acting = [], []
+    for first, last in pairwise(sorted(cuts)):
+        acting = [one for one in acting if one[0] > first] + begin.get(first, [])
         total = np.zeros((len(bodies), 2))
-        for (start, stop), force in zip(spans, forces, strict=True):
-            if start <= first < stop:
-                total += force
+        for _, body, force in acting:
+            total[body] += force
         out.append((first, last, total))
     return out
 

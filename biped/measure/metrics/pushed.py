@@ -47,7 +47,11 @@ class Impulse(NamedTuple):
 
 
 def impulses(t: Trajectory) -> list[Impulse]:
-    """The pushes of a run; those that touch or overlap in time are one. What lies beyond its end is not counted."""
+    """The pushes of a run; those that touch or overlap in time are one.
+
+    Where one ends as another against it begins they are two: every half wave of a sine is one. What lies beyond the end
+    of the run is not counted.
+    """
     ends = len(t) * t.tick
     found: list[Impulse] = []
     for start, end, forward, up, _ in sorted(t.pushes, key=lambda push: push[:2]):
@@ -55,13 +59,18 @@ def impulses(t: Trajectory) -> list[Impulse]:
         if end <= start:
             continue
         seconds = end - start
-        if found and start <= found[-1].end + 0.5 * t.tick:
+        if found and start <= found[-1].end + 0.5 * t.tick and not _turns(found[-1], start, forward, up, t.tick):
             last = found.pop()
             end = max(last.end, end)  # noqa: PLW2901
             found.append(Impulse(last.start, end, last.forward + forward * seconds, last.up + up * seconds))
         else:
             found.append(Impulse(start, end, forward * seconds, up * seconds))
     return found
+
+
+def _turns(last: Impulse, start: float, forward: float, up: float, tick: float) -> bool:
+    """Whether a force that begins at `start` [s] does so where the last push ends, and is against it."""
+    return start > last.end - 0.5 * tick and forward * last.forward + up * last.up < 0.0
 
 
 def pushed(t: Trajectory, point: np.ndarray) -> dict[str, float]:
