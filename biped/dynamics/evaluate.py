@@ -19,13 +19,14 @@ def zero(x):
 @kernel
 def prepare(room):
     """Everything that the system's functions fill is full of zeros."""
-    if room.sparse.use.shape[0] > 0:
-        clear(room.M, room.sparse.M)
-        clear(room.A, room.sparse.A)
+    K, r = room.sparse, room.r
+    if K.use.shape[0] > 0:
+        clear(room.M, K.M)
+        clear(room.A, K.A)
     else:
         zero(room.M)
         zero(room.A)
-    for x in (room.c[Q], room.r[PHI], room.r[B_Q], room.r[B_V]):
+    for x in (room.c[Q], r[PHI], r[B_Q], r[B_V]):
         for i in range(x.shape[0]):
             x[i] = 0.0
 
@@ -34,12 +35,13 @@ def prepare(room):
 def evaluate(f, t, p, room):
     """Call the functions of the system at (t, room.c[PLACE], room.c[SPEED]): the only place that does."""
     prepare(room)
-    f.mass(t, room.c[PLACE], room.c[SPEED], p, room.M)
-    f.force(t, room.c[PLACE], room.c[SPEED], p, room.c[Q])
-    f.phi(t, room.c[PLACE], room.c[SPEED], p, room.r[PHI])
-    f.A(t, room.c[PLACE], room.c[SPEED], p, room.A)
-    f.b_q(t, room.c[PLACE], room.c[SPEED], p, room.r[B_Q])
-    f.b_v(t, room.c[PLACE], room.c[SPEED], p, room.r[B_V])
+    q, v, r = room.c[PLACE], room.c[SPEED], room.r
+    f.mass(t, q, v, p, room.M)
+    f.force(t, q, v, p, room.c[Q])
+    f.phi(t, q, v, p, r[PHI])
+    f.A(t, q, v, p, room.A)
+    f.b_q(t, q, v, p, r[B_Q])
+    f.b_v(t, q, v, p, r[B_V])
     room.seen[EVALUATED] += 1
 
 
@@ -56,23 +58,25 @@ def renew(f, t, p, room):
 @shared
 def find_power(f, t, p, s, room):
     """room.power[s] = power of every force that is accounted for, of the stage."""
-    if room.power.shape[1] == 0:
+    power = room.power[s]
+    if power.shape[0] == 0:
         return
-    for i in range(room.power.shape[1]):
-        room.power[s, i] = 0.0
-    f.power(t, room.c[PLACE], room.c[SPEED], p, room.power[s])
+    for i in range(power.shape[0]):
+        power[i] = 0.0
+    f.power(t, room.c[PLACE], room.c[SPEED], p, power)
 
 
 @kernel
 def find_lag(room):
     """room.r[LAG] = b_q − A v, of the stage."""
+    A, v, b_q, lag = room.A, room.c[SPEED], room.r[B_Q], room.r[LAG]
     if room.sparse.use.shape[0] > 0:
-        row_products(room.A, room.c[SPEED], room.sparse.A, room.r[LAG])
-        for i in range(room.r.shape[1]):
-            room.r[LAG, i] = room.r[B_Q, i] - room.r[LAG, i]
+        row_products(A, v, room.sparse.A, lag)
+        for i in range(lag.shape[0]):
+            lag[i] = b_q[i] - lag[i]
     else:
-        for i in range(room.r.shape[1]):
-            room.r[LAG, i] = room.r[B_Q, i] - dot(room.A[i], room.c[SPEED])
+        for i in range(lag.shape[0]):
+            lag[i] = b_q[i] - dot(A[i], v)
 
 
 @kernel
@@ -102,7 +106,7 @@ def apply(b, room, out):
 def resolve(choosing, room):
     """Factor what was just evaluated and find Φ̇; False if the mass matrix is not positive definite."""
     done = factor_any(room)
-    w = room.factors
+    w, seen = room.factors, room.seen
     if done and choosing and w.use[1] < min(w.C.shape[1], w.C.shape[2]) and not w.ratio[0] > SAFE_RATIO:
         done = choose_rows(room.M, room.A, w)
         if done and room.sparse.use.shape[0] > 0:
@@ -110,6 +114,6 @@ def resolve(choosing, room):
             done = factor_any(room)
     if done:
         find_lag(room)
-        room.seen[RATIO] = min(room.seen[RATIO], w.ratio[0])
-        room.seen[RANK] = min(room.seen[RANK], w.rank[0])
+        seen[RATIO] = min(seen[RATIO], w.ratio[0])
+        seen[RANK] = min(seen[RANK], w.rank[0])
     return done

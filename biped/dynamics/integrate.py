@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike
 from biped.base.errors import InputError, RunError
 from biped.base.jit import kernel
 from biped.dynamics import codes, march, pattern
-from biped.dynamics import rank as ranks
 from biped.dynamics import room as rooms
+from biped.dynamics.branches import obstacle
 from biped.dynamics.explain import explain
+from biped.dynamics.rank import structural_rank
 from biped.dynamics.schemes import RK4, Scheme
 from biped.dynamics.sparse import Sparse, dense
 from biped.dynamics.system import SIGNATURES, ConstrainedSystem
@@ -74,11 +75,6 @@ def integrate(
     for _ in range(PATTERNS):
         K = dense() if filled is None else pattern.plan(*filled)
         most = _rank(system, rank, t, q, v, K)
-        if not ranks.has_a_branch(system, t, q, v, most, K):
-            raise InputError(
-                f"{system.name}: the start is in a singular position with a velocity that no motion has there: "
-                "A a = b_v has no solution; expected the velocity of one of its branches, or rest"
-            )
         place = rooms.room(system.n, system.m, scheme.rows, len(system.powers), len(system.events), K)
         place.factors.use[1] = most
         out = rooms.samples(samples, system.n, len(system.powers))
@@ -151,8 +147,13 @@ def _sampling(system: ConstrainedSystem, dt: float | None, sampling: float | Non
 
 
 def _rank(system: ConstrainedSystem, cap: int | None, t: float, q: np.ndarray, v: np.ndarray, K: Sparse) -> int:
+    """The rank as given or found; a start that is found to lead nowhere is refused."""
     if cap is None:
-        return ranks.structural_rank(system, t, q, v, K)
+        most, place = structural_rank(system, t, q, v, K)
+        why = None if place is None else obstacle(system, t, place, v)
+        if why is not None:
+            raise InputError(f"{system.name}: {why}")
+        return most
     most = min(system.n, system.m)
     if not 0 <= cap <= most:
         raise InputError(f"{system.name}: rank must be from 0 to {most}, not {cap}")

@@ -35,37 +35,39 @@ def enter_node(j, sweep, step, known, q, v, room):
 
     `known` is the row of the rates with the acceleration that the series has; negative: it has none.
     """
-    copy(q, room.c[PLACE])
-    copy(v, room.c[SPEED])
+    place, speed, rate, gauss = room.c[PLACE], room.c[SPEED], room.rate, room.gauss
+    copy(q, place)
+    copy(v, speed)
     if sweep == 0:
-        h = step * room.gauss[NODE, j]
+        h = step * gauss[NODE, j]
         for i in range(q.shape[0]):
-            room.c[PLACE, i] += h * v[i]
+            place[i] += h * v[i]
             if known >= 0:
-                room.c[PLACE, i] += 0.5 * h * h * room.rate[1, known, i]
-                room.c[SPEED, i] += h * room.rate[1, known, i]
+                place[i] += 0.5 * h * h * rate[1, known, i]
+                speed[i] += h * rate[1, known, i]
         return
     for k in range(NODES):
-        weight = step * room.gauss[INTEGRAL + j, k]
+        weight = step * gauss[INTEGRAL + j, k]
         for i in range(q.shape[0]):
-            room.c[PLACE, i] += weight * room.rate[0, k + 1, i]
-            room.c[SPEED, i] += weight * room.rate[1, k + 1, i]
+            place[i] += weight * rate[0, k + 1, i]
+            speed[i] += weight * rate[1, k + 1, i]
 
 
 @kernel
 def interpolate(j, room):
     """Rates and powers at node j by those at the other nodes."""
-    for i in range(room.rate.shape[2]):
+    rate, power, weights = room.rate, room.power, room.gauss[WITHOUT + j]
+    for i in range(rate.shape[2]):
         dq = dv = 0.0
         for k in range(NODES):
-            dq += room.gauss[WITHOUT + j, k] * room.rate[0, k + 1, i]
-            dv += room.gauss[WITHOUT + j, k] * room.rate[1, k + 1, i]
-        room.rate[0, j + 1, i], room.rate[1, j + 1, i] = dq, dv
-    for i in range(room.power.shape[1]):
+            dq += weights[k] * rate[0, k + 1, i]
+            dv += weights[k] * rate[1, k + 1, i]
+        rate[0, j + 1, i], rate[1, j + 1, i] = dq, dv
+    for i in range(power.shape[1]):
         dp = 0.0
         for k in range(NODES):
-            dp += room.gauss[WITHOUT + j, k] * room.power[k + 1, i]
-        room.power[j + 1, i] = dp
+            dp += weights[k] * power[k + 1, i]
+        power[j + 1, i] = dp
 
 
 @kernel

@@ -67,16 +67,17 @@ def factor(M, A, w):
 def factor_mass(M, w):
     """Factor M unless it is there already; False if M is not (numerically) positive definite."""
     n = M.shape[0]
+    known, R = w.mass[0], w.mass[1]
     changed = False
     for i in range(n):
         for j in range(i + 1):
-            changed = changed or M[i, j] != w.mass[0, i, j]
+            changed = changed or M[i, j] != known[i, j]
     if changed:
         for i in range(n):
             for j in range(i + 1):
-                w.mass[0, i, j] = w.mass[1, i, j] = M[i, j]
-        if not cholesky(w.mass[1]) > n * 2.2e-16:
-            w.mass[0, 0, 0] = np.nan
+                known[i, j] = R[i, j] = M[i, j]
+        if not cholesky(R) > n * 2.2e-16:
+            known[0, 0] = np.nan
             return False
     return True
 
@@ -85,13 +86,14 @@ def factor_mass(M, w):
 def factor_rows(A, w):
     """Factor the rows of C in use by the cheapest means that is safe."""
     m = w.use[0]
+    C, G, R, order = w.C[0], w.G[0], w.mass[1].T, w.order[1]
     for i in range(m):
-        copy(A[w.order[1, i]], w.C[0, i])
-        solve_transposed(w.mass[1].T, w.C[0, i])
+        copy(A[order[i]], C[i])
+        solve_transposed(R, C[i])
         for j in range(i + 1):
-            w.G[0, i, j] = dot(w.C[0, i], w.C[0, j])
+            G[i, j] = dot(C[i], C[j])
     w.rank[0], w.rank[1] = m, 0
-    w.ratio[0] = np.sqrt(cholesky(w.G[0, :m, :m])) if m <= w.use[1] else 0.0
+    w.ratio[0] = np.sqrt(cholesky(G[:m, :m])) if m <= w.use[1] else 0.0
     if not w.ratio[0] > SAFE_RATIO:
         decompose(w)
     return True
@@ -138,30 +140,32 @@ def apply_w(b, w, out):
     """Out = W b = R⁻¹C⁺b: the least motion, in the metric of M, that changes the constraints by b."""
     n = w.C.shape[2]
     m = w.use[0]
+    tau, x, order = w.tau, w.tau[3, :m], w.order
     out[:] = 0.0
     if w.rank[1] == 0:
+        C, G = w.C[0], w.G[0, :m, :m]
         for i in range(m):
-            w.tau[3, i] = b[w.order[1, i]]
-        solve_transposed(w.G[0, :m, :m].T, w.tau[3, :m])
-        solve_lower_transposed(w.G[0, :m, :m], w.tau[3, :m])
+            x[i] = b[order[1, i]]
+        solve_transposed(G.T, x)
+        solve_lower_transposed(G, x)
         for i in range(m):
             for j in range(n):
-                out[j] += w.C[0, i, j] * w.tau[3, i]
+                out[j] += C[i, j] * x[i]
     else:
-        rank = w.rank[0]
+        T, G, rank = w.C[1], w.G[1], w.rank[0]
         for i in range(m):
-            w.tau[3, i] = b[w.order[1, w.order[0, i]]] / w.tau[2, w.order[0, i]]
+            x[i] = b[order[1, order[0, i]]] / tau[2, order[0, i]]
         if rank == m:
-            solve_transposed(w.C[1, :m, :m].T, w.tau[3, :m])
+            solve_transposed(T[:m, :m].T, x)
         else:
             for j in range(rank):
-                reflect(w.G[1, j, j:m], w.tau[1, j], w.tau[3, j:m])
+                reflect(G[j, j:m], tau[1, j], x[j:])
             for i in range(rank - 1, -1, -1):
                 for k in range(i + 1, rank):
-                    w.tau[3, i] -= w.G[1, k, i] * w.tau[3, k]
-                w.tau[3, i] /= w.G[1, i, i]
+                    x[i] -= G[k, i] * x[k]
+                x[i] /= G[i, i]
         for j in range(rank):
-            out[j] = w.tau[3, j]
+            out[j] = x[j]
         for k in range(rank - 1, -1, -1):
-            reflect(w.C[1, k, k:], w.tau[0, k], out[k:])
+            reflect(T[k, k:], tau[0, k], out[k:])
     solve_lower_transposed(w.mass[1], out)

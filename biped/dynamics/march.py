@@ -6,6 +6,7 @@ from biped.base.jit import kernel
 from biped.dynamics.codes import EVENT, OK, SPILLED, TOO_MANY_RETRIES, UNSETTLED
 from biped.dynamics.events import happened, locate
 from biped.dynamics.orthogonal import copy
+from biped.dynamics.reference import refer
 from biped.dynamics.room import PLACE, SPEED, SPLIT, TAKEN, Functions, keep, largest
 from biped.dynamics.sparse import spilled
 from biped.dynamics.stages import begin
@@ -33,14 +34,14 @@ def lasts(size, motion, last):
 def accept(step, q, v, room):
     """Take over the state at the end of a step and the work done in it; return the largest motion of q."""
     motion = 0.0
+    place, power, weights, stages = room.c[PLACE], room.power, room.weights[0], room.rate.shape[1]
     for i in range(q.shape[0]):
-        motion = max(motion, abs(room.c[PLACE, i] - q[i]))
-    copy(room.c[PLACE], q)
+        motion = max(motion, abs(place[i] - q[i]))
+    copy(place, q)
     copy(room.c[SPEED], v)
-    stages = room.rate.shape[1]
     for s in range(stages):
-        for i in range(room.power.shape[1]):
-            room.power[stages, i] += step * room.weights[0, s] * room.power[s, i]
+        for i in range(power.shape[1]):
+            power[stages, i] += step * weights[s] * power[s, i]
     return motion
 
 
@@ -50,7 +51,7 @@ def march(mass, force, phi, A, b_q, b_v, potential, power, event, p, grid, setti
     Returns:
         One of the codes of `codes` and the time it was reached [s].
     """
-    f = Functions(mass, force, phi, A, b_q, b_v, potential, power, event)
+    f = refer(Functions(mass, force, phi, A, b_q, b_v, potential, power, event))
     K = room.sparse
     adaptive = settings.rtol > 0.0
     t, k, cuts, stop = grid.t, 0, 0, False

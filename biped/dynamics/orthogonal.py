@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from biped.base.jit import kernel
+from biped.dynamics.reference import by_reference
 
 RANK_TOLERANCE = 1e-12
 """A row of C closer than this (relative, rows scaled to length one) to the span of the others is dependent.
@@ -14,6 +15,7 @@ there, because the 0/0 limit of (2.11) at a singularity is finite.
 """
 
 
+@by_reference
 class Workspace(NamedTuple):
     """Factors of one stage; every array is overwritten by the next call of `factor`."""
 
@@ -89,22 +91,23 @@ def reflect(u, tau, x):
 def decompose(w):
     """Complete orthogonal decomposition of C into C[1] and G[1]; sets rank and pivot ratio."""
     m, n, most = w.use[0], w.C.shape[2], w.use[1]
+    rows, T, G, tau, order = w.C[0], w.C[1], w.G[1], w.tau, w.order[0]
     longest = 0.0
     for i in range(m):
-        w.tau[2, i] = np.sqrt(dot(w.C[0, i], w.C[0, i]))
-        longest = max(longest, w.tau[2, i])
+        tau[2, i] = np.sqrt(dot(rows[i], rows[i]))
+        longest = max(longest, tau[2, i])
     for i in range(m):
         # A row that is noise beside the others must not be blown up to their size.
-        if w.tau[2, i] <= RANK_TOLERANCE * longest:
-            w.tau[2, i] = longest if longest > 0.0 else 1.0
-        w.order[0, i] = i
+        if tau[2, i] <= RANK_TOLERANCE * longest:
+            tau[2, i] = longest if longest > 0.0 else 1.0
+        order[i] = i
         for j in range(n):
-            w.C[1, i, j] = w.C[0, i, j] / w.tau[2, i]
+            T[i, j] = rows[i, j] / tau[2, i]
     rank, first, last = 0, 0.0, 1.0
     for k in range(min(m, n, most)):
         best, largest = k, -1.0
         for i in range(k, m):
-            square = dot(w.C[1, i, k:], w.C[1, i, k:])
+            square = dot(T[i, k:], T[i, k:])
             if square > largest:
                 best, largest = i, square
         pivot = np.sqrt(largest)
@@ -114,19 +117,19 @@ def decompose(w):
             break
         if best != k:
             for j in range(n):
-                w.C[1, k, j], w.C[1, best, j] = w.C[1, best, j], w.C[1, k, j]
-            w.order[0, k], w.order[0, best] = w.order[0, best], w.order[0, k]
-        w.tau[0, k] = reflector(w.C[1, k, k:])
+                T[k, j], T[best, j] = T[best, j], T[k, j]
+            order[k], order[best] = order[best], order[k]
+        tau[0, k] = reflector(T[k, k:])
         for i in range(k + 1, m):
-            reflect(w.C[1, k, k:], w.tau[0, k], w.C[1, i, k:])
+            reflect(T[k, k:], tau[0, k], T[i, k:])
         rank, last = k + 1, pivot
     if rank < m:
         for j in range(rank):
             for i in range(m):
-                w.G[1, j, i] = w.C[1, i, j] if i >= j else 0.0
+                G[j, i] = T[i, j] if i >= j else 0.0
         for j in range(rank):
-            w.tau[1, j] = reflector(w.G[1, j, j:m])
+            tau[1, j] = reflector(G[j, j:m])
             for k in range(j + 1, rank):
-                reflect(w.G[1, j, j:m], w.tau[1, j], w.G[1, k, j:m])
+                reflect(G[j, j:m], tau[1, j], G[k, j:m])
     w.rank[0], w.rank[1] = rank, 1
     w.ratio[0] = last / first if rank > 0 else 1.0

@@ -7,6 +7,8 @@ mechanism is that of its neighbours. Both are told apart by looking at states *o
 projected, and where it misses a rank a few neighbours, projected too.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from biped.dynamics.linalg import SAFE_RATIO, apply_w, factor
@@ -17,9 +19,6 @@ from biped.dynamics.system import ConstrainedSystem
 BESIDE = (1e-2, 1e-3)
 """How far from the start its neighbours are, relative to the size of q."""
 
-BRANCHLESS = 1e-6
-"""Part of b_v that no acceleration gives, above which no motion has the velocity."""
-
 NEWTON = 40
 """Iterations of a projection; with the rank in doubt it converges linearly only."""
 
@@ -27,12 +26,26 @@ TIGHT, LOOSE = 1e-9, 1e-2
 """Relative singular values that never and always stand for a rank, however far the constraints are."""
 
 
-def structural_rank(system: ConstrainedSystem, t: float, q: np.ndarray, v: np.ndarray, K: Sparse | None = None) -> int:
-    """Rank of the constraints in the neighbourhood of a start that need not satisfy them."""
+class Place(NamedTuple):
+    """Where on the constraints a start belongs, whose rows may depend on each other."""
+
+    rank: int  # of the constraints there
+    q: np.ndarray  # (n,)
+
+
+def structural_rank(
+    system: ConstrainedSystem, t: float, q: np.ndarray, v: np.ndarray, K: Sparse | None = None
+) -> tuple[int, Place | None]:
+    """Rank of the constraints in the neighbourhood of a start that need not satisfy them.
+
+    Returns:
+        The rank, and the start on the constraints; None if its rows are plainly independent.
+    """
     full = min(system.m, system.n)
     if full == 0 or _plainly_independent(system, t, q, v, K):
-        return full
+        return full, None
     here, rank = _on_constraints(system, t, q)
+    place = Place(rank, here)
     rng = np.random.default_rng(0)
     size = max(np.abs(q).max(), 1.0)
     for beside in BESIDE:
@@ -41,36 +54,7 @@ def structural_rank(system: ConstrainedSystem, t: float, q: np.ndarray, v: np.nd
             if rank < full and most > 0.0:
                 away = _tangent(system, t, here, direction / most)
                 rank = max(rank, _on_constraints(system, t, here + beside * size * away)[1])
-    return rank
-
-
-def has_a_branch(
-    system: ConstrainedSystem, t: float, q: np.ndarray, v: np.ndarray, most: int, K: Sparse | None = None
-) -> bool:
-    """Whether a start in a singular position has a velocity that a motion on the constraints can have.
-
-    There more velocities satisfy A v = 0 than branches meet: only those for which A a = b_v has a solution go on.
-
-    Args:
-        system: The system.
-        t: [s].
-        q: (n,) coordinates.
-        v: (n,) velocities.
-        most: Rank of the constraints in the neighbourhood.
-        K: Plan of the sparse factorisation.
-    """
-    if most == 0 or not np.any(v) or _plainly_independent(system, t, q, v, K):
-        return True
-    e = system.evaluate(t, q, v)
-    length = np.linalg.norm(e.A, axis=1)
-    length[length <= TIGHT * length.max()] = np.inf
-    try:
-        U, s, _ = np.linalg.svd(e.A / length[:, None])
-    except np.linalg.LinAlgError:
-        return True  # what it stumbles over is told where the motion stops
-    here = int((s > TIGHT * s.max()).sum())
-    asked = e.b_v / length
-    return here >= most or bool(np.linalg.norm(U[:, here:].T @ asked) <= BRANCHLESS * np.linalg.norm(asked))
+    return rank, place
 
 
 def _plainly_independent(system: ConstrainedSystem, t: float, q: np.ndarray, v: np.ndarray, K: Sparse | None) -> bool:

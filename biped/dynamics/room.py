@@ -7,6 +7,7 @@ import numpy as np
 from biped.base.jit import kernel
 from biped.dynamics.collocation import table
 from biped.dynamics.orthogonal import Workspace, copy, workspace
+from biped.dynamics.reference import by_reference
 from biped.dynamics.sparse import Sparse, dense
 
 KEPT, TAKEN = range(2)
@@ -36,6 +37,7 @@ class Grid(NamedTuple):
     every: int  # a sample is kept every so many steps
 
 
+@by_reference
 class Samples(NamedTuple):
     """What is kept along the way, K = steps/every + 1 samples."""
 
@@ -61,8 +63,9 @@ RATIO, RANK, EVALUATED, SPLIT, REFUSED, FIRED, LEAPT = range(7)
 """Places of `Room.seen`: smallest pivot ratio and rank since the last sample, counts, the event that happened."""
 
 
+@by_reference
 class Room(NamedTuple):
-    """Everything the march writes on its way: few arrays, because handing many to a call takes its time."""
+    """Everything the march writes on its way."""
 
     M: np.ndarray  # (n, n)
     A: np.ndarray  # (m, n)
@@ -109,14 +112,14 @@ def largest(x):
 @kernel
 def keep(arrived, t, q, v, room, out):
     """Note how well the state satisfies the constraints; keep it as a sample if it has arrived at one."""
-    i = out.count[KEPT]
+    i, seen, power = out.count[KEPT], room.seen, room.power
     out.phi[i] = max(out.phi[i], largest(room.r[PHI]))
     out.phi_dot[i] = max(out.phi_dot[i], largest(room.r[LAG]))
     if arrived:
         out.t[i] = t
         copy(q, out.q[i])
         copy(v, out.v[i])
-        copy(room.power[room.power.shape[0] - 1], out.work[i])
-        out.ratio[i], out.rank[i] = room.seen[RATIO], int(room.seen[RANK])
-        room.seen[RATIO], room.seen[RANK] = 1.0, room.r.shape[1]
+        copy(power[power.shape[0] - 1], out.work[i])
+        out.ratio[i], out.rank[i] = seen[RATIO], int(seen[RANK])
+        seen[RATIO], seen[RANK] = 1.0, room.r.shape[1]
         out.count[KEPT] += 1

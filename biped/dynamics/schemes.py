@@ -9,6 +9,7 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.dynamics import dop853
 from biped.dynamics.collocation import NODES
+from biped.dynamics.reference import by_reference
 
 LEAST_RTOL = 1e-14
 """Relative tolerance below which every step would fail: rounding alone is larger."""
@@ -31,6 +32,7 @@ class Correction(IntEnum):
     """(2.17), then mass-orthogonal Newton iterations back onto Φ = 0 and Φ̇ = 0."""
 
 
+@by_reference
 class Tableau(NamedTuple):
     """An explicit Runge–Kutta method of s stages."""
 

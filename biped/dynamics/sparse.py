@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from biped.base.jit import kernel
+from biped.dynamics.reference import by_reference
 
 REFINED = 1e-2
 """Pivot ratio below which a solution is refined: the factors alone lose as many digits as its square has."""
@@ -23,6 +24,7 @@ SPARSE_RATIO = 1e-6
 """Smallest pivot ratio at which the factors are trusted: refined, they are still exact."""
 
 
+@by_reference
 class Sparse(NamedTuple):
     """Where K is not zero and what its factors are; N = n + m places, none for a mechanism treated as full."""
 
@@ -44,31 +46,32 @@ def dense() -> Sparse:
 @kernel
 def activate(rows, count, K):
     """Put the first `count` of the rows of A in use, and no others."""
-    n = K.use.shape[0] - rows.shape[0]
+    use = K.use
+    n = use.shape[0] - rows.shape[0]
     for i in range(rows.shape[0]):
-        K.use[n + rows[i]] = -1.0 if i < count else 0.0
+        use[n + rows[i]] = -1.0 if i < count else 0.0
 
 
 @kernel
 def factor_sparse(M, A, K):
     """Factor K with the rows of A in use; return the smallest pivot ratio, 0 if a pivot has the wrong sign."""
     n, N = M.shape[0], K.use.shape[0]
-    values, size = K.values, K.size
+    values, size, use, signs, in_M, in_A = K.values, K.size, K.use, K.x[1], K.M, K.A
     place, start = K.index[:N], K.index[N : 2 * N + 1]
     row, target = K.index[2 * N + 1 : N + 1 + values.shape[0]], K.index[N + 1 + values.shape[0] :]
     for e in range(values.shape[0]):
         values[e] = 0.0
-    for e in range(K.M.shape[0]):
-        if K.M[e, 2] >= 0:
-            values[K.M[e, 2]] = M[K.M[e, 0], K.M[e, 1]]
-    for e in range(K.A.shape[0]):
-        if K.use[n + K.A[e, 0]] != 0.0:
-            values[K.A[e, 2]] = A[K.A[e, 0], K.A[e, 1]]
+    for e in range(in_M.shape[0]):
+        if in_M[e, 2] >= 0:
+            values[in_M[e, 2]] = M[in_M[e, 0], in_M[e, 1]]
+    for e in range(in_A.shape[0]):
+        if use[n + in_A[e, 0]] != 0.0:
+            values[in_A[e, 2]] = A[in_A[e, 0], in_A[e, 1]]
     for k in range(N):
         size[k] = abs(values[k])
     for i in range(N):
-        K.x[1, place[i]] = K.use[i]
-        if K.use[i] == 0.0:
+        signs[place[i]] = use[i]
+        if use[i] == 0.0:
             values[place[i]] = -1.0
             size[place[i]] = 1.0
     least, t = 1.0, 0
@@ -76,7 +79,7 @@ def factor_sparse(M, A, K):
         pivot = values[k]
         share = abs(pivot) / size[k]
         # A constraint's diagonal is made of squares with a minus: its pivot is negative, a coordinate's positive.
-        if not (share > 1e-14) or (pivot > 0.0) != (K.x[1, k] > 0.0):
+        if not (share > 1e-14) or (pivot > 0.0) != (signs[k] > 0.0):
             return 0.0
         if pivot < 0.0:
             least = min(least, share)
@@ -99,14 +102,14 @@ def factor_sparse(M, A, K):
 def substitute(x, K):
     """Overwrite x (N,), in the order of elimination, with K⁻¹x."""
     N = x.shape[0]
-    start, row = K.index[N : 2 * N + 1], K.index[2 * N + 1 :]
+    values, start, row = K.values, K.index[N : 2 * N + 1], K.index[2 * N + 1 :]
     for k in range(N):
         for a in range(start[k], start[k + 1]):
-            x[row[a]] -= K.values[N + a] * x[k]
+            x[row[a]] -= values[N + a] * x[k]
     for k in range(N - 1, -1, -1):
-        s = x[k] / K.values[k]
+        s = x[k] / values[k]
         for a in range(start[k], start[k + 1]):
-            s -= K.values[N + a] * x[row[a]]
+            s -= values[N + a] * x[row[a]]
         x[k] = s
 
 
@@ -114,10 +117,11 @@ def substitute(x, K):
 def load(top, bottom, K, x):
     """Write the right-hand side (top (n,), bottom (m,) of the rows in use) into x (N,)."""
     n = top.shape[0]
+    index, use = K.index, K.use
     for i in range(n):
-        x[K.index[i]] = top[i]
+        x[index[i]] = top[i]
     for i in range(bottom.shape[0]):
-        x[K.index[n + i]] = bottom[i] if K.use[n + i] != 0.0 else 0.0
+        x[index[n + i]] = bottom[i] if use[n + i] != 0.0 else 0.0
 
 
 @kernel
@@ -127,25 +131,25 @@ def solve_sparse(M, A, top, bottom, ratio, K, out):
     The solution is refined where the pivot ratio of the factors calls for it.
     """
     n = top.shape[0]
-    x, r = K.x[0], K.x[1]
+    x, r, index, use, in_M, in_A = K.x[0], K.x[1], K.index, K.use, K.M, K.A
     load(top, bottom, K, x)
     substitute(x, K)
     if ratio < REFINED:
         load(top, bottom, K, r)
-        for e in range(K.M.shape[0]):
-            i, j = K.M[e, 0], K.M[e, 1]
-            r[K.index[i]] -= M[i, j] * x[K.index[j]]
-        for e in range(K.A.shape[0]):
-            if K.use[n + K.A[e, 0]] != 0.0:
-                value = A[K.A[e, 0], K.A[e, 1]]
-                i, j = K.index[n + K.A[e, 0]], K.index[K.A[e, 1]]
+        for e in range(in_M.shape[0]):
+            i, j = in_M[e, 0], in_M[e, 1]
+            r[index[i]] -= M[i, j] * x[index[j]]
+        for e in range(in_A.shape[0]):
+            if use[n + in_A[e, 0]] != 0.0:
+                value = A[in_A[e, 0], in_A[e, 1]]
+                i, j = index[n + in_A[e, 0]], index[in_A[e, 1]]
                 r[i] -= value * x[j]
                 r[j] -= value * x[i]
         substitute(r, K)
         for k in range(x.shape[0]):
             x[k] += r[k]
     for i in range(n):
-        out[i] = x[K.index[i]]
+        out[i] = x[index[i]]
 
 
 @kernel

@@ -23,37 +23,37 @@ that differ much make it small everywhere."""
 @kernel
 def enter_stage(s, step, tableau, q, v, room):
     """room.c[PLACE], room.c[SPEED] = the state in which stage s is evaluated."""
-    copy(q, room.c[PLACE])
-    copy(v, room.c[SPEED])
+    place, speed, rate, weights = room.c[PLACE], room.c[SPEED], room.rate, tableau.A[s]
+    copy(q, place)
+    copy(v, speed)
     for j in range(s):
-        weight = step * tableau.A[s, j]
+        weight = step * weights[j]
         if weight != 0.0:
             for i in range(q.shape[0]):
-                room.c[PLACE, i] += weight * room.rate[0, j, i]
-                room.c[SPEED, i] += weight * room.rate[1, j, i]
+                place[i] += weight * rate[0, j, i]
+                speed[i] += weight * rate[1, j, i]
 
 
 @kernel
 def find_acceleration(s, settings, room):
     """Rates of stage s from its evaluation: v and v̇."""
-    n, m = room.c.shape[1], room.r.shape[1]
-    w = room.factors
+    w, A, free, move, b_v = room.factors, room.A, room.c[ACCELERATION], room.c[MOVE], room.r[B_V]
+    rate = room.rate[1, s]
+    copy(room.c[SPEED], room.rate[0, s])
     sparse = w.rank[1] == 2
     if not sparse:
-        solve_mass(room.c[Q], w, room.c[ACCELERATION])
-    for i in range(m):
-        if not sparse:
-            room.r[B_V, i] -= dot(room.A[i], room.c[ACCELERATION])
-        if settings.correction == BAUMGARTE:
-            room.r[B_V, i] += 2.0 * settings.alpha * room.r[LAG, i] - settings.beta**2 * room.r[PHI, i]
-    for i in range(n):
-        room.rate[0, s, i] = room.c[SPEED, i]
+        solve_mass(room.c[Q], w, free)
+        for i in range(b_v.shape[0]):
+            b_v[i] -= dot(A[i], free)
+    if settings.correction == BAUMGARTE:
+        for i in range(b_v.shape[0]):
+            b_v[i] += 2.0 * settings.alpha * room.r[LAG, i] - settings.beta**2 * room.r[PHI, i]
     if sparse:
-        solve_sparse(room.M, room.A, room.c[Q], room.r[B_V], w.ratio[0], room.sparse, room.rate[1, s])
+        solve_sparse(room.M, A, room.c[Q], b_v, w.ratio[0], room.sparse, rate)
     else:
-        apply_w(room.r[B_V], w, room.c[MOVE])
-        for i in range(n):
-            room.rate[1, s, i] = room.c[ACCELERATION, i] + room.c[MOVE, i]
+        apply_w(b_v, w, move)
+        for i in range(rate.shape[0]):
+            rate[i] = free[i] + move[i]
 
 
 @kernel
@@ -61,11 +61,12 @@ def find_rates(s, settings, room):
     """Rates of stage s, −WΦ̇ if it is the step's first; False if they are not finite."""
     find_acceleration(s, settings, room)
     if settings.correction == EMBEDDED:
-        apply(room.r[LAG], room, room.c[MOVE])
-        for i in range(room.c.shape[1]):
-            room.rate[0, s, i] += room.c[MOVE, i]
+        move, rate = room.c[MOVE], room.rate[0, s]
+        apply(room.r[LAG], room, move)
+        for i in range(move.shape[0]):
+            rate[i] += move[i]
         if s == 0:
-            copy(room.c[MOVE], room.c[FIX_V])
+            copy(move, room.c[FIX_V])
     return np.isfinite(largest(room.rate[0, s]) + largest(room.rate[1, s]))
 
 
@@ -164,20 +165,21 @@ def attempt(watching, f, t, p, step, ratio, rank, settings, tableau, q, v, room)
         find_power(f, ts, p, s, room)
         if not find_rates(s, settings, room):
             return NOT_FINITE, ts, nearest, most, here
-    for s in range(tableau.b.shape[0]):
-        room.weights[0, s] = tableau.b[s]
-        room.weights[1, s], room.weights[2, s] = tableau.E[0, s], tableau.E[1, s]
+    weights, b, E = room.weights, tableau.b, tableau.E
+    for s in range(b.shape[0]):
+        weights[0, s], weights[1, s], weights[2, s] = b[s], E[0, s], E[1, s]
     return OK, t + step, nearest, most, here
 
 
 @kernel
 def leave_step(step, q, v, room):
     """room.c[PLACE], room.c[SPEED] = the state at the end of the step; False if it is not finite."""
+    c, rate, weights = room.c, room.rate, room.weights[0]
     for i in range(q.shape[0]):
         dq = dv = 0.0
-        for s in range(room.rate.shape[1]):
-            dq += room.weights[0, s] * room.rate[0, s, i]
-            dv += room.weights[0, s] * room.rate[1, s, i]
-        room.c[PLACE, i] = q[i] + (step * dq + room.c[FIX_Q, i])
-        room.c[SPEED, i] = v[i] + (step * dv + room.c[FIX_V, i])
+        for s in range(rate.shape[1]):
+            dq += weights[s] * rate[0, s, i]
+            dv += weights[s] * rate[1, s, i]
+        c[PLACE, i] = q[i] + (step * dq + c[FIX_Q, i])
+        c[SPEED, i] = v[i] + (step * dv + c[FIX_V, i])
     return np.isfinite(largest(room.c[PLACE]) + largest(room.c[SPEED]))

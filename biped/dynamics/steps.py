@@ -85,13 +85,14 @@ def part(f, t, p, whole, cuts, ratio, rank, settings, tableau, q, v, room):
 def error_norm(step, settings, q, v, room):
     """Size of the step's error in units of the tolerance, from two embedded estimates (as in DOP853)."""
     fifth = third = 0.0
+    weights, places, speeds = room.weights, room.c[PLACE], room.c[SPEED]
     for i in range(q.shape[0]):
-        for rate, old, new in ((room.rate[0], q, room.c[PLACE]), (room.rate[1], v, room.c[SPEED])):
+        for rate, old, new in ((room.rate[0], q, places), (room.rate[1], v, speeds)):
             scale = settings.atol + settings.rtol * max(abs(old[i]), abs(new[i]))
             e5 = e3 = 0.0
             for s in range(rate.shape[0]):
-                e5 += room.weights[1, s] * rate[s, i]
-                e3 += room.weights[2, s] * rate[s, i]
+                e5 += weights[1, s] * rate[s, i]
+                e3 += weights[2, s] * rate[s, i]
             fifth += (e5 / scale) ** 2
             third += (e3 / scale) ** 2
     if fifth == 0.0:

@@ -1,0 +1,68 @@
+"""Whether a motion can go on from a start whose rows depend on each other.
+
+There more velocities satisfy A v = 0 than branches of the motion have, and more accelerations A a = b_v: where
+uᵀA = 0, the constraints of second order, uᵀ b_v = 0, remain. Redundant rows keep them of themselves.
+"""
+
+import numpy as np
+
+from biped.dynamics.rank import TIGHT, Place
+from biped.dynamics.system import ConstrainedSystem
+
+BRANCHLESS = 1e-6
+"""Part of b_v that no acceleration gives, above which no motion has the velocity."""
+
+
+def obstacle(system: ConstrainedSystem, t: float, place: Place, v: np.ndarray) -> str | None:
+    """Why no motion goes on from a start, or which one is not determined; None if one does.
+
+    Args:
+        system: The system.
+        t: [s].
+        place: The start on the constraints.
+        v: (n,) velocities, which need not satisfy the constraints.
+    """
+    try:
+        return _obstacle(system, t, place, v)
+    except np.linalg.LinAlgError:
+        return None  # what it stumbles over is told where the motion stops
+
+
+def _obstacle(system: ConstrainedSystem, t: float, place: Place, v: np.ndarray) -> str | None:
+    e = system.evaluate(t, place.q, v)
+    length = np.linalg.norm(e.A, axis=1)
+    length[length <= TIGHT * length.max()] = np.inf
+    U, s, V = np.linalg.svd(e.A / length[:, None])
+    if not np.abs(e.phi / length).max() <= TIGHT * (1.0 + np.abs(place.q).max()):
+        return None  # constraints that cannot be satisfied have no branches to look for
+    here = int((s > TIGHT * s[0]).sum())
+    dependent, allowed = U[:, here:], V[here:].T
+
+    def nearest(x: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """The y nearest to x, in the metric of M, with A y = b as far as that has a solution."""
+        y = V[:here].T @ ((U[:, :here].T @ (b / length)) / s[:here])
+        return y + allowed @ np.linalg.solve(allowed.T @ e.M @ allowed, allowed.T @ e.M @ (x - y))
+
+    def curvature(speed: np.ndarray) -> np.ndarray:
+        """b_v at a velocity (n,), without what it is at rest."""
+        b = [system.evaluate(t, place.q, x).b_v for x in (speed, -speed, 0.0 * speed)]
+        return (0.5 * (b[0] + b[1]) - b[2]) / length
+
+    v = nearest(v, e.b_q)
+    if np.abs(v).max() > TIGHT:
+        asked = system.evaluate(t, place.q, v).b_v / length
+        if np.linalg.norm(dependent.T @ asked) <= BRANCHLESS * np.linalg.norm(asked):
+            return None
+        return (
+            "the start is in a singular position with a velocity that no motion has there: "
+            "A a = b_v has no solution; expected the velocity of one of its branches, or rest"
+        )
+    free = np.linalg.solve(e.M, e.Q)
+    bent = curvature(nearest(free, system.evaluate(t, place.q, 0.0 * v).b_v))
+    if np.linalg.norm(dependent.T @ bent) <= BRANCHLESS * max(np.linalg.norm(bent), np.linalg.norm(curvature(free))):
+        return None
+    return (
+        "the start is at rest in a singular position, and its forces push where no motion on the constraints goes: no "
+        "finite constraint force holds it, or which branch it takes is not determined; expected a position beside it, "
+        "or the velocity of one of its branches"
+    )
