@@ -49,6 +49,34 @@ class Profile(NamedTuple):
         return x, self.height(x)
 
 
+class Slabs(NamedTuple):
+    """Straight pieces of the ground, as pictures lay them.
+
+    Attributes:
+        middle: (k, 2) [m] of their upper sides.
+        length: (k,) [m].
+        angle: (k,) [rad] by which they rise.
+        odd: (k,) whether in the second of two lengths of the way, so that they can be told apart.
+    """
+
+    middle: np.ndarray
+    length: np.ndarray
+    angle: np.ndarray
+    odd: np.ndarray
+
+
+def slabs(profile: Profile, first: int, last: int, each: float) -> Slabs:
+    """The ground from `first` to `last` times a length `each` [m], cut there and at its corners."""
+    marks = each * np.arange(first, last + 1)
+    x = np.union1d(marks, profile.between(marks[0], marks[-1])[0])
+    x = x[np.append(True, np.diff(x) > 1e-9)]
+    z = profile.height(x)
+    dx, dz = np.diff(x), np.diff(z)
+    middle = np.stack([0.5 * (x[1:] + x[:-1]), 0.5 * (z[1:] + z[:-1])], axis=1)
+    odd = np.floor(middle[:, 0] / each).astype(int) % 2 == 1
+    return Slabs(middle, np.hypot(dx, dz), np.arctan2(dz, dx), odd)
+
+
 LEVEL = Profile(np.empty(0), np.empty(0))
 
 

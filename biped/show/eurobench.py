@@ -154,6 +154,13 @@ def _condition(s: Scenario, values: Mapping[str, Any]) -> dict[str, Any]:
             f"push_{i + 1}_body": push.body, f"push_{i + 1}_start": push.at, f"push_{i + 1}_duration": push.duration,
             f"push_{i + 1}_force": list(push.force),
         }  # fmt: skip
+        if push.shape != "constant":
+            out[f"push_{i + 1}_shape"] = push.shape
+        if push.shape == "sine":
+            out[f"push_{i + 1}_frequency"] = push.frequency
+    for name, size in (("tile_height", s.ground.tiles.height), ("step_rise", s.ground.steps.rise)):
+        if size != 0.0:
+            out[name] = size
     return out | {re.sub(r"\W+", "_", key).lower(): _plain(value) for key, value in values.items()}
 
 

@@ -14,11 +14,13 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
-from biped.robot.description import robot_at
+from biped.robot.description import Robot, robot_at
+from biped.robot.ground import Profile, profile_of, slabs
 from biped.show.web import has_display
 
 RATE = 60.0
 """[Hz] of pictures."""
+HANDS = "Double-click a body, then hold Ctrl and drag with the right button to push it; close the window to end."
 _RULER = range(-5, 60)
 _FAR, _DOWN = 3.4, -8.0
 """[m], [degrees] of the camera from what it follows."""
@@ -69,13 +71,16 @@ class _Show:
             time.sleep(ahead)
 
 
-def watch(plan: Plan, index: int, launch: Callable[..., Any] | None = None) -> Seen:
+def watch(
+    plan: Plan, index: int, launch: Callable[..., Any] | None = None, tell: Callable[[str], None] | None = None
+) -> Seen:
     """Carries out a run in a window, in real time; the window stays open when it ends.
 
     Args:
         plan: What is run.
         index: Number of the run.
         launch: Opens the viewer, as `mujoco.viewer.launch_passive` does.
+        tell: Told what hands can do, once it is known that a window can be opened.
 
     Raises:
         InputError: There is no display, or the run is not one of MuJoCo.
@@ -84,12 +89,14 @@ def watch(plan: Plan, index: int, launch: Callable[..., Any] | None = None) -> S
     if run.scenario.engine != "mujoco":
         raise InputError(f"--live: engine = '{run.scenario.engine}' has no viewer; expected --engine mujoco")
     launch = launch or _launcher()
+    if tell is not None:
+        tell(HANDS)
     opened: list[_Show] = []
 
     def after(model: mujoco.MjModel, data: mujoco.MjData, forces: np.ndarray) -> None:
         if not opened:
             viewer = launch(model, data, show_left_ui=False, show_right_ui=False)
-            _arrange(viewer, model, robot_at(run.model).base.link)
+            _arrange(viewer, model, robot_at(run.model), profile_of(run.scenario.ground, run.seed))
             opened.append(_Show(viewer, 1.0 / run.scenario.simulation.control_rate))
         opened[0](model, data, forces)
 
@@ -125,21 +132,36 @@ def _launcher() -> Callable[..., Any]:
     return mujoco.viewer.launch_passive
 
 
-def _arrange(viewer: Any, model: mujoco.MjModel, torso: str) -> None:
+def _arrange(viewer: Any, model: mujoco.MjModel, robot: Robot, ground: Profile) -> None:
     """The camera follows from the side; the ground is seen, with a mark at every metre."""
     viewer.cam.type = mujoco.mjtCamera.mjCAMERA_TRACKING.value
-    viewer.cam.trackbodyid = model.body(torso).id
+    viewer.cam.trackbodyid = model.body(robot.base.link).id
     viewer.cam.distance, viewer.cam.azimuth, viewer.cam.elevation = _FAR, 90.0, _DOWN
     viewer.opt.geomgroup[3] = 1
     model.vis.headlight.ambient[:], model.vis.headlight.diffuse[:] = 0.45, 0.5  # for looking only
     scene = viewer.user_scn
     for metre in _RULER:
-        if scene is None or scene.ngeom >= scene.maxgeom:
-            return
-        geom = scene.geoms[scene.ngeom]
-        mujoco.mjv_initGeom(
-            geom, mujoco.mjtGeom.mjGEOM_BOX, np.array([0.008, 0.3, 0.001]), np.array([float(metre), 0.0, 0.0]),
-            np.eye(3).ravel(), np.array([0.2, 0.22, 0.24, 1.0], np.float32),
-        )  # fmt: skip
-        geom.label = f"{metre} m" if math.fmod(metre, 2) == 0 else ""
-        scene.ngeom += 1
+        place = np.array([metre, 0.0, float(ground.height(np.array(metre)))])
+        label = f"{metre} m" if math.fmod(metre, 2) == 0 else ""
+        _add_box(scene, np.array([0.008, 0.3, 0.001]), place, np.eye(3), (0.2, 0.22, 0.24), label)
+    if ground.level:
+        return
+    model.geom(robot.contact.ground).rgba[3] = 0.0  # a copy: a run on such ground has a model of its own
+    for (x, z), length, angle, odd in zip(*slabs(ground, _RULER[0], _RULER[-1], 1.0), strict=True):
+        c, s = math.cos(angle), math.sin(angle)
+        size, place = np.array([0.5 * length, 0.5, 0.02]), np.array([x + 0.02 * s, 0.0, z - 0.02 * c])
+        turn = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
+        _add_box(scene, size, place, turn, (0.8, 0.82, 0.8) if odd else (0.69, 0.72, 0.71))
+
+
+def _add_box(
+    scene: Any, size: np.ndarray, place: np.ndarray, turn: np.ndarray, colour: tuple[float, ...], label: str = ""
+) -> None:
+    if scene is None or scene.ngeom >= scene.maxgeom:
+        return
+    geom = scene.geoms[scene.ngeom]
+    mujoco.mjv_initGeom(
+        geom, mujoco.mjtGeom.mjGEOM_BOX, size, place, turn.ravel(), np.array([*colour, 1.0], np.float32)
+    )
+    geom.label = label
+    scene.ngeom += 1

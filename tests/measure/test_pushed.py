@@ -10,9 +10,12 @@ import pytest
 
 from biped.measure.metrics import measure
 from biped.measure.metrics.pushed import impulses, pushed
+from biped.measure.pushes import pushes_of
 from biped.measure.trajectory import Trajectory
 from biped.robot.tree import motion
+from biped.scenario.keys import Push, Scenario
 from biped.scenario.metrics import METRICS
+from biped.scenario.pushing import pieces
 from tests.runs import made, synthetic
 
 STEP = 0.5
@@ -60,6 +63,37 @@ def test_an_impulse_in_the_fields_units():
 def test_pushes_that_touch_are_one(pushes, expected):
     found = impulses(walk([1.0] * 12, pushes))
     assert [push.size for push in found] == pytest.approx(expected)
+
+
+def shaped(**keys) -> tuple[tuple, ...]:
+    push = Push(**{"at": 1.0, "duration": 2.0, "force": (60.0, 0.0)} | keys)
+    return tuple(tuple(piece) for piece in pieces(Scenario(push=(push,))))
+
+
+def test_every_half_wave_of_a_sine_is_a_push():
+    found = impulses(walk([1.0] * 12, shaped(shape="sine", frequency=1.0)))
+    assert [push.size for push in found] == pytest.approx([60.0 / math.pi, -60.0 / math.pi] * 2)
+    assert [push.start for push in found] == pytest.approx([1.0, 1.5, 2.0, 2.5])
+    assert numbers(walk([1.0] * 12, shaped(shape="sine", frequency=1.0)))["push_impulse"] == pytest.approx(60 / math.pi)
+
+
+def test_a_ramp_is_one_push():
+    found = impulses(walk([1.0] * 12, shaped(shape="ramp")))
+    assert [(push.size, push.start, push.end) for push in found] == [pytest.approx((60.0, 1.0, 3.0))]
+
+
+def test_recovery_counts_from_the_end_of_a_sine():
+    t = walk([1.0] * 6 + [1.3, 1.2, 1.3, 1.0, 1.0, 1.0, 1.0], shaped(at=3.1, duration=1.0, shape="sine"))
+    assert numbers(t)["recovery_time"] == pytest.approx(4.5 - 4.1, abs=2e-3)
+
+
+def test_people_see_one_push_where_pieces_belong_together():
+    held = ((5.0, 5.2, 30.0, 0.0, "torso"), (5.2, 5.4, 10.0, 5.0, "torso"))
+    t = walk([1.0] * 12, (*shaped(shape="sine", frequency=2.0), *held))
+    sine, first, second = pushes_of(t)
+    assert (sine.start, sine.end, sine.size) == (1.0, pytest.approx(3.0), "changing, up to 60 N")
+    assert (first.size, second.size) == ("+30 N", "+10 N, +5 N up")
+    assert len(sine.force) == len(sine.time) - 1 == 200
 
 
 def test_recovery_ends_where_steps_are_as_before():

@@ -93,7 +93,9 @@ def test_without_a_display_it_says_what_to_do(monkeypatch, capsys):
         monkeypatch.delenv(name, raising=False)
     began = time.monotonic()
     assert main(["run", "level_normal", "--live"]) == 2
-    said = " ".join(capsys.readouterr().err.split())
+    printed = capsys.readouterr()
+    assert printed.out == ""  # nothing of what hands could do in a window that there is not
+    said = " ".join(printed.err.split())
     assert "--live: there is no display here" in said
     assert "biped view --web" in said
     assert time.monotonic() - began < 60.0

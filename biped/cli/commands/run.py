@@ -55,8 +55,7 @@ def _live(args: argparse.Namespace) -> int:
     only = args.only or 0
     if not 0 <= only < len(plan):
         raise InputError(f"--only {only}: expected the number of a run, 0 … {len(plan) - 1}")
-    print("Double-click a body, then hold Ctrl and drag with the right button to push it; close the window to end.")
-    seen = watch(plan, only)
+    seen = watch(plan, only, tell=print)
     print(f"{seen.said}; {seen.seconds:.2f} s, pushed by hand for {seen.pushed} ticks")
     return DONE
 

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
+from biped.measure.pushes import pushes_of
 from biped.measure.signals import SMOOTH, every, foot_force, inferred_torso_angle, inside, smooth, torso_angle
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import GRAVITY
@@ -129,9 +130,9 @@ def ensemble(trajectories: Sequence[Trajectory], title: str) -> Figure:
 
 
 def _mark_pushes(axes: Axes, trajectory: Trajectory) -> None:
-    for start, end, forward, up, body in trajectory.pushes:
-        size = f"{forward:+g} N" + (f", {up:+g} N up" if up else "")
-        axes.axvspan(start, end, color=PUSH, alpha=0.35, linewidth=0.0, label=f"{size} on the {body}")
+    for push in pushes_of(trajectory):
+        label = f"{push.size} on the {push.body}"
+        axes.axvspan(push.start, push.end, color=PUSH, alpha=0.35, linewidth=0.0, label=label)
 
 
 def _forces(axes: Axes, trajectory: Trajectory, rows: np.ndarray) -> None:

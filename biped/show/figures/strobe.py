@@ -35,7 +35,8 @@ def strobe(trajectory: Trajectory, title: str) -> Figure:
     low = np.minimum(joint[..., 0].min(), point[..., 0].min()) - _MARGIN * leg
     high = np.maximum(joint[..., 0].max(), point[..., 0].max()) + _MARGIN * leg
     torso = joint[:, 1] + (torso - joint[:, 1]) / shown.com  # its upper end
-    floor = math.tan(slope) * np.array([low, high])
+    way = ground_line(trajectory, low, high)
+    floor = way[:, 1]
     bottom, top = floor.min() - 0.12, max(torso[:, 1].max() + 0.35 * leg, floor.max() + 0.3)
     width = 11.0
     drawn = figure(width, max(2.4, width * 0.94 * (top - bottom) / (high - low) + 0.8))
@@ -44,8 +45,8 @@ def strobe(trajectory: Trajectory, title: str) -> Figure:
     axes.set_aspect("equal")
     axes.set_xlim(low, high)
     axes.set_ylim(bottom, top)
-    axes.fill_between([low, high], floor, bottom, color="#E5E7EB", linewidth=0.0)
-    axes.plot([low, high], floor, color="#4B5563", linewidth=1.2)
+    axes.fill_between(way[:, 0], floor, bottom, color="#E5E7EB", linewidth=0.0)
+    axes.plot(way[:, 0], floor, color="#4B5563", linewidth=1.2)
     _sticks(axes, joint, point, torso, np.arange(0, len(trajectory), max(1, round(_STICKS / trajectory.tick))))
     for row in body_rows(trajectory):
         _body(axes, joint[row], point[row], torso[row], leg, shown.head)
@@ -53,6 +54,19 @@ def strobe(trajectory: Trajectory, title: str) -> Figure:
     axes.set_xlabel("x [m]")
     axes.set_ylabel("height [m]")
     return drawn
+
+
+def ground_line(trajectory: Trajectory, low: float, high: float) -> np.ndarray:
+    """The ground (k, 2) [m] between two horizontal places, turned so that gravity is vertical."""
+    slope = math.radians(trajectory.slope)
+    if trajectory.ground.level:
+        return np.array([[x, math.tan(slope) * x] for x in (low, high)])
+    reach = 1.0 + np.ptp(trajectory.ground.z)  # a turned line of heights begins and ends elsewhere
+    x, z = trajectory.ground.between(low / math.cos(slope) - reach, high / math.cos(slope) + reach)
+    turned = np.stack([x * math.cos(slope) - z * math.sin(slope), x * math.sin(slope) + z * math.cos(slope)], axis=1)
+    inside = turned[(turned[:, 0] > low) & (turned[:, 0] < high)]
+    ends = np.interp([low, high], turned[:, 0], turned[:, 1])
+    return np.concatenate([[[low, ends[0]]], inside, [[high, ends[1]]]])
 
 
 def body_rows(trajectory: Trajectory) -> list[int]:

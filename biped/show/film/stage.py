@@ -12,6 +12,7 @@ import numpy as np
 
 from biped.measure.signals import centre_of_mass, finite, means
 from biped.measure.trajectory import Trajectory
+from biped.robot.ground import slabs
 from biped.robot.model import GRAVITY
 from biped.robot.order import order_of
 from biped.robot.tree import motion
@@ -26,6 +27,7 @@ _FORCE, _PUSHED, _GHOST = (0.0, 0.62, 0.45, 1.0), (0.80, 0.3, 0.62, 1.0), (0.55,
 _WEIGHT, _PUSH = 0.6, 1.0 / 400.0
 """[m] of a force of one body weight; [m/N] of a push."""
 _FAINT = 0.02
+_UPRIGHT = np.eye(3).ravel()
 _ASIDE = -0.12
 
 
@@ -111,11 +113,11 @@ class Stage:
         return int(np.clip(round((time - walker.run.time[0]) / walker.run.tick), 0, len(walker.run) - 1))
 
     def _add(self, kind: mujoco.mjtGeom, size: Sequence[float], place: np.ndarray, colour: Sequence[float],
-             label: str = "") -> None:  # fmt: skip
+             label: str = "", turn: np.ndarray = _UPRIGHT) -> None:  # fmt: skip
         if self.scene.ngeom >= self.scene.maxgeom:
             return
         geom = self.scene.geoms[self.scene.ngeom]
-        mujoco.mjv_initGeom(geom, kind, np.array(size, float), place, np.eye(3).ravel(), np.array(colour, np.float32))
+        mujoco.mjv_initGeom(geom, kind, np.array(size, float), place, turn, np.array(colour, np.float32))
         geom.label = label
         self.scene.ngeom += 1
 
@@ -135,11 +137,15 @@ class Stage:
         """Tiles around the walker, a mark at every metre, and its number."""
         box, far = mujoco.mjtGeom.mjGEOM_BOX, max(walker.lane for walker in self._shown)
         middle, width = 0.5 * far, _WIDTH + 0.5 * far
-        for tile in range(math.floor((along - _REACH) / _TILE), math.ceil((along + _REACH) / _TILE)):
-            place = np.array([(tile + 0.5) * _TILE, middle, -0.03])
-            self._add(box, (0.5 * _TILE, width, 0.03), place, _LIGHT if tile % 2 else _DARK)
+        ground = self._shown[0].run.ground
+        laid = slabs(ground, math.floor((along - _REACH) / _TILE), math.ceil((along + _REACH) / _TILE), _TILE)
+        for (x, z), length, angle, odd in zip(*laid, strict=True):
+            c, s = math.cos(angle), math.sin(angle)
+            place = np.array([x + 0.03 * s, middle, z - 0.03 * c])
+            turn = np.array([c, 0.0, -s, 0.0, 1.0, 0.0, s, 0.0, c])
+            self._add(box, (0.5 * length, width, 0.03), place, _LIGHT if odd else _DARK, turn=turn)
         for metre in range(math.ceil(along - _REACH), math.floor(along + _REACH) + 1):
-            place = np.array([float(metre), middle - width, 0.0])
+            place = np.array([float(metre), middle - width, float(ground.height(np.array(metre)))])
             self._add(box, (0.008, 0.06, 0.004), place + np.array([0.0, 0.06, 0.0]), _MARK)
             self._add(box, (0.004, 0.004, 0.002), place + np.array([0.0, 0.0, -0.05]), _MARK, f"{metre} m")
         # What is behind: as bright whatever shines on it.

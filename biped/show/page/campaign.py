@@ -83,9 +83,14 @@ def _asked(kept: Kept) -> str:
     s, count = kept.plan.scenario, len(kept.result["runs"])
     runs = "" if count == 1 else f"{count} runs of "
     slope = f", slope {value_of(s.ground.slope)}°" if s.ground.slope else ""
+    ground = s.ground
+    tiles = f", tiles of ±{value_of(ground.tiles.height)} m" if ground.tiles.height else ""
+    steps = f", steps of {value_of(ground.steps.rise)} m" if ground.steps.rise else ""
     jitter = f", starts jittered by {value_of(s.start.jitter)} rad" if s.start.jitter else ""
     law = f", law {s.law}" if s.law else f", contacts {s.actuation.contacts}"
-    return f"{runs}{s.duration:g} s in {s.engine}, gait {s.controller}{law}{slope}{jitter}, seed {s.seed}."
+    return (
+        f"{runs}{s.duration:g} s in {s.engine}, gait {s.controller}{law}{slope}{tiles}{steps}{jitter}, seed {s.seed}."
+    )
 
 
 def _only(kept: Kept) -> str:

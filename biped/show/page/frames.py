@@ -40,6 +40,7 @@ class Frames(NamedTuple):
         leg: [m] length of a leg.
         pushes: (start, end, forward [N], up [N], body).
         legs: What people call the legs.
+        ground: (k, 2) [m] the ground's line around the walk, likewise turned.
     """
 
     time: np.ndarray
@@ -50,6 +51,7 @@ class Frames(NamedTuple):
     leg: float
     pushes: tuple[tuple[float, float, float, float, str], ...]
     legs: tuple[str, ...]
+    ground: np.ndarray
 
     def data(self) -> dict[str, Any]:
         """As the page's script reads it: places in `UNIT`, relative to the torso's foot point, forces in 1/1000."""
@@ -66,7 +68,7 @@ class Frames(NamedTuple):
             "place": _packed((self.place - base[:, None]) / UNIT, "<i2"),
             "force": _packed(1e3 * self.force, "<i2"),
             "state": _packed(self.state, "u1"),
-            "pushes": [[start, end, forward, up] for start, end, forward, up, _ in self.pushes],
+            "pushes": [[round(value, 4) for value in push[:4]] for push in self.pushes],
         }
 
 
@@ -92,6 +94,8 @@ def frames_of(trajectory: Trajectory) -> Frames:
     turn = np.array([[math.cos(slope), math.sin(slope)], [-math.sin(slope), math.cos(slope)]])
     weight = float(trajectory.tree.mass.sum()) * GRAVITY
     force = np.clip(means(trajectory.force, rows) / weight, -30.0, 30.0)
+    along = trajectory.q[rows, 0]
+    reach = 4.0 * trajectory.tree.leg
     return Frames(
         time=trajectory.time[rows],
         place=np.stack(parts, axis=1) @ turn,
@@ -101,6 +105,7 @@ def frames_of(trajectory: Trajectory) -> Frames:
         leg=trajectory.tree.leg,
         pushes=trajectory.pushes,
         legs=trajectory.robot.legs,
+        ground=np.stack(trajectory.ground.between(along.min() - reach, along.max() + reach), axis=1) @ turn,
     )
 
 

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from biped.measure.pushes import pushes_of
 from biped.measure.signals import SMOOTH, every, finite, inside, smooth
 from biped.measure.trajectory import Trajectory
 from biped.robot.leg_states import FIRST_IN_AIR
@@ -46,13 +47,13 @@ def _speed(run: Trajectory, rows: np.ndarray) -> Markup:
     time, speed = run.time[at], smooth(run.v[:, 0], run.tick)[at]
     frame = Frame((0.0 if time[0] < 1.0 else float(time[0]), float(time[-1])), around(speed), "time [s]",
                   "speed of the torso [m/s]", width=900.0, height=230.0)  # fmt: skip
-    for start, end, *_ in run.pushes:
-        frame.band((start, end), "pushed")
+    shown = pushes_of(run)
+    for push in shown:
+        frame.band((push.start, push.end), "pushed")
     mean, span = float(run.v[rows, 0].mean()), run.time[rows][[0, -1]]
     frame.line(time, speed, "quiet")
     frame.line(span, [mean, mean], "accent dash")
-    pushes = "; ".join(f"{forward:+g} N" + (f", {up:+g} N up" if up else "") + f" on the {body} at {start:g} s"
-                       for start, _, forward, up, body in run.pushes)  # fmt: skip
+    pushes = "; ".join(f"{push.size} on the {push.body} at {push.start:g} s" for push in shown)
     key = legend([("quiet", "speed"), ("accent", f"mean {mean:.2f} m/s in {span[0]:.3g} to {span[1]:.3g} s"),
                   *([("push", f"push: {pushes}")] if pushes else [])])  # fmt: skip
     return card("Speed", key, tag("div", frame.svg("speed against time"), class_="scroll"), wide=True)

@@ -86,17 +86,19 @@ def _stage(frames: Frames) -> Markup:
 
 
 def _ground(frames: Frames, low: float, high: float) -> Markup:
-    """The ground as it slopes, with a mark every half metre and a number at every metre."""
-    rise = math.tan(math.radians(frames.slope))
-    soil = f"M{low:.3f} {-low * rise:.3f}L{high:.3f} {-high * rise:.3f}v3H{low:.3f}Z"
-    marks = [tag("path", d=soil, class_="soil"),
-             tag("path", d=f"M{low:.3f} {-low * rise:.3f}L{high:.3f} {-high * rise:.3f}", class_="ruler")]  # fmt: skip
+    """The ground as it slopes and steps, with a mark every half metre and a number at every metre."""
+    x, z = frames.ground.T
+    inside = (x > low) & (x < high)
+    at = np.concatenate([[low], x[inside], [high]])
+    line = "L".join(f"{x:.3f} {-z:.3f}" for x, z in zip(at, np.interp(at, x, z), strict=True))
+    marks = [tag("path", d=f"M{line}v3H{low:.3f}Z", class_="soil"), tag("path", d=f"M{line}", class_="ruler")]
     for half in range(math.ceil(2 * low), math.floor(2 * high) + 1):
-        x = 0.5 * half
-        marks.append(tag("path", d=f"M{x} {-x * rise:.3f}v{0.07 if half % 2 == 0 else 0.035}", class_="ruler"))
+        place = 0.5 * half
+        depth = -float(np.interp(place, x, z))
+        marks.append(tag("path", d=f"M{place} {depth:.3f}v{0.07 if half % 2 == 0 else 0.035}", class_="ruler"))
         if half % 2 == 0:
             words = f"{half // 2} m".replace("-", "−")
-            marks.append(tag("text", words, x=x, y=round(-x * rise + 0.16, 3), text_anchor="middle"))
+            marks.append(tag("text", words, x=place, y=round(depth + 0.16, 3), text_anchor="middle"))
     return tag("g", *marks)
 
 

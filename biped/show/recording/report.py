@@ -11,6 +11,7 @@ import rerun as rr
 
 from biped.base.text import plain
 from biped.measure.metrics.walking import outcome
+from biped.measure.pushes import pushes_of
 from biped.scenario.metrics import METRICS
 from biped.show.recording.recorded import Placed, Recorded
 from biped.show.words import told, words
@@ -44,8 +45,13 @@ def result(run: Recorded) -> str:
         lines[-1] += f", slope {trajectory.slope:+g}°"
     if trajectory.generalized:
         lines[-1] += ", generalized forces (no robot can apply them)"
-    for start, end, forward, up, body in trajectory.pushes:
-        lines.append(f"- push on the {words(body)}: {forward:g} N forward, {up:g} N up, {start:g} to {end:g} s")
+    if not trajectory.ground.level:
+        lines[-1] += (
+            f", ground {100 * trajectory.ground.z.min():+.1f} to {100 * trajectory.ground.z.max():+.1f} cm high"
+        )
+    for push in pushes_of(trajectory):
+        size = f"{push.force[0, 0]:g} N forward, {push.force[0, 1]:g} N up" if len(push.force) == 1 else push.size
+        lines.append(f"- push on the {words(push.body)}: {size}, {push.start:g} to {push.end:g} s")
     if trajectory.warnings:
         lines += ["", "MuJoCo warned: " + ", ".join(f"{told(n)} ({k} times)" for n, k in trajectory.warnings.items())]
     shown = [name for name in FIVE if name in run.metrics]

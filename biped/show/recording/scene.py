@@ -12,7 +12,9 @@ import mujoco
 import numpy as np
 import rerun as rr
 
+from biped.measure.pushes import pushes_of
 from biped.measure.signals import centre_of_mass, means
+from biped.robot.ground import slabs
 from biped.robot.model import GRAVITY
 from biped.robot.topology import POINT_LINK
 from biped.robot.tree import motion
@@ -62,15 +64,18 @@ def _log_ground(recording: rr.RecordingStream, placed: Placed) -> None:
     """A strip of tiles, with a number at every metre, as far as the walk goes."""
     x = placed.run.trajectory.q[:, 0]
     first, last = math.floor((x.min() - _MARGIN) / _TILE), math.ceil((x.max() + _MARGIN) / _TILE)
-    tiles = np.arange(first, last)
-    width = 0.42 * LANE
-    centre = np.stack([(tiles + 0.5) * _TILE, 0.0 * tiles, np.full(len(tiles), -0.5 * _SLAB)], axis=1)
+    ground = placed.run.trajectory.ground
+    laid, width = slabs(ground, first, last, _TILE), 0.42 * LANE
+    down = 0.5 * _SLAB * np.stack([np.sin(laid.angle), -np.cos(laid.angle)], axis=1)
+    count, half = len(laid.length), -0.5 * laid.angle
+    turned = {} if ground.level else {"quaternions": np.stack([0 * half, np.sin(half), 0 * half, np.cos(half)], axis=1)}
     recording.log(
         placed.entity("scene", "ground"),
         rr.Boxes3D(
-            half_sizes=np.tile([0.5 * _TILE, width, 0.5 * _SLAB], (len(tiles), 1)),
-            centers=centre,
-            colors=np.where((tiles % 2 == 0)[:, None], _LIGHT, _DARK).astype(np.uint8),
+            half_sizes=np.stack([0.5 * laid.length, np.full(count, width), np.full(count, 0.5 * _SLAB)], axis=1),
+            centers=_lift(laid.middle + down),
+            **turned,
+            colors=np.where(laid.odd[:, None], _DARK, _LIGHT).astype(np.uint8),
             fill_mode=rr.components.FillMode.Solid,
         ),
         static=True,
@@ -79,7 +84,7 @@ def _log_ground(recording: rr.RecordingStream, placed: Placed) -> None:
     recording.log(
         placed.entity("scene", "metres"),
         rr.Points3D(
-            np.stack([metres, np.full(len(metres), -width), np.full(len(metres), 0.01)], axis=1),
+            np.stack([metres, np.full(len(metres), -width), ground.height(metres) + 0.01], axis=1),
             radii=0.012,
             colors=_MARK,
             labels=[f"{metre} m" for metre in metres],
@@ -108,6 +113,7 @@ def _log_centre(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray)
     place = _lift(centre_of_mass(trajectory)[rows]) + np.array([0.0, _ASIDE, 0.0])
     # Straight down is where gravity points, not where the slope's normal does.
     below = place - place[:, 2:] * [math.tan(math.radians(trajectory.slope)), 0.0, 1.0]
+    below[:, 2] += trajectory.ground.height(below[:, 0])
     path = placed.entity("scene", "centre_of_mass")
     at = times(trajectory.time[rows])
     recording.log(path, rr.Points3D.from_fields(radii=0.028, colors=_CENTRE), static=True)
@@ -170,19 +176,20 @@ def _log_pushes(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray)
     time = trajectory.time
     back = math.radians(-trajectory.slope)  # pushes are horizontal; `scene` is turned
     turn = np.array([[math.cos(back), -math.sin(back)], [math.sin(back), math.cos(back)]])
-    for i, (start, end, forward, up, body) in enumerate(trajectory.pushes):
-        first, last = np.searchsorted(time, [start - 1e-9, end - 1e-9])
+    for i, push in enumerate(pushes_of(trajectory)):
+        first, last = np.searchsorted(time, [push.start - 1e-9, push.end - 1e-9])
         if first == len(time):
             continue  # fallen before
         shown = np.unique(np.concatenate([[first], rows[(rows > first) & (rows < last)]]))
-        vector = PUSH * _lift(turn @ np.array([forward, up]))
+        acting = push.force[np.searchsorted(push.time[1:-1] - 1e-9, time[shown], side="right")]
+        vectors = PUSH * _lift(acting @ turn.T)
         path = placed.entity("scene", f"push_{i}")
-        label = f"{math.hypot(forward, up):.0f} N"
+        largest = np.hypot(*push.force.T).max()
+        label = f"{largest:.0f} N" if len(push.force) == 1 else f"up to {largest:.0f} N"
         style = rr.Arrows3D.from_fields(radii=0.035, colors=_PUSHED, labels=label, show_labels=True)
         recording.log(path, style, static=True)
-        origin = mass_centres(placed.run.model, trajectory.robot, trajectory.q[shown], body) - vector
+        origin = mass_centres(placed.run.model, trajectory.robot, trajectory.q[shown], push.body) - vectors
         ended = time[last : last + 1]  # none if the run ends before the push does
-        vectors = np.tile(vector, (len(shown), 1))
         recording.send_columns(
             path,
             indexes=[times(np.append(time[shown], ended))],
