@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from biped.base.errors import InputError
+from biped.control.believed import believed_forces
 from biped.ensemble import campaign
 from biped.ensemble.columns import batches, smallest
 from biped.ensemble.plan import Plan
@@ -123,6 +125,7 @@ def _record(path: Path, plan: Plan, result: Mapping[str, Any], runs: Mapping[int
             metrics=metrics[index],
             checks=checks,
             scenario_text=text,
+            believed=partial(believed_forces, plan.run(index)),
         )
         for name, index in picked
         if index in runs

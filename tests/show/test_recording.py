@@ -155,6 +155,19 @@ def test_contact_forces_are_means_of_the_trajectorys(path, run):
     assert seen > 50
 
 
+def test_forces_that_the_law_counts_on_are_thin_arrows_nearer_by(path, run, tmp_path):
+    assert read(path, f"{ROOT}/scene/believed_force") == ({}, {}), "this law counts on none"
+    believed = tmp_path / "believed.rrd"
+    record(believed, [run._replace(believed=lambda trajectory: 0.5 * trajectory.force)], title="half of what there is")
+    (there, drawn), (counted, style) = (read(believed, f"{ROOT}/scene/{name}_force") for name in ("contact", "believed"))
+    assert style["Arrows3D:radii"][0] < drawn["Arrows3D:radii"][0]
+    row = 20
+    real, half = (np.array(arrows["Arrows3D:vectors"][1][row]) for arrows in (there, counted))
+    np.testing.assert_allclose(half, 0.5 * real, rtol=1e-5)
+    real, half = (np.array(arrows["Arrows3D:origins"][1][row]) for arrows in (there, counted))
+    np.testing.assert_allclose(half - real, np.tile([0.0, -0.03, 0.0], (len(real), 1)), atol=1e-6)
+
+
 def test_arrows_are_on_the_side_of_their_foot(path, run):
     temporal, _ = read(path, f"{ROOT}/scene/contact_force")
     aside = {round(origin[1], 3) for row in temporal["Arrows3D:origins"][1] for origin in row}

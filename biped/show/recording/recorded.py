@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import mujoco
@@ -18,6 +18,10 @@ LANE = 1.6
 """[m] sideways from run to run."""
 
 
+def nothing_believed(trajectory: Trajectory) -> None:
+    """Of a controller that counts on no ground forces."""
+
+
 class Recorded(NamedTuple):
     """One run to record.
 
@@ -30,6 +34,7 @@ class Recorded(NamedTuple):
         scenario_text: The effective scenario as TOML.
         ghost: Draw it as a grey shadow over the run before it.
         title: What people call it; default: its name.
+        believed: Ground forces (n, 4, 2) [N] that the controller counts on, given the trajectory; None if it does not.
     """
 
     name: str
@@ -40,6 +45,7 @@ class Recorded(NamedTuple):
     scenario_text: str
     ghost: bool = False
     title: str = ""
+    believed: Callable[[Trajectory], np.ndarray | None] = nothing_believed
 
 
 class Placed(NamedTuple):

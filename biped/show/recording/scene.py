@@ -29,9 +29,11 @@ _TILE = 0.5
 _MARGIN = 1.0
 _SLAB = 0.04
 _LIGHT, _DARK, _MARK = (222, 224, 220), (196, 200, 197), (255, 255, 255)
-_FORCE, _PUSHED, _CENTRE = (0, 158, 115), (245, 110, 170), (60, 60, 66)
+_FORCE, _PUSHED, _CENTRE, _BELIEVED = (0, 158, 115), (245, 110, 170), (60, 60, 66), (230, 159, 0)
 # Forces and the centre of mass are drawn [m] on the viewer's side, where limbs and trunk do not hide them.
 _BESIDE, _ASIDE = -0.07, -0.14
+# Forces that the controller counts on are thin, in front of those that there are.
+_NEARER = np.array([0.0, -0.03, 0.0])
 # Forces below this [N] have an arrow too short to see.
 _FAINT = 5.0
 
@@ -55,7 +57,10 @@ def log_scene(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -
     if placed.run.ghost:
         return
     _log_ground(recording, placed)
-    _log_forces(recording, placed, rows)
+    _log_forces(recording, placed, rows, placed.run.trajectory.force)
+    believed = placed.run.believed(placed.run.trajectory)
+    if believed is not None:
+        _log_forces(recording, placed, rows, believed, believed=True)
     if placed.run.trajectory.pushes:
         _log_pushes(recording, placed, rows)
 
@@ -133,15 +138,20 @@ def _log_strips(
     recording.send_columns(path, indexes=[at], columns=rr.LineStrips3D.columns(strips=strips))
 
 
-def _log_forces(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -> None:
-    """Contact forces as arrows from toes and heels, means over each picture."""
+def _log_forces(
+    recording: rr.RecordingStream, placed: Placed, rows: np.ndarray, forces: np.ndarray, believed: bool = False
+) -> None:
+    """Contact forces (n, 4, 2) [N] as arrows from toes and heels, means over each picture."""
     trajectory = placed.run.trajectory
-    force = means(trajectory.force, rows)
+    force = means(forces, rows)
     scale = BODY_WEIGHT / (float(trajectory.tree.mass.sum()) * GRAVITY)
     loaded = np.linalg.norm(force, axis=2) > _FAINT  # (m, 4)
     origin = contact_points(placed, rows)
-    path = placed.entity("scene", "contact_force")
-    recording.log(path, rr.Arrows3D.from_fields(radii=0.022, colors=_FORCE), static=True)
+    path = placed.entity("scene", "believed_force" if believed else "contact_force")
+    if believed:
+        origin += _NEARER
+    style = {"radii": 0.012, "colors": _BELIEVED} if believed else {"radii": 0.022, "colors": _FORCE}
+    recording.log(path, rr.Arrows3D.from_fields(**style), static=True)
     recording.send_columns(
         path,
         indexes=[times(trajectory.time[rows])],
