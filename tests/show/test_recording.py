@@ -159,7 +159,8 @@ def test_forces_that_the_law_counts_on_are_thin_arrows_nearer_by(path, run, tmp_
     assert read(path, f"{ROOT}/scene/believed_force") == ({}, {}), "this law counts on none"
     believed = tmp_path / "believed.rrd"
     record(believed, [run._replace(believed=lambda trajectory: 0.5 * trajectory.force)], title="half of what there is")
-    (there, drawn), (counted, style) = (read(believed, f"{ROOT}/scene/{name}_force") for name in ("contact", "believed"))
+    of = {name: read(believed, f"{ROOT}/scene/{name}_force") for name in ("contact", "believed")}
+    (there, drawn), (counted, style) = of["contact"], of["believed"]
     assert style["Arrows3D:radii"][0] < drawn["Arrows3D:radii"][0]
     row = 20
     real, half = (np.array(arrows["Arrows3D:vectors"][1][row]) for arrows in (there, counted))
