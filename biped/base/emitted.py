@@ -58,12 +58,8 @@ def keep(kernel: Kernel, arguments: tuple[Any, ...]) -> bool:
 def _taken(kinds: tuple[Any, ...]) -> str | None:
     """The numbers that numba's code takes for arguments of these types; None if they are not as known here."""
     context = _TARGET.target_context
-    for kind in kinds:
-        members = kind if isinstance(kind, types.BaseTuple) else (kind,)
-        for part in members:
-            model = context.data_model_manager.lookup(part)
-            if isinstance(part, types.Array) and model._fields != _ARRAY:
-                return None
+    if context.data_model_manager.lookup(types.float64[:])._fields != _ARRAY:
+        return None
     letters = ""
     for kind in context.get_arg_packer(kinds).argument_types:
         if isinstance(kind, ir.PointerType) or kind == ir.IntType(64):
@@ -81,7 +77,8 @@ def _given(kind: Any) -> str | None:
     """The numbers of a result of a type, in brackets if it is a tuple; None if it is anything else."""
     if not isinstance(kind, types.BaseTuple):
         return _RESULTS.get(kind)
-    letters = [_RESULTS.get(part) for part in kind.types]
+    parts: Any = kind
+    letters = [_RESULTS.get(part) for part in parts]
     return f"({''.join(letter for letter in letters if letter)})" if all(letters) else None
 
 

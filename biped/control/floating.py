@@ -22,7 +22,7 @@ import math
 from biped.base.jit import kernel
 from biped.control.allocation import clip_torques
 from biped.control.constraints import NO_ROW, candidates
-from biped.numerics.lanes import added, everywhere, load, plus, squared, store, times, total
+from biped.numerics.lanes import added, everywhere, largest, load, plus, squared, store, times, total
 from biped.robot.kinematics import bias_forces, point_row
 from biped.robot.topology import BASE, HEEL, KNEE, N_POINTS, N_ROWS, N_STOPS, NQ, NU, STOP_ROW
 from biped.robot.weighing import factor_from_feet, factor_torso, weigh, weigh_torso
@@ -110,25 +110,26 @@ def _keep(c):
 
 @kernel
 def _longest(rows):
-    """Square and number of the longest row that has not been a pivot; -1 if there is none."""
-    norm, used = rows["norm"], rows["used"]
-    best, at = 0.0, NO_ROW
+    """Square and number of the longest row that has not been a pivot; 0 and anyone if none has a length."""
+    at = largest(times(load(rows["norm"], 0), load(rows["free"], 0)))
+    return rows["norm"][0, at] * rows["free"][0, at], at
+
+
+@kernel
+def _free_all(free):
+    """Says that no row has been a pivot."""
     for i in range(N_ROWS):
-        size = 0.0 if used[i] else norm[0, i]
-        better = size > best
-        best = size if better else best
-        at = i if better else at
-    return best, at
+        free[0, i] = 1.0
 
 
 @kernel
 def _independent_rows(rows, tolerance):
-    """Orthonormalises rows of C, always the longest remainder next, and marks them in `used`; returns their number.
+    """Orthonormalises rows of C, always the longest remainder next, and takes them from `free`; returns their number.
 
     A row is dependent once its remainder is below `tolerance` times the longest row. V keeps, step by step, every
     row's part along the pivot: C = VᵀQ with orthonormal rows Q.
     """
-    C, E, V, kept, norm, used = rows["C"], rows["E"], rows["V"], rows["kept"], rows["norm"], rows["used"]
+    C, E, V, kept, norm, free = rows["C"], rows["E"], rows["V"], rows["kept"], rows["norm"], rows["free"]
     mask = load(kept, 0)
     zero = everywhere(0.0)
     a = b = c = zero
@@ -139,8 +140,7 @@ def _independent_rows(rows, tolerance):
         store(E, j + 2, z)
         a, b, c = squared(a, x), squared(b, y), squared(c, z)
     store(norm, 0, plus(plus(a, b), c))
-    for i in range(N_ROWS):
-        used[i] = 0
+    _free_all(free)
     least = 0.0
     for step in range(NQ):
         best, p = _longest(rows)
@@ -148,7 +148,7 @@ def _independent_rows(rows, tolerance):
             least = tolerance * tolerance * best
         if not best > least:
             return step
-        used[p] = 1
+        free[0, p] = 0.0
         scale = 1.0 / math.sqrt(best)
         a = b = c = zero
         for j in range(0, NQ, 3):
@@ -208,12 +208,12 @@ def _constraint_forces(rows, rank):
 
 @kernel
 def _least_torques(c, M):
-    """Writes u for the rows that are marked as used."""
+    """Writes u for the rows that are not `free`."""
     rows, actuation, Q_d, u = c["rows"], c["actuation"], c["tick"]["Q_d"], c["tick"]["u"]
-    A, D, Y, kept, used = rows["A"], rows["D"], rows["Y"], rows["kept"], rows["used"]
+    A, D, Y, kept, free = rows["A"], rows["D"], rows["Y"], rows["kept"], rows["free"]
     for i in range(N_ROWS):
-        kept[0, i] = 1.0 if used[i] else 0.0
-        used[i] = 0
+        kept[0, i] = 1.0 - free[0, i]
+    _free_all(free)
     kept[0, Q_LANE] = 1.0
     mask = load(kept, 0)
     for j in range(NQ):
@@ -240,7 +240,7 @@ def _float(rows, M, tolerance):
     Rows are combined so that the floating parts of the pivots are orthonormal in the metric of M_bb⁻¹ = (SᵀS)⁻¹, and
     those of all others zero.
     """
-    D, Y, S, norm, used = rows["D"], rows["Y"], rows["S"], rows["norm"], rows["used"]
+    D, Y, S, norm, free = rows["D"], rows["Y"], rows["S"], rows["norm"], rows["free"]
     factor_torso(M, S)
     weigh_torso(S, D)
     x, y, z = load(D, 0), load(D, 1), load(D, 2)
@@ -252,7 +252,7 @@ def _float(rows, M, tolerance):
             least = tolerance * tolerance * best
         if not best > least:
             break
-        used[p] = 1
+        free[0, p] = 0.0
         reached += 1
         scale = 1.0 / math.sqrt(best)
         ex, ey, ez = scale * D[0, p], scale * D[1, p], scale * D[2, p]
@@ -276,7 +276,7 @@ def _float(rows, M, tolerance):
 @kernel
 def _shorten(rows, count):
     """Takes from u what the `count` rows that are left, whose floating parts are zero, can give without it."""
-    Y, norm, used = rows["Y"], rows["norm"], rows["used"]
+    Y, norm, free = rows["Y"], rows["norm"], rows["free"]
     a = b = everywhere(0.0)
     for j in range(0, NU, 2):
         a, b = squared(a, load(Y, j)), squared(b, load(Y, j + 1))
@@ -285,7 +285,7 @@ def _shorten(rows, count):
         best, p = _longest(rows)
         if not best > 0.0:
             return
-        used[p] = 1
+        free[0, p] = 0.0
         scale = 1.0 / math.sqrt(best)
         a = b = everywhere(0.0)
         for j in range(0, NU, 2):

@@ -103,7 +103,7 @@ _ROWS = np.dtype(
     [
         ("A", "f8", (NQ, LANES)), ("C", "f8", (NQ, LANES)), ("E", "f8", (NQ, LANES)),  # columns of rows of A
         ("b_v", "f8", (1, LANES)), ("kept", "f8", (1, LANES)), ("norm", "f8", (1, LANES)), ("force", "f8", (1, LANES)),
-        ("used", "u1", LANES),  # as a pivot
+        ("free", "f8", (1, LANES)),  # 1: not yet a pivot
         ("V", "f8", (NQ, LANES)), ("T", "f8", (NQ, NQ)), ("z", "f8", NQ),
         ("spring", "f8", NU), ("L", "f8", (NQ, NQ)), ("S", "f8", (BASE, BASE)),
         ("D", "f8", (BASE, LANES)), ("Y", "f8", (NU, LANES)),

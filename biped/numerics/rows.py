@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from biped.base.jit import kernel
-from biped.numerics.lanes import added, everywhere, load, plus, squared, store, times
+from biped.numerics.lanes import added, everywhere, few, largest, load, load_few, over, plus, squared, store, times
 
 
 @kernel
@@ -31,17 +31,15 @@ def factor_lanes(C, kept, count, tolerance, norm, pivot, V, tau):
         Whether all rows are independent; if not, nothing of what was written is of use.
     """
     n = C.shape[0]
+    s = everywhere(0.0)
+    for j in range(n):
+        s = squared(s, load(C, j))
     least = 0.0
     for i in range(count):
-        s = everywhere(0.0)
-        for j in range(i, n):
-            s = squared(s, load(C, j))
-        store(norm, 0, times(s, load(kept, 0)))
-        best, p = -1.0, 0
-        for lane in range(C.shape[1]):
-            better = norm[0, lane] > best
-            best = norm[0, lane] if better else best
-            p = lane if better else p
+        s = times(s, load(kept, 0))
+        store(norm, 0, s)
+        p = largest(s)
+        best = norm[0, p]
         if i == 0:
             least = tolerance * tolerance * best
         if not best > least:
@@ -56,43 +54,46 @@ def factor_lanes(C, kept, count, tolerance, norm, pivot, V, tau):
         for j in range(i + 1, n):
             V[i, j] = C[j, p] * scale
             s = added(s, V[i, j], load(C, j))
-        s = times(everywhere(-tau[i]), s)
-        store(C, i, plus(load(C, i), s))
+        along = times(everywhere(-tau[i]), s)
+        store(C, i, plus(load(C, i), along))
+        s = everywhere(0.0)
         for j in range(i + 1, n):
-            store(C, j, added(load(C, j), V[i, j], s))
+            x_j = added(load(C, j), V[i, j], along)
+            store(C, j, x_j)
+            s = squared(s, x_j)
     return True
 
 
 @kernel
-def reflect_lanes_back(V, tau, count, X):
-    """Replaces the columns of X (n, lanes) by H X."""
+def reflect_few_back(V, tau, count, X):
+    """Replaces the columns of X (n, 4) by H X."""
     for i in range(count - 1, -1, -1):
-        s = load(X, i)
+        s = load_few(X, i)
         for j in range(i + 1, X.shape[0]):
-            s = added(s, V[i, j], load(X, j))
-        s = times(everywhere(-tau[i]), s)
-        store(X, i, plus(load(X, i), s))
+            s = added(s, V[i, j], load_few(X, j))
+        s = times(few(-tau[i]), s)
+        store(X, i, plus(load_few(X, i), s))
         for j in range(i + 1, X.shape[0]):
-            store(X, j, added(load(X, j), V[i, j], s))
+            store(X, j, added(load_few(X, j), V[i, j], s))
 
 
 @kernel
-def solve_lanes(C, pivot, count, d, row, X, column):
-    """Writes z of L z = d into a column of X, in the order of the pivots.
+def solve_few(C, pivot, count, D, X):
+    """Writes the columns z of L z = d into the first `count` rows of X (n, 4), in the order of the pivots.
 
     Args:
         C: (n, lanes) of `factor_lanes`.
         pivot: (>= count,) likewise.
         count: Number of rows.
-        d: (k, lanes) right-hand sides by row of C; one is overwritten.
-        row: Which.
-        X: (>= count, lanes).
-        column: Which.
+        D: (lanes, 4) right-hand sides d, by row of C.
+        X: (>= count, 4).
     """
     for i in range(count):
-        z = d[row, pivot[i]] / C[i, pivot[i]]
-        X[i, column] = z
-        store(d, row, added(load(d, row), -z, load(C, i)))
+        p = pivot[i]
+        z = load_few(D, p)
+        for k in range(i):
+            z = added(z, -C[k, p], load_few(X, k))
+        store(X, i, over(z, C[i, p]))
 
 
 @kernel

@@ -7,7 +7,23 @@ import pytest
 
 from biped.base.jit import kernel
 from biped.numerics import lanes
-from biped.numerics.lanes import LANES, added, everywhere, load, plus, squared, store, times, total
+from biped.numerics.lanes import (
+    FEW,
+    LANES,
+    added,
+    everywhere,
+    few,
+    largest,
+    load,
+    load_few,
+    lone,
+    over,
+    plus,
+    squared,
+    store,
+    times,
+    total,
+)
 
 
 @kernel
@@ -31,3 +47,43 @@ def test_every_function(seed):
         np.testing.assert_array_equal(out[row], expected)
     assert result == lanes._plain_total(x)
     assert result == pytest.approx(x.sum(), rel=1e-13)
+
+
+@kernel
+def _few(a, f, out):
+    x, y = load_few(a, 0), load_few(a, 1)
+    store(out, 0, plus(x, y))
+    store(out, 1, times(x, y))
+    store(out, 2, added(x, f, y))
+    store(out, 3, squared(x, y))
+    store(out, 4, few(f))
+    store(out, 5, lone(f))
+    store(out, 6, over(x, f))
+
+
+def test_every_function_of_a_few():
+    rng = np.random.default_rng(5)
+    a, f, out = rng.normal(size=(2, FEW)), rng.normal(), np.full((8, FEW), 7.0)
+    x, y = a
+    _few(a, f, out)
+    first = np.array([f, 0.0, 0.0, 0.0])
+    wanted = (x + y, x * y, x + f * y, x + y * y, np.full(FEW, f), first, x / f, np.full(FEW, 7.0))
+    np.testing.assert_array_equal(out, wanted)
+
+
+@kernel
+def _largest(a):
+    return largest(load(a, 0))
+
+
+def test_the_first_of_the_largest_is_found():
+    rng = np.random.default_rng(0)
+    rows = list(rng.normal(size=(300, LANES))) + list(rng.integers(0, 3, (300, LANES)).astype(float))
+    rows += [np.zeros(LANES), -np.ones(LANES), *np.eye(LANES)]
+    for x in rows:
+        wanted = int(np.argmax(np.maximum(x, 0.0)))
+        assert _largest(x[None]) == lanes._plain_largest(x) == wanted
+    x = np.full(LANES, np.nan)
+    assert 0 <= _largest(x[None]) < LANES
+    x[[4, 7]] = 2.0, np.inf
+    assert _largest(x[None]) == lanes._plain_largest(x) == 7

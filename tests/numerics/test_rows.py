@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from biped.numerics.lanes import LANES
-from biped.numerics.rows import factor_lanes, reflect_lanes_back, solve_lanes, solve_lanes_transposed
+from biped.numerics.lanes import FEW, LANES
+from biped.numerics.rows import factor_lanes, reflect_few_back, solve_few, solve_lanes_transposed
 
 N = 9
 
@@ -30,9 +30,10 @@ def test_rows_become_a_triangle_by_an_orthogonal_matrix(m):
     independent, given, C, pivot, V, tau = factored(rng.normal(size=(m, N)), lanes)
     assert independent
     assert sorted(pivot) == lanes
-    X = np.hstack([np.eye(N), np.zeros((N, LANES - N))])
-    reflect_lanes_back(V, tau, m, X)
-    H = X[:, :N]
+    parts = [np.ascontiguousarray(np.eye(N, 12)[:, at : at + FEW]) for at in range(0, 12, FEW)]
+    for X in parts:
+        reflect_few_back(V, tau, m, X)
+    H = np.hstack(parts)[:, :N]
     np.testing.assert_allclose(H.T @ H, np.eye(N), atol=1e-14)
     np.testing.assert_allclose(C, H.T @ given, atol=1e-12)
     assert np.abs(np.triu(C[:, pivot].T, 1)).max(initial=0.0) < 1e-14
@@ -43,17 +44,15 @@ def test_solves_with_the_triangle():
     rng = np.random.default_rng(1)
     rows, lanes = rng.normal(size=(6, N)), [9, 2, 3, 7, 0, 11]
     _, _, C, pivot, V, tau = factored(rows, lanes)
-    d, X = np.zeros((3, LANES)), np.zeros((N, LANES))
-    d[:, lanes] = rng.normal(size=(3, 6))
-    right = d.copy()
-    for column in range(3):
-        solve_lanes(C, pivot, 6, d, column, X, column)
+    D, X = np.zeros((LANES, FEW)), np.zeros((N, FEW))
+    D[lanes] = rng.normal(size=(6, FEW))
+    solve_few(C, pivot, 6, D, X)
     z, x = X[:6, 1].copy(), np.zeros(LANES)
     solve_lanes_transposed(C, pivot, 6, z, x)
-    reflect_lanes_back(V, tau, 6, X)
+    reflect_few_back(V, tau, 6, X)
     shortest = np.linalg.pinv(rows)
-    np.testing.assert_allclose(X[:, :3], shortest @ right[:, lanes].T, atol=1e-12)
-    np.testing.assert_allclose(x[lanes], shortest.T @ (shortest @ right[1, lanes]), atol=1e-12)
+    np.testing.assert_allclose(X, shortest @ D[lanes], atol=1e-12)
+    np.testing.assert_allclose(x[lanes], shortest.T @ (shortest @ D[lanes, 1]), atol=1e-12)
 
 
 @pytest.mark.parametrize(("size", "independent"), [(1e-8, True), (1e-12, False)])

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio
 
-from biped.numerics.lanes import LANES
+from biped.numerics.lanes import FEW, LANES
 from biped.robot.description import Robot, robot_at
 from biped.robot.ground import GROUND, LEVEL, Profile, set_ground
 from biped.robot.kinematics import PLACES, TREE
@@ -100,7 +100,7 @@ _ROWS = np.dtype(
         ("A", "f8", (NQ, LANES)), ("C", "f8", (NQ, LANES)), ("b_v", "f8", (1, LANES)), ("kept", "f8", (1, LANES)),
         ("spring", "f8", NU), ("L", "f8", (NQ, NQ)),  # M = LᵀL, with nothing added to it
         ("V", "f8", (NQ, NQ)), ("tau", "f8", NQ), ("pivot", "i8", NQ), ("norm", "f8", (1, LANES)),
-        ("d", "f8", (3, LANES)), ("X", "f8", (NQ, LANES)),
+        ("speed", "f8", (1, LANES)), ("d", "f8", (LANES, FEW)), ("X", "f8", (NQ, FEW)),
     ],
     align=True,
 )  # fmt: skip

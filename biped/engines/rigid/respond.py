@@ -13,10 +13,10 @@ from biped.base.jit import kernel
 from biped.engines.rigid.gauss import RANK
 from biped.engines.rigid.ground import bias_on, off_ground, row_on
 from biped.numerics.factor import reflect
-from biped.numerics.lanes import added, everywhere, load, store, times
-from biped.numerics.rows import factor_lanes, reflect_lanes_back, solve_lanes, solve_lanes_transposed
+from biped.numerics.lanes import added, everywhere, load, lone, store
+from biped.numerics.rows import factor_lanes, reflect_few_back, solve_few, solve_lanes_transposed
 from biped.robot.topology import KNEE, N_POINTS, N_ROWS, N_STOPS, NQ, STOP_ROW, TOE, X
-from biped.robot.weighing import coupled, factor_from_feet, weigh
+from biped.robot.weighing import coupled, factor_from_feet, unweigh, weigh
 
 F_LANE = N_ROWS
 """Lane in which the forces are weighed and reflected along with the rows."""
@@ -37,7 +37,7 @@ def respond(w, q, v):
         Whether the active rows are independent; nothing is left if they are not.
     """
     rows, motion = w["rows"], w["motion"]
-    A, C, L, d, solved = rows["A"], rows["C"], rows["L"], rows["d"], rows["X"]
+    A, C, L, b_v, d, solved = rows["A"], rows["C"], rows["L"], rows["b_v"], rows["d"], rows["X"]
     m = _rows_in_lanes(w)
     rows["count"] = m
     for j in range(NQ):
@@ -50,14 +50,11 @@ def respond(w, q, v):
         return False
     speed = everywhere(0.0)
     for j in range(NQ):
-        store(solved, j, everywhere(0.0))
         speed = added(speed, -v[j], load(A, j))
-    store(d, _VELOCITY, speed)
+    store(rows["speed"], 0, speed)
     for i in range(m):
         k = rows["pivot"][i]
-        d[_SHIFT, k] = -residual(w, q, k)
-    solve_lanes(C, rows["pivot"], m, d, _VELOCITY, solved, _VELOCITY)
-    solve_lanes(C, rows["pivot"], m, d, _SHIFT, solved, _SHIFT)
+        d[k, _ACCELERATION], d[k, _VELOCITY], d[k, _SHIFT] = b_v[0, k], rows["speed"][0, k], -residual(w, q, k)
     _accelerate(w, m)
     for j in range(NQ):
         motion["v_dot"][j] = solved[j, _ACCELERATION]
@@ -79,7 +76,6 @@ def respond_again(w):
     reflect(rows["V"], m, NQ, rows["tau"], x)
     for j in range(NQ):
         rows["C"][j, F_LANE] = x[j]
-        store(rows["X"], j, everywhere(0.0))
     _accelerate(w, m)
     for j in range(NQ):
         w["motion"]["v_dot"][j] = rows["X"][j, _ACCELERATION]
@@ -89,23 +85,17 @@ def respond_again(w):
 def _accelerate(w, m):
     """Solves for the multipliers and all lanes of X, the acceleration's from g and b_v."""
     rows, z, lam = w["rows"], w["work"]["z"], w["motion"]["lam"]
-    C, L, d, solved = rows["C"], rows["L"], rows["d"], rows["X"]
-    store(d, _ACCELERATION, load(rows["b_v"], 0))
-    solve_lanes(C, rows["pivot"], m, d, _ACCELERATION, solved, _ACCELERATION)
+    C, solved = rows["C"], rows["X"]
+    solve_few(C, rows["pivot"], m, rows["d"], solved)
     for i in range(m):
         z[i] = solved[i, _ACCELERATION] - C[i, F_LANE]
     for i in range(m, NQ):
-        solved[i, _ACCELERATION] = C[i, F_LANE]
+        store(solved, i, lone(C[i, F_LANE]))
     for row in range(N_ROWS):
         lam[row] = 0.0
     solve_lanes_transposed(C, rows["pivot"], m, z, lam)
-    reflect_lanes_back(rows["V"], rows["tau"], m, solved)
-    for i in range(NQ):
-        x = load(solved, i)
-        for j in range(i):
-            if coupled(i, j):
-                x = added(x, -L[i, j], load(solved, j))
-        store(solved, i, times(everywhere(1.0 / L[i, i]), x))
+    reflect_few_back(rows["V"], rows["tau"], m, solved)
+    unweigh(rows["L"], solved)
 
 
 @kernel
