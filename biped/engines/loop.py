@@ -135,6 +135,7 @@ def drive(run: Run, physics: Physics) -> Trajectory:
         signal_names=law.signals.names,
         traceback="" if raised is None else raised.traceback,
         ground=profile_of(s.ground, run.seed),
+        changes=tuple(change.at for change in s.change),
     )
 
 

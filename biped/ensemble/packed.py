@@ -51,6 +51,7 @@ def save(trajectory: Trajectory, path: Path) -> None:
         "sampled": trajectory.sampled, "signal_names": trajectory.signal_names, "traceback": trajectory.traceback,
         "robot": msgspec.to_builtins(trajectory.robot),
         "tree": {name: value.tolist() for name, value in trajectory.tree._asdict().items()},
+        **({"changes": trajectory.changes} if trajectory.changes else {}),
         **({} if trajectory.ground.level else {"ground": [values.tolist() for values in trajectory.ground]}),
     }  # fmt: skip
     parts = [json.dumps(about).encode() + b"\n"]
@@ -91,6 +92,7 @@ def load(path: Path) -> Trajectory:
         about["tree"] = Tree(**{name: np.array(value, dtype=float) for name, value in about["tree"].items()})
         about["torque_limit"] = tuple(about["torque_limit"])
         about["pushes"] = tuple(tuple(push) for push in about["pushes"])
+        about["changes"] = tuple(about.get("changes", ()))
         about["ground"] = profile_from(about.get("ground"))
         return Trajectory(log=log, **about)
     except (OSError, EOFError, KeyError, TypeError, ValueError, AttributeError, OverflowError, MemoryError,

@@ -40,6 +40,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         steps: Foot strikes in the window.
         alternation: Share of foot strikes of the other leg than the one before.
         strayed: [m] furthest that the torso was from its mean place.
+        stopping_distance: [m] travelled after the first change; nan of a run without one, or that did not stand.
         double_support: Share of the window with both feet on the ground.
         flight: Share with neither.
         duty: Share of it that a foot is on the ground.
@@ -118,6 +119,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     steps: float = NAN
     alternation: float = NAN
     strayed: float = NAN
+    stopping_distance: float = NAN
     double_support: float = NAN
     flight: float = NAN
     duty: float = NAN

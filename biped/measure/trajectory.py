@@ -71,6 +71,7 @@ class Trajectory:
         signal_names: Of what a law of the user's own logged.
         traceback: Where a law of the user's own raised; empty if it did not.
         ground: Heights of the ground along the slope.
+        changes: When changes of the scenario began [s].
     """
 
     log: np.ndarray
@@ -89,6 +90,7 @@ class Trajectory:
     signal_names: tuple[str, ...] = ()
     traceback: str = ""
     ground: Profile = LEVEL
+    changes: tuple[float, ...] = ()
 
     def __len__(self) -> int:
         return len(self.log)
@@ -207,6 +209,8 @@ class Trajectory:
             rest["signal_names"], arrays["signals"] = self.signal_names, self.log[:, WIDTH:]
         if self.traceback:
             rest["traceback"] = self.traceback
+        if self.changes:
+            rest["changes"] = self.changes
         if not self.ground.level:
             rest["ground"] = [values.tolist() for values in self.ground]
         with open(path, "wb") as file:
@@ -232,6 +236,7 @@ class Trajectory:
             rest["torque_limit"] = tuple(rest["torque_limit"])
             rest["signal_names"] = tuple(rest.get("signal_names", ()))
             rest["pushes"] = tuple(tuple(push) for push in rest["pushes"])
+            rest["changes"] = tuple(rest.get("changes", ()))
             rest["ground"] = profile_from(rest.get("ground"))
             loaded = cls(log=log, inferred=inferred, **rest)
             shape = (n, WIDTH + len(loaded.signal_names))

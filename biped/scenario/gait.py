@@ -53,6 +53,17 @@ def read_gains(path: Path, override: Gains) -> Gains:
     return gains
 
 
+def speeds_of(path: Path) -> tuple[float, float] | None:
+    """Smallest and largest speed [m/s] of a gait file's family, `[[speeds]]`; None if it has none."""
+    _, _, speeds, origin = _read(path)
+    if not speeds:
+        return None
+    from biped.scenario.family import Knot
+
+    knots = convert(speeds, tuple[Knot, ...], lambda key, what: origin.fault(f"speeds{key}", what))
+    return min(knot.at for knot in knots), max(knot.at for knot in knots)
+
+
 def read_settings(path: Path) -> tuple[Settings, Origin]:
     """Reads the settings that a gait was made for, and where each was written.
 

@@ -28,6 +28,7 @@ from biped.scenario.section import (
     Six,
 )  # fmt: skip
 from biped.scenario.senses import Encoders, Estimator, Gyro, Switches
+from biped.scenario.standard import Standard
 from biped.scenario.tune import Tune
 
 
@@ -459,6 +460,7 @@ class Scenario(Section, frozen=True):
         expect: What metrics are expected to be.
         thesis: The thesis's values of metrics, shown beside the result.
         tune: What `biped tune` searches for; other commands take no notice of it.
+        standard: What `biped standard` tests; likewise.
     """
 
     description: Name = ""
@@ -491,6 +493,7 @@ class Scenario(Section, frozen=True):
     expect: dict[str, Bound] = field(default_factory=dict)
     thesis: dict[str, float] = field(default_factory=dict)
     tune: Tune | None = None
+    standard: Standard | None = None
 
     @property
     def interval(self) -> tuple[float, float]:

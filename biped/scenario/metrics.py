@@ -84,6 +84,7 @@ _ALL = (
     Metric("alternation", "", "share of foot strikes that are the other leg's than the one before", show="share",
            better="more"),
     Metric("strayed", "m", "furthest that the torso was from its mean place in the window"),
+    Metric("stopping_distance", "m", "travelled after the first change, of runs that stood", better="less"),
     Metric("double_support", "", "share of the window with both feet on the ground", show="share", table="head"),
     Metric("flight", "", "share of the window with neither", show="share", table="engines", better="less"),
     Metric("duty", "", "share of the window that a foot is on the ground; of general robots", show="share"),

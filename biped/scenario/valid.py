@@ -27,6 +27,8 @@ MOST_RUNS = 1_000_000
 """Of a campaign: points of its sweep times runs of each."""
 MOST_DELAY = 100_000
 """Control ticks that sensors may lag behind: each is kept."""
+MOST_VALUES = 100_000
+"""That a standard test may tell apart."""
 MOST_DIGITS = 2**63
 """Beyond it lies no whole number that a file can mean."""
 
@@ -203,6 +205,7 @@ def possible(s: Scenario, fail: Fail) -> None:
     if own_law(s.law) and s.backstep is not None:
         raise fail("backstep", "expected no law of one's own: the step back belongs to the thesis's leg states")
     _sensed(s, fail)
+    _searched(s, fail)
     for name, bound in s.expect.items():
         if bound.min is None and bound.max is None:
             raise fail(f"expect.{name}", "expected min, max or both")
@@ -249,6 +252,28 @@ def _sensed(s: Scenario, fail: Fail) -> None:
     if switches is not None and switches.release > switches.force:
         raise fail("sensors.switches.release", f"expected at most the force that closes a switch, {switches.force:g} "
                    f"N, got {switches.release:g}")  # fmt: skip
+
+
+def _searched(s: Scenario, fail: Fail) -> None:
+    """Rejects a [standard] that cannot be searched, or shows what there is not."""
+    if s.standard is None:
+        return
+    test = s.standard
+    for name in test.shows:
+        if name not in METRICS:
+            raise fail("standard.shows", f"unknown metric '{said(name)}'; {nearest(name, list(METRICS))}")
+    if test.key is None:
+        return
+    if test.step == 0.0 or (test.last - test.first) * test.step < 0.0:
+        raise fail("standard.step", f"expected steps from first = {test.first:g} to last = {test.last:g}, got "
+                   f"{test.step:g}")  # fmt: skip
+    parts = abs(test.step) / test.resolution
+    if round(parts) < 1 or abs(parts - round(parts)) > 1e-6 * parts:
+        raise fail("standard.resolution", f"expected the step of {test.step:g} to be a whole number of them, got "
+                   f"{test.resolution:g}")  # fmt: skip
+    if abs(test.last - test.first) / test.resolution > MOST_VALUES:
+        raise fail("standard.resolution", f"expected at most {MOST_VALUES} of them from first to last, got "
+                   f"{test.resolution:g}")  # fmt: skip
 
 
 def _changing_pushes(s: Scenario, fail: Fail) -> None:

@@ -19,7 +19,7 @@ from biped.scenario.valid import humane, possible
 
 FIXED = (
     "randomise", "sweep", "seed", "expect", "thesis", "window", "engine", "law", "law_sha256", "description",
-    "threshold", "failures", "tune",
+    "threshold", "failures", "tune", "standard",
 )  # fmt: skip
 """Sections that say what a campaign is and cannot vary within it."""
 

@@ -49,7 +49,11 @@ def assess(t: Trajectory, window: tuple[float, float]) -> Assessed:
         numbers = _numbers(t, sums)
         end, cause = verdict.ending(t, numbers)
     t = replace(t, end=end, cause=cause)
-    return Assessed(t, numbers | outcome_of(t, numbers))
+    outcome = outcome_of(t, numbers)
+    if t.changes and outcome["stood"]:
+        told = min(int(np.searchsorted(t.time, t.changes[0] - 1e-9)), len(t) - 1)
+        numbers["stopping_distance"] = float(t.q[-1, 0] - t.q[told, 0])
+    return Assessed(t, numbers | outcome)
 
 
 def measure(t: Trajectory, window: tuple[float, float]) -> dict[str, Any]:

@@ -1,0 +1,253 @@
+"""Every test of the family with every gait: what `biped standard` finds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from msgspec.structs import replace
+
+from biped.base.errors import InputError
+from biped.base.files import canonical, locate, names
+from biped.base.progress import Progress, silent
+from biped.base.text import said
+from biped.ensemble.backend import Jobs
+from biped.ensemble.plan import Plan
+from biped.robot.model import GRAVITY, tree_at
+from biped.scenario.gait import speeds_of
+from biped.scenario.metrics import METRICS
+from biped.scenario.reading import read_scenario
+from biped.scenario.standard import Standard
+from biped.studies.planned import plan_of, title_of
+from biped.studies.run import run_plan
+from biped.studies.standard.measured import Measured
+from biped.studies.standard.search import Limit, Tried, limit, search
+
+FAMILY = "standard/"
+"""Where the shipped tests are, below scenarios/."""
+
+
+class Test(NamedTuple):
+    """A test of the family.
+
+    Attributes:
+        name: Of its scenario.
+        standard: What is searched and shown.
+        rate: Share of runs that must reach the goal.
+        description: Of its scenario.
+    """
+
+    name: str
+    standard: Standard
+    rate: float
+    description: str
+
+
+class Standing(NamedTuple):
+    """How a gait stood a test.
+
+    Attributes:
+        test: Name of the test.
+        gait: What people call the gait.
+        tried: Ensembles from the easiest value outwards, or the only one; empty where the test is not for the gait.
+        limit: Of a test that is searched.
+        scale: What values are multiplied by for SI units.
+    """
+
+    test: str
+    gait: str
+    tried: list[Tried]
+    limit: Limit | None
+    scale: float
+
+    @property
+    def best(self) -> Tried | None:
+        """The ensemble at the largest value that holds, or the only one."""
+        if self.limit is None:
+            return self.tried[0] if self.tried else None
+        return next((one for one in self.tried if one.value == self.limit.holds_to), None)
+
+    def as_dict(self) -> dict[str, Any]:
+        """What is kept of it."""
+        return {
+            "test": self.test,
+            "gait": self.gait,
+            "scale": self.scale,
+            "tried": [one._asdict() | {"interval": list(one.interval)} for one in self.tried],
+            "limit": None if self.limit is None else self.limit._asdict(),
+        }
+
+
+class Table(NamedTuple):
+    """All tests with all gaits.
+
+    Attributes:
+        tests: Rows.
+        gaits: Columns.
+        changes: `--set` changes, of every run.
+        standings: By test, then by gait.
+    """
+
+    tests: list[Test]
+    gaits: list[str]
+    changes: list[str]
+    standings: list[Standing]
+
+    def as_dict(self) -> dict[str, Any]:
+        """What `--json` prints and standard.json holds."""
+        return {
+            "gaits": self.gaits,
+            "changes": self.changes,
+            "tests": [
+                {
+                    "name": test.name, "title": test.standard.title, "description": test.description,
+                    "goal": test.standard.goal, "rate": test.rate, "key": test.standard.key, "of": test.standard.of,
+                    "times": test.standard.times, "unit": test.standard.unit, "shows": list(test.standard.shows),
+                }
+                for test in self.tests
+            ],
+            "standings": [standing.as_dict() for standing in self.standings],
+        }  # fmt: skip
+
+
+def tests_of(asked: Sequence[str]) -> list[Test]:
+    """The tests that are asked for, in the order of the table; none: the shipped family.
+
+    Raises:
+        InputError: One is no test.
+    """
+    found = [_test(name) for name in asked or [name for name in names("scenarios") if name.startswith(FAMILY)]]
+    return sorted(found, key=lambda test: test.standard.order)
+
+
+def _test(name: str) -> Test:
+    scenario = read_scenario(name if name.startswith(FAMILY) or not _shipped(name) else FAMILY + name)
+    if scenario.standard is None:
+        raise InputError(f"{said(name)}: not a standard test; expected a scenario with a table [standard]")
+    return Test(title_of(_named(name)), scenario.standard, scenario.threshold.rate, scenario.description)
+
+
+def _shipped(name: str) -> bool:
+    return FAMILY + name in names("scenarios")
+
+
+def _named(name: str) -> str:
+    return FAMILY + name if _shipped(name) else name
+
+
+def standard(
+    gaits: Sequence[str], asked: Sequence[str], changes: Sequence[str], jobs: Jobs, out: Path,
+    progress: Progress = silent,
+) -> Table:  # fmt: skip
+    """Puts gaits to the tests.
+
+    Args:
+        gaits: Names or paths.
+        asked: Names of tests, or paths of scenarios; none: all that are shipped.
+        changes: `--set` changes.
+        jobs: Number of processes, or a cluster.
+        out: Folder in which ensembles are kept; one that is there is gone on with.
+        progress: Told of every finished run.
+
+    Raises:
+        InputError: Something the user wrote cannot be used; said before the first run.
+    """
+    tests = tests_of(asked)
+    shown = [_gait(word) for word in gaits]
+    twice = [gait for gait in shown if shown.count(gait) > 1]
+    if twice:
+        raise InputError(f"{said(twice[0])}: expected each gait once")
+    for test in tests:
+        for word in gaits:
+            s = _asked_of(test.standard, word)
+            for value in () if s is None else (s.first, s.last):
+                _plan(test, word, changes, value)
+    kept = Measured(out)
+    standings = [
+        _stand(test, word, gait, changes, partial(_made, kept, jobs, progress))
+        for test in tests
+        for word, gait in zip(gaits, shown, strict=True)
+    ]
+    return Table(tests, shown, list(changes), standings)
+
+
+def _gait(word: str) -> str:
+    """What people call a gait."""
+    path = locate("controllers", word, "GAIT")
+    known = canonical("controllers", path)
+    return path.stem if Path(known).suffix else known
+
+
+def _asked_of(test: Standard, word: str) -> Standard | None:
+    """What a test asks of a gait, of a family no speed that it does not have; None if it is not for the gait."""
+    if test.gaits and _gait(word) not in test.gaits:
+        return None
+    if not test.family:
+        return test
+    speeds = speeds_of(locate("controllers", word, "GAIT"))
+    if speeds is None or test.key is None:
+        return None if speeds is None else test
+    low, high = (round((speed - test.first) / test.resolution, 6) for speed in speeds)
+    first = test.first + max(0, math.ceil(low)) * test.resolution
+    last = min(test.last, test.first + math.floor(high) * test.resolution)
+    return None if last < first else replace(test, first=round(first, 12), last=round(last, 12))
+
+
+def _stand(test: Test, word: str, gait: str, changes: Sequence[str], made: Any) -> Standing:
+    s = _asked_of(test.standard, word)
+    if s is None:
+        return Standing(test.name, gait, [], None, 1.0)
+
+    def at(value: float) -> Tried:
+        title = f"{gait}, {s.title}" + (f" {value:g}" if s.key else "")
+        return made(title, _plan(test, word, changes, value), s, value)
+
+    if s.key is None:
+        return Standing(test.name, gait, [at(math.nan)], None, 1.0)
+    tried = search(s, test.rate, at)
+    scale = _unit(_plan(test, word, changes, s.first), s.of)
+    return Standing(test.name, gait, tried, limit(tried, test.rate), scale)
+
+
+def _plan(test: Test, word: str, changes: Sequence[str], value: float) -> Plan:
+    """A test's plan with a gait, at a value of its key in multiples of what the test says."""
+    asked = [*changes, f"controller={_quoted(word)}"]
+    s = test.standard
+    plain = plan_of(test.name, asked)
+    asked += [f"{key}={_unit(plain, 'leg') * legs:.9g}" for key, legs in s.legs.items()]
+    if s.key is None:
+        return plan_of(test.name, asked) if s.legs else plain
+    return plan_of(test.name, [*asked, f'sweep={{"{s.key}"=[{_unit(plain, s.of) * value:.9g}]}}'])
+
+
+def _unit(plan: Plan, of: str) -> float:
+    tree = tree_at(plan.model)
+    return {"si": 1.0, "weight": float(tree.mass.sum()) * GRAVITY, "leg": float(tree.leg)}[of]
+
+
+def _quoted(word: str) -> str:
+    if any(mark in word for mark in "\"'\\\n"):
+        raise InputError(f"{said(word)}: a gait's name or path with quotes cannot be used here")
+    return f'"{word}"'
+
+
+def _made(
+    kept: Measured, jobs: Jobs, progress: Progress, title: str, plan: Plan, test: Standard, value: float
+) -> Tried:
+    """The ensemble of a plan, made unless it was before."""
+    found = kept.get(plan, test.goal, value)
+    if found is not None:
+        return found
+    summary = run_plan(title, plan, jobs, progress).result["summary"]
+    shows = dict.fromkeys((*test.shows, "speed"))
+    numbers = {name: _real(summary[name]) for name in shows if name in METRICS}
+    tried = Tried(value, int(summary[test.goal]), int(summary["runs"]), numbers)
+    kept.keep(plan, test.goal, tried)
+    return tried
+
+
+def _real(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
