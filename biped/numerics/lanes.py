@@ -122,7 +122,7 @@ def _total(_, x):
 
 
 def _plain_store(array, row, x):
-    array[row] = x
+    array.reshape(-1, LANES)[row] = x
 
 
 def _plain_total(x):
@@ -130,8 +130,8 @@ def _plain_total(x):
     return (a + b) + (c + d)
 
 
-load = _load if COMPILED else lambda array, row: np.array(array[row])
-"""(array, row): the numbers of a row of an array (n, 12), contiguous."""
+load = _load if COMPILED else lambda array, row: np.array(array.reshape(-1, LANES)[row])
+"""(array, row): the numbers of a row of an array (n, 12), contiguous; one of (n, 24) has two of them in a row."""
 store = _store if COMPILED else _plain_store
 """(array, row, x): writes a row."""
 everywhere = _all if COMPILED else lambda f: np.full(LANES, f)
