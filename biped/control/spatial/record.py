@@ -16,8 +16,6 @@ LEG_EDGES = LEG_POINTS * EDGES
 N_EDGES = LEGS * LEG_EDGES
 UNKNOWNS = N_EDGES + LEGS
 """Forces along all edges, and of the knees' stops."""
-BLOCKS = 4
-"""Blocks of lanes: the points of the right and the left foot, and what else acts on the right and the left leg."""
 WIDTH = 3 * LANES
 """Lanes for the unknowns."""
 
@@ -64,7 +62,7 @@ _MEMORY = np.dtype(
 _AT = np.dtype(
     [
         ("height", "f8", N_POINTS), ("speed", "f8", N_POINTS),  # m, m/s upward
-        ("A", "f8", (2 * BASE, BLOCKS * LANES)),  # by column: motions of base and leg that move a point in a direction
+        ("A", "f8", (2 * BASE, LEGS * LANES)),  # by column: motions of base and leg that move a point in a direction
         ("bias", "f8", (N_POINTS, DIRECTIONS)),  # J̇v [m/s²], up, forward, left
         ("angle", "f8", (LEGS, 3)), ("rate", "f8", (LEGS, 3)),  # thighs: sagittal, outward, outward about their axis
         ("torso", "f8", 3), ("torso_rate", "f8", 3),  # pitch, roll, yaw
@@ -87,13 +85,16 @@ _TICK = np.dtype(
 _WORK = np.dtype(
     [
         ("soft", "f8", NU), ("R_leg", "f8", (LEGS, LEG, LEG)), ("W", "f8", (LEGS, LEG, BASE)),
-        ("R_base", "f8", (BASE, BASE)), ("C", "f8", (2 * BASE, BLOCKS * LANES)),
-        ("D", "f8", (2 * LANES + LEGS, BLOCKS * LANES)),
-        ("least", "f8", UNKNOWNS), ("away", "f8", UNKNOWNS), ("slack", "f8", UNKNOWNS),
-        ("wanted_force", "f8", UNKNOWNS), ("wanted", "f8", N),
-        ("kept", "i8", UNKNOWNS), ("near", "u1", N_POINTS), ("free", "u1", UNKNOWNS), ("order", "i8", UNKNOWNS),
+        ("R_base", "f8", (BASE, BASE)), ("C", "f8", (2 * BASE, LEGS * LANES)),
+        ("D", "f8", (LEGS * LANES + LEGS + 1, LEGS * LANES)), ("stop", "f8", (LEGS, 2 * BASE)),
+        # Of the forces that count, in order:
+        ("kept", "i8", UNKNOWNS), ("up", "i8", UNKNOWNS), ("across", "i8", UNKNOWNS), ("slope", "f8", UNKNOWNS),
+        ("least", "f8", UNKNOWNS), ("away", "f8", UNKNOWNS), ("price", "f8", UNKNOWNS),
+        ("free", "u1", UNKNOWNS), ("order", "i8", UNKNOWNS),
+        ("near", "u1", N_POINTS), ("standing", "u1", LEGS),  # points and legs that count
+        ("row", "f8", (1, LEGS * LANES)), ("wanted", "f8", N), ("forces", "f8", N),
         ("H", "f8", (WIDTH, WIDTH)), ("L", "f8", (WIDTH, WIDTH)),
-        ("f", "f8", (1, WIDTH)), ("x", "f8", (1, WIDTH)), ("y", "f8", (1, WIDTH)), ("z", "f8", N),
+        ("f", "f8", (1, WIDTH)), ("x", "f8", (1, WIDTH)), ("y", "f8", (1, WIDTH)),
     ],
     align=True,
 )  # fmt: skip
