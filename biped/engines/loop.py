@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -16,6 +15,7 @@ from biped.control.estimator import Inference, infer, judged
 from biped.control.law import Law, Raised
 from biped.control.loop import Control, within_line
 from biped.control.tick import GOING, LOW, TILTED
+from biped.engines.spans import spans_of
 from biped.measure.trajectory import Q_D, WIDTH, Q, Trajectory, U, V
 from biped.robot.description import Robot, robot_at
 from biped.robot.model import torque_limits, tree_at
@@ -245,8 +245,6 @@ def push_spans(s: Scenario, bodies: Sequence[str], count: int, tick: float) -> l
     Raises:
         InputError: A push names a body that is not there.
     """
-    spans = [(round(p.at / tick), round((p.at + p.duration) / tick)) for p in s.push]
-    cuts = sorted({0, count, *(min(t, count) for span in spans for t in span)})
     angle = np.radians(s.ground.slope)
     turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     forces = []
@@ -258,14 +256,7 @@ def push_spans(s: Scenario, bodies: Sequence[str], count: int, tick: float) -> l
         force = np.zeros((len(bodies), 2))
         force[bodies.index(p.body)] = turn @ np.array(p.force)
         forces.append(force)
-    out = []
-    for first, last in pairwise(cuts):
-        total = np.zeros((len(bodies), 2))
-        for (start, stop), force in zip(spans, forces, strict=True):
-            if start <= first < stop:
-                total += force
-        out.append((first, last, total))
-    return out
+    return spans_of(s, forces, np.zeros((len(bodies), 2)), count, tick)
 
 
 def _ending(status: int, log: np.ndarray, robot: Robot) -> tuple[str, str]:

@@ -12,9 +12,11 @@ from typing import Annotated, Literal
 from msgspec import Meta, field
 
 from biped.scenario.gains import Gains
+from biped.scenario.robot import Described
 from biped.scenario.section import (
     Count,
     Degrees,
+    Force,
     Hold,
     Name,
     Nine,
@@ -24,7 +26,6 @@ from biped.scenario.section import (
     Section,
     Seven,
     Six,
-    Vector,
 )  # fmt: skip
 from biped.scenario.senses import Encoders, Estimator, Gyro, Switches
 from biped.scenario.tune import Tune
@@ -56,6 +57,7 @@ class Ground(Section, frozen=True):
 
     Attributes:
         slope: Degrees, uphill positive.
+        side_slope: Degrees, rising to the left; of robots that move in space.
         angles: What Q_d's absolute angles are measured from: the direction of gravity or the slope's normal.
         friction: Coefficient of Coulomb friction.
         contact_time: Time constant [s] of MuJoCo's contacts and knee stops (solref), at least two time steps.
@@ -63,6 +65,7 @@ class Ground(Section, frozen=True):
     """
 
     slope: Annotated[float, Meta(gt=-45, lt=45)] = 0.0
+    side_slope: Annotated[float, Meta(gt=-45, lt=45)] = 0.0
     angles: Literal["gravity", "slope"] = "gravity"
     friction: Annotated[float, Meta(ge=0, le=1e6)] = 3.0
     contact_time: Annotated[float, Meta(gt=0, le=1000)] = 0.004
@@ -195,13 +198,13 @@ class Push(Section, frozen=True):
     Attributes:
         at: [s] when it begins.
         duration: [s] for which it acts.
-        force: [N] forward (horizontally) and up.
+        force: [N] forward (horizontally) and up; of a robot that moves in space forward, to the left and up.
         body: A body of the model; the force acts at its centre of mass.
     """
 
     at: NonNegative
     duration: Positive
-    force: Vector
+    force: Force
     body: Name = "torso"
 
 
@@ -378,10 +381,12 @@ class Scenario(Section, frozen=True):
 
     Attributes:
         description: One line for people.
-        model: Name in models/ or path of an MJCF file.
+        model: Name in models/ or path of an MJCF or URDF file.
+        robot: What the model is, if it is no planar biped of seven links ([robots.md](robots.md)); default: what the
+            description beside the model file says.
         controller: Name in controllers/ or path of a gait file.
         law: A control law of the user's own, `path.py:Class`, looked for beside this file first; default: the thesis's.
-            It runs only if it is trusted ([security.md](security.md)).
+            It runs only if it is trusted ([security.md](security.md)). Or one for any robot, by its name: `stand`.
         law_sha256: What the law was when results were made; written with them, so that a changed law is noticed.
         engine: `mujoco`, or `home`: the thesis's own rigid contacts.
         duration: [s] of a run.
@@ -411,6 +416,7 @@ class Scenario(Section, frozen=True):
 
     description: Name = ""
     model: Name = "human"
+    robot: Described | None = None
     controller: Name = "normal"
     law: Name | None = None
     law_sha256: Name | None = None
