@@ -28,8 +28,6 @@ _TIE = 1e-7
 """Raises the diagonals by this fraction: sixteen forces share what six could do, and the shortest share is taken."""
 _FAR = 300.0
 """[m/s²] A point whose gap asks for more upward motion than this is left alone."""
-_SHANK = 0.4428
-"""[m] by which a stop's angle counts as a distance."""
 _MOST_CHANGES = 30
 _SLACK_OF_LIMIT = 1e-9
 
@@ -69,7 +67,7 @@ def unilateral_rows(c, m):
     for leg in range(LEGS):
         q, v = m.q[BASE + 1 + LEG * leg + KNEE], m.v[BASE + LEG * leg + KNEE]
         work["least"][n] = -max(0.0, -2.0 * v / tau - q / (tau * tau))
-        work["away"][n] = _SHANK * max(0.0, -q)
+        work["away"][n] = c["belief"]["shank"] * max(0.0, -q)
         work["kept"][n] = N_EDGES + leg
         n += 1
     return n
@@ -188,7 +186,7 @@ def _prices(c, n):
                 last = work["up"][i]
                 rho = _inverse_mass(c, last)
         else:
-            scale = _SHANK
+            scale = c["belief"]["shank"]  # its angle counts as a distance
             rho = act["regularisation"]
         away, slack = work["away"][i] / act["reach"], scale * work["y"][0, i] / act["yielding"]
         work["price"][i] = rho * (away * away + slack * slack)

@@ -30,8 +30,9 @@ _GAIT = np.dtype(
 )  # fmt: skip
 """The gait [rad, N m/rad, N m s/rad] by leg state; a leg's six are flexion … inversion, outward positive."""
 
-_BELIEF = np.dtype([("tilt", "f8", 2), ("hip", "f8"), ("mass", "f8")], align=True)
-"""[rad] pitch and roll of the ground's frame against what angles are measured from; [m] half the distance of the hips; [kg]."""
+_BELIEF = np.dtype([("tilt", "f8", 2), ("hip", "f8"), ("mass", "f8"), ("shank", "f8")], align=True)
+"""[rad] pitch and roll of the ground's frame against what angles are measured from; 
+[m] half the distance of the hips; [kg]; [m] length of a shank."""
 
 _SENSING = np.dtype(
     [("contact_height", "f8"), ("hold", "i8", 4), ("extended", "f8"), ("ahead", "f8"), ("late_stance", "f8")],
@@ -47,8 +48,6 @@ _ACTUATION = np.dtype(
     align=True,
 )  # fmt: skip
 """How Q_d becomes torques [N m]: as in `biped.control.record`."""
-
-_FALL = np.dtype([("height", "f8"), ("tilt", "f8")], align=True)
 
 _MEMORY = np.dtype(
     [
@@ -102,7 +101,7 @@ _WORK = np.dtype(
 
 CONTROL = np.dtype(
     [
-        ("gait", _GAIT), ("belief", _BELIEF), ("sensing", _SENSING), ("actuation", _ACTUATION), ("fall", _FALL),
+        ("gait", _GAIT), ("belief", _BELIEF), ("sensing", _SENSING), ("actuation", _ACTUATION),
         ("memory", _MEMORY), ("at", _AT), ("tick", _TICK), ("work", _WORK),
     ],
     align=True,
