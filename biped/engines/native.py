@@ -43,6 +43,22 @@ class Native(NamedTuple):
     force: int
 
 
+class Halves(NamedTuple):
+    """What compiled code needs in order to step a model by halves, with a law between them.
+
+    Attributes:
+        step1: Address of mj_step1.
+        step2: Address of mj_step2.
+        nefc: As of `Native`.
+        force: As of `Native`.
+    """
+
+    step1: int
+    step2: int
+    nefc: int
+    force: int
+
+
 class _Unavailable(Exception):
     """Compiled code cannot step this model; says why."""
 
@@ -67,6 +83,27 @@ def reason(model: mujoco.MjModel, order: Order) -> str:
         except _Unavailable as said:
             _reasons[model] = str(said)
     return _reasons[model]
+
+
+def halves(model: mujoco.MjModel) -> Halves | None:
+    """What compiled code needs to step a model of any kind by halves, or None where it must be stepped from Python.
+
+    Args:
+        model: The model, which is stepped here once from Python.
+    """
+    try:
+        native, library = _library(), _shared()
+        data = mujoco.MjData(model)
+        data.qpos[:] = model.qpos0
+        mujoco.mj_step(model, data)
+        rows = ctypes.c_int32.from_address(data._address + native.nefc).value
+        address = ctypes.c_size_t.from_address(data._address + native.force).value
+        if rows != data.nefc or (rows and address != data.efc_force.ctypes.data):
+            return None
+        steps = [ctypes.cast(step, ctypes.c_void_p).value or 0 for step in (library.mj_step1, library.mj_step2)]
+    except (_Unavailable, AttributeError):
+        return None
+    return Halves(*steps, native.nefc, native.force)
 
 
 _reasons: WeakKeyDictionary[mujoco.MjModel, str] = WeakKeyDictionary()

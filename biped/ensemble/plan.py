@@ -23,7 +23,7 @@ from biped.robot.run import Run
 from biped.robot.topology import N_ANGLES, N_ROWS, NQ, PITCH
 from biped.robot.tree import ABSOLUTE_FROM_JOINT, Tree, absolute, from_absolute, motion
 from biped.scenario.gains import Gains
-from biped.scenario.gait import Settings, read_gains, resettled, settings_on
+from biped.scenario.gait import Settings, in_the_plane, read_gains, resettled, settings_on
 from biped.scenario.keys import Scenario, Start, Truth
 from biped.scenario.origin import UNKNOWN, Origin
 from biped.scenario.vary import DRAW, SWEEP, drawn, points_of, run_seed, stream, with_values
@@ -223,6 +223,8 @@ class Plan:
         key = s.controller, s.gains
         if key not in self._gaits:
             self._gaits[key] = read_gains(locate("controllers", s.controller, "controller"), s.gains)
+        if self._general is None:
+            in_the_plane(self._gaits[key], s.model)
         return self._gaits[key]
 
     def _with_changes(self, s: Scenario) -> Scenario:

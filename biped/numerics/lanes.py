@@ -19,7 +19,7 @@ _CODE = "biped.numerics.lanes_code"
 
 
 def _plain_store(array, row, x):
-    array[row] = x
+    array.reshape(-1, len(x))[row] = x
 
 
 def _plain_total(x):
@@ -35,8 +35,8 @@ def _plain_largest(x):
     return int(np.argmax(np.where(x > 0.0, x, 0.0)))
 
 
-load = intrinsic(_CODE, "load") if COMPILED else lambda array, row: np.array(array[row])
-"""(array, row): the numbers of a row of an array (n, 12), contiguous."""
+load = intrinsic(_CODE, "load") if COMPILED else lambda array, row: np.array(array.reshape(-1, LANES)[row])
+"""(array, row): the numbers of a row of an array (n, 12), contiguous; one of (n, 24) has two of them in a row."""
 load_few = intrinsic(_CODE, "load_few") if COMPILED else lambda array, row: np.array(array[row])
 """(array, row): the numbers of a row of an array (n, 4), contiguous."""
 store = intrinsic(_CODE, "store") if COMPILED else _plain_store

@@ -8,7 +8,7 @@ free unknowns that was right in the last problem usually is in the next one, whi
 from __future__ import annotations
 
 from biped.base.jit import kernel
-from biped.numerics.lanes import added, load, store
+from biped.numerics.lanes import LANES, added, load, store
 
 MOST = 200
 """Changes of the free set after which the problem is given up (never seen beyond 30)."""
@@ -20,7 +20,7 @@ def nonnegative(H, f, n, free, order, L, x, y):
     """Solves min ½ xᵀHx - fᵀx, x >= 0. Vectors are rows of `biped.numerics.lanes`, of which the first n numbers count.
 
     Args:
-        H: (>= n, lanes) symmetric positive definite, both triangles.
+        H: (>= n, lanes) symmetric positive definite, both triangles; lanes is a multiple of `LANES`.
         f: (1, lanes).
         n: Number of unknowns.
         free: (>= n,) 0 or 1: the unknowns believed to be positive, and on return those that may be.
@@ -65,11 +65,13 @@ def nonnegative(H, f, n, free, order, L, x, y):
 @kernel
 def _multipliers(H, f, n, free, x, y):
     """Fills y with H x - f, and zero where free."""
-    s = load(f, 0)
-    for j in range(n):
-        if free[j]:
-            s = added(s, -x[0, j], load(H, j))
-    store(y, 0, s)
+    blocks = f.shape[1] // LANES
+    for block in range((n + LANES - 1) // LANES):
+        s = load(f, block)
+        for j in range(n):
+            if free[j]:
+                s = added(s, -x[0, j], load(H, blocks * j + block))
+        store(y, block, s)
     for i in range(n):
         y[0, i] = 0.0 if free[i] else -y[0, i]
 

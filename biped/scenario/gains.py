@@ -2,15 +2,102 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Self
 
 import msgspec
 
-from biped.scenario.section import Degrees, Four, NonNegative, Positive, Section, Springs
+from biped.scenario.section import Degrees, Four, NonNegative, Positive, Real, Section, Springs
 
 
-class Gains(Section, frozen=True):
+class Part(Section, frozen=True):
+    """Gains of which some may be missing."""
+
+    def replaced(self, by: Self) -> Self:
+        """These gains with those that `by` names in their place."""
+        return type(self)(**{name: _replaced(getattr(self, name), getattr(by, name)) for name in self._names()})
+
+    def missing(self) -> list[str]:
+        """Names of those that are not there."""
+        out = []
+        for name in self._names():
+            value = getattr(self, name)
+            out += [name] if value is None else []
+            out += [f"{name}.{inner}" for inner in value.missing()] if isinstance(value, Part) else []
+        return out
+
+    @classmethod
+    def _names(cls) -> tuple[str, ...]:
+        return cls.__struct_fields__
+
+
+def _replaced(old: Any, new: Any) -> Any:
+    if new is None or old is None:
+        return old if new is None else new
+    return old.replaced(new) if isinstance(old, Part) else new
+
+
+class Placement(Part, frozen=True):
+    """Where a swinging foot goes sideways: abduction by c_v v_y + c_d (y - half the distance of the hips).
+
+    v_y is the velocity of the centre of mass and y its distance from the stance foot, both towards the swinging leg.
+
+    Attributes:
+        position: c_d [rad/m].
+        velocity: c_v [rad s/m].
+    """
+
+    position: Real | None = None
+    velocity: Real | None = None
+
+
+class Frontal(Part, frozen=True):
+    """Gains across the direction of walking: the same symbols for roll, abduction and inversion, outward positive.
+
+    Attributes:
+        k_d1: [N m/rad] of the torso's spring (roll).
+        k_d2: [N m/rad] of the thighs' springs (abduction) in leg states 1 to 4.
+        k_d4: The same of the feet's inversion.
+        b_d1: [N m s/rad] of the torso's damper.
+        b_d2: [N m s/rad] of the thighs' dampers in leg states 1 to 4.
+        b_d4: The same of the feet's.
+        theta_l: Degrees of abduction at which the thighs' springs are at rest in leg states 1 to 4.
+        theta_a: Degrees of inversion, likewise.
+        placement: How the abduction of a swinging leg follows the walker's motion.
+    """
+
+    k_d1: NonNegative | None = None
+    k_d2: Springs | None = None
+    k_d4: Springs | None = None
+    b_d1: NonNegative | None = None
+    b_d2: Springs | None = None
+    b_d4: Springs | None = None
+    theta_l: Four | None = None
+    theta_a: Four | None = None
+    placement: Placement | None = None
+
+
+class Axial(Part, frozen=True):
+    """Gains about the links' own axes: the same symbols for the torso's yaw and the thighs' rotation, outward positive.
+
+    Attributes:
+        k_d1: [N m/rad] of the torso's spring (yaw).
+        k_d2: [N m/rad] of the thighs' springs (rotation) in leg states 1 to 4.
+        b_d1: [N m s/rad] of the torso's damper.
+        b_d2: [N m s/rad] of the thighs' dampers in leg states 1 to 4.
+        theta_b: Degrees to the left that the walker heads: the inertial frame's x axis.
+        theta_l: Degrees of rotation at which the thighs' springs are at rest in leg states 1 to 4.
+    """
+
+    k_d1: NonNegative | None = None
+    k_d2: Springs | None = None
+    b_d1: NonNegative | None = None
+    b_d2: Springs | None = None
+    theta_b: Degrees | None = None
+    theta_l: Four | None = None
+
+
+class Gains(Part, frozen=True):
     """Gains that replace those of the controller file; same keys.
 
     Attributes:
@@ -26,6 +113,8 @@ class Gains(Section, frozen=True):
         theta_l: Degrees, where the thighs' springs are at rest in leg states 1 to 4.
         theta_a: Degrees, where the ankles' springs are at rest in leg states 1 to 4.
         speed: [m/s] of a gait file that is a family; its gains at that speed come first, the other keys replace them.
+        frontal: Of a biped that moves in space: across the direction of walking.
+        axial: Likewise: about the links' own axes.
     """
 
     k_d1: NonNegative | None = None
@@ -40,38 +129,63 @@ class Gains(Section, frozen=True):
     theta_l: Four | None = None
     theta_a: Four | None = None
     speed: Positive | None = None
+    frontal: Frontal | None = None
+    axial: Axial | None = None
 
     def replaced(self, by: Gains) -> Gains:
         """These gains, without a speed, with those that `by` names in their place."""
-        return Gains(**{n: getattr(self, n) if (new := getattr(by, n)) is None else new for n in GAINS})
+        return msgspec.structs.replace(super().replaced(by), speed=None)
 
 
-GAINS = tuple(name for name in Gains.__struct_fields__ if name != "speed")
-"""What a complete gait consists of."""
+OUT_OF_PLANE = ("frontal", "axial")
+"""What the gait of a biped that moves in space has besides."""
+
+GAINS = tuple(name for name in Gains.__struct_fields__ if name not in ("speed", *OUT_OF_PLANE))
+"""What a complete gait in the plane consists of."""
 
 
 def single(names: Sequence[str] = GAINS) -> list[str]:
-    """Names of single numbers: a gain with a value for each leg state is four of them, `k_d2.0` the first."""
-    four = [name for name, kind in Gains.__annotations__.items() if kind.startswith(("Springs", "Four"))]
-    return [each for name in names for each in ([f"{name}.{i}" for i in range(4)] if name in four else [name])]
+    """Names of single numbers: a gain with a value for each leg state is four of them, `k_d2.0` the first.
+
+    Args:
+        names: Of gains, tables or single numbers: `k_d2`, `frontal`, `frontal.placement.velocity`, `axial.k_d2.0`.
+    """
+    return [each for name in names for each in _single(Gains, "", name)]
+
+
+def _single(kind: type[Part], at: str, name: str) -> Iterator[str]:
+    whole, _, rest = name.partition(".")
+    if whole not in kind.__struct_fields__:
+        return
+    said = kind.__annotations__[whole].split(" | ")[0]
+    if said in ("Springs", "Four"):
+        yield from ([f"{at}{name}"] if rest else [f"{at}{whole}.{i}" for i in range(4)])
+    elif (inner := _PARTS.get(said)) is not None:
+        for each in [rest] if rest else inner.__struct_fields__:
+            yield from _single(inner, f"{at}{whole}.", each)
+    else:
+        yield f"{at}{name}"
+
+
+_PARTS: dict[str, type[Part]] = {kind.__name__: kind for kind in (Placement, Frontal, Axial)}
 
 
 def number(gains: Gains, name: str) -> float:
     """A single number of a complete gait."""
-    whole, _, state = name.partition(".")
-    value = getattr(gains, whole)
-    return value[int(state)] if state else value
+    value: Any = gains
+    for part in name.split("."):
+        value = value[int(part)] if part.isdigit() else getattr(value, part)
+    return value
 
 
 def with_numbers(gains: Gains, numbers: Mapping[str, float]) -> Gains:
     """A complete gait with some of its single numbers replaced."""
-    values: dict[str, Any] = {
-        name: list(value) if isinstance(value := getattr(gains, name), tuple) else value for name in GAINS
-    }
+    values: dict[str, Any] = msgspec.to_builtins(gains)
     for name, value in numbers.items():
-        whole, _, state = name.partition(".")
-        if state:
-            values[whole][int(state)] = value
-        else:
-            values[whole] = value
+        *way, last = name.split(".")
+        table: Any = values
+        for part in way:
+            table[part] = list(table[part]) if isinstance(table[part], tuple) else table[part]
+            table = table[part]
+        table[int(last) if last.isdigit() else last] = value
     return msgspec.convert(values, Gains)

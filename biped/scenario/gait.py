@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from biped.base.errors import InputError
 from biped.base.files import description_of, label, layered, read_toml
 from biped.base.text import echo
-from biped.scenario.gains import GAINS, Gains
+from biped.scenario.gains import GAINS, OUT_OF_PLANE, Gains
 from biped.scenario.keys import Actuation, Scenario, Sensing
 from biped.scenario.origin import Origin
 from biped.scenario.section import Section
@@ -47,9 +47,12 @@ def read_gains(path: Path, override: Gains) -> Gains:
         knots = convert(speeds, tuple[Knot, ...], lambda key, what: origin.fault(f"speeds{key}", what))
         gains = replace(gains, **gains_at(knots, override.speed, origin.fault))
     gains = gains.replaced(override)
-    missing = [name for name in GAINS if getattr(gains, name) is None]
+    missing = [name for name in gains.missing() if name not in ("speed", *OUT_OF_PLANE)]
     if missing:
-        raise InputError(f"{label(path)}: {missing[0]}: missing; a gait has {', '.join(GAINS)}")
+        table = missing[0].partition(".")[0] if "." in missing[0] else ""
+        names = getattr(gains, table).__struct_fields__ if table else GAINS
+        whole = f"[{table}]" if table else "a gait"
+        raise InputError(f"{label(path)}: {missing[0]}: missing; {whole} has {', '.join(names)}")
     return gains
 
 
@@ -62,6 +65,31 @@ def speeds_of(path: Path) -> tuple[float, float] | None:
 
     knots = convert(speeds, tuple[Knot, ...], lambda key, what: origin.fault(f"speeds{key}", what))
     return min(knot.at for knot in knots), max(knot.at for knot in knots)
+
+
+def in_the_plane(gains: Gains, model: str) -> None:
+    """Makes sure that a gait is one of a biped that moves in the plane.
+
+    Raises:
+        InputError: It has tables of one that moves in space.
+    """
+    for table in OUT_OF_PLANE:
+        if getattr(gains, table) is not None:
+            raise InputError(f"gains.{table}: expected none: model '{model}' moves in the plane; [{table}] is of "
+                             "bipeds that move in space", f"gains.{table}")  # fmt: skip
+
+
+def out_of_the_plane(gains: Gains, model: str) -> None:
+    """Makes sure that a gait is one of a biped that moves in space.
+
+    Raises:
+        InputError: A table is missing.
+    """
+    for table in OUT_OF_PLANE:
+        if getattr(gains, table) is None:
+            raise InputError(f"gains.{table}: missing: model '{model}' moves in space, which asks for "
+                             f"{' and '.join(f'[{name}]' for name in OUT_OF_PLANE)} in its gait file "
+                             "(controllers/human3d.toml has them)", f"gains.{table}")  # fmt: skip
 
 
 def read_settings(path: Path) -> tuple[Settings, Origin]:

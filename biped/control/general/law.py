@@ -107,6 +107,7 @@ class Asked:
         count: Ticks of the run.
 
     Attributes:
+        law: What was made.
         signals: What it logs of its own.
 
     Raises:
@@ -116,15 +117,15 @@ class Asked:
     def __init__(self, make: Callable[[Setup], Any], name: str, file: str, setup: Setup, size: int, count: int):
         self._name, self._file, self._size, self._robot = name, file, size, setup.robot
         try:
-            self._law = make(setup)
+            self.law = make(setup)
         except InputError:
             raise
         except (Exception, SystemExit) as error:
             what = f"{name}: {name.rpartition(':')[2].strip()}(setup) raised {said(error, file)}"
             raise InputError(what, "law") from error
-        if not callable(getattr(self._law, "torques", None)):
+        if not callable(getattr(self.law, "torques", None)):
             raise InputError(f"{name}: expected a method torques(sensed) that returns {size} numbers", "law")
-        names = signal_names(getattr(self._law, "signals", {}), lambda what: InputError(f"{name}: {what}", "law"))
+        names = signal_names(getattr(self.law, "signals", {}), lambda what: InputError(f"{name}: {what}", "law"))
         self.signals = Signals(names, np.full((count if names else 0, len(names)), np.nan))
 
     def ask(self, k: int, sensed: Sensed) -> np.ndarray:
@@ -135,7 +136,7 @@ class Asked:
         """
         time = sensed.time
         try:
-            told = self._law.torques(sensed)
+            told = self.law.torques(sensed)
         except (Exception, SystemExit) as error:
             self._fail(k, time, f"raised {type(error).__name__}", said(error, self._file), error)
         try:
@@ -153,7 +154,7 @@ class Asked:
 
     def _note(self, k: int, time: float) -> None:
         try:
-            self.signals.values[k] = [self._law.signals[name] for name in self.signals.names]
+            self.signals.values[k] = [self.law.signals[name] for name in self.signals.names]
         except Exception as error:
             self._fail(k, time, "left no signals", f"expected numbers of the names it began with: {error!r:.100}")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -20,6 +21,9 @@ from biped.robot.general.build import compiled, frame, limits_of
 from biped.robot.general.recognise import robot_of
 from biped.robot.run import Run
 from biped.scenario.pushing import pieces
+
+if TYPE_CHECKING:
+    from biped.engines.general.walk import Plant
 
 Watch = Callable[[mujoco.MjModel, mujoco.MjData, np.ndarray], None]
 """Called after every tick with the model, its data, and the pushes that act, (bodies, 3) [N]."""
@@ -76,6 +80,30 @@ class _Simulation:
         self.log = np.zeros((self.count, width_of(self.robot)))
         self.up = -np.array(self.model.opt.gravity) / np.linalg.norm(self.model.opt.gravity)
         self.least = 0.0
+        self.plant = self._compiled() if watch is None and self.follow == 1.0 else None
+
+    def _compiled(self) -> Plant | None:
+        """What the compiled loop is handed, where the law has one."""
+        if self.s.law != "spatial" or not self.split:
+            return None
+        from biped.engines.general.compiled import plant_of
+
+        mujoco.mj_kinematics(self.model, self.data)
+        self.least = self.s.fall.height * float(self.data.xipos[self.robot.base_number, 2])
+        return plant_of(self.law.law, self.model, self.data, self.robot, self.substeps, self.least, self.s.fall.tilt,
+                        self.columns)  # fmt: skip
+
+    def _span(self, first: int, last: int) -> tuple[int, tuple[str, str] | None]:
+        """Ticks first … last - 1 in the compiled loop: how many rows there are then, and how the run ended if it did."""
+        from biped.engines.general.walk import FALLEN, NOT_FINITE, walk
+        from biped.engines.native import without_clock
+
+        with without_clock():
+            status, k = walk(self.law.law.record, self.plant, self.log, self.law.signals.values, first, last)
+        if status == NOT_FINITE:
+            return k + 1, self._diverged(k)
+        self.sensed.begin(k * self.tick)
+        return (k + 1, self._fallen(k, k * self.tick)) if status == FALLEN else (last, None)
 
     def _turned(self, force: tuple[float, ...]) -> np.ndarray:
         """(3,) [N] of a push in the ground's frame."""
@@ -87,6 +115,15 @@ class _Simulation:
         for first, last, forces in push_spans(self.s, self.robot.bodies, self._turned, self.count, self.tick):
             self.data.xfrc_applied[1:, :3] = forces
             self.account.push()
+            if self.plant is not None:
+                from biped.engines.general.compiled import on_base
+
+                if on_base(forces, self.model, self.robot):
+                    done, ended = self._span(first, last)
+                    if ended is not None:
+                        end, cause = ended
+                        break
+                    continue
             for k in range(first, last):
                 done = k + 1
                 try:
@@ -114,8 +151,7 @@ class _Simulation:
             mujoco.mj_forward(model, data)
         line = self.log[k]
         if not (np.isfinite(data.qpos).all() and np.isfinite(data.qvel).all()):
-            worst = self.robot.v_names[int(np.argmax(np.abs(self.log[max(k - 1, 0)][self._part("v")])))]
-            return "diverged", f"a coordinate stopped being finite after {time - self.tick:.3f} s (largest: {worst})"
+            return self._diverged(k)
         self.sensed.begin(time)
         points = self.sensed.points
         self.sensed.touching[:] = self.ground.touching(points)
@@ -129,6 +165,12 @@ class _Simulation:
         (data.qfrc_applied if self.command == "generalized" else data.ctrl)[:] = self.wanted
         self._steps(line, points)
         return None
+
+    def _diverged(self, k: int) -> tuple[str, str]:
+        """That a coordinate is not finite at tick k."""
+        worst = self.robot.v_names[int(np.argmax(np.abs(self.log[max(k - 1, 0)][self._part("v")])))]
+        time = (k - 1) * self.tick
+        return "diverged", f"a coordinate stopped being finite after {time:.3f} s (largest: {worst})"
 
     def _steps(self, line: np.ndarray, points: np.ndarray) -> None:
         """The physics of a tick; forces are means over its steps."""

@@ -1,0 +1,50 @@
+"""The thesis's law for a biped with a free base, as a law of a robot of any kind: `law = "spatial"`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from biped.control.general.law import Setup
+from biped.control.general.sensed import Sensed
+from biped.control.spatial.places import Mechanics
+from biped.control.spatial.setup import controller_record, mechanics_of
+from biped.control.spatial.tick import spatial_tick
+from biped.robot.general.build import Command
+from biped.scenario.keys import Scenario
+
+SIGNALS = ("right_state", "left_state", "right_placed", "left_placed", "at_limit")
+"""What the law logs: leg states 1 … 4, [rad] by which placement abducts a swinging leg, whether a torque is at a limit."""
+
+
+class Spatial:
+    """See the module.
+
+    Args:
+        setup: The run's.
+
+    Attributes:
+        record: (1,) `biped.control.spatial.record.CONTROL`.
+        signals: As of the latest tick.
+    """
+
+    def __init__(self, setup: Setup):
+        self.record = controller_record(setup)
+        self.signals = dict.fromkeys(SIGNALS, 0.0)
+        self._generalized = bool(self.record["actuation"]["generalized"][0])
+        self._mechanics: Mechanics | None = None
+
+    @staticmethod
+    def command(scenario: Scenario) -> Command:
+        """What `torques` returns."""
+        return "generalized" if scenario.actuation.mode == "generalized" else "torque"
+
+    def torques(self, sensed: Sensed) -> np.ndarray:
+        """(12,) joint torques [N m]; or (18,) Q_d."""
+        first = self._mechanics is None
+        if self._mechanics is None:
+            self._mechanics = mechanics_of(sensed.robot, sensed._data)
+        spatial_tick(self.record, self._mechanics, first)
+        c = self.record[0]
+        values = (*(c["memory"]["phase"] + 1), *c["tick"]["placed"], c["tick"]["limited"])
+        self.signals = dict(zip(SIGNALS, (float(value) for value in values), strict=True))
+        return (c["tick"]["Q_d"] if self._generalized else c["tick"]["u"]).copy()

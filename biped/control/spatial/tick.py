@@ -1,0 +1,28 @@
+"""One control tick of a biped with a free base: sense, decide the leg states, Q_d, joint torques."""
+
+from __future__ import annotations
+
+from biped.base.jit import kernel
+from biped.control.spatial.phase import leg_states
+from biped.control.spatial.places import believe_contacts, point_motion, sense_places
+from biped.control.spatial.pushing import pushing_torques
+from biped.control.spatial.springs import desired_forces
+
+
+@kernel
+def spatial_tick(record, m, first):
+    """The law for one tick; u or Q_d is left in the record.
+
+    Args:
+        record: (1,) `biped.control.spatial.record.CONTROL`.
+        m: `biped.control.spatial.places.Mechanics`.
+        first: Whether this is the run's first tick.
+    """
+    c = record[0]
+    sense_places(c, m)
+    believe_contacts(c, first)
+    leg_states(c, m.q)
+    desired_forces(c, m)
+    if c["actuation"]["generalized"] == 0:
+        point_motion(c, m)
+        c["tick"]["limited"] = pushing_torques(c, m)
