@@ -23,9 +23,9 @@ SWEEPS = 25  # iterations of a leap
 FEWEST = 3  # before a change that does not shrink is taken for rounding
 SHRINKS = 0.7  # how much a change must shrink from one iteration to the next
 GROWN = 100.0  # times the least change that the iteration has lost its way
-SETTLED = 1e-15  # relative change that ends the iteration of a fixed step
+SETTLED = 1e-15  # relative change that ends the iteration of a fixed step, however small its error
 DOUBTFUL = 1e-7  # relative change up to which one that does not shrink is taken for rounding
-SHARE = 1e-2  # part of its tolerance that an adaptive step iterates to
+SHARE = 1e-2  # part of its tolerance, or of its error, that a step iterates to
 TRUSTED = 1e-4  # pivot ratio at which the acceleration of the start is good enough to begin with
 
 
@@ -86,6 +86,21 @@ def change(settings, room):
     return most
 
 
+@kernel
+def error_left(step, room):
+    """Relative error of a step at the nodes as they stand: its estimate, which sees far more than there is."""
+    c, rate, weights = room.c, room.rate, room.weights[1]
+    most = 0.0
+    for part, now in ((rate[0], c[PLACE]), (rate[1], c[SPEED])):
+        size = 1.0 + largest(now)
+        for i in range(part.shape[1]):
+            e = 0.0
+            for s in range(part.shape[0]):
+                e += weights[s] * part[s, i]
+            most = max(most, abs(step * e) / size)
+    return most
+
+
 @shared
 def leap(f, t, p, step, ratio, rank, settings, q, v, room):
     """The rates of a step at the nodes, found by iteration, from a start of this pivot ratio and rank.
@@ -133,6 +148,8 @@ def leap(f, t, p, step, ratio, rank, settings, q, v, room):
         if not leave_step(step, q, v, room):
             return NOT_LEAPT, t + step
         moved = change(settings, room)
+        if settings.rtol == 0.0:
+            limit = max(SETTLED, SHARE * error_left(step, room))
         if sweep > 0 and (moved <= limit or (sweep >= FEWEST and moved > SHRINKS * before and moved <= doubtful)):
             room.seen[LEAPT] += 1
             return OK, t + step
