@@ -16,7 +16,7 @@ from biped.engines.loop import Physics, drive
 from biped.engines.native import native as native_of
 from biped.engines.native import without_clock
 from biped.engines.planes import lay, planes_of
-from biped.measure.trajectory import WIDTH, Trajectory
+from biped.measure.trajectory import Trajectory
 from biped.robot.description import robot_at
 from biped.robot.ground import profile_of
 from biped.robot.model import compile_foreign
@@ -62,9 +62,10 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
     def push(forces: np.ndarray) -> None:
         pushing[:] = data.xfrc_applied[1:, [0, 2]] = forces
 
-    log_of_step = bound(log_forces, np.empty((1, WIDTH)), 0, data.efc_force, place, *where, pyramid, planes)
+    log_of_step = None
 
     def step(k: int, log: np.ndarray) -> None:
+        nonlocal log_of_step
         if ground.level:
             mj_step(model, data, substeps)
         else:
@@ -72,6 +73,8 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
                 mujoco.mj_kinematics(model, data)
                 lay(planes, place, order.points)
                 mj_step(model, data)
+        if log_of_step is None:  # not all runs are stepped from Python
+            log_of_step = bound(log_forces, log, 0, data.efc_force, place, *where, pyramid, planes)
         log_of_step(log, k, data.efc_force, place, *where, pyramid, planes)
         if watch is not None:
             watch(model, data, pushing)

@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from biped.measure.ended import Ended
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import gravity
 from biped.robot.tree import motion
@@ -126,7 +127,7 @@ def momentum_residual(t: Trajectory, momentum: tuple[float, float], force: float
     return abs(off) / max(weight * max(count, LEAST_TIME / t.tick), abs(force), pushed)
 
 
-def ending(t: Trajectory, numbers: Mapping[str, float]) -> Ending:
+def ending(t: Ended, numbers: Mapping[str, float]) -> Ending:
     """How a run ended, its sentinels heard.
 
     Args:

@@ -12,9 +12,11 @@ from typing import Annotated, Literal
 from msgspec import Meta, field
 
 from biped.scenario.gains import Gains
+from biped.scenario.robot import Described
 from biped.scenario.section import (
     Count,
     Degrees,
+    Force,
     Hold,
     Name,
     Nine,
@@ -24,7 +26,6 @@ from biped.scenario.section import (
     Section,
     Seven,
     Six,
-    Vector,
 )  # fmt: skip
 from biped.scenario.senses import Encoders, Estimator, Gyro, Switches
 from biped.scenario.standard import Standard
@@ -97,6 +98,7 @@ class Ground(Section, frozen=True):
         slope: Degrees, uphill positive.
         tiles: Tiles of unequal height on it.
         steps: Steps on it.
+        side_slope: Degrees, rising to the left; of robots that move in space.
         angles: What Q_d's absolute angles are measured from: the direction of gravity or the slope's normal.
         friction: Coefficient of Coulomb friction.
         contact_time: Time constant [s] of MuJoCo's contacts and knee stops (solref), at least two time steps.
@@ -106,6 +108,7 @@ class Ground(Section, frozen=True):
     slope: Annotated[float, Meta(gt=-45, lt=45)] = 0.0
     tiles: Tiles = Tiles()
     steps: Steps = Steps()
+    side_slope: Annotated[float, Meta(gt=-45, lt=45)] = 0.0
     angles: Literal["gravity", "slope"] = "gravity"
     friction: Annotated[float, Meta(ge=0, le=1e6)] = 3.0
     contact_time: Annotated[float, Meta(gt=0, le=1000)] = 0.004
@@ -238,7 +241,8 @@ class Push(Section, frozen=True):
     Attributes:
         at: [s] when it begins.
         duration: [s] for which it acts.
-        force: [N] forward (horizontally) and up; of shapes that change, the largest.
+        force: [N] forward (horizontally) and up, of a robot that moves in space forward, to the left and up; of shapes
+            that change, the largest.
         body: A body of the model; the force acts at its centre of mass.
         shape: How the force goes with time: `constant`; a `ramp` from nothing to `force` at the end; or a `sine`.
         frequency: [Hz] of the sine.
@@ -246,7 +250,7 @@ class Push(Section, frozen=True):
 
     at: NonNegative
     duration: Positive
-    force: Vector
+    force: Force
     body: Name = "torso"
     shape: Literal["constant", "ramp", "sine"] = "constant"
     frequency: Annotated[float, Meta(gt=0, le=100)] = 1.0
@@ -425,10 +429,12 @@ class Scenario(Section, frozen=True):
 
     Attributes:
         description: One line for people.
-        model: Name in models/ or path of an MJCF file.
+        model: Name in models/ or path of an MJCF or URDF file.
+        robot: What the model is, if it is no planar biped of seven links ([robots.md](robots.md)); default: what the
+            description beside the model file says.
         controller: Name in controllers/ or path of a gait file.
         law: A control law of the user's own, `path.py:Class`, looked for beside this file first; default: the thesis's.
-            It runs only if it is trusted ([security.md](security.md)).
+            It runs only if it is trusted ([security.md](security.md)). Or one for any robot, by its name: `stand`.
         law_sha256: What the law was when results were made; written with them, so that a changed law is noticed.
         engine: `mujoco`, or `home`: the thesis's own rigid contacts.
         duration: [s] of a run.
@@ -459,6 +465,7 @@ class Scenario(Section, frozen=True):
 
     description: Name = ""
     model: Name = "human"
+    robot: Described | None = None
     controller: Name = "normal"
     law: Name | None = None
     law_sha256: Name | None = None

@@ -19,15 +19,13 @@ class Piece(NamedTuple):
     Attributes:
         start: [s].
         end: [s].
-        forward: [N] horizontally.
-        up: [N].
+        force: [N] as the push has it: forward and up, in space forward, to the left and up.
         body: What is pushed.
     """
 
     start: float
     end: float
-    forward: float
-    up: float
+    force: tuple[float, ...]
     body: str
 
 
@@ -53,13 +51,13 @@ def _ticks(push: Push, tick: float) -> int:
 
 def _pieces(push: Push, tick: float, duration: float) -> list[Piece]:
     if push.shape == "constant":
-        return [Piece(push.at, push.at + push.duration, *push.force, push.body)]
+        return [Piece(push.at, push.at + push.duration, push.force, push.body)]
     first, each, out = round(push.at / tick), _ticks(push, tick), []
     last = round(min(push.at + push.duration, duration) / tick)
     for k in range(first, last, each):
         start, end = k * tick, min(k + each, last) * tick
         share = _mean(push, start - first * tick, end - first * tick)
-        out.append(Piece(start, end, share * push.force[0], share * push.force[1], push.body))
+        out.append(Piece(start, end, tuple(share * one for one in push.force), push.body))
     return out
 
 

@@ -14,8 +14,10 @@ from biped.base.errors import InputError
 from biped.base.files import nearest
 from biped.base.text import echo, said
 from biped.scenario.keys import Bound, Change, Distribution, Push, Scenario
+from biped.scenario.laws import own_law
 from biped.scenario.metrics import METRICS
 from biped.scenario.pushing import MOST_PIECES, PIECE, count
+from biped.scenario.robot import Foot
 
 MOST_STEPS = 100_000_000
 """Physics steps of the longest run: a day at 1 kHz."""
@@ -30,7 +32,7 @@ MOST_VALUES = 100_000
 MOST_DIGITS = 2**63
 """Beyond it lies no whole number that a file can mean."""
 
-LISTS: dict[str, type] = {"push": Push, "change": Change}
+LISTS: dict[str, type] = {"push": Push, "change": Change, "foot": Foot}
 """Lists of tables, and what each of their tables is."""
 
 Fail = Callable[[str, str], InputError]
@@ -83,9 +85,9 @@ def known_keys(data: Any, kind: type, at: str, fail: Fail) -> None:
             _metrics(value, key, fail)
         elif key in LISTS:
             if not isinstance(value, list) or not all(isinstance(table, dict) for table in value):
-                raise fail(key, f"expected a list of tables, each headed [[{key}]]")
+                raise fail(dotted, f"expected a list of tables, each headed [[{dotted}]]")
             for i, table in enumerate(value):
-                known_keys(table, LISTS[key], f"{key}[{i}].", fail)
+                known_keys(table, LISTS[key], f"{dotted}[{i}].", fail)
         elif isinstance(value, dict) and (record := _record(hints[key])) is not None:
             known_keys(value, record, f"{dotted}.", fail)
         elif isinstance(value, dict) and (named := _named_records(hints[key])) is not None:
@@ -197,10 +199,10 @@ def possible(s: Scenario, fail: Fail) -> None:
         raise fail("actuation.null_torque", "expected mode = 'joint': generalized forces leave nothing free")
     if s.actuation.motors and s.actuation.mode != "joint":
         raise fail("actuation.motors", "expected mode = 'joint': generalized forces come from no motor")
-    if s.law is not None and s.actuation.mode != "joint":
+    if own_law(s.law) and s.actuation.mode != "joint":
         raise fail("actuation.mode", f"expected 'joint' with a law of one's own, which returns torques; got "
                    f"'{s.actuation.mode}'")  # fmt: skip
-    if s.law is not None and s.backstep is not None:
+    if own_law(s.law) and s.backstep is not None:
         raise fail("backstep", "expected no law of one's own: the step back belongs to the thesis's leg states")
     _sensed(s, fail)
     _searched(s, fail)
@@ -301,7 +303,7 @@ def _ramps(s: Scenario, fail: Fail) -> None:
 
 def _follow_one_another(s: Scenario, fail: Fail) -> None:
     """Rejects changes outside the run, before the end of the last, or of a law that has no gains."""
-    if s.change and s.law is not None:
+    if s.change and own_law(s.law):
         raise fail("change", "expected no law of one's own, which knows the time; changes are the thesis's law's")
     free = 0.0
     for i, change in enumerate(s.change):

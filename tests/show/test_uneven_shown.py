@@ -24,7 +24,8 @@ from biped.show.recording.report import result
 from tests.show.recordings import read, recorded
 
 CHANGES = [
-    "duration=1.0", "window={start=0.5,end=1.0}", "ground.slope=3.0", "ground.tiles={height=0.02,length=0.2,start=0.5,number=20}",
+    "duration=1.0", "window={start=0.5,end=1.0}", "ground.slope=3.0",
+    "ground.tiles={height=0.02,length=0.2,start=0.5,number=20}",
     "push=[{at=0.2,duration=0.6,force=[80.0,0.0],shape='sine',frequency=2.0}]",
 ]  # fmt: skip
 SLOPE = math.radians(3.0)

@@ -7,7 +7,7 @@ knee through its stop, or hold a constraint that pulls, is cut where that begins
 
 from __future__ import annotations
 
-from biped.base.jit import kernel
+from biped.base.jit import entry_kernel, kernel
 from biped.engines.rigid.ground import add_impulse
 from biped.engines.rigid.locate import TOUCH, beyond_event, locate
 from biped.engines.rigid.motion import gaps, impact, land
@@ -109,7 +109,7 @@ def _arrive(w, q, last):
     return found
 
 
-@kernel
+@entry_kernel
 def touch_down(record, q, v):
     """Makes the constraints that touch at the start of a run active, with the impact of their velocities."""
     w = record[0]

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from biped.base.jit import kernel
+from biped.base.jit import entry_kernel
 from biped.measure import verdict
 from biped.measure.metrics.rows import add_row
 from biped.measure.trajectory import Trajectory
@@ -125,7 +125,7 @@ def _pushes(t: Trajectory) -> np.ndarray:
     return np.array(found, dtype=float).reshape(-1, 5)
 
 
-@kernel
+@entry_kernel
 def _add_rows(sums, log, point, pushes):
     """Adds rows up to the first that is too fast, and returns its number; that of rows if there is none."""
     s = sums[0]
