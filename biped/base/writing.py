@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
+
+from biped.base.errors import InputError
 
 
 @contextmanager
@@ -42,6 +44,24 @@ def write_text(path: Path, text: str) -> None:
     """
     with written(path) as part:
         part.write_text(text, encoding="utf-8")
+
+
+def write_into(folder: Path, texts: Mapping[str, str]) -> None:
+    """Writes text files into a folder, which is made if it does not exist; each is there whole or not at all.
+
+    Args:
+        folder: Where; what it was asked for as is said as --out.
+        texts: By name.
+
+    Raises:
+        InputError: They cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in texts.items():
+            write_text(folder / name, text)
+    except OSError as error:
+        raise InputError(f"--out {folder}: cannot be written: {reason(error)}; choose another folder") from None
 
 
 def reason(error: Exception) -> str:

@@ -111,6 +111,7 @@ def _parser() -> Parser:
     diff.add_argument("--margin", type=float, default=0.05,
                       help="a change within this share is none that matters (default: 0.05)")  # fmt: skip
     diff.add_argument("--out", type=Path, help="folder for diff.json and diff.md (default of gaits: one below runs/)")
+    diff.add_argument("--html", type=Path, metavar="FILE", help="also one HTML page, as report --html writes them")
     _trust(diff)
     _who(diff)
     diff.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
@@ -125,6 +126,21 @@ def _parser() -> Parser:
     tune.add_argument("--least", metavar="GAIT", help="no search: put a found gait's gains back one by one, those that "
                       "are missed least first; how many does it take?")  # fmt: skip
     tune.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    standard = commands.add_parser(
+        "standard", help="what gaits stand: slopes, pushes, uneven ground, each searched to failure",
+        description="Puts gaits to the tests in scenarios/standard: each searched to the largest value that holds, by "
+        "ensembles, with intervals; one table. An interrupted table in --out is gone on with.",
+    )  # fmt: skip
+    standard.add_argument("gait", nargs="+", help="name in controllers/, or path of a gait file")
+    standard.add_argument("--test", metavar="NAME", action="append", default=[],
+                          help="this test alone, name in scenarios/standard or path of a scenario with [standard] "
+                          "(repeatable; default: all)")  # fmt: skip
+    standard.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
+                          help="change a key of all tests, e.g. model=robot (repeatable)")  # fmt: skip
+    standard.add_argument("--engine", help="engine to run in")
+    standard.add_argument("--out", type=Path, help="folder for standard.json and standard.md (default: below runs/)")
+    _who(standard)
+    standard.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     view = commands.add_parser("view", help="open a recording in the rerun viewer")
     view.add_argument("run", nargs="?", type=Path, help="results folder or .rrd (default: the newest recording)")
     view.add_argument("--web", action="store_true",
@@ -142,8 +158,8 @@ def _parser() -> Parser:
     plot.add_argument("run", type=Path, help="results folder")
     report = commands.add_parser("report", help="write results as an HTML page, or campaigns as Markdown with figures")
     report.add_argument("run", type=Path, nargs="+",
-                        help="results folders; of --html also those of compare, tune, stability, and files of "
-                        "regress --json")  # fmt: skip
+                        help="results folders; of --html also those of compare, diff, tune, stability, standard, and "
+                        "files of regress --json")  # fmt: skip
     report.add_argument("--html", type=Path, metavar="FILE", help="one HTML page: no network, phone, paper, dark")
     report.add_argument("--out", type=Path, help="the Markdown file (default: report.md, unless --html is given)")
     report.add_argument("--title", default="Campaigns", help="its heading")

@@ -6,10 +6,9 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from biped.base.errors import InputError
 from biped.base.json import dumps
 from biped.base.text import echo, short
-from biped.base.writing import reason, write_text
+from biped.base.writing import write_into
 from biped.show.terminal import console, table
 from biped.show.words import told
 from biped.studies.diff.changes import BETTER, CHANGED, LEAST_PAIRS, LEVEL, SAME, UNSAID, WORSE, Change
@@ -85,7 +84,12 @@ def remarks(found: Difference) -> list[str]:
 
 def shown(found: Difference) -> list[Change]:
     """The metrics with a value, those that matter first."""
-    there = [change for change in found.changes if change.pairs]
+    return ordered(found.changes)
+
+
+def ordered(changes: Sequence[Change]) -> list[Change]:
+    """Of changes those of metrics with a value, those that matter first."""
+    there = [change for change in changes if change.pairs]
     return sorted(there, key=lambda change: _ORDER.index(change.verdict))
 
 
@@ -122,10 +126,15 @@ def markdown(found: Difference) -> str:
 
 def notes(found: Difference) -> list[str]:
     """How to read the verdicts."""
+    return notes_of(found.margin)
+
+
+def notes_of(margin: float) -> list[str]:
+    """How to read verdicts with a margin (`biped.studies.diff.changes.MARGIN`)."""
     return [
         f"Counts: McNemar's exact test and Newcombe's interval, in points of the runs. Means: over the pairs that both "
         f"walked, Student's paired test and interval, of the first's mean. *Same*: the interval lies within "
-        f"±{found.margin:.0%}. *Better* and *worse*: beyond that, and by Holm's correction all of them together are "
+        f"±{margin:.0%}. *Better* and *worse*: beyond that, and by Holm's correction all of them together are "
         f"chance in less than {LEVEL:.0%} of comparisons. *Changed*: likewise, where neither more nor less is better. "
         "*Cannot say*: anything else; more runs would."
     ]
@@ -141,12 +150,7 @@ def write(found: Difference, folder: Path) -> None:
     Raises:
         InputError: They cannot be written.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        write_text(folder / "diff.json", dumps(found.as_dict(), indent=1))
-        write_text(folder / "diff.md", markdown(found))
-    except OSError as error:
-        raise InputError(f"--out {folder}: cannot be written: {reason(error)}; choose another folder") from None
+    write_into(folder, {"diff.json": dumps(found.as_dict(), indent=1), "diff.md": markdown(found)})
 
 
 def _table(heads: Sequence[str], rows: Sequence[Sequence[object]]) -> list[str]:

@@ -9,9 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from biped.base.errors import InputError
 from biped.base.json import dumps
-from biped.base.writing import write_text
+from biped.base.writing import write_into
 from biped.ensemble import campaign
 from biped.ensemble.backend import Jobs
 from biped.ensemble.plan import Plan
@@ -118,9 +117,8 @@ def write(comparison: Comparison, folder: Path) -> None:
     Raises:
         InputError: It cannot be written.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        write_text(folder / "comparison.json", dumps(comparison.as_dict(), indent=1))
-        write_text(folder / "scenario.toml", to_toml(comparison.plans["mujoco"].scenario))
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written: {error.strerror}; choose another folder") from None
+    files = {
+        "comparison.json": dumps(comparison.as_dict(), indent=1),
+        "scenario.toml": to_toml(comparison.plans["mujoco"].scenario),
+    }
+    write_into(folder, files)

@@ -36,12 +36,19 @@ def command(args: argparse.Namespace) -> int:
             )
     if out is not None:
         write(found, out)
+    if args.html is not None:
+        from biped.show.page import write_sections
+        from biped.show.page.differing import section_of
+
+        write_sections([section_of(found.as_dict())], args.html, "What changed")
     if args.json:
         print_json(found.as_dict())
     else:
         show(found)
         if out is not None:
             print(f"  diff.json and diff.md in {label(out)}/")
+        if args.html is not None:
+            print(f"  page in {label(args.html)}")
     return DONE if found.passed else FAILED
 
 

@@ -1,6 +1,7 @@
 """Results as one HTML page that people look at: no network, no library; phone, paper, light and dark.
 
-A section a result: `campaign` (run, ensemble, sweep), `compared`, `tuned`, `stable`, `regressed`. Everything that
+A section a result: `campaign` (run, ensemble, sweep), `compared`, `tuned`, `stable`, `standing`, `differing`,
+`regressed`. Everything that
 stands in a result is text (`html`); the one script is known to the page by its hash, and no other runs.
 """
 
@@ -14,7 +15,7 @@ from pathlib import Path
 
 from biped.base.errors import InputError
 from biped.base.writing import reason, write_text
-from biped.show.page import campaign, compared, regressed, stable, tuned
+from biped.show.page import campaign, compared, differing, regressed, stable, standing, tuned
 from biped.show.page.html import Markup, join, tag
 
 MOST = 3_000_000
@@ -25,6 +26,8 @@ _SECTIONS: dict[str, Callable[[Path], Markup]] = {
     "comparison": compared.section,
     "search": tuned.section,
     "stability": stable.section,
+    "standard": standing.section,
+    "diff": differing.section,
     "regress": regressed.section,
 }
 
@@ -33,14 +36,23 @@ def write_page(results: Sequence[Path], out: Path, title: str) -> None:
     """Writes one page of results.
 
     Args:
-        results: Folders of `run`, `compare`, `tune` or `stability`, or a file of what `regress --json` printed.
+        results: Folders of `run`, `compare`, `diff`, `tune`, `stability` or `standard`, or a file of what
+            `regress --json` printed.
         out: The HTML file; one that is there is replaced.
         title: Of the page.
 
     Raises:
         InputError: Something is no result, or the page cannot be written.
     """
-    sections = [_SECTIONS[kind_of(path)](path) for path in results]
+    write_sections([_SECTIONS[kind_of(path)](path) for path in results], out, title)
+
+
+def write_sections(sections: Sequence[Markup], out: Path, title: str) -> None:
+    """Writes one page of sections.
+
+    Raises:
+        InputError: It cannot be written.
+    """
     try:
         write_text(out, page(title, sections))
     except OSError as error:
@@ -51,7 +63,10 @@ def kind_of(path: Path) -> str:
     """What a path holds: a key of the sections."""
     if path.is_file():
         return "regress"
-    for name, kind in (("comparison.json", "comparison"), ("stability.json", "stability")):
+    for name, kind in (
+        ("comparison.json", "comparison"), ("stability.json", "stability"), ("standard.json", "standard"),
+        ("diff.json", "diff"),
+    ):  # fmt: skip
         if (path / name).is_file():
             return kind
     return "search" if _has_conditions(path / "result.json") else "campaign"

@@ -1,0 +1,108 @@
+"""The section of `biped standard`: the table, and how many runs reached the goal at every value that was tried."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from biped.base.statistics import wilson
+from biped.show.page.html import Markup, card, join, table, tag
+from biped.show.page.plot import Frame, legend
+from biped.show.page.read import read_as
+from biped.show.standing import FILE, notes, rows
+from biped.show.words import told
+
+Number = int | float | None
+_KINDS = ("accent", "other", "good", "push", "bad", "quiet")
+"""Classes of the gaits' curves; beyond so many they repeat, dashed."""
+
+
+class _Test(msgspec.Struct):
+    name: str
+    title: str
+    description: str
+    goal: str
+    rate: float
+    key: str | None
+    of: str
+    times: float
+    unit: str
+    shows: list[str]
+
+
+class _Tried(msgspec.Struct):
+    value: Number
+    reached: int
+    runs: int
+    numbers: dict[str, Number]
+    interval: tuple[float, float]
+
+
+class _Limit(msgspec.Struct):
+    holds_to: Number
+    sure_to: Number
+    fails_at: Number
+    surely_fails_at: Number
+
+
+class _Standing(msgspec.Struct):
+    test: str
+    gait: str
+    scale: float
+    tried: list[_Tried]
+    limit: _Limit | None
+
+
+class _Found(msgspec.Struct):
+    gaits: list[str]
+    changes: list[str]
+    tests: list[_Test]
+    standings: list[_Standing]
+
+
+def section(folder: Path) -> Markup:
+    """The section of a folder of `biped standard`.
+
+    Raises:
+        InputError: It is broken.
+    """
+    found = read_as(folder / FILE, _Found, "what biped standard writes", "biped standard GAIT…")
+    lines = [(title, *(join(cell, tag("br")) for cell in cells)) for title, cells in rows(found)]
+    searched = [test for test in found["tests"] if test["key"] is not None]
+    cards = [_curves(found, test) for test in searched]
+    return tag(
+        "section", tag("h2", f"Standard tests: {', '.join(found['gaits'])}"),
+        *(tag("p", note, class_="about") for note in notes(found)),
+        table(("test", *found["gaits"]), lines),
+        tag("h4", "Runs that reached the goal, by what was asked of them"),
+        tag("div", *(one for one in cards if one is not None), class_="cards"),
+    )  # fmt: skip
+
+
+def _curves(found: Mapping[str, Any], test: Mapping[str, Any]) -> Markup | None:
+    """Shares of runs at every value, with their intervals, a curve a gait."""
+    there = [one for one in found["standings"] if one["test"] == test["name"] and one["tried"]]
+    if not there:
+        return None
+    values = [one["scale"] * test["times"] * tried["value"] for one in there for tried in one["tried"]]
+    unit = f" [{test['unit']}]" if test["unit"] else ""
+    low, high = min(0.0, *values), max(0.0, *values)
+    frame = Frame((low, high), (0.0, 100.0), f"{told(test['title'])}{unit}", "runs [%]")
+    frame.level(100.0 * test["rate"], "quiet dash", f"holds: {100.0 * test['rate']:g} %")
+    keys = []
+    for one in there:
+        at = found["gaits"].index(one["gait"])
+        kind = _KINDS[at % len(_KINDS)] + (" dash" if at >= len(_KINDS) else "")
+        x = [one["scale"] * test["times"] * tried["value"] for tried in one["tried"]]
+        share = [100.0 * tried["reached"] / max(1, tried["runs"]) for tried in one["tried"]]
+        frame.line(x, share, kind)
+        for place, tried, height in zip(x, one["tried"], share, strict=True):
+            low_share, high_share = wilson(tried["reached"], tried["runs"])
+            said = (f"{one['gait']}: {tried['reached']} of {tried['runs']} at {place:.3g} {test['unit']} "
+                    f"({100 * low_share:.0f} – {100 * high_share:.0f} %)")  # fmt: skip
+            frame.dot(place, height, _KINDS[at % len(_KINDS)], said=said)
+        keys.append((kind, one["gait"]))
+    return card(test["title"], legend(keys), frame.svg(test["title"]), note=test["description"])

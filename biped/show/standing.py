@@ -1,0 +1,149 @@
+"""What gaits stand of the standard tests: one table, on a terminal, in Markdown, and in docs/standard.md.
+
+`python -m biped.show.standing FOLDER…` writes the tables of results folders into docs/standard.md.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from biped.base.json import dumps
+from biped.base.writing import write_into, write_text
+from biped.scenario.metrics import METRICS
+from biped.show.terminal import console, table
+from biped.show.words import told
+
+FILE = "standard.json"
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE, TEMPLATE, DATA = DOCS / "standard.md", DOCS / "standard.in.md", DOCS / "standard.json"
+MARK = "<!-- tables -->"
+_OF = {"weight": "m g", "leg": "l", "si": ""}
+
+
+def show(found: Mapping[str, Any]) -> None:
+    """Prints the table."""
+    out = console()
+    page = table(("test", *found["gaits"]), ("test",))
+    for title, cells in rows(found):
+        page.add_row(title, *("\n".join(lines) for lines in cells))
+    out.print(page)
+    for line in notes(found):
+        out.print(f"  {line}", soft_wrap=True)
+
+
+def rows(found: Mapping[str, Any]) -> list[tuple[str, list[list[str]]]]:
+    """Titles of the tests, and what to say of each gait, line by line.
+
+    Args:
+        found: As `biped.studies.standard.study.Table.as_dict` gives it.
+    """
+    by = {(one["test"], one["gait"]): one for one in found["standings"]}
+    return [
+        (_title(test), [lines_of(test, by[test["name"], gait]) for gait in found["gaits"]]) for test in found["tests"]
+    ]
+
+
+def _title(test: Mapping[str, Any]) -> str:
+    return f"{test['title']} [{test['unit']}]" if test["unit"] else test["title"]
+
+
+def lines_of(test: Mapping[str, Any], standing: Mapping[str, Any]) -> list[str]:
+    """What to say of a gait in a test."""
+    tried, found = standing["tried"], standing["limit"]
+    if not tried:
+        return ["–"]
+    if found is None:
+        one = tried[0]
+        return [f"{one['reached']} of {one['runs']}", *_shown(test, one)]
+    if found["holds_to"] is None:
+        return ["none", f"{tried[0]['reached']} of {tried[0]['runs']} at {_value(test, standing, tried[0]['value'])}"]
+    best = next(one for one in tried if one["value"] == found["holds_to"])
+    bound = "" if found["fails_at"] is not None else "≥ "
+    sure = "–" if found["sure_to"] is None else _value(test, standing, found["sure_to"])
+    lost = "–" if found["surely_fails_at"] is None else _value(test, standing, found["surely_fails_at"])
+    lines = [f"{bound}{_value(test, standing, best['value'])}", f"({sure} … {lost})"]
+    if _OF[test["of"]]:
+        lines.append(f"{best['value']:.3g} {_OF[test['of']]}".replace("-", "−"))
+    return [*lines, *_shown(test, best)]
+
+
+def _value(test: Mapping[str, Any], standing: Mapping[str, Any], value: float) -> str:
+    return f"{value * standing['scale'] * test['times']:.3g}".replace("-", "−")
+
+
+def _shown(test: Mapping[str, Any], one: Mapping[str, Any]) -> list[str]:
+    """Metrics that a test shows, where there are any."""
+    lines = []
+    for name in test["shows"]:
+        value, metric = one["numbers"].get(name), METRICS[name]
+        if value is not None:
+            short = {"cost_of_transport": "c.o.t.", "push_froude": "J/(m√(g l))"}.get(name, "")
+            unit = f" {metric.unit}" if metric.unit else ""
+            words = short or ("" if name == "speed" else metric.words.split()[0])
+            lines.append(f"{words} {metric.text(value)}{unit}".strip())
+    return lines
+
+
+def notes(found: Mapping[str, Any]) -> list[str]:
+    """How to read the table."""
+    rates = sorted({test["rate"] for test in found["tests"]})
+    shares = " or ".join(f"{100.0 * rate:g} %" for rate in rates)
+    changes = f" All with {', '.join(found['changes'])}." if found["changes"] else ""
+    return [
+        f"Of a searched test: the largest value that holds: at which, as at all easier ones that were tried, at least "
+        f"{shares} of the runs reach the goal; in brackets the largest of which the 95 % intervals are sure that it "
+        f"holds, and the smallest of which they are sure that it fails. ≥: nothing that was tried fails. –: the "
+        f"test is not for this gait.{changes}"
+    ]
+
+
+def markdown(found: Mapping[str, Any]) -> str:
+    """The table."""
+    lines = ["| test | " + " | ".join(told(gait) for gait in found["gaits"]) + " |"]
+    lines.append("|---|" + "---|" * len(found["gaits"]))
+    for title, cells in rows(found):
+        lines.append(
+            f"| {told(title)} | " + " | ".join("<br>".join(told(line) for line in cell) for cell in cells) + " |"
+        )
+    return "\n".join([*lines, "", *(told(note) for note in notes(found)), ""])
+
+
+def write(found: Mapping[str, Any], folder: Path) -> None:
+    """Writes standard.json and standard.md.
+
+    Raises:
+        InputError: They cannot be written.
+    """
+    write_into(folder, {FILE: dumps(found, indent=1), "standard.md": markdown(found)})
+
+
+def page(kept: Sequence[Mapping[str, Any]]) -> str:
+    """The text of docs/standard.md."""
+    tables = "\n".join(f"## {one['title']}\n\n`{one['command']}`\n\n{markdown(one)}" for one in kept)
+    return TEMPLATE.read_text(encoding="utf-8").replace(MARK, tables.rstrip())
+
+
+def kept() -> list[dict[str, Any]]:
+    """What docs/standard.md shows."""
+    return json.loads(DATA.read_bytes())
+
+
+def main(argv: Sequence[str]) -> None:
+    """Takes results folders, `TITLE=FOLDER` each, into the page; without any, writes the page anew."""
+    if argv:
+        found = []
+        for word in argv:
+            title, _, folder = word.partition("=")
+            one = json.loads((Path(folder) / FILE).read_bytes())
+            sets = "".join(f" --set {change}" for change in one["changes"])
+            found.append(one | {"title": title, "command": f"biped standard {' '.join(one['gaits'])}{sets}"})
+        write_text(DATA, dumps(found))
+    write_text(PAGE, page(kept()))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
