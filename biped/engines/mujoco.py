@@ -16,7 +16,7 @@ from biped.engines.native import native as native_of
 from biped.engines.native import without_clock
 from biped.measure.trajectory import Trajectory
 from biped.robot.description import robot_at
-from biped.robot.model import compile_foreign
+from biped.robot.model import Foreign, compile_foreign
 from biped.robot.run import Run
 
 _LEAST_FRICTION = 1e-5
@@ -42,7 +42,7 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
     """
     s = run.scenario
     foreign = compile_foreign(run.model, s, visuals=watch is not None)
-    model, data = foreign.model, mujoco.MjData(foreign.model)
+    model, data = foreign.model, _data(foreign)
     order, robot = foreign.order, robot_at(run.model)
     data.qpos[order.joints], data.qvel[order.joints] = run.q, run.v
     substeps = round(1.0 / s.simulation.control_rate / s.simulation.timestep)
@@ -101,5 +101,17 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
         said = f"MuJoCo warned of {', '.join(warnings)} before {trajectory.time[-1]:.3f} s"
         cause = f"{said}; {trajectory.cause}" if trajectory.cause else said
         trajectory = replace(trajectory, end="diverged", cause=cause)
+    if watch is None:  # who looked on may still look
+        foreign.spare.append(data)
     sampled = substeps > 1 or s.simulation.integrator == "RK4"
     return replace(trajectory, warnings=warnings, sampled=sampled)
+
+
+def _data(foreign: Foreign) -> mujoco.MjData:
+    """What a run steps, as good as new."""
+    try:
+        data = foreign.spare.pop()
+    except IndexError:
+        return mujoco.MjData(foreign.model)
+    mujoco.mj_resetData(foreign.model, data)
+    return data

@@ -43,11 +43,13 @@ class Foreign(NamedTuple):
         model: Compiled MuJoCo model.
         order: Where it has what.
         tree: Its lengths and masses.
+        spare: What runs that have ended stepped, for those to come: to make one takes as long as fifty steps.
     """
 
     model: mujoco.MjModel
     order: Order
     tree: Tree
+    spare: list[mujoco.MjData]
 
 
 def gravity(slope: float) -> tuple[float, float]:
@@ -201,7 +203,7 @@ def _compiled(
     for actuator, limit in zip(robot.actuators, limits, strict=True):
         spec.actuator(actuator).ctrlrange = [-limit, limit]
     model = spec.compile()
-    return Foreign(model, order_of(model, robot), tree_of(model, label(path), robot))
+    return Foreign(model, order_of(model, robot), tree_of(model, label(path), robot), [])
 
 
 def torque_limits(scenario: Scenario) -> tuple[float, ...]:
