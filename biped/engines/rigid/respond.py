@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from biped.base.jit import kernel
 from biped.engines.rigid.gauss import RANK
+from biped.engines.rigid.ground import bias_on, off_ground, row_on
 from biped.numerics.factor import reflect
 from biped.numerics.lanes import added, everywhere, load, lone, store
 from biped.numerics.rows import factor_lanes, reflect_few_back, solve_few, solve_lanes_transposed
-from biped.robot.kinematics import point_row
 from biped.robot.topology import KNEE, N_POINTS, N_ROWS, N_STOPS, NQ, STOP_ROW, TOE, X
 from biped.robot.weighing import coupled, factor_from_feet, unweigh, weigh
 
@@ -55,7 +55,7 @@ def respond(w, q, v):
     for i in range(m):
         k = rows["pivot"][i]
         d[k, _ACCELERATION], d[k, _VELOCITY], d[k, _SHIFT] = b_v[0, k], rows["speed"][0, k], -residual(w, q, k)
-    _accelerate(w, m)
+    solve_motion(w, m)
     for j in range(NQ):
         motion["v_dot"][j] = solved[j, _ACCELERATION]
         motion["q_dot"][j] = v[j] + solved[j, _VELOCITY]
@@ -76,13 +76,13 @@ def respond_again(w):
     reflect(rows["V"], m, NQ, rows["tau"], x)
     for j in range(NQ):
         rows["C"][j, F_LANE] = x[j]
-    _accelerate(w, m)
+    solve_motion(w, m)
     for j in range(NQ):
         w["motion"]["v_dot"][j] = rows["X"][j, _ACCELERATION]
 
 
 @kernel
-def _accelerate(w, m):
+def solve_motion(w, m):
     """Solves for the multipliers and all lanes of X, the acceleration's from g and b_v."""
     rows, z, lam = w["rows"], w["work"]["z"], w["motion"]["lam"]
     C, solved = rows["C"], rows["X"]
@@ -101,7 +101,7 @@ def _accelerate(w, m):
 @kernel
 def _rows_in_lanes(w):
     """Writes the active rows of A into their lanes, b_v = -J̇v, and which lanes are rows; returns how many."""
-    rows, at, active = w["rows"], w["at"], w["contact"]["active"]
+    rows, active = w["rows"], w["contact"]["active"]
     A, b_v, kept = rows["A"], rows["b_v"], rows["kept"]
     for j in range(NQ):
         store(A, j, everywhere(0.0))
@@ -114,8 +114,8 @@ def _rows_in_lanes(w):
                 if direction == 1 and i in TOE and active[i + 1]:
                     continue  # see `biped.engines.rigid.motion.active_rows`
                 k = 2 * i + direction
-                point_row(at, i, direction, A[:, k])
-                b_v[0, k] = -at["point_bias"][i, 1 - direction]
+                row_on(w, i, direction, A[:, k])
+                b_v[0, k] = -bias_on(w, i, direction)
                 kept[0, k] = 1.0
                 m += 1
     for leg in range(N_STOPS):
@@ -133,4 +133,6 @@ def residual(w, q, row):
     if row >= STOP_ROW:
         return system["gap"][row - STOP_ROW + N_POINTS]
     i = row // 2
+    if w["ground"]["count"] > 0:
+        return off_ground(w, q, i, row % 2)
     return system["gap"][i] if row % 2 == 0 else q[X] + w["at"]["point"][i, 0] - w["contact"]["anchor"][i]
