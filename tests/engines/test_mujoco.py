@@ -93,7 +93,7 @@ def test_nothing_of_a_run_is_left_for_the_next():
     spare = compile_foreign(run.model, run.scenario).spare
     assert len(spare) == 1
     (data,) = spare
-    data.qpos[:], data.qvel[:], data.xfrc_applied[:], data.qfrc_applied[:], data.ctrl[:] = 9.0, 1e3, 1e4, 1e4, 1e3
+    data.qpos[:], data.qvel[:], data.xfrc_applied[:], data.qfrc_applied[:], data.ctrl[:] = 9.0, 1e11, 1e4, 1e4, 1e3
     data.qacc_warmstart[:], data.time = 1e5, 77.0
     mujoco.mj_step(data.model, data)
     assert data.warning.number.any()
