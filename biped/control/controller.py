@@ -5,12 +5,11 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-import pinocchio
 
 from biped.base.jit import bound
 from biped.control.bounded import FOREIGN, foreign_torques
 from biped.control.changes import bring_up_to_date, changes_of
-from biped.control.law import NO_SIGNALS, WORLD, Law, Tick
+from biped.control.law import NO_SIGNALS, Law, Tick
 from biped.control.referee import agrees
 from biped.control.setup import controller_record
 from biped.control.tick import NOT_FINITE, log_tick, pushing_tick, pushing_tick_in, thesis_tick, thesis_tick_in
@@ -87,14 +86,16 @@ def _from_pinocchio(
     run: Run, record: np.ndarray, q: np.ndarray, v: np.ndarray, log: np.ndarray
 ) -> tuple[np.ndarray, Tick]:
     """Pinocchio's M, live, and the tick that has it computed."""
+    import pinocchio
+
     model = believed_model(run.model, run.scenario.ground.slope)
-    data, crba = model.createData(), pinocchio.crba
+    data, crba, world = model.createData(), pinocchio.crba, pinocchio.Convention.WORLD
     M, J = data.M, data.J
     one = pushing_tick_in if record[0]["push"]["on"] else thesis_tick_in
     kernel = bound(one, record, M, J, q, v, log, 0, 0.0)
 
     def tick(k: int, time: float) -> int:
-        crba(model, data, q, WORLD)  # fills M (upper triangle) and J
+        crba(model, data, q, world)  # fills M (upper triangle) and J
         return kernel(record, M, J, q, v, log, k, time)
 
     return M, tick

@@ -6,11 +6,8 @@ from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 import numpy as np
-import pinocchio
 
 from biped.base.errors import InputError
-
-WORLD = pinocchio.Convention.WORLD
 
 Tick = Callable[[int, float], int]
 

@@ -1,14 +1,22 @@
-"""Whether Pinocchio, which reads the model file by itself, finds the mass matrix and joints that the tree has."""
+"""Whether Pinocchio, which reads the model file by itself, finds the mass matrix and joints that the tree has.
+
+That it does is remembered beside the compiled kernels, for the same files, numbers and Pinocchio: to import it and to
+have it read the file takes longer than ten seconds of walking.
+"""
 
 from __future__ import annotations
 
+import hashlib
+from contextlib import suppress
 from functools import lru_cache
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
-import pinocchio
 
+from biped.base.files import description_of
 from biped.base.jit import entry_kernel
+from biped.base.kernels import cache_folder
 from biped.control import record
 from biped.control.sensing import sense_links
 from biped.robot.kinematics import mass_matrix
@@ -21,6 +29,8 @@ CONFIGURATIONS = 5
 SAME = 1e-12
 """How well, relative to the largest number."""
 
+_Parts = tuple[tuple[bytes, tuple[int, ...]], ...]
+
 
 def agrees(path: Path, tree: Tree) -> bool:
     """Whether M and joint positions of the tree are Pinocchio's, at a few random configurations of a model file."""
@@ -28,7 +38,32 @@ def agrees(path: Path, tree: Tree) -> bool:
 
 
 @lru_cache(maxsize=8)
-def _agrees(path: Path, modified: float, parts: tuple[tuple[bytes, tuple[int, ...]], ...]) -> bool:
+def _agrees(path: Path, modified: float, parts: _Parts) -> bool:
+    note = cache_folder() / "agreed" / _question(path, parts)
+    if note.exists():
+        return True
+    if not _asked(path, parts):
+        return False
+    with suppress(OSError):  # it is asked again
+        note.parent.mkdir(exist_ok=True)
+        note.touch()
+    return True
+
+
+def _question(path: Path, parts: _Parts) -> str:
+    """A name for all that the answer hangs on."""
+    asked = hashlib.blake2b(repr(parts).encode(), digest_size=16)
+    for file in (path, description_of(path)):
+        asked.update(file.read_bytes())
+    library = find_spec("pinocchio")
+    if library is not None and library.origin is not None:
+        asked.update(f"{library.origin} {Path(library.origin).stat().st_mtime_ns}".encode())
+    return asked.hexdigest()
+
+
+def _asked(path: Path, parts: _Parts) -> bool:
+    import pinocchio
+
     c = record.new()
     for name, (numbers, shape) in zip(Tree._fields, parts, strict=True):
         c[0]["tree"][name] = np.frombuffer(numbers).reshape(shape)

@@ -13,7 +13,7 @@ import pinocchio
 
 from biped.base.errors import InputError
 from biped.base.files import label
-from biped.control.law import WORLD, Raised, Signals
+from biped.control.law import Raised, Signals
 from biped.control.loading import load_law, said, signal_names
 from biped.control.offered import offer
 from biped.control.setup import controller_record
@@ -159,7 +159,7 @@ class UserLaw:
         Raises:
             Raised: The user's law raised, or returned something other than six finite numbers.
         """
-        pinocchio.crba(self._model, self._data, self._q, WORLD)
+        pinocchio.crba(self._model, self._data, self._q, pinocchio.Convention.WORLD)
         M = self._data.M
         c, live = self.c, self._live
         status = sense_in(self.record, self._data.J, self._q, self._v, k == 0)

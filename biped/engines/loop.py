@@ -141,8 +141,7 @@ def drive(run: Run, physics: Physics) -> Trajectory:
 
 def _line(run: Run) -> tuple[np.ndarray, ...]:
     """The torque-speed line of the run's motors, if it is to keep within it."""
-    motor = robot_at(run.model).motor
-    if not run.scenario.actuation.motors or motor is None:
+    if not run.scenario.actuation.motors or (motor := robot_at(run.model).motor) is None:
         return ()
     return (np.array([motor.stall, motor.free]),)
 

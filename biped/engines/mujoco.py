@@ -19,7 +19,7 @@ from biped.engines.planes import lay, planes_of
 from biped.measure.trajectory import Trajectory
 from biped.robot.description import robot_at
 from biped.robot.ground import profile_of
-from biped.robot.model import compile_foreign
+from biped.robot.model import Foreign, compile_foreign
 from biped.robot.run import Run
 
 _LEAST_FRICTION = 1e-5
@@ -49,7 +49,7 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
     native = None if s.law is not None or watch is not None or not order.canonical else native_of(foreign.model, order)
     ground = profile_of(s.ground, run.seed)
     model = foreign.model if ground.level else copy(foreign.model)  # whose planes move
-    data = mujoco.MjData(model)
+    data = _data(foreign) if ground.level else mujoco.MjData(model)
     planes = planes_of(model, data, robot, ground)
     data.qpos[order.joints], data.qvel[order.joints] = run.q, run.v
     substeps = round(1.0 / s.simulation.control_rate / s.simulation.timestep)
@@ -114,5 +114,17 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
         said = f"MuJoCo warned of {', '.join(warnings)} before {trajectory.time[-1]:.3f} s"
         cause = f"{said}; {trajectory.cause}" if trajectory.cause else said
         trajectory = replace(trajectory, end="diverged", cause=cause)
+    if watch is None and ground.level:  # who looked on may still look
+        foreign.spare.append(data)
     sampled = substeps > 1 or s.simulation.integrator == "RK4"
     return replace(trajectory, warnings=warnings, sampled=sampled)
+
+
+def _data(foreign: Foreign) -> mujoco.MjData:
+    """What a run steps, as good as new."""
+    try:
+        data = foreign.spare.pop()
+    except IndexError:
+        return mujoco.MjData(foreign.model)
+    mujoco.mj_resetData(foreign.model, data)
+    return data

@@ -11,11 +11,10 @@ import math
 import warnings
 from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import mujoco
 import numpy as np
-import pinocchio
 from msgspec import structs
 
 from biped.base.errors import InputError
@@ -29,6 +28,9 @@ from biped.robot.topology import BASE, NU, PARENT, POINT_LINK, THIGH, TORSO
 from biped.robot.tree import Tree, tree_of
 from biped.robot.trial import tried
 from biped.scenario.keys import Ground, Scenario, Simulation, Steps, Tiles, Truth
+
+if TYPE_CHECKING:
+    import pinocchio
 
 GRAVITY = 9.81
 """[m/s²]"""
@@ -44,11 +46,13 @@ class Foreign(NamedTuple):
         model: Compiled MuJoCo model.
         order: Where it has what.
         tree: Its lengths and masses.
+        spare: What runs that have ended stepped, for those to come: to make one takes as long as fifty steps.
     """
 
     model: mujoco.MjModel
     order: Order
     tree: Tree
+    spare: list[mujoco.MjData]
 
 
 def gravity(slope: float) -> tuple[float, float]:
@@ -211,7 +215,7 @@ def _compiled(
     if not level:
         for pair in model.pair_geom1:
             model.geom_sameframe[pair] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE  # otherwise its place is the world's
-    return Foreign(model, order_of(model, robot), tree_of(model, label(path), robot))
+    return Foreign(model, order_of(model, robot), tree_of(model, label(path), robot), [])
 
 
 def _add_planes(spec: mujoco.MjSpec) -> None:
@@ -262,6 +266,8 @@ def bodies_of(path: Path) -> list[str]:
 
 @lru_cache(maxsize=4)
 def _pinocchio(path: str, modified: float, described: float) -> pinocchio.Model:
+    import pinocchio
+
     try:
         return _canonical(pinocchio.buildModelFromMJCF(path), robot_at(Path(path)))
     except (ValueError, RuntimeError) as error:
@@ -272,6 +278,8 @@ def _pinocchio(path: str, modified: float, described: float) -> pinocchio.Model:
 
 def _canonical(model: pinocchio.Model, robot: Robot) -> pinocchio.Model:
     """Pinocchio's model with its legs in canonical order; the same one if they are."""
+    import pinocchio
+
     root, *there = list(model.names)[1:]
     wanted = [root, *robot.joints[BASE:]]
     if [root, *there] == wanted:
@@ -296,6 +304,8 @@ def _canonical(model: pinocchio.Model, robot: Robot) -> pinocchio.Model:
 
 def believed_model(path: Path, slope: float) -> pinocchio.Model:
     """Pinocchio's model of the file, which the controller computes with; gravity as on the scenario's slope."""
+    import pinocchio
+
     model = pinocchio.Model(_pinocchio(*_version(path)))
     g = gravity(slope)
     model.gravity.linear = np.array([g[0], 0.0, g[1]])

@@ -21,10 +21,14 @@ _FURTHEST = 0.5
 _TRAVEL = 100.0
 
 
-def _heights(tree: Tree, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Heights (4,) [m] of the points and their Jacobian (4, 9)."""
-    jacobian = motion(tree, np.broadcast_to(q, (NQ, NQ)), np.eye(NQ)).point_velocity[..., 1].T
-    return motion(tree, q, np.zeros(NQ)).point[..., 1], jacobian
+def _heights(tree: Tree, q: np.ndarray) -> np.ndarray:
+    """Heights (4,) [m] of the points."""
+    return motion(tree, q, np.zeros(NQ)).point[..., 1]
+
+
+def _jacobian(tree: Tree, q: np.ndarray) -> np.ndarray:
+    """Of the heights, (4, 9)."""
+    return motion(tree, np.broadcast_to(q, (NQ, NQ)), np.eye(NQ)).point_velocity[..., 1].T
 
 
 def project(tree: Tree, q: np.ndarray, contacts: tuple[str, ...], points: tuple[str, ...]) -> np.ndarray:
@@ -44,7 +48,7 @@ def project(tree: Tree, q: np.ndarray, contacts: tuple[str, ...], points: tuple[
     """
     q = np.array(q, dtype=float)
     if not contacts:
-        q[Z] -= _heights(tree, q)[0].min()
+        q[Z] -= _heights(tree, q).min()
         return q
     printed = q.copy()
     touching = [points.index(name) for name in contacts]
@@ -54,7 +58,7 @@ def project(tree: Tree, q: np.ndarray, contacts: tuple[str, ...], points: tuple[
     low: set[int] = set()
     straight: set[int] = set()
     for _ in range(_STEPS):
-        height, jacobian = _heights(tree, q)
+        height = _heights(tree, q)
         low |= {i for i in range(N_POINTS) if i not in touching and height[i] < -_TOLERANCE}
         straight |= {j for j in KNEE if q[j] > _TOLERANCE}
         standing = touching + sorted(low)
@@ -64,7 +68,7 @@ def project(tree: Tree, q: np.ndarray, contacts: tuple[str, ...], points: tuple[
             if np.abs(ABSOLUTE_FROM_JOINT @ (q - printed))[Z + 1 :].max() > _FURTHEST:
                 break
             return q
-        rows = np.vstack([jacobian[standing], np.eye(NQ)[stops]])
+        rows = np.vstack([_jacobian(tree, q)[standing], np.eye(NQ)[stops]])
         try:
             q -= step @ (np.linalg.pinv(rows @ step, rcond=1e-9) @ residual)
         except np.linalg.LinAlgError:  # lengths beyond all measure

@@ -85,6 +85,24 @@ def test_same_run_same_bytes():
     assert simulate(run).log.tobytes() == made("walk").log.tobytes()
 
 
+def test_nothing_of_a_run_is_left_for_the_next():
+    """Data of runs that have ended are used again, whatever those ended with."""
+    plan = Plan(Scenario(duration=0.3))
+    run = plan.run(0)
+    first = simulate(run).log.tobytes()
+    spare = compile_foreign(run.model, run.scenario).spare
+    assert len(spare) == 1
+    (data,) = spare
+    data.qpos[:], data.qvel[:], data.xfrc_applied[:], data.qfrc_applied[:], data.ctrl[:] = 9.0, 1e11, 1e4, 1e4, 1e3
+    data.qacc_warmstart[:], data.time = 1e5, 77.0
+    mujoco.mj_step(data.model, data)
+    assert data.warning.number.any()
+    again = simulate(run)
+    assert spare == [data]
+    assert again.log.tobytes() == first
+    assert not again.warnings
+
+
 def test_a_mirrored_start_walks_mirrored():
     """Neither controller nor engine knows right from left (to rounding, while it has not grown)."""
     s = Scenario(duration=0.3, start=Start(posture="single"))

@@ -55,7 +55,7 @@ def respond(w, q, v):
     for i in range(m):
         k = rows["pivot"][i]
         d[k, _ACCELERATION], d[k, _VELOCITY], d[k, _SHIFT] = b_v[0, k], rows["speed"][0, k], -residual(w, q, k)
-    _accelerate(w, m)
+    solve_motion(w, m)
     for j in range(NQ):
         motion["v_dot"][j] = solved[j, _ACCELERATION]
         motion["q_dot"][j] = v[j] + solved[j, _VELOCITY]
@@ -76,13 +76,13 @@ def respond_again(w):
     reflect(rows["V"], m, NQ, rows["tau"], x)
     for j in range(NQ):
         rows["C"][j, F_LANE] = x[j]
-    _accelerate(w, m)
+    solve_motion(w, m)
     for j in range(NQ):
         w["motion"]["v_dot"][j] = rows["X"][j, _ACCELERATION]
 
 
 @kernel
-def _accelerate(w, m):
+def solve_motion(w, m):
     """Solves for the multipliers and all lanes of X, the acceleration's from g and b_v."""
     rows, z, lam = w["rows"], w["work"]["z"], w["motion"]["lam"]
     C, solved = rows["C"], rows["X"]

@@ -6,13 +6,17 @@ handing over the torques is measured by itself and subtracted.
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import Any, NamedTuple
 
+from biped.base.errors import BipedError
 from biped.engines.mujoco import simulate
 from biped.ensemble import campaign
 from biped.ensemble.executor import workers
@@ -21,12 +25,13 @@ from biped.measure.metrics import measure
 from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
 from biped.scenario.reading import read_scenario
-from biped.studies.bench.parts import contact_costs, replay, tick_parts
+from biped.studies.bench.parts import bare, contact_costs, tick_parts
 from biped.studies.bench.scenes import loop_of, scene_costs
 
 REPEATS = 7
-ENSEMBLE = 40
-COMMANDS = (["--help"], ["list"], ["run", "level_normal", "--json"])
+ENSEMBLE = 100
+STARTS = 5
+COMMANDS = (("--help",), ("list",), ("run", "level_normal", "--json", "--set", "duration=10.0"))
 
 
 class Throughput(NamedTuple):
@@ -35,8 +40,9 @@ class Throughput(NamedTuple):
     Attributes:
         loop: How ticks are looped over: compiled, or in Python and why.
         tick: µs per control tick by part; ratios without unit.
+        home: µs per control tick of the home engine by part (`biped.studies.bench.rigid`).
         contacts: µs of a bare `mj_step` by points on the ground.
-        campaign: Of an ensemble, wall time in s.
+        campaign: Of an ensemble; see `ensemble_costs`.
         cold_start: CPU seconds by command.
         scenes: Costs by scene (`biped.studies.bench.scenes`); None if they were left out.
         features: Prices by feature (`biped.studies.bench.features`); None likewise.
@@ -44,6 +50,7 @@ class Throughput(NamedTuple):
 
     loop: str
     tick: dict[str, float]
+    home: dict[str, float]
     contacts: dict[int, float]
     campaign: dict[str, float]
     cold_start: dict[str, float]
@@ -64,6 +71,13 @@ def tick_costs(name: str = "level_normal") -> dict[str, float]:
     return tick_parts(run, trajectory)
 
 
+def home_costs(name: str = "level_normal_generalized") -> dict[str, float]:
+    """µs per control tick of a scenario in the home engine by part."""
+    from biped.studies.bench.rigid import rigid_parts
+
+    return rigid_parts(Plan(read_scenario(name)).run(0))
+
+
 def compiled(name: str = "level_normal") -> str:
     """How a scenario's ticks are looped over: compiled, or in Python and why."""
     return loop_of(Plan(read_scenario(name)).run(0))
@@ -75,52 +89,62 @@ def contacts(name: str = "level_normal") -> dict[int, float]:
     return contact_costs(run, simulate(run))
 
 
-def _replay_again(run: Run, trajectory: Trajectory, _: int) -> None:
-    replay(run, trajectory)
+def _bare_again(run: Run, trajectory: Trajectory, _: int) -> float:
+    return bare(run, trajectory)
 
 
-def ensemble_costs(name: str = "level_normal", jobs: int | None = None) -> dict[str, float]:
-    """Wall time of an ensemble with metrics on all cores, and its ratio to as many bare steps on as many cores."""
+def ensemble_costs(name: str = "level_normal", jobs: int | None = None, runs: int = ENSEMBLE) -> dict[str, float]:
+    """An ensemble with metrics on all cores, the whole command, against as many bare steps on as many cores.
+
+    Returns:
+        `cpu` [s] of the command's processes together and its `ratio` to that of the steps; `wall` [s] and
+        `runs_per_second`, which mean something on an idle machine.
+    """
     jobs = campaign.cores() if jobs is None else jobs
-    plan = Plan(read_scenario(name, [f"randomise.runs={ENSEMBLE}", "start.jitter=0.002"]))
+    changes = [f"randomise.runs={runs}", "start.jitter=0.002"]
+    plan = Plan(read_scenario(name, changes))
     first = plan.run(0)
     trajectory = simulate(first)
     measure(trajectory, first.scenario.interval)  # compiles
-    with workers(partial(_replay_again, first, trajectory), jobs) as again:
+    with workers(partial(_bare_again, first, trajectory), jobs) as again:
         list(again(range(jobs)))  # starts the workers
-        start = time.perf_counter()
-        list(again(range(ENSEMBLE)))
-        bare = (time.perf_counter() - start) / (ENSEMBLE * len(trajectory))
-    start = time.perf_counter()
-    with campaign.rows_of(plan, range(ENSEMBLE), jobs) as rows:
-        ticks = sum(round(row.time * plan.scenario.simulation.control_rate) for row in rows)
-    wall = time.perf_counter() - start
+        step = sum(again(range(runs))) / (runs * len(trajectory))
+    with tempfile.TemporaryDirectory(prefix="biped-") as scratch:
+        words = [word for change in changes for word in ("--set", change)]
+        began = time.perf_counter()
+        cpu, said = _command("run", name, *words, "--jobs", str(jobs), "--json", "--out", str(Path(scratch) / "out"))
+        wall = time.perf_counter() - began
+    ticks = sum(round(run["time"] * plan.scenario.simulation.control_rate) for run in json.loads(said)["runs"])
     return {
-        "runs": ENSEMBLE,
+        "runs": runs,
         "jobs": jobs,
+        "cpu": cpu,
+        "ratio": cpu / (step * ticks),
         "wall": wall,
-        "runs_per_second": ENSEMBLE / wall,
-        "ratio": wall / (bare * ticks),
+        "runs_per_second": runs / wall,
     }
 
 
-def cold_starts() -> dict[str, float]:
-    """CPU seconds of whole commands, from start to exit."""
+def _command(*words: str) -> tuple[float, str]:
+    """CPU seconds of a command of biped, from start to exit, and what it printed; others must not end meanwhile."""
     import resource
 
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    call = [sys.executable, "-m", "biped.cli.main", *words]
+    done = subprocess.run(call, check=False, capture_output=True, text=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    if done.returncode not in (0, 1):  # 1: an expectation of a scenario is not met
+        raise BipedError(f"biped {' '.join(words)}: {done.stderr.strip()}")
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, done.stdout
+
+
+def cold_starts() -> dict[str, float]:
+    """CPU seconds of whole commands, from start to exit, the least of a few."""
     out = {}
-    for command in COMMANDS:
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        call = [
-            sys.executable,
-            "-m",
-            "biped.cli.main",
-            *command,
-            *(["--set", "duration=10.0"] if "run" in command else []),
-        ]
-        subprocess.run(call, check=True, capture_output=True)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        out["biped " + " ".join(command)] = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    for words in COMMANDS:
+        with tempfile.TemporaryDirectory(prefix="biped-") as scratch:
+            folders = [["--out", str(Path(scratch) / str(k))] if words[0] == "run" else [] for k in range(STARTS)]
+            out["biped " + " ".join(words)] = min(_command(*words, *folder)[0] for folder in folders)
     return out
 
 
@@ -131,7 +155,7 @@ def everything(quick: bool = False, recorder: Callable[..., None] | None = None)
         quick: Leave out scenes of every kind, and the prices of features, which take a process each.
         recorder: Writes a run's recording; its price is left out without one (`biped.show.replay.record_runs`).
     """
-    costs = compiled(), tick_costs(), contacts(), ensemble_costs(), cold_starts()
+    costs = compiled(), tick_costs(), home_costs(), contacts(), ensemble_costs(), cold_starts()
     if quick:
         return Throughput(*costs, None, None)
     from biped.studies.bench.features import prices

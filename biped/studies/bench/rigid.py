@@ -1,0 +1,133 @@
+"""Where a tick of the home engine goes: its parts repeated by themselves over states of one run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from biped.base.jit import long_kernel
+from biped.engines.home import simulate
+from biped.engines.rigid.motion import evaluate, evaluate_again, land
+from biped.engines.rigid.record import rigid_record
+from biped.engines.rigid.respond import respond, solve_motion
+from biped.engines.rigid.tree import mass_and_bias, place
+from biped.measure.trajectory import Trajectory
+from biped.robot.run import Run
+from biped.robot.topology import N_CONSTRAINTS, N_POINTS
+from biped.studies.bench.inner import Inner
+from biped.studies.bench.parts import clock
+
+REPEATS = 9
+STRIDE = 17
+"""Ticks between two states."""
+NEW = 4
+"""Evaluations of a step of Runge and Kutta; that of its start is the last one's of the step before, with new forces."""
+
+
+@long_kernel
+def _touch(records):
+    """Makes what is marked as active touch where it is, and evaluates."""
+    for k in range(records.size):
+        w = records[k]
+        place(w, w["state"]["q0"], w["state"]["v0"])
+        for i in range(N_CONSTRAINTS):
+            if w["contact"]["active"][i]:
+                land(w, i, w["state"]["q0"])
+        evaluate(w, w["state"]["q0"], w["state"]["v0"])
+
+
+@long_kernel
+def _places(records):
+    for k in range(records.size):
+        place(records[k], records[k]["state"]["q0"], records[k]["state"]["v0"])
+
+
+@long_kernel
+def _masses(records):
+    for k in range(records.size):
+        mass_and_bias(records[k])
+
+
+@long_kernel
+def _responses(records):
+    for k in range(records.size):
+        respond(records[k], records[k]["state"]["q0"], records[k]["state"]["v0"])
+
+
+@long_kernel
+def _solutions(records):
+    for k in range(records.size):
+        solve_motion(records[k], records[k]["rows"]["count"])
+
+
+@long_kernel
+def _evaluations(records):
+    for k in range(records.size):
+        evaluate(records[k], records[k]["state"]["q0"], records[k]["state"]["v0"])
+
+
+@long_kernel
+def _forces_again(records):
+    for k in range(records.size):
+        evaluate_again(records[k], records[k]["state"]["q0"], records[k]["state"]["v0"])
+
+
+def rigid_parts(run: Run, repeats: int = REPEATS) -> dict[str, float]:
+    """µs per control tick of a run in the home engine by part, the least of several repeats.
+
+    Args:
+        run: A run with the thesis's law and one step a tick.
+        repeats: How many.
+
+    Returns:
+        `closed_loop`, of which `law`, `new_forces` (the evaluation that a tick begins with), and `evaluations`, four of
+        them; what is left are events, the step's sums, set-up and the log: `rest`. Of one evaluation `places`,
+        `masses` (and bias forces), `rows` (M and the constraints factored) and `solutions`.
+    """
+    trajectory = simulate(run)
+    records, law = _states(run, trajectory), Inner(run, trajectory)
+    calls: dict[str, Callable[[], Any]] = {
+        "closed_loop": lambda: simulate(run),
+        "law": law.law,
+        "new_forces": lambda: _forces_again(records),
+        "evaluations": lambda: _evaluations(records),
+        "places": lambda: _places(records),
+        "masses": lambda: _masses(records),
+        "responses": lambda: _responses(records),
+        "solutions": lambda: _solutions(records),
+    }
+    least = dict.fromkeys(calls, np.inf)
+    for repeat in range(repeats + 1):
+        for name, call in calls.items():
+            _touch(records)
+            took = clock(call)
+            if repeat > 0:  # the first compiles
+                least[name] = min(least[name], took)
+    whole = {name: 1e6 * least[name] / len(trajectory) for name in ("closed_loop", "law")}
+    one = {name: 1e6 * took / len(records) for name, took in least.items() if name not in whole}
+    responses = one.pop("responses")
+    evaluations = NEW * one["evaluations"]
+    rest = whole["closed_loop"] - whole["law"] - one["new_forces"] - evaluations
+    return {
+        **whole,
+        "new_forces": one["new_forces"],
+        "evaluations": evaluations,
+        "rest": rest,
+        "places": one["places"],
+        "masses": one["masses"],
+        "rows": responses - one["solutions"],
+        "solutions": one["solutions"],
+    }
+
+
+def _states(run: Run, t: Trajectory) -> np.ndarray:
+    """Records of states along a run, with the forces and contacts that it had there."""
+    at = np.arange(1, len(t), STRIDE)
+    records = np.repeat(rigid_record(run.model, run.scenario.ground.slope, run.scenario.truth), len(at))
+    records["state"]["q0"], records["state"]["v0"] = t.q[at], t.v[at]
+    records["acting"]["Q"] = t.applied[at]
+    records["contact"]["active"][:, :N_POINTS] = t.force[at, :, 1] > 0.0
+    records["contact"]["active"][:, N_POINTS:] = t.stop[at] != 0.0
+    return records
