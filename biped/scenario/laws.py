@@ -20,7 +20,7 @@ class BuiltIn(NamedTuple):
 
 
 BUILT_IN: dict[str, BuiltIn] = {
-    "stand": BuiltIn("biped.control.general.stand:Stand", "stands, and balances what pushes it"),
+    "stand": BuiltIn("biped.control.general.stand:stand", "stands, and balances what pushes it"),
 }
 
 

@@ -73,7 +73,9 @@ class _Simulation:
         self.wanted = np.zeros(size)
         self.follow = 1.0 if s.actuation.lag == 0.0 else 1.0 - math.exp(-self.tick / s.actuation.lag)
         self.split = s.simulation.integrator in _SPLIT
-        self.columns = columns_of(self.robot)
+        self.parts = {
+            name: slice(first, first + math.prod(shape)) for name, (first, shape) in columns_of(self.robot).items()
+        }
         self.log = np.zeros((self.count, width_of(self.robot)))
         self.up = -np.array(self.model.opt.gravity) / np.linalg.norm(self.model.opt.gravity)
         self.least = 0.0
@@ -110,7 +112,7 @@ class _Simulation:
             mujoco.mj_forward(model, data)
         line = self.log[k]
         if not (np.isfinite(data.qpos).all() and np.isfinite(data.qvel).all()):
-            worst = self.robot.v_names[int(np.argmax(np.abs(self.log[max(k - 1, 0)][self._part("v")])))]
+            worst = self.robot.v_names[int(np.argmax(np.abs(self.log[max(k - 1, 0)][self.parts["v"]])))]
             return "diverged", f"a coordinate stopped being finite after {time - self.tick:.3f} s (largest: {worst})"
         self.sensed.begin(time)
         points = self.sensed.points
@@ -133,26 +135,27 @@ class _Simulation:
         force, total, torque = np.zeros_like(points), np.zeros(3), np.zeros(drives)
         account.begin()
         for step in range(self.substeps):
-            if step and self.split:
-                mujoco.mj_step1(model, data)
+            if step:
+                mujoco.mj_step1(model, data) if self.split else mujoco.mj_forward(model, data)
+                self.ground.touching(points)
             account.before()
-            mujoco.mj_step2(model, data) if self.split else mujoco.mj_step(model, data)
+            if self.split:
+                mujoco.mj_step2(model, data)
+            else:
+                mujoco.mj_step(model, data)
+                self.ground.touching(points)  # the contacts are those of the last of its stages
             account.after()
-            found = self.ground.forces(points)
+            found = self.ground.forces(len(points))
             force += found.point
             total += found.total
             if self.command != "generalized":
                 torque += data.actuator_force
         share = 1.0 / self.substeps
         self.sensed.ground_force[:] = force * share
-        line[self._part("force")] = (force * share).ravel()
-        line[self._part("ground")] = total * share
-        line[self._part("u")] = torque * share
-        line[self._part("work")], line[self._part("given")] = account.work, account.given
-
-    def _part(self, name: str) -> slice:
-        first, shape = self.columns[name]
-        return slice(first, first + int(np.prod(shape)))
+        line[self.parts["force"]] = (force * share).ravel()
+        line[self.parts["ground"]] = total * share
+        line[self.parts["u"]] = torque * share
+        line[self.parts["work"]], line[self.parts["given"]] = account.work, account.given
 
     def _note(self, line: np.ndarray, time: float, points: np.ndarray) -> None:
         """Logs the state at a tick."""
@@ -162,7 +165,7 @@ class _Simulation:
             ("contact", self.sensed.touching), ("com", self.sensed.com), ("com_velocity", self.sensed.com_velocity),
             ("base", np.concatenate([data.xpos[base], data.xquat[base]])), ("energy", self._energy()),
         ):  # fmt: skip
-            line[self._part(name)] = values
+            line[self.parts[name]] = values
 
     def _energy(self) -> float:
         """[J] potential and kinetic; the rotors' included."""

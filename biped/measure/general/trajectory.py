@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -36,14 +37,14 @@ def columns_of(robot: General) -> dict[str, tuple[int, tuple[int, ...]]]:
     out, first = {}, 0
     for name, shape in shapes.items():
         out[name] = first, shape
-        first += int(np.prod(shape))
+        first += math.prod(shape)
     return out
 
 
 def width_of(robot: General) -> int:
     """Columns of the log, a law's own signals aside."""
     first, shape = list(columns_of(robot).values())[-1]
-    return first + int(np.prod(shape))
+    return first + math.prod(shape)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +103,7 @@ class GeneralTrajectory:
         first, shape = self.columns[name]
         if not shape:
             return self.log[:, first]
-        return self.log[:, first : first + int(np.prod(shape))].reshape(len(self.log), *shape)
+        return self.log[:, first : first + math.prod(shape)].reshape(len(self.log), *shape)
 
     @property
     def units(self) -> dict[str, str]:

@@ -249,8 +249,7 @@ def _lowest_bodies(model: mujoco.MjModel, data: mujoco.MjData, base: int, touchi
             low[body] = min(low.get(body, np.inf), float(points_of(model, data, geom)[:, 2].min()))
     if not low:
         return []
-    height = float(data.subtree_com[base, 2]) - min(low.values())
-    standing = sorted(body for body, z in low.items() if z < min(low.values()) + 0.1 * height)
+    standing = sorted(body for body, z in low.items() if z < min(low.values()) + 0.5 * FLAT)
     groups: list[list[int]] = []
     for body in standing:
         above = _above(model, body)
