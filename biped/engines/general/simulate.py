@@ -79,6 +79,10 @@ class _Simulation:
         self.log = np.zeros((self.count, width_of(self.robot)))
         self.up = -np.array(self.model.opt.gravity) / np.linalg.norm(self.model.opt.gravity)
         self.least = 0.0
+        legs = [foot.joints for foot in self.robot.feet]
+        self.anchors = [joints[min(i, len(joints) - 1)] if joints else 0 for joints in legs for i in range(3)]
+        self.without = [(3 * foot + i, foot) for foot, joints in enumerate(legs) for i in range(len(joints), 3)]
+        self.feet = self.robot.of_foot
 
     def drive(self) -> GeneralTrajectory:
         done, end, cause, trace = 0, "completed", "", ""
@@ -164,8 +168,19 @@ class _Simulation:
             ("time", time), ("q", data.qpos), ("v", data.qvel), ("point", points.ravel()),
             ("contact", self.sensed.touching), ("com", self.sensed.com), ("com_velocity", self.sensed.com_velocity),
             ("base", np.concatenate([data.xpos[base], data.xquat[base]])), ("energy", self._energy()),
+            ("figure", self._figure(points)),
         ):  # fmt: skip
             line[self.parts[name]] = values
+
+    def _figure(self, points: np.ndarray) -> np.ndarray:
+        """(21,) [m] joints of the legs and the trunk's end, for a stick figure."""
+        data, robot = self.data, self.robot
+        out = np.empty((7, 3))
+        out[:6] = data.xanchor[self.anchors]
+        for row, foot in self.without:  # a foot on no ankle
+            out[row] = points[self.feet == foot].mean(axis=0)
+        out[6] = data.xpos[robot.base_number] + data.xmat[robot.base_number].reshape(3, 3) @ robot.top
+        return out.ravel()
 
     def _energy(self) -> float:
         """[J] potential and kinetic; the rotors' included."""
