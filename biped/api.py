@@ -28,7 +28,6 @@ from biped.ensemble.backend import Jobs
 from biped.ensemble.columns import batches
 from biped.ensemble.results import table_of
 from biped.ensemble.stored_rows import StoredRows
-from biped.measure.trajectory import Trajectory
 from biped.robot.given import Factory, factory_of
 from biped.scenario.inline import setting
 from biped.scenario.keys import Scenario
@@ -39,6 +38,8 @@ from biped.studies.run import run_plan, save
 
 if TYPE_CHECKING:
     import pyarrow
+
+    from biped.measure.stored import AnyTrajectory
 
 
 class Loaded(NamedTuple):
@@ -123,11 +124,11 @@ class Result:
         return runs.table() if isinstance(runs, StoredRows) else table_of(runs)
 
     @property
-    def trajectory(self) -> Trajectory:
+    def trajectory(self) -> AnyTrajectory:
         """Of the first run: arrays by name, `q`, `v`, `u`, `force` and more, with their `units`."""
         return self.replay(self._done.result["runs"][0]["index"])
 
-    def replay(self, index: int) -> Trajectory:
+    def replay(self, index: int) -> AnyTrajectory:
         """The trajectory of a run of the ensemble, simulated again if it was not kept: the same to the last bit.
 
         Raises:
@@ -236,7 +237,7 @@ class Compared:
         told = found.as_dict()
         self.passed: bool = told["passed"]
         self.results: dict[str, dict[str, Any]] = found.results
-        self.trajectories: dict[str, Trajectory] = found.first
+        self.trajectories: dict[str, AnyTrajectory] = found.first
         self.parted_at: float = told["parted_at"]
 
     @cached_property

@@ -167,6 +167,10 @@ def _parser() -> Parser:
     export.add_argument("run", type=Path, help="results folder")
     export.add_argument("--eurobench", type=Path, required=True, metavar="DIR",
                         help="new folder for files as EuroBench's documents describe them")  # fmt: skip
+    what = "Says what is recognised in a model file, and lists every fault at once, with what to write."
+    model = commands.add_parser("model", help="what a model file is, and all that is wrong with it", description=what)
+    model.add_argument("file", help="name in models/, or path of an MJCF or URDF file")
+    model.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     bench = commands.add_parser("bench", help="run time against error, and what things cost")
     things = ["throughput", "walking", "mechanisms", "tolerances", "robot", "campaigns", "regress"]
     bench.add_argument("what", choices=things,

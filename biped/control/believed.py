@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from biped.base.jit import kernel
@@ -15,8 +17,11 @@ from biped.robot.run import Run
 from biped.robot.topology import N_POINTS, NQ
 from biped.scenario.keys import Sensors
 
+if TYPE_CHECKING:
+    from biped.measure.stored import AnyTrajectory
 
-def believed_forces(run: Run, t: Trajectory) -> np.ndarray | None:
+
+def believed_forces(run: Run, t: AnyTrajectory) -> np.ndarray | None:
     """The forces c of the second problem (`biped.control.pushing`) that the torques of each tick belong to.
 
     They follow from a tick's coordinates and Q_d, both logged.
@@ -31,7 +36,7 @@ def believed_forces(run: Run, t: Trajectory) -> np.ndarray | None:
     """
     s = run.scenario
     counted = s.actuation.contacts == "pushing" and s.actuation.mode == "joint"
-    if not counted or s.law is not None or run.law is not None or s.estimator is not None or s.sensors != Sensors():
+    if not isinstance(t, Trajectory) or not counted or s.law is not None or run.law is not None or s.estimator is not None or s.sensors != Sensors():
         return None
     out = np.zeros((len(t), N_POINTS, 2))
     _forces(controller_record(run, tree_at(run.model)), *(np.array(a) for a in (t.q, t.v, t.Q_d)), out)

@@ -6,7 +6,7 @@ import json
 import zlib
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from zipfile import BadZipFile
 
 import msgspec
@@ -18,6 +18,9 @@ from biped.robot.description import Robot, robot_at
 from biped.robot.ground import LEVEL, Profile, profile_from
 from biped.robot.topology import BASE, LEGS, N_CONSTRAINTS, N_POINTS, N_STOPS, NQ, NU
 from biped.robot.tree import Tree
+
+if TYPE_CHECKING:
+    import mujoco
 
 # First column of each quantity in the log (compiled code needs plain numbers).
 TIME = 0
@@ -183,6 +186,19 @@ class Trajectory:
         if self.generalized:
             return self.Q_d
         return np.hstack([np.zeros((len(self), BASE)), self.u])
+
+    @property
+    def x(self) -> np.ndarray:
+        """(n,) [m] of the torso, along the ground."""
+        return self.q[:, 0]
+
+    def qpos(self, model: mujoco.MjModel) -> np.ndarray:
+        """(n, 9) coordinates as a MuJoCo model of the robot has them."""
+        from biped.robot.order import order_of
+
+        out = np.empty_like(self.q)
+        out[:, order_of(model, self.robot).joints] = self.q
+        return out
 
     def last(self, seconds: float) -> Trajectory:
         """The end of the run as a trajectory of its own; times stay those of the run."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -12,13 +12,15 @@ import rerun as rr
 from biped.base.errors import InputError
 from biped.base.text import plain
 from biped.measure.signals import finite
-from biped.measure.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from biped.measure.stored import AnyTrajectory
 
 LANE = 1.6
 """[m] sideways from run to run."""
 
 
-def nothing_believed(trajectory: Trajectory) -> None:
+def nothing_believed(trajectory: AnyTrajectory) -> None:
     """Of a controller that counts on no ground forces."""
 
 
@@ -38,14 +40,14 @@ class Recorded(NamedTuple):
     """
 
     name: str
-    trajectory: Trajectory
+    trajectory: AnyTrajectory
     model: mujoco.MjModel
     metrics: Mapping[str, Any]
     checks: Sequence[tuple[str, Any, Any, bool]]
     scenario_text: str
     ghost: bool = False
     title: str = ""
-    believed: Callable[[Trajectory], np.ndarray | None] = nothing_believed
+    believed: Callable[[AnyTrajectory], np.ndarray | None] = nothing_believed
 
 
 class Placed(NamedTuple):

@@ -13,6 +13,7 @@ from biped.base.text import plain
 from biped.measure.metrics.walking import outcome
 from biped.measure.pushes import pushes_of
 from biped.scenario.metrics import METRICS
+from biped.show import spatial
 from biped.show.recording.recorded import Placed, Recorded
 from biped.show.words import told, words
 
@@ -36,7 +37,7 @@ def log_report(recording: rr.RecordingStream, placed: Placed) -> None:
 def result(run: Recorded) -> str:
     """The verdict of a run in Markdown, its expectations, and the five numbers that say most."""
     trajectory = run.trajectory
-    distance = trajectory.q[-1, 0] - trajectory.q[0, 0]
+    distance = trajectory.x[-1] - trajectory.x[0]
     lines = [
         f"## {told(run.title or run.name)}: {told(verdict(run))}",
         f"{trajectory.time[-1] + trajectory.tick:.1f} s, {distance:.2f} m",
@@ -45,13 +46,11 @@ def result(run: Recorded) -> str:
         lines[-1] += f", slope {trajectory.slope:+g}°"
     if trajectory.generalized:
         lines[-1] += ", generalized forces (no robot can apply them)"
-    if not trajectory.ground.level:
-        lines[-1] += (
-            f", ground {100 * trajectory.ground.z.min():+.1f} to {100 * trajectory.ground.z.max():+.1f} cm high"
-        )
+    ground = spatial.ground(trajectory)
+    if not ground.level:
+        lines[-1] += f", ground {100 * ground.z.min():+.1f} to {100 * ground.z.max():+.1f} cm high"
     for push in pushes_of(trajectory):
-        size = f"{push.force[0, 0]:g} N forward, {push.force[0, 1]:g} N up" if len(push.force) == 1 else push.size
-        lines.append(f"- push on the {words(push.body)}: {size}, {push.start:g} to {push.end:g} s")
+        lines.append(f"- push on the {words(push.body)}: {push.size}, {push.start:g} to {push.end:g} s")
     if trajectory.warnings:
         lines += ["", "MuJoCo warned: " + ", ".join(f"{told(n)} ({k} times)" for n, k in trajectory.warnings.items())]
     shown = [name for name in FIVE if name in run.metrics]
