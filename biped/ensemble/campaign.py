@@ -51,6 +51,11 @@ def _assess(scenario: Scenario) -> Callable[[Any, tuple[float, float]], tuple[An
     return assess
 
 
+def measured(run: Run) -> dict[str, Any]:
+    """Simulates, judges and measures a run."""
+    return _assess(run.scenario)(simulate(run), run.scenario.interval)[1]
+
+
 def run_one(plan: Plan, index: int) -> tuple[AnyTrajectory, Row]:
     """Simulates, judges and measures run `index` of a plan."""
     run = plan.run(index)

@@ -24,10 +24,10 @@ from biped.control.spatial.topology import BASE, KNEE, LEG, LEG_POINTS, LEGS, N,
 from biped.numerics.lanes import LANES, added, load, store
 from biped.numerics.nonnegative import nonnegative
 
-_TIE = 1e-7
+_TIE = 1e-9
 """Raises the diagonals by this fraction: sixteen forces share what six could do, and the shortest share is taken."""
-_FAR = 300.0
-"""[m/s²] A point whose gap asks for more upward motion than this is left alone."""
+FAR = 300.0
+"""[m/s²] A point with a larger gap is left out: a force there would cost a thousand times what it does."""
 _MOST_CHANGES = 30
 _SLACK_OF_LIMIT = 1e-9
 
@@ -47,7 +47,7 @@ def unilateral_rows(c, m):
         if p % LEG_POINTS == 0:
             work["standing"][leg] = 0
         gap = max(0.0, 2.0 * at["speed"][p] / tau + at["height"][p] / (tau * tau))
-        work["near"][p] = 1 if gap < _FAR else 0
+        work["near"][p] = 1 if gap < FAR else 0
         if work["near"][p] == 0:
             for k in range(EDGES * p, EDGES * p + EDGES):
                 memory["held"][k] = 0

@@ -112,7 +112,7 @@ def _note(plant, c, line, time):
 @kernel
 def _add_forces(plant, line, share):
     """Adds the ground's forces in the step that has been taken; stops come first among them, then points in order."""
-    m, at, efc = plant.mechanics, plant.columns, doubles_at(plant.force, int32_at(plant.nefc))
+    at, efc = plant.columns, doubles_at(plant.force, int32_at(plant.nefc))
     row = 0
     for leg in range(LEGS):
         if plant.stopped[leg]:

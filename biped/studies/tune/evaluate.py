@@ -120,11 +120,10 @@ class Study:
 
     def outcome(self, task: Task) -> Outcome:
         """Carries out one task."""
-        from biped.ensemble.campaign import simulate
-        from biped.measure.metrics import measure
+        from biped.ensemble.campaign import measured
 
         run, condition = self._run(task), self.tune.conditions[task.condition]
-        numbers = measure(simulate(run), run.scenario.interval)
+        numbers = measured(run)
         reached = bool(numbers[condition.goal])
         cost = self._reached(numbers, condition) if reached else self._missed(numbers, condition, run)
         return Outcome(cost, reached, numbers["speed"], numbers["cost_of_transport"])
@@ -148,7 +147,7 @@ class Study:
         earned = min(1.0, numbers["time"] / seconds)
         if condition.goal == "walked":
             # All the progress that counts is that of the slowest walk.
-            far = max(0.0, numbers["distance"]) / (robot_at(run.model).walked.speed * seconds)
+            far = max(0.0, numbers["distance"]) / (_slowest(run) * seconds)
             earned = (1.0 - weights.progress) * earned + weights.progress * min(1.0, far)
         return weights.falls * (1.0 - 0.5 * earned)
 
@@ -177,6 +176,12 @@ class Study:
             conditions[name].weight * sum(o.cost for o in found) / len(found) for name, found in outcomes.items()
         )
         return mean / total + self.tune.weights.closeness * distance
+
+
+def _slowest(run: Run) -> float:
+    """[m/s] of the slowest walk that counts as one."""
+    robot = run.scenario.robot
+    return (robot_at(run.model).walked if robot is None else robot.walked).speed
 
 
 def by_condition(tasks: Sequence[Task], outcomes: Sequence[Outcome]) -> dict[str, list[Outcome]]:

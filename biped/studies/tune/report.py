@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 
 from biped.base.statistics import wilson
-from biped.scenario.gains import GAINS, Gains
+from biped.scenario.gains import GAINS, OUT_OF_PLANE, Gains
 from biped.scenario.gait import SETTINGS, made_for
 from biped.scenario.vary import Asked, with_values
 from biped.studies.tune.search import Found, Record, Search, Tally
@@ -47,7 +47,11 @@ def gait_text(title: str, search: Search, found: Found, journal: Sequence[Record
     data = {
         "description": f"Found by biped tune {title}",
         "source": f"biped tune {title}, seed {study.scenario.seed}",
-        **{name: _plain(value) for name in GAINS if (value := getattr(candidate.gains, name)) is not None},
+        **{
+            name: _plain(value)
+            for name in (*GAINS, *OUT_OF_PLANE)
+            if (value := getattr(candidate.gains, name)) is not None
+        },
         **{name: {key: _plain(value) for key, value in table.items()} for name, table in settings.items()},
     }
     return head + "\n" + tomli_w.dumps(data)
@@ -72,4 +76,4 @@ def gait_of(text: str) -> Gains:
     import tomllib
 
     data = tomllib.loads(text)
-    return msgspec.convert({key: data[key] for key in GAINS}, Gains)
+    return msgspec.convert({key: data[key] for key in (*GAINS, *OUT_OF_PLANE) if key in data}, Gains)

@@ -14,13 +14,16 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import nearest
-from biped.scenario.gains import GAINS, Gains, with_numbers
+from biped.scenario.gains import GAINS, OUT_OF_PLANE, Gains, number, single, with_numbers
 from biped.scenario.keys import Scenario
 from biped.scenario.tune import Range, Tune
 from biped.scenario.vary import Asked, lookup
 
 DEGREES = 20.0
-"""Degrees per unit of an angle's coordinate."""
+"""Degrees per unit of an angle's coordinate; a quarter of it out of the plane."""
+
+PLACEMENT = 0.3
+"""[rad/m, rad s/m] per unit of the coordinates of foot placement."""
 
 _SPRING = {"theta_l": "k_d2", "theta_a": "k_d4"}
 """Angles that mean something only where their spring has stiffness."""
@@ -103,27 +106,40 @@ class Space:
 
 
 def _gain_axes(tune: Tune, gains: Gains) -> list[Axis]:
-    known = list(GAINS)
-    wanted = known if tune.gains is None else tune.gains
+    tables = [table for table in OUT_OF_PLANE if getattr(gains, table) is not None]
+    known = [*GAINS, *tables]
     axes = []
-    for name in wanted:
-        whole, _, index = name.partition(".")
-        value = getattr(gains, whole, None) if whole in known else None
-        if value is None or (index and not (isinstance(value, tuple) and index.isdigit() and int(index) < 4)):
-            raise InputError(f"tune.gains: no gain '{name}'; {nearest(whole, known)}")
-        if not isinstance(value, tuple):
-            axes.append(_gain_axis(tune, name, value))
-            continue
-        for i in [int(index)] if index else range(4):
-            if whole not in _SPRING or getattr(gains, _SPRING[whole])[i] > 0.0:
-                axes.append(_gain_axis(tune, f"{whole}.{i}", value[i]))
+    for name in known if tune.gains is None else tune.gains:
+        numbers = single([name]) if name.partition(".")[0] in known else []
+        if not numbers or any(each not in _all(known) for each in numbers):
+            raise InputError(f"tune.gains: no gain '{name}'; {nearest(name.partition('.')[0], known)}")
+        axes += [_gain_axis(tune, each, number(gains, each)) for each in numbers if _means_something(gains, each)]
     return [axis for axis in axes if not axis.log or axis.start > 0.0]
 
 
+def _all(known: Sequence[str]) -> set[str]:
+    return set(single(known))
+
+
+def _means_something(gains: Gains, name: str) -> bool:
+    """Whether a single number is more than the rest angle of a spring without stiffness, or the heading asked for."""
+    way, _, state = name.rpartition(".")
+    table, _, whole = way.rpartition(".")
+    if name == "axial.theta_b":
+        return False
+    spring = _SPRING.get(whole)
+    if spring is None or not state.isdigit():
+        return True
+    return number(gains, f"{f'{table}.' if table else ''}{spring}.{state}") > 0.0
+
+
 def _gain_axis(tune: Tune, name: str, value: float) -> Axis:
-    if name.startswith("theta"):
+    if "theta" in name:
+        unit = DEGREES if name.startswith("theta") else 0.25 * DEGREES
         most = tune.angle / DEGREES
-        return Axis(name, value, False, DEGREES, -most, most, True)
+        return Axis(name, value, False, unit, -most, most, True)
+    if ".placement." in name:
+        return Axis(name, value, False, PLACEMENT, -tune.angle / DEGREES, tune.angle / DEGREES, True)
     most = math.log(tune.factor)
     return Axis(name, value, True, 1.0, -most, most, True)
 

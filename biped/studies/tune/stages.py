@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from biped.base.errors import InputError
 from biped.base.files import nearest
-from biped.scenario.gains import GAINS, Gains, single, with_numbers
+from biped.scenario.gains import GAINS, OUT_OF_PLANE, Gains, single, with_numbers
 from biped.scenario.keys import Scenario
 from biped.scenario.reading import changed
 from biped.scenario.tune import Stage
@@ -60,7 +60,8 @@ def _scenario_of(scenario: Scenario, number: int, stage: Stage) -> Scenario:
         if word in stage.set:
             raise InputError(f"{key}.set: {word}: expected the same in all stages" if word != "gains" else
                              f"{key}.set: gains: expected in {key}.hold")  # fmt: skip
-    varied = single(GAINS if tune.gains is None else tune.gains)
+    everything = GAINS if scenario.robot is None else (*GAINS, *OUT_OF_PLANE)
+    varied = single(everything if tune.gains is None else tune.gains)
     part = replace(
         tune,
         stages=(),
@@ -78,7 +79,7 @@ def _scenario_of(scenario: Scenario, number: int, stage: Stage) -> Scenario:
 
 def _held(gains: Gains, stage: Stage, key: str) -> Gains:
     """A complete gait with the values that a stage holds."""
-    known = single()
+    known = single([*GAINS, *(table for table in OUT_OF_PLANE if getattr(gains, table) is not None)])
     for name in stage.hold:
         if name not in known:
             raise InputError(f"{key}.hold: no gain '{name}'; {nearest(name, known)}")
