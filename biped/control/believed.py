@@ -35,8 +35,8 @@ def believed_forces(run: Run, t: AnyTrajectory) -> np.ndarray | None:
         measured coordinates that the log does not have.
     """
     s = run.scenario
-    counted = s.actuation.contacts == "pushing" and s.actuation.mode == "joint"
-    if not isinstance(t, Trajectory) or not counted or s.law is not None or run.law is not None or s.estimator is not None or s.sensors != Sensors():
+    counted = s.actuation.contacts == "pushing" and s.actuation.mode == "joint" and s.law is None and run.law is None
+    if not isinstance(t, Trajectory) or not counted or s.estimator is not None or s.sensors != Sensors():
         return None
     out = np.zeros((len(t), N_POINTS, 2))
     _forces(controller_record(run, tree_at(run.model)), *(np.array(a) for a in (t.q, t.v, t.Q_d)), out)
