@@ -15,6 +15,7 @@ LEAVE = 0.1  # part of a step that leaves a singular start: less, and rounding e
 LEAPS = 5  # lengths of a leap that are tried
 LEAST = 0.02  # part of a step that shows a singular position below which no leap is tried
 FAR = 0.2  # pivot ratio that an adaptive leap lands at
+LONGEST = 4.0  # steps that it is at most
 REACH = 0.3  # pivot ratio below which an adaptive scheme looks out for a singular position
 AHEAD = 4.0  # steps ahead that it sees one
 SHORTEST = 1e-5  # part of the longest step below which a step beside a singular position drowns in rounding
@@ -119,7 +120,7 @@ def span(step, passed, ratio, last, rank, most):
     ahead = ratio if last < ratio else 0.0
     if not (slope > 0.0 and ahead <= AHEAD * step * slope):
         return 0.0
-    return max(step, (ahead + FAR) / slope)
+    return max(step, min((ahead + FAR) / slope, LONGEST * step))
 
 
 @shared
@@ -142,13 +143,16 @@ def adapt(f, t, p, h, rest, longest, ratio, rank, settings, tableau, q, v, room)
             length = min(rest, span(step, ts - t, ratio, last, rank, most))
             length = step if near and length < step else length
             shortest = LEAST * step if near else step
+            shortened = False
             for _ in range(LEAPS):
                 if length < shortest:
                     break
                 landed, _ = leap(f, t, p, length, ratio, rank, settings, q, v, room)
                 error = error_norm(length, settings, q, v, room) if landed == OK else np.inf
                 if error <= 1.0:
-                    return OK, t + length, length, max(h, length * factor_of(error))
+                    # What did not settle, or erred, at a greater length will not do so in the next step either.
+                    return OK, t + length, length, length if shortened else max(h, length * factor_of(error))
+                shortened = True
                 room.seen[REFUSED] += 1
                 length *= max(0.3, 0.9 * error ** (-1.0 / 8.0))
                 near = True
