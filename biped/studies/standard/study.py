@@ -30,17 +30,19 @@ FAMILY = "standard/"
 """Where the shipped tests are, below scenarios/."""
 
 
-class Test(NamedTuple):
+class Trial(NamedTuple):
     """A test of the family.
 
     Attributes:
-        name: Of its scenario.
+        name: Of its scenario, for people.
+        scenario: Name or path of that.
         standard: What is searched and shown.
         rate: Share of runs that must reach the goal.
         description: Of its scenario.
     """
 
     name: str
+    scenario: str
     standard: Standard
     rate: float
     description: str
@@ -91,7 +93,7 @@ class Table(NamedTuple):
         standings: By test, then by gait.
     """
 
-    tests: list[Test]
+    tests: list[Trial]
     gaits: list[str]
     changes: list[str]
     standings: list[Standing]
@@ -113,7 +115,7 @@ class Table(NamedTuple):
         }  # fmt: skip
 
 
-def tests_of(asked: Sequence[str]) -> list[Test]:
+def trials_of(asked: Sequence[str]) -> list[Trial]:
     """The tests that are asked for, in the order of the table; none: the shipped family.
 
     Raises:
@@ -123,19 +125,12 @@ def tests_of(asked: Sequence[str]) -> list[Test]:
     return sorted(found, key=lambda test: test.standard.order)
 
 
-def _test(name: str) -> Test:
-    scenario = read_scenario(name if name.startswith(FAMILY) or not _shipped(name) else FAMILY + name)
+def _test(name: str) -> Trial:
+    word = FAMILY + name if FAMILY + name in names("scenarios") else name
+    scenario = read_scenario(word)
     if scenario.standard is None:
         raise InputError(f"{said(name)}: not a standard test; expected a scenario with a table [standard]")
-    return Test(title_of(_named(name)), scenario.standard, scenario.threshold.rate, scenario.description)
-
-
-def _shipped(name: str) -> bool:
-    return FAMILY + name in names("scenarios")
-
-
-def _named(name: str) -> str:
-    return FAMILY + name if _shipped(name) else name
+    return Trial(title_of(word), word, scenario.standard, scenario.threshold.rate, scenario.description)
 
 
 def standard(
@@ -155,7 +150,7 @@ def standard(
     Raises:
         InputError: Something the user wrote cannot be used; said before the first run.
     """
-    tests = tests_of(asked)
+    tests = trials_of(asked)
     shown = [_gait(word) for word in gaits]
     twice = [gait for gait in shown if shown.count(gait) > 1]
     if twice:
@@ -196,7 +191,7 @@ def _asked_of(test: Standard, word: str) -> Standard | None:
     return None if last < first else replace(test, first=round(first, 12), last=round(last, 12))
 
 
-def _stand(test: Test, word: str, gait: str, changes: Sequence[str], made: Any) -> Standing:
+def _stand(test: Trial, word: str, gait: str, changes: Sequence[str], made: Any) -> Standing:
     s = _asked_of(test.standard, word)
     if s is None:
         return Standing(test.name, gait, [], None, 1.0)
@@ -212,15 +207,15 @@ def _stand(test: Test, word: str, gait: str, changes: Sequence[str], made: Any) 
     return Standing(test.name, gait, tried, limit(tried, test.rate), scale)
 
 
-def _plan(test: Test, word: str, changes: Sequence[str], value: float) -> Plan:
+def _plan(test: Trial, word: str, changes: Sequence[str], value: float) -> Plan:
     """A test's plan with a gait, at a value of its key in multiples of what the test says."""
     asked = [*changes, f"controller={_quoted(word)}"]
     s = test.standard
-    plain = plan_of(test.name, asked)
+    plain = plan_of(test.scenario, asked)
     asked += [f"{key}={_unit(plain, 'leg') * legs:.9g}" for key, legs in s.legs.items()]
     if s.key is None:
-        return plan_of(test.name, asked) if s.legs else plain
-    return plan_of(test.name, [*asked, f'sweep={{"{s.key}"=[{_unit(plain, s.of) * value:.9g}]}}'])
+        return plan_of(test.scenario, asked) if s.legs else plain
+    return plan_of(test.scenario, [*asked, f'sweep={{"{s.key}"=[{_unit(plain, s.of) * value:.9g}]}}'])
 
 
 def _unit(plan: Plan, of: str) -> float:

@@ -1,0 +1,223 @@
+"""The tests with gaits: what each is asked, in whose units; ensembles that are kept; the command and its errors."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from biped.base.errors import InputError
+from biped.cli.main import main
+from biped.robot.model import GRAVITY, tree_at
+from biped.scenario.metrics import METRICS
+from biped.show.page import write_page
+from biped.show.standing import lines_of, markdown
+from biped.studies.standard import study
+from biped.studies.standard.search import Tried
+from biped.studies.standard.study import standard, trials_of
+from tests.cases import command
+
+SHORT = """description = "A push, searched in a hurry"
+duration = 3.0
+start = { posture = "heel_toe", jitter = 0.002 }
+window = { start = 1.0 }
+push = [{ at = 1.5, duration = 0.2, force = [0.0, 0.0] }]
+randomise.runs = 3
+threshold.rate = 0.7
+[standard]
+title = "push"
+key = "push.0.force.0"
+of = "weight"
+first = 0.05
+step = 2.0
+last = 4.05
+resolution = 1.0
+times = 0.2
+unit = "N s"
+goal = "walked"
+shows = ["push_froude"]
+"""
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("short.toml").write_text(SHORT, encoding="utf-8")
+    return tmp_path
+
+
+def test_the_family_is_complete_and_in_order():
+    tests = trials_of([])
+    assert [test.standard.order for test in tests] == sorted(test.standard.order for test in tests)
+    names = {test.name.removeprefix("standard/") for test in tests}
+    assert {"level", "speed", "slope_up", "slope_down", "push_forward", "push_backward", "tiles", "steps_up",
+            "steps_down", "sustained_constant", "sustained_ramp", "sustained_sine", "stop"} <= names  # fmt: skip
+    for test in tests:
+        assert test.rate == 0.7
+        assert test.standard.title
+        assert set(test.standard.shows) <= set(METRICS)
+        if test.standard.key is not None:
+            s = test.standard
+            assert s.first != 0.0
+            assert (s.last - s.first) * s.step > 0.0
+
+
+@pytest.mark.parametrize(("gait", "model"), [("robust", "human"), ("robot", "robot")])
+def test_values_are_in_the_robots_own_units(gait, model):
+    (push,), (tiles,) = trials_of(["push_forward"]), trials_of(["tiles"])
+    sets = [f"model={model}"]
+    path = study._plan(push, gait, sets, 0.5).model
+    tree = tree_at(path)
+    plan = study._plan(push, gait, sets, 0.5)
+    assert plan.run(0).scenario.push[0].force[0] == pytest.approx(0.5 * tree.mass.sum() * GRAVITY)
+    ground = study._plan(tiles, gait, sets, 0.01).run(0).scenario.ground.tiles
+    assert ground.height == pytest.approx(0.01 * tree.leg)
+    assert ground.length == pytest.approx(0.6 * tree.leg)
+    assert ground.start == pytest.approx(1.2 * tree.leg)
+
+
+def test_who_is_asked_what():
+    (speed,), (stop,), (level,) = (trials_of([name]) for name in ("speed", "stop", "level"))
+    family = study._asked_of(speed.standard, "robust")
+    assert family is not None
+    assert (family.first, family.last) == (0.5, 1.175)
+    assert study._asked_of(speed.standard, "normal") is None
+    assert study._asked_of(stop.standard, "robust") is stop.standard
+    assert study._asked_of(stop.standard, "calm") is None
+    assert study._asked_of(level.standard, "calm") is level.standard
+
+
+def test_a_table_and_what_is_kept_of_it(here, capsys, monkeypatch):
+    made = []
+    run_plan = study.run_plan
+    monkeypatch.setattr(study, "run_plan", lambda title, *rest: made.append(title) or run_plan(title, *rest))
+    argv = ["standard", "robust", "--test", "short.toml", "--out", "found", "--jobs", "1"]
+    code, found = command(capsys, *argv)
+    assert code == 0
+    (standing,) = found["standings"]
+    tried = standing["tried"]
+    assert standing["scale"] == pytest.approx(75.0 * GRAVITY, rel=1e-6)
+    assert [one["value"] for one in tried] == sorted(one["value"] for one in tried)
+    assert all(one["runs"] == 3 for one in tried)
+    assert tried[-1]["reached"] == 0  # nobody withstands four times its weight
+    assert len(made) == len(tried)
+    assert json.loads(Path("found/standard.json").read_text()) == found
+    again, same = command(capsys, *argv)
+    assert (again, same) == (0, found)
+    assert len(made) == len(tried)  # nothing was made twice
+    assert command(capsys, *argv, "--set", "seed=5")[0] == 0
+    assert len(made) > len(tried)  # but another seed is another ensemble
+    assert main(argv) == 0
+    printed = capsys.readouterr().out
+    assert "push [N s]" in printed
+    assert "standard.json and standard.md in found/" in printed
+    assert "| push \\[N s\\] |" in Path("found/standard.md").read_text(encoding="utf-8")
+
+
+def test_an_interrupted_table_goes_on(here, monkeypatch):
+    made = []
+
+    def interrupted(title, plan, jobs, progress):
+        made.append(title)
+        if len(made) == 2:
+            raise KeyboardInterrupt
+        return run_plan(title, plan, jobs, progress)
+
+    run_plan = study.run_plan
+    monkeypatch.setattr(study, "run_plan", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        standard(["robust"], ["short.toml"], [], 1, Path("found"))
+    first = list(made)
+    standard(["robust"], ["short.toml"], [], 1, Path("found"))
+    assert made[2] == first[1]  # the first ensemble was kept
+
+
+@pytest.mark.parametrize(
+    ("argv", "said"),
+    [
+        (["nobody"], "GAIT: no controller 'nobody'"),
+        (["robust", "robust"], "robust: expected each gait once"),
+        (["robust", "--test", "level_normal"], "level_normal: not a standard test"),
+        (["robust", "--test", "nothing"], "nothing"),
+        (["robust", "--test", "short.toml", "--set", "duration=0.1"], "push[0].at"),
+        (["robust", "--test", "short.toml", "--jobs", "0"], "--jobs 0: expected at least 1"),
+        (["robust", "--test", "short.toml", "--out", "short.toml"], "--out short.toml: cannot be written"),
+    ],
+)
+def test_bad_input(argv, said, here, capsys):
+    assert main(["standard", *argv]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_what_lies_in_the_folder_is_not_overwritten(here, capsys):
+    Path("found").mkdir()
+    Path("found/measured.json").write_text('{"a": 1}', encoding="utf-8")
+    assert main(["standard", "robust", "--test", "short.toml", "--out", "found"]) == 2
+    assert "not what biped standard keeps" in capsys.readouterr().err
+    assert Path("found/measured.json").read_text(encoding="utf-8") == '{"a": 1}'
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ("standard.step=0.0", "standard.step: expected steps"),
+        ("standard.step=-1.0", "standard.step: expected steps"),
+        ("standard.resolution=0.3", "standard.resolution: expected the step of 2 to be a whole number"),
+        ("standard.resolution=1e-9", "standard.resolution: expected at most"),
+        ("standard.shows=['sped']", "unknown metric 'sped'"),
+        ("standard.goal=walk", "standard.goal: expected one of walked, stood"),
+    ],
+)
+def test_impossible_tests(change, said, here):
+    from biped.scenario.reading import read_scenario
+
+    with pytest.raises(InputError, match=said.replace("[", r"\[")):
+        read_scenario("short.toml", [change])
+
+
+FOUND = {
+    "gaits": ["a", "<b>"],
+    "changes": ["model=robot"],
+    "tests": [
+        {"name": "x/push", "title": "push", "description": "pushed", "goal": "walked", "rate": 0.7,
+         "key": "push.0.force.0", "of": "weight", "times": 0.2, "unit": "N s", "shows": ["push_froude"]},
+        {"name": "x/level", "title": "level", "description": "", "goal": "walked", "rate": 0.7, "key": None, "of": "si",
+         "times": 1.0, "unit": "", "shows": ["speed"]},
+    ],
+    "standings": [
+        {"test": "x/push", "gait": "a", "scale": 100.0,
+         "tried": [Tried(0.1, 10, 10, {"push_froude": 0.1})._asdict() | {"interval": [0.72, 1.0]},
+                   Tried(0.3, 7, 10, {"push_froude": 0.3})._asdict() | {"interval": [0.4, 0.9]},
+                   Tried(0.4, 2, 10, {"push_froude": None})._asdict() | {"interval": [0.06, 0.5]}],
+         "limit": {"holds_to": 0.3, "sure_to": 0.1, "fails_at": 0.4, "surely_fails_at": 0.4}},
+        {"test": "x/push", "gait": "<b>", "scale": 100.0,
+         "tried": [Tried(0.1, 1, 10, {"push_froude": None})._asdict() | {"interval": [0.0, 0.4]}],
+         "limit": {"holds_to": None, "sure_to": None, "fails_at": 0.1, "surely_fails_at": 0.1}},
+        {"test": "x/level", "gait": "a", "scale": 1.0, "limit": None,
+         "tried": [Tried(None, 9, 10, {"speed": 0.7})._asdict() | {"interval": [0.6, 1.0]}]},
+        {"test": "x/level", "gait": "<b>", "scale": 1.0, "limit": None, "tried": []},
+    ],
+}  # fmt: skip
+
+
+def test_words_of_a_table():
+    push, level = FOUND["tests"]
+    assert lines_of(push, FOUND["standings"][0]) == ["6", "(2 … 8)", "0.3 m g", "J/(m√(g l)) 0.3"]
+    assert lines_of(push, FOUND["standings"][1]) == ["none", "1 of 10 at 2"]
+    assert lines_of(level, FOUND["standings"][2]) == ["9 of 10", "0.7 m/s"]
+    assert lines_of(level, FOUND["standings"][3]) == ["–"]
+    assert "\\<b\\>" in markdown(FOUND)
+
+
+def test_the_page(here):
+    Path("found").mkdir()
+    Path("found/standard.json").write_text(json.dumps(FOUND), encoding="utf-8")
+    write_page([Path("found")], Path("page.html"), "Tests")
+    page = Path("page.html").read_text(encoding="utf-8")
+    assert "&lt;b&gt;" in page
+    assert "<b>" not in page
+    assert "a: 7 of 10 at 6 N s (40 – 89 %)" in page
+    Path("found/standard.json").write_text('{"gaits": 3}', encoding="utf-8")
+    with pytest.raises(InputError, match="expected what biped standard writes"):
+        write_page([Path("found")], Path("other.html"), "Tests")
