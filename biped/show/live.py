@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 
 from biped.base.errors import InputError
+from biped.engines.mujoco import simulate
 from biped.ensemble.plan import PLANE, Plan
 from biped.robot.description import robot_at
 from biped.robot.run import Run
@@ -87,7 +88,7 @@ def watch(plan: Plan, index: int, launch: Callable[..., Any] | None = None) -> S
     if run.scenario.engine != "mujoco":
         raise InputError(f"--live: engine = '{run.scenario.engine}' has no viewer; expected --engine mujoco")
     launch = launch or _launcher()
-    simulate, base = _engine(run)
+    made, base = _engine(run)
     opened: list[_Show] = []
 
     def after(model: mujoco.MjModel, data: mujoco.MjData, forces: np.ndarray) -> None:
@@ -98,7 +99,7 @@ def watch(plan: Plan, index: int, launch: Callable[..., Any] | None = None) -> S
         opened[0](model, data, forces)
 
     try:
-        trajectory = simulate(run, after)
+        trajectory = made(run, after)
     except _Closed:
         show = opened[0]
         return Seen("the window was closed", show.pushed, show.done * show.tick)
@@ -113,8 +114,6 @@ def watch(plan: Plan, index: int, launch: Callable[..., Any] | None = None) -> S
 def _engine(run: Run) -> tuple[Callable[..., AnyTrajectory], str]:
     """What simulates a run with somebody looking on, and the body that the camera follows."""
     if run.scenario.robot is None:
-        from biped.engines.mujoco import simulate
-
         return simulate, robot_at(run.model).base.link
     from biped.engines.general.simulate import simulate as general
     from biped.robot.general.recognise import robot_of
