@@ -44,7 +44,7 @@ def of_run(t: Trajectory) -> dict[str, Indicator]:
     planar = isinstance(t, Trajectory)  # of others, what is seen from their side is not enough
     if t.pushes and planar:
         out["absorbed_energy"] = Indicator(push_work(t))
-    if t.slope == 0.0 and planar:
+    if t.flat and planar:
         out |= _of_balance(t, balance(t))
     return out
 
@@ -148,7 +148,7 @@ def gait_parameters(t: Trajectory) -> dict[str, float]:
     """EuroBench's gait parameters by label (its spelling), means over the run; one that does not exist is left out."""
     steps = strikes(t.phase, t.tick)
     point = toes_and_heels(t)
-    b = balance(t) if t.slope == 0.0 and isinstance(t, Trajectory) else None
+    b = balance(t) if t.flat and isinstance(t, Trajectory) else None
     out: dict[str, float] = {}
     for leg, side in ((1, "left"), (0, "right")):
         own = [row for row, which in steps if which == leg]

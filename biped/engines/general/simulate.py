@@ -14,13 +14,12 @@ from biped.control.general.sensed import Sensed
 from biped.control.law import Raised
 from biped.engines.general.account import Account
 from biped.engines.general.ground import Ground
-from biped.engines.spans import spans_of
+from biped.engines.spans import push_spans
 from biped.measure.general.trajectory import GeneralTrajectory, columns_of, width_of
 from biped.robot.general.build import compiled, frame, limits_of
-from biped.robot.general.facts import General
 from biped.robot.general.recognise import robot_of
 from biped.robot.run import Run
-from biped.scenario.keys import Scenario
+from biped.scenario.pushing import pieces
 
 Watch = Callable[[mujoco.MjModel, mujoco.MjData, np.ndarray], None]
 """Called after every tick with the model, its data, and the pushes that act, (bodies, 3) [N]."""
@@ -84,9 +83,14 @@ class _Simulation:
         self.without = [(3 * foot + i, foot) for foot, joints in enumerate(legs) for i in range(len(joints), 3)]
         self.feet = self.robot.of_foot
 
+    def _turned(self, force: tuple[float, ...]) -> np.ndarray:
+        """(3,) [N] of a push in the ground's frame."""
+        ground = self.s.ground
+        return frame(ground.slope, ground.side_slope) @ np.array(_in_space(force))
+
     def drive(self) -> GeneralTrajectory:
         done, end, cause, trace = 0, "completed", "", ""
-        for first, last, forces in _pushes(self.s, self.robot, self.count, self.tick):
+        for first, last, forces in push_spans(self.s, self.robot.bodies, self._turned, self.count, self.tick):
             self.data.xfrc_applied[1:, :3] = forces
             self.account.push()
             for k in range(first, last):
@@ -227,7 +231,7 @@ class _Simulation:
             gravity=tuple(self.model.opt.gravity.tolist()),
             generalized=self.command == "generalized",
             torque_limit=tuple(self.limits.tolist()),
-            pushes=tuple((p.at, p.at + p.duration, *_components(p.force).tolist(), p.body) for p in s.push),
+            pushes=tuple((p.start, p.end, *_in_space(p.force), p.body) for p in pieces(s)),
             end=end,
             cause=cause,
             warnings=warnings,
@@ -238,17 +242,6 @@ class _Simulation:
         )
 
 
-def _components(force: tuple[float, ...]) -> np.ndarray:
+def _in_space(force: tuple[float, ...]) -> tuple[float, float, float]:
     """(3,) [N] forward, to the left and up, of a push in the plane or in space."""
-    return np.array([force[0], 0.0, force[1]] if len(force) == 2 else force)
-
-
-def _pushes(s: Scenario, robot: General, count: int, tick: float) -> list[tuple[int, int, np.ndarray]]:
-    """Pieces of the run: (first tick, last tick + 1, forces (bodies, 3) [N] in the ground's frame)."""
-    turn = frame(s.ground.slope, s.ground.side_slope)
-    forces = []
-    for push in s.push:
-        force = np.zeros((len(robot.bodies), 3))
-        force[robot.bodies.index(push.body)] = turn @ _components(push.force)
-        forces.append(force)
-    return spans_of(s, forces, np.zeros((len(robot.bodies), 3)), count, tick)
+    return (force[0], 0.0, force[1]) if len(force) == 2 else (force[0], force[1], force[2])
