@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     import pyarrow
 
     from biped.measure.stored import AnyTrajectory
+    from biped.measure.trajectory import Trajectory
 
 
 class Loaded(NamedTuple):
@@ -237,7 +238,7 @@ class Compared:
         told = found.as_dict()
         self.passed: bool = told["passed"]
         self.results: dict[str, dict[str, Any]] = found.results
-        self.trajectories: dict[str, AnyTrajectory] = found.first
+        self.trajectories: dict[str, Trajectory] = found.first
         self.parted_at: float = told["parted_at"]
 
     @cached_property

@@ -82,8 +82,23 @@ def inferred_torso_angle(trajectory: Trajectory) -> np.ndarray | None:
 
 def centre_of_mass(trajectory: Trajectory) -> np.ndarray:
     """(n, 2) [m] centre of mass of the whole biped in the slope's frame."""
+    if not isinstance(trajectory, Trajectory):
+        return trajectory.place[:, 11]
     mass = trajectory.tree.mass
     return np.tensordot(motion(trajectory.tree, trajectory.q, trajectory.v).com, mass / mass.sum(), (1, 0))
+
+
+def centre_velocity(trajectory: Trajectory) -> np.ndarray:
+    """(n, 2) [m/s] its velocity."""
+    if not isinstance(trajectory, Trajectory):
+        return trajectory.com_velocity
+    share = trajectory.tree.mass / trajectory.tree.mass.sum()
+    return np.tensordot(motion(trajectory.tree, trajectory.q, trajectory.v).com_velocity, share, (1, 0))
+
+
+def toes_and_heels(trajectory: Trajectory) -> np.ndarray:
+    """(n, 4, 2) [m] in the slope's frame."""
+    return limbs(trajectory)[1]
 
 
 def joint_power(trajectory: Trajectory) -> np.ndarray:

@@ -6,17 +6,21 @@ import math
 import sys
 import time
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import mujoco
 import numpy as np
 
 from biped.base.errors import InputError
 from biped.engines.mujoco import simulate
-from biped.ensemble.plan import Plan
-from biped.robot.description import Robot, robot_at
-from biped.robot.ground import Profile, profile_of, slabs
+from biped.ensemble.plan import PLANE, Plan
+from biped.robot.description import robot_at
+from biped.robot.ground import LEVEL, Profile, profile_of, slabs
+from biped.robot.run import Run
 from biped.show.web import has_display
+
+if TYPE_CHECKING:
+    from biped.measure.stored import AnyTrajectory
 
 RATE = 60.0
 """[Hz] of pictures."""
@@ -58,7 +62,7 @@ class _Show:
         data.xfrc_applied[:] = 0.0
         mujoco.mjv_applyPerturbForce(model, data, self.viewer.perturb)
         self.pushed += bool(data.xfrc_applied.any())
-        data.xfrc_applied[1:, [0, 2]] += forces
+        data.xfrc_applied[1:, [0, 2] if forces.shape[1] == PLANE else [0, 1, 2]] += forces
         if self.done % self._each:
             return
         if not self.viewer.is_running():
@@ -91,17 +95,18 @@ def watch(
     launch = launch or _launcher()
     if tell is not None:
         tell(HANDS)
+    made, base, ground = _engine(run)
     opened: list[_Show] = []
 
     def after(model: mujoco.MjModel, data: mujoco.MjData, forces: np.ndarray) -> None:
         if not opened:
             viewer = launch(model, data, show_left_ui=False, show_right_ui=False)
-            _arrange(viewer, model, robot_at(run.model), profile_of(run.scenario.ground, run.seed))
+            _arrange(viewer, model, base, ground)
             opened.append(_Show(viewer, 1.0 / run.scenario.simulation.control_rate))
         opened[0](model, data, forces)
 
     try:
-        trajectory = simulate(run, after)
+        trajectory = made(run, after)
     except _Closed:
         show = opened[0]
         return Seen("the window was closed", show.pushed, show.done * show.tick)
@@ -111,6 +116,16 @@ def watch(
         show.viewer.sync()
         time.sleep(1.0 / RATE)
     return Seen(said, show.pushed, len(trajectory) * show.tick)
+
+
+def _engine(run: Run) -> tuple[Callable[..., AnyTrajectory], str, Profile]:
+    """What simulates a run with somebody looking on, the body that the camera follows, and the line of the ground."""
+    if run.scenario.robot is None:
+        return simulate, robot_at(run.model).base.link, profile_of(run.scenario.ground, run.seed)
+    from biped.engines.general.simulate import simulate as general
+    from biped.robot.general.recognise import robot_of
+
+    return general, robot_of(run.model, run.scenario.robot).base, LEVEL
 
 
 def _launcher() -> Callable[..., Any]:
@@ -132,7 +147,7 @@ def _launcher() -> Callable[..., Any]:
     return mujoco.viewer.launch_passive
 
 
-def _arrange(viewer: Any, model: mujoco.MjModel, robot: Robot, ground: Profile) -> None:
+def _arrange(viewer: Any, model: mujoco.MjModel, base: str, ground: Profile) -> None:
     """The camera follows from the side; the ground is seen, with a mark at every metre."""
     viewer.cam.type = mujoco.mjtCamera.mjCAMERA_TRACKING.value
     viewer.cam.trackbodyid = model.body(robot.base.link).id
@@ -146,7 +161,7 @@ def _arrange(viewer: Any, model: mujoco.MjModel, robot: Robot, ground: Profile) 
         _add_box(scene, np.array([0.008, 0.3, 0.001]), place, np.eye(3), (0.2, 0.22, 0.24), label)
     if ground.level:
         return
-    model.geom(robot.contact.ground).rgba[3] = 0.0  # a copy: a run on such ground has a model of its own
+    model.geom_rgba[model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE, 3] = 0.0  # a run on such ground has its own model
     for (x, z), length, angle, odd in zip(*slabs(ground, _RULER[0], _RULER[-1], 1.0), strict=True):
         c, s = math.cos(angle), math.sin(angle)
         size, place = np.array([0.5 * length, 0.5, 0.02]), np.array([x + 0.02 * s, 0.0, z - 0.02 * c])

@@ -13,8 +13,8 @@ from biped.studies.robot import Found
 def show_robot(found: Found) -> None:
     """Prints what a robot is, or what is wrong with it and what to write."""
     out = console()
-    out.print(f"[bold]{plain(label(found.file))}[/bold]"
-              f"{'' if found.description is None else f', described by {plain(label(found.description))}'}")  # fmt: skip
+    by = "" if found.description is None else f", described by {plain(label(found.description))}"
+    out.print(f"[bold]{plain(label(found.file))}[/bold]{by}")
     if found.robot is not None:
         _show(found.robot)
     for fault in found.faults:

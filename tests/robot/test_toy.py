@@ -8,7 +8,6 @@ import pinocchio
 import pytest
 
 from biped.base.trust import trusting
-from biped.control.law import WORLD
 from biped.engines import home
 from biped.engines import mujoco as foreign
 from biped.engines.rigid.motion import active_rows
@@ -73,7 +72,7 @@ def test_three_libraries_agree_on_mass_bias_and_rows(make_model, tmp_path):
             J = np.zeros((3, NQ))
             mujoco.mj_jacSite(theirs, data, J, None, theirs.site(point).id)
             A[2 * i], A[2 * i + 1] = J[2, order.joints], J[0, order.joints]
-        pinocchio.crba(model, work, q, WORLD)
+        pinocchio.crba(model, work, q, pinocchio.Convention.WORLD)
         J = work.J.copy()
         place(w, q, v)
         mass_and_bias(w)

@@ -58,6 +58,8 @@ class Sagittal:
     """What is seen of a run; attributes as of `biped.measure.trajectory.Trajectory`.
 
     Attributes:
+        com_velocity: (n, 2) [m/s] of the centre of mass.
+        own: (n, signals) what the law logged.
         place: (n, 12, 2) [m] hip, knee, ankle, toe, heel of each leg, the trunk's upper end, the centre of mass.
     """
 
@@ -70,6 +72,7 @@ class Sagittal:
     active: np.ndarray
     force: np.ndarray
     place: np.ndarray
+    com_velocity: np.ndarray
     own: np.ndarray
     tick: float
     slope: float
@@ -94,7 +97,7 @@ class Sagittal:
     @property
     def sound(self) -> np.ndarray:
         """(n,) whether every number of a row is finite."""
-        return np.isfinite(self.q).all(axis=1) & np.isfinite(self.applied).all(axis=1)
+        return np.array(np.isfinite(self.q).all(axis=1) & np.isfinite(self.applied).all(axis=1))
 
     @property
     def signals(self) -> dict[str, np.ndarray]:
@@ -106,7 +109,7 @@ class Sagittal:
         return replace(self, **{name: getattr(self, name)[which] for name in _ARRAYS}, **changes)
 
 
-_ARRAYS = ("time", "q", "v", "applied", "phase", "believed", "active", "force", "place", "own")
+_ARRAYS = ("time", "q", "v", "applied", "phase", "believed", "active", "force", "place", "com_velocity", "own")
 
 
 def sagittal(t: GeneralTrajectory) -> Sagittal:
@@ -137,7 +140,8 @@ def sagittal(t: GeneralTrajectory) -> Sagittal:
     return Sagittal(
         time=t.time, q=q, v=v, applied=applied, phase=np.where(t.down, 1.0, float(_SWING)),
         believed=believed.reshape(n, -1), active=np.zeros((n, N_CONSTRAINTS)), force=force.reshape(n, -1, 2),
-        place=place, own=t.log[:, t.width :], tick=t.tick, slope=t.slope, generalized=t.generalized,
+        place=place, com_velocity=t.com_velocity[:, [0, 2]],
+        own=t.log[:, t.width :], tick=t.tick, slope=t.slope, generalized=t.generalized,
         torque_limit=tuple(limit if limit < LARGEST else math.inf for limit in names),
         pushes=tuple((start, end, forward, up, body) for start, end, forward, _, up, body in t.pushes),
         end=t.end, cause=t.cause,
