@@ -11,7 +11,7 @@ import json
 import lzma
 import math
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
@@ -19,13 +19,21 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.measure.trajectory import COLUMNS, WIDTH, Trajectory
 from biped.robot.description import Robot
+from biped.robot.ground import profile_from
 from biped.robot.tree import Tree
+
+if TYPE_CHECKING:
+    from biped.measure.stored import AnyTrajectory
 
 SUFFIX = ".xz"
 
-RESOLUTION = {"q": 1e-6, "v": 1e-4, "u": 0.01, "Q_d": 0.01, "height": 1e-6, "force": 0.1, "stop": 0.01}
-"""[m, rad], [m/s, rad/s], [N m], [N, N m], [m], [N], [N m]; states and flags are whole numbers."""
-_TWICE = ("q", "v", "height")
+RESOLUTION = {
+    "q": 1e-6, "v": 1e-4, "u": 0.01, "Q_d": 0.01, "height": 1e-6, "force": 0.1, "stop": 0.01,
+    "point": 1e-6, "com": 1e-6, "com_velocity": 1e-4, "base": 1e-6, "figure": 1e-5, "ground": 0.1,
+    "energy": 1e-3, "work": 1e-4, "given": 1e-4,
+}  # fmt: skip
+"""[m, rad], [m/s, rad/s], [N m], [N, N m], [m], [N], [N m]; [J]; states and flags are whole numbers."""
+_TWICE = ("q", "v", "height", "point", "com", "com_velocity", "base", "figure")
 """Of these differences of differences are kept: they are smoother still."""
 _LOST = np.iinfo(np.int64).min // 4
 """Stands for what is not finite."""
@@ -33,33 +41,43 @@ _LARGEST = 2.0**60
 
 MOST_ROWS = 200_000
 """Of a file that is read: whoever sends one cannot make it fill the memory."""
-_MOST_HEAD = 100_000
+_MOST_HEAD = 1_000_000
 _MEMORY = 256 << 20
 
 
-def save(trajectory: Trajectory, path: Path) -> None:
+def save(trajectory: AnyTrajectory, path: Path) -> None:
     """Writes a trajectory.
 
     Raises:
         OSError: It cannot be written.
     """
-    about = {
-        "rows": len(trajectory), "first": round(float(trajectory.time[0]) / trajectory.tick), "tick": trajectory.tick,
+    n = len(trajectory)
+    about = {"rows": n, "first": round(float(trajectory.time[0]) / trajectory.tick)}
+    if isinstance(trajectory, Trajectory):
+        columns, width, rest = COLUMNS, WIDTH, _about(trajectory)
+    else:
+        columns, width, rest = trajectory.columns, trajectory.width, trajectory.about
+    about |= rest
+    parts = [json.dumps(about).encode() + b"\n"]
+    parts += [_packed(trajectory.column(name).reshape(n, -1), name) for name in columns if name != "time"]
+    parts.append(_exact(trajectory.log[:, width:]))
+    path.write_bytes(lzma.compress(b"".join(parts), preset=6))
+
+
+def _about(trajectory: Trajectory) -> dict[str, Any]:
+    """All but the arrays of a planar robot's."""
+    return {
+        "tick": trajectory.tick,
         "slope": trajectory.slope, "generalized": trajectory.generalized, "torque_limit": trajectory.torque_limit,
         "pushes": trajectory.pushes, "end": trajectory.end, "cause": trajectory.cause, "warnings": trajectory.warnings,
         "sampled": trajectory.sampled, "signal_names": trajectory.signal_names, "traceback": trajectory.traceback,
         "robot": msgspec.to_builtins(trajectory.robot),
         "tree": {name: value.tolist() for name, value in trajectory.tree._asdict().items()},
+        **({} if trajectory.ground.level else {"ground": [values.tolist() for values in trajectory.ground]}),
     }  # fmt: skip
-    parts = [json.dumps(about).encode() + b"\n"]
-    for name in COLUMNS:
-        if name != "time":
-            parts.append(_packed(trajectory.column(name).reshape(len(trajectory), -1), name))
-    parts.append(_exact(trajectory.log[:, WIDTH:]))
-    path.write_bytes(lzma.compress(b"".join(parts), preset=6))
 
 
-def load(path: Path) -> Trajectory:
+def load(path: Path) -> AnyTrajectory:
     """Reads what `save` wrote.
 
     Raises:
@@ -72,29 +90,46 @@ def load(path: Path) -> Trajectory:
         if not (0 < rows <= MOST_ROWS and math.isfinite(about["tick"]) and about["tick"] > 0.0):
             raise ValueError(f"{rows} rows of {about['tick']} s")
         about["signal_names"] = tuple(str(name) for name in about["signal_names"])
-        columns = WIDTH + len(about["signal_names"])
+        there, width = _columns(about)
+        columns = width + len(about["signal_names"])
         if len(body) != 8 * rows * (columns - 1):
             raise ValueError(f"{len(body)} bytes of {rows} rows")
         log = np.empty((rows, columns))
         log[:, 0] = (first + np.arange(rows)) * about["tick"]
         at = 0
-        for name, (column, shape) in COLUMNS.items():
+        for name, (column, shape) in there.items():
             if name != "time":
-                width = int(np.prod(shape))
-                log[:, column : column + width] = _values(body[at : at + 8 * rows * width], rows, width, name)
-                at += 8 * rows * width
-        signals = np.frombuffer(body[at:], "u1").reshape(columns - WIDTH, 8, rows).transpose(0, 2, 1)
-        log[:, WIDTH:] = np.ascontiguousarray(signals).view("<f8").reshape(columns - WIDTH, rows).T
+                size = int(np.prod(shape))
+                values = _values(body[at : at + 8 * rows * size], rows, size, name)
+                log[:, column : column + size] = values
+                at += 8 * rows * size
+        signals = np.frombuffer(body[at:], "u1").reshape(columns - width, 8, rows).transpose(0, 2, 1)
+        log[:, width:] = np.ascontiguousarray(signals).view("<f8").reshape(columns - width, rows).T
+        if "kind" in about:
+            from biped.measure.general import trajectory as general
+
+            return general.made_of(about, log)
         about["robot"] = msgspec.convert(about["robot"], Robot)
         about["tree"] = Tree(**{name: np.array(value, dtype=float) for name, value in about["tree"].items()})
         about["torque_limit"] = tuple(about["torque_limit"])
         about["pushes"] = tuple(tuple(push) for push in about["pushes"])
+        about["ground"] = profile_from(about.get("ground"))
         return Trajectory(log=log, **about)
     except (OSError, EOFError, KeyError, TypeError, ValueError, AttributeError, OverflowError, MemoryError,
             RecursionError, lzma.LZMAError, msgspec.ValidationError) as error:  # fmt: skip
         raise InputError(
             f"{path}: not a trajectory: {' '.join(str(error).split())[:200]}; remove it to have it simulated again"
         ) from None
+
+
+def _columns(about: dict[str, Any]) -> tuple[dict[str, tuple[int, tuple[int, ...]]], int]:
+    """Where each quantity stands in a log, and how wide that is without a law's own signals."""
+    if "kind" not in about:
+        return COLUMNS, WIDTH
+    from biped.measure.general import trajectory as general
+
+    robot = msgspec.convert(about["robot"], general.General)
+    return general.columns_of(robot), general.width_of(robot)
 
 
 def _packed(values: np.ndarray, name: str) -> bytes:
@@ -130,11 +165,11 @@ def _unpacked(data: bytes) -> tuple[bytes, bytes]:
         raise ValueError("no head")
     head, _, rest = start.partition(b"\n")
     about = json.loads(head)
-    rows, signals = about["rows"], len(about["signal_names"])
-    if not (isinstance(rows, int) and rows > 0 and rows * (WIDTH + signals) <= MOST_ROWS * WIDTH):
+    rows, signals, width = about["rows"], len(about["signal_names"]), _columns(about)[1]
+    if not (isinstance(rows, int) and rows > 0 and rows * (width + signals) <= MOST_ROWS * WIDTH):
         raise ValueError(f"{rows} rows of {signals} signals")
     parts, total = [rest], len(rest)
-    wanted = 8 * rows * (WIDTH - 1 + signals) + 1  # one byte more than there may be shows that there is more
+    wanted = 8 * rows * (width - 1 + signals) + 1  # one byte more than there may be shows that there is more
     while total < wanted and not reader.eof:
         part = reader.decompress(b"", max_length=wanted - total)
         if not part and reader.needs_input:

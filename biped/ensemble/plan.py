@@ -16,11 +16,12 @@ from biped.base.files import locate, nearest
 from biped.base.text import echo, said
 from biped.robot.description import robot_at
 from biped.robot.given import Factory
+from biped.robot.ground import profile_of
 from biped.robot.model import bodies_of, posture_of, tree_at, true_tree
 from biped.robot.posture import project
 from biped.robot.run import Run
 from biped.robot.topology import N_ANGLES, N_ROWS, NQ, PITCH
-from biped.robot.tree import ABSOLUTE_FROM_JOINT, Tree, absolute, from_absolute
+from biped.robot.tree import ABSOLUTE_FROM_JOINT, Tree, absolute, from_absolute, motion
 from biped.scenario.gains import Gains
 from biped.scenario.gait import Settings, in_the_plane, read_gains, resettled, settings_on
 from biped.scenario.keys import Scenario, Start, Truth
@@ -179,7 +180,7 @@ class Plan:
                     self._pushable(s, self._model(s.model)[0])
                     self._driven(s)
                     self._solid(s)
-                    self._settled(s)
+                    self._standing(s, self._settled(s))
                 except InputError as error:
                     if not values:
                         raise
@@ -258,6 +259,25 @@ class Plan:
                     f"{mass:.3g} kg and {inertia:.3g} kg m²",
                     "truth",
                 )
+
+    def _standing(self, s: Scenario, q: np.ndarray) -> None:
+        """Makes sure that the first tile or step begins beyond the feet.
+
+        Raises:
+            InputError: It does not.
+        """
+        profile = profile_of(s.ground, 0)
+        if profile.level:
+            return
+        foremost = float(motion(self._true_tree(s), q, np.zeros(NQ)).point[..., 0].max())
+        if profile.x[0] <= foremost:
+            tiles, steps = s.ground.tiles, s.ground.steps
+            which = "tiles" if tiles.height > 0.0 and tiles.start == profile.x[0] else "steps"
+            raise InputError(
+                f"ground.{which}.start: expected a place beyond the feet, the foremost point of which stands at "
+                f"{foremost:.3f} m, got {(tiles if which == 'tiles' else steps).start:g}",
+                f"ground.{which}.start",
+            )
 
     def _start(self, s: Scenario, seed: int) -> np.ndarray:
         q, start = self._settled(s), s.start

@@ -12,12 +12,11 @@ import numpy as np
 from biped.measure.balance import PHASES, Balance, balance, spells
 from biped.measure.metrics.gait import strikes
 from biped.measure.metrics.pushed import push_work
-from biped.measure.signals import foot_force
+from biped.measure.signals import centre_velocity, foot_force, toes_and_heels
 from biped.measure.trajectory import Trajectory
 from biped.robot.leg_states import FIRST_IN_AIR
 from biped.robot.model import GRAVITY
 from biped.robot.topology import HEEL
-from biped.robot.tree import motion
 
 LEAST_RUNS, MOST_FAILED = 10, 0.3
 """A disturbance counts as withstood if fewer than this share of at least so many runs fail."""
@@ -37,16 +36,15 @@ class Indicator(NamedTuple):
 
 def of_run(t: Trajectory) -> dict[str, Indicator]:
     """Indicators of one run, by name; balance on level ground only, where it is defined."""
-    whole = motion(t.tree, t.q, t.v)
-    share = t.tree.mass / t.tree.mass.sum()
-    speed = np.hypot(*np.tensordot(whole.com_velocity, share, (1, 0)).T)
+    speed = np.hypot(*centre_velocity(t).T)
     out = {
-        "distance_travelled": Indicator(float(t.q[-1, 0] - t.q[0, 0])),
+        "distance_travelled": Indicator(float(t.x[-1] - t.x[0])),
         "center_of_mass_avg_velocity": _spread(speed),
     }
-    if t.pushes:
+    planar = isinstance(t, Trajectory)  # of others, what is seen from their side is not enough
+    if t.pushes and planar:
         out["absorbed_energy"] = Indicator(push_work(t))
-    if t.slope == 0.0:
+    if t.flat and planar:
         out |= _of_balance(t, balance(t))
     return out
 
@@ -149,12 +147,12 @@ def gait_events(t: Trajectory) -> dict[str, list[float]]:
 def gait_parameters(t: Trajectory) -> dict[str, float]:
     """EuroBench's gait parameters by label (its spelling), means over the run; one that does not exist is left out."""
     steps = strikes(t.phase, t.tick)
-    whole = motion(t.tree, t.q, t.v)
-    b = balance(t) if t.slope == 0.0 else None
+    point = toes_and_heels(t)
+    b = balance(t) if t.flat and isinstance(t, Trajectory) else None
     out: dict[str, float] = {}
     for leg, side in ((1, "left"), (0, "right")):
         own = [row for row, which in steps if which == leg]
-        times, places = t.time[own], whole.point[own][:, HEEL[leg], 0]
+        times, places = t.time[own], point[own][:, HEEL[leg], 0]
         pairs = [(a, c) for (a, first), (c, second) in pairwise(steps)
                  if second == leg and first != leg]  # fmt: skip
         if len(own) > 1:
@@ -163,7 +161,7 @@ def gait_parameters(t: Trajectory) -> dict[str, float]:
                     f"stride_time_{side}": stride, f"stride_length_{side}": length}  # fmt: skip
         if pairs:
             out[f"step_time_{side}"] = float(np.mean([t.time[c] - t.time[a] for a, c in pairs]))
-            heel, other = whole.point[own][:, HEEL[leg], 0], whole.point[own][:, HEEL[1 - leg], 0]
+            heel, other = point[own][:, HEEL[leg], 0], point[own][:, HEEL[1 - leg], 0]
             out[f"step_length_{side}"] = float((heel - other).mean())
         if b is not None:
             single = spells(b.phase, PHASES["fl_single" if leg == 1 else "fr_single"])

@@ -6,26 +6,64 @@ The thesis's joint angles need no deriving: hip θ1 − θ, knee θ2 − θ1 and
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import GRAVITY
-from biped.robot.topology import BASE, ENDS, LEGS, PITCH
+from biped.robot.topology import BASE, CHAINS, ENDS, HEEL, LEGS, PITCH, TOE
 from biped.robot.tree import motion
 
+if TYPE_CHECKING:
+    from biped.measure.stored import AnyTrajectory
+
+_COM = 0.626
+"""Where the thesis's torso has its centre of mass, of its length from the hip."""
 # Before this distance [m] the cost of transport is a number divided by almost nothing.
 _STARTED = 0.5
 SMOOTH = 0.02
 """[s] of means that the eye can follow: contacts hit and miss many times in a step, and torques with them."""
 
 
-def finite(trajectory: Trajectory) -> Trajectory:
+def finite(trajectory: Any) -> Any:
     """The trajectory without the rows in which a diverging run is no longer finite."""
     return trajectory.rows(trajectory.sound)
 
 
-def every(trajectory: Trajectory, rate: float) -> np.ndarray:
+def seen(trajectory: AnyTrajectory) -> Trajectory:
+    """What curves and figures are drawn of: a planar robot's run itself, another's as it is seen from its side."""
+    if isinstance(trajectory, Trajectory):
+        return trajectory
+    from biped.measure.general.sagittal import sagittal
+
+    return cast(Trajectory, sagittal(trajectory))
+
+
+def stick(trajectory: Trajectory, rows: np.ndarray) -> np.ndarray:
+    """(m, 12, 2) [m] hip, knee, ankle, toe, heel of each leg, the trunk's upper end, the centre of mass."""
+    if not isinstance(trajectory, Trajectory):
+        return trajectory.place[rows]
+    pose = motion(trajectory.tree, trajectory.q[rows], trajectory.v[rows])
+    parts = []
+    for leg in range(LEGS):
+        hip, knee, ankle = CHAINS[leg][1:]
+        parts += [pose.joint[:, hip], pose.joint[:, knee], pose.joint[:, ankle]]
+        parts += [pose.point[:, TOE[leg]], pose.point[:, HEEL[leg]]]
+    middle = 0.5 * (parts[0] + parts[len(parts) // 2])
+    return np.stack([*parts, middle + (pose.com[:, 0] - middle) / _COM, centre_of_mass(trajectory)[rows]], axis=1)
+
+
+def limbs(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Joints (n, 7, 2) of the links, toes and heels (n, 4, 2), and the torso's upper end (n, 2) [m]."""
+    if not isinstance(trajectory, Trajectory):
+        place = trajectory.place
+        return place[:, [0, 0, 1, 2, 5, 6, 7]], place[:, [3, 4, 8, 9]], place[:, 10]
+    pose, share = motion(trajectory.tree, trajectory.q, trajectory.v), trajectory.robot.shown.com
+    return pose.joint, pose.point, pose.joint[:, 1] + (pose.com[:, 0] - pose.joint[:, 1]) / share
+
+
+def every(trajectory: AnyTrajectory, rate: float) -> np.ndarray:
     """Row numbers (m,) that show a trajectory at about `rate` [Hz], the first one included."""
     return np.arange(0, len(trajectory), max(1, round(1.0 / (rate * trajectory.tick))))
 
@@ -44,8 +82,23 @@ def inferred_torso_angle(trajectory: Trajectory) -> np.ndarray | None:
 
 def centre_of_mass(trajectory: Trajectory) -> np.ndarray:
     """(n, 2) [m] centre of mass of the whole biped in the slope's frame."""
+    if not isinstance(trajectory, Trajectory):
+        return trajectory.place[:, 11]
     mass = trajectory.tree.mass
     return np.tensordot(motion(trajectory.tree, trajectory.q, trajectory.v).com, mass / mass.sum(), (1, 0))
+
+
+def centre_velocity(trajectory: Trajectory) -> np.ndarray:
+    """(n, 2) [m/s] its velocity."""
+    if not isinstance(trajectory, Trajectory):
+        return trajectory.com_velocity
+    share = trajectory.tree.mass / trajectory.tree.mass.sum()
+    return np.tensordot(motion(trajectory.tree, trajectory.q, trajectory.v).com_velocity, share, (1, 0))
+
+
+def toes_and_heels(trajectory: Trajectory) -> np.ndarray:
+    """(n, 4, 2) [m] in the slope's frame."""
+    return limbs(trajectory)[1]
 
 
 def joint_power(trajectory: Trajectory) -> np.ndarray:

@@ -5,16 +5,19 @@ from __future__ import annotations
 import json
 import zlib
 from pathlib import Path
+from typing import TYPE_CHECKING
 from zipfile import BadZipFile
 
 import msgspec
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.measure.general.trajectory import GeneralTrajectory, loaded
 from biped.measure.trajectory import Trajectory
 
-AnyTrajectory = Trajectory | GeneralTrajectory
+if TYPE_CHECKING:
+    from biped.measure.general.trajectory import GeneralTrajectory
+
+    AnyTrajectory = Trajectory | GeneralTrajectory
 
 
 def load(path: Path) -> AnyTrajectory:
@@ -27,6 +30,8 @@ def load(path: Path) -> AnyTrajectory:
         with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
             about = json.loads(str(file["about"]))
             if isinstance(about, dict) and "kind" in about:
+                from biped.measure.general.trajectory import loaded
+
                 return loaded(about, file)
     except (OSError, EOFError, KeyError, TypeError, ValueError, AttributeError, BadZipFile, MemoryError, zlib.error,
             NotImplementedError, RecursionError, msgspec.ValidationError) as error:  # fmt: skip

@@ -82,6 +82,8 @@ def most(t: Trajectory) -> Most:
     along, normal = gravity(t.slope)
     total = float(mass.sum())
     height = max(float(mass @ start.com[:, 1]) / total, t.tree.leg)
+    if not t.ground.level:
+        height -= min(0.0, float(t.ground.z.min()))
     body = {link: float(m) for link, m in zip(t.robot.links, mass, strict=True)}
     pushed = sum(
         (end - start) * math.hypot(forward, up) / math.sqrt(2.0 * body.get(name, float(mass.min())))

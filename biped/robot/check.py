@@ -11,10 +11,12 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import nearest
+from biped.base.text import short
 from biped.robot.description import Robot
 from biped.robot.topology import BASE, LINK_DOF, PARENT, POINT_LINK, TORSO, Z
 
 _SLACK = 1e-9
+ANY_ROBOT = "a robot of another kind runs with law = 'path.py:Class' or 'stand' (biped model FILE; docs/robots.md)"
 
 
 def check_parts(spec: mujoco.MjSpec, name: str, robot: Robot) -> None:
@@ -43,13 +45,18 @@ def check_parts(spec: mujoco.MjSpec, name: str, robot: Robot) -> None:
         ("contact pair", robot.points, spec.pairs),
         ("geom", (robot.contact.ground, *robot.points), spec.geoms),
     )
+    missing = []
     for kind, wanted, parts in kinds:
         there = [part.name for part in parts]
         for part in wanted:
             if part not in there:
                 spare = [other for other in there if other and other not in wanted]
                 hint = nearest(part, spare) if spare else f"there are: {', '.join(there)}"
-                raise InputError(f"{name}: {kind} '{part}': missing; {hint}")
+                missing.append((f"{kind} '{part}'", hint))
+    if missing:
+        (first, hint), *more = missing
+        also = f"; missing too: {short(', '.join(part for part, _ in more), 600)}" if more else ""
+        raise InputError(f"{name}: {first}: missing; {hint}{also}; {ANY_ROBOT}")
     for i, joint in enumerate(robot.joints):
         link, there = robot.links[max(TORSO, i - LINK_DOF)], spec.joint(joint).parent.name
         if there != link:

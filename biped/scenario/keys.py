@@ -52,11 +52,51 @@ class Start(Section, frozen=True):
     jitter: NonNegative = 0.0
 
 
+class Tiles(Section, frozen=True):
+    """Tiles of unequal height, one after another along the way; beyond the last the ground is level again.
+
+    Attributes:
+        height: [m] Heights lie evenly between minus and plus this, drawn from the run's seed; 0: there are no tiles.
+        length: [m] of a tile, more than its ramp.
+        ramp: [m] over which the ground passes to the height of the next tile, in a straight line.
+        start: [m] where the first begins, beyond the feet; a posture stands at 0.
+        number: How many.
+    """
+
+    height: Annotated[float, Meta(ge=0, le=10)] = 0.0
+    length: Annotated[float, Meta(ge=0.01, le=1000)] = 0.5
+    ramp: Annotated[float, Meta(ge=0.001, le=1000)] = 0.05
+    start: Real = 1.0
+    number: Annotated[int, Meta(ge=1, le=400)] = 100
+
+
+class Steps(Section, frozen=True):
+    """Equal steps, one after another.
+
+    Attributes:
+        rise: [m] of each, negative for steps down; 0: there are no steps.
+        run: [m] from one to the next, more than the ramp.
+        ramp: [m] over which the ground passes to the next height, in a straight line.
+        start: [m] where the first begins, beyond the feet; a posture stands at 0.
+        number: How many.
+        back: Whether as many lead back from where they end.
+    """
+
+    rise: Annotated[float, Meta(ge=-10, le=10)] = 0.0
+    run: Annotated[float, Meta(ge=0.01, le=1000)] = 0.5
+    ramp: Annotated[float, Meta(ge=0.001, le=1000)] = 0.05
+    start: Real = 1.0
+    number: Annotated[int, Meta(ge=1, le=50)] = 1
+    back: bool = False
+
+
 class Ground(Section, frozen=True):
     """The ground.
 
     Attributes:
         slope: Degrees, uphill positive.
+        tiles: Tiles of unequal height on it.
+        steps: Steps on it.
         side_slope: Degrees, rising to the left; of robots that move in space.
         angles: What Q_d's absolute angles are measured from: the direction of gravity or the slope's normal.
         friction: Coefficient of Coulomb friction.
@@ -65,6 +105,8 @@ class Ground(Section, frozen=True):
     """
 
     slope: Annotated[float, Meta(gt=-45, lt=45)] = 0.0
+    tiles: Tiles = Tiles()
+    steps: Steps = Steps()
     side_slope: Annotated[float, Meta(gt=-45, lt=45)] = 0.0
     angles: Literal["gravity", "slope"] = "gravity"
     friction: Annotated[float, Meta(ge=0, le=1e6)] = 3.0
@@ -198,14 +240,19 @@ class Push(Section, frozen=True):
     Attributes:
         at: [s] when it begins.
         duration: [s] for which it acts.
-        force: [N] forward (horizontally) and up; of a robot that moves in space forward, to the left and up.
+        force: [N] forward (horizontally) and up, of a robot that moves in space forward, to the left and up; of shapes
+            that change, the largest.
         body: A body of the model; the force acts at its centre of mass.
+        shape: How the force goes with time: `constant`; a `ramp` from nothing to `force` at the end; or a `sine`.
+        frequency: [Hz] of the sine.
     """
 
     at: NonNegative
     duration: Positive
     force: Force
     body: Name = "torso"
+    shape: Literal["constant", "ramp", "sine"] = "constant"
+    frequency: Annotated[float, Meta(gt=0, le=100)] = 1.0
 
 
 class Fall(Section, frozen=True):

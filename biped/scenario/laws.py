@@ -21,7 +21,7 @@ class BuiltIn(NamedTuple):
 
 BUILT_IN: dict[str, BuiltIn] = {
     "spatial": BuiltIn("biped.control.spatial.law:Spatial", "the thesis's law for a biped in space", thesis=True),
-    "stand": BuiltIn("biped.control.general.stand:Stand", "stands, and balances what pushes it"),
+    "stand": BuiltIn("biped.control.general.stand:stand", "stands, and balances what pushes it"),
 }
 
 

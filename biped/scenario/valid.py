@@ -16,6 +16,7 @@ from biped.base.text import echo, said
 from biped.scenario.keys import Bound, Change, Distribution, Push, Scenario
 from biped.scenario.laws import own_law
 from biped.scenario.metrics import METRICS
+from biped.scenario.pushing import MOST_PIECES, PIECE, count
 from biped.scenario.robot import Foot
 
 MOST_STEPS = 100_000_000
@@ -174,7 +175,9 @@ def possible(s: Scenario, fail: Fail) -> None:
     for i, push in enumerate(s.push):
         if push.at >= s.duration:
             raise fail(f"push[{i}].at", f"expected a time within the run (duration {s.duration} s), got {push.at}")
+    _changing_pushes(s, fail)
     _follow_one_another(s, fail)
+    _ramps(s, fail)
     start, end = s.interval
     for key, given in (("window.start", s.window.start), ("window.end", s.window.end)):
         if given is not None and given > s.duration:
@@ -246,6 +249,31 @@ def _sensed(s: Scenario, fail: Fail) -> None:
     if switches is not None and switches.release > switches.force:
         raise fail("sensors.switches.release", f"expected at most the force that closes a switch, {switches.force:g} "
                    f"N, got {switches.release:g}")  # fmt: skip
+
+
+def _changing_pushes(s: Scenario, fail: Fail) -> None:
+    """Rejects pushes in more pieces than a run is kept with."""
+    tick, total = 1.0 / s.simulation.control_rate, 0
+    for i, push in enumerate(s.push):
+        if push.shape != "constant":
+            total += count(push, tick, s.duration)
+            if total > MOST_PIECES:
+                raise fail(
+                    f"push[{i}].duration",
+                    f"expected at most {MOST_PIECES} pieces of pushes that change, {PIECE:g} s each, of a sine at most "
+                    f"a 20th of its period; got {total}",
+                )
+
+
+def _ramps(s: Scenario, fail: Fail) -> None:
+    """Rejects tiles and steps that are shorter than the ramps between them."""
+    tiles, steps = s.ground.tiles, s.ground.steps
+    for key, there, length, ramp in (
+        ("ground.tiles.length", tiles.height > 0.0, tiles.length, tiles.ramp),
+        ("ground.steps.run", steps.rise != 0.0, steps.run, steps.ramp),
+    ):
+        if there and length <= ramp:
+            raise fail(key, f"expected more than the ramp of {ramp:g} m, got {length:g}")
 
 
 def _follow_one_another(s: Scenario, fail: Fail) -> None:

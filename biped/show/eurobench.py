@@ -19,10 +19,9 @@ from biped.base.errors import InputError
 from biped.base.writing import reason, write_text
 from biped.measure.indicators import Indicator, gait_events, gait_parameters, of_campaign, of_run
 from biped.measure.metrics.pushed import impulses
-from biped.measure.signals import centre_of_mass
+from biped.measure.signals import centre_of_mass, centre_velocity, seen, toes_and_heels
 from biped.measure.trajectory import Trajectory
 from biped.robot.topology import BASE, ENDS, LEGS
-from biped.robot.tree import motion
 from biped.scenario.keys import Scenario
 from biped.show.kept import Kept
 
@@ -64,11 +63,12 @@ def export(folder: Path, out: Path) -> list[Path]:
             if t is None:
                 raise InputError(kept.again(row["index"]))
             prefix = _prefix(row["index"], len(rows), runs, points)
-            for name, text in _of_run(t).items():
+            flat = seen(t)
+            for name, text in _of_run(flat).items():
                 write(f"{prefix}{name}", text)
-            for name, indicator in of_run(t).items():
+            for name, indicator in of_run(flat).items():
                 write(f"{_PI}/{prefix}{name}.yaml", _indicator(indicator))
-            strongest = max((abs(push.size) for push in impulses(t)), default=0.0)
+            strongest = max((abs(push.size) for push in impulses(flat)), default=0.0)
             if strongest > 0.0:
                 pushes[row["index"]] = strongest
         for point in range(points):
@@ -94,7 +94,7 @@ def _prefix(index: int, rows: int, runs: int, points: int) -> str:
 def _of_run(t: Trajectory) -> dict[str, str]:
     """The files of one run: name to text."""
     force = t.force.reshape(len(t), LEGS, ENDS, 2)
-    feet = motion(t.tree, t.q, t.v).point.reshape(len(t), LEGS, ENDS, 2)
+    feet = toes_and_heels(t).reshape(len(t), LEGS, ENDS, 2)
     files = {
         "jointStates.csv": _csv(t, _interleaved(JOINTS, {"pos": t.q[:, BASE:], "vel": t.v[:, BASE:]})),
         "jointTorques.csv": _csv(t, {f"{joint}_z": t.applied[:, BASE + i] for i, joint in enumerate(JOINTS)}),
@@ -120,9 +120,8 @@ def _upright(t: Trajectory, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 
 def _com(t: Trajectory) -> dict[str, np.ndarray]:
-    share = t.tree.mass / t.tree.mass.sum()
     x, y = _upright(t, centre_of_mass(t))
-    vx, vy = _upright(t, np.tensordot(motion(t.tree, t.q, t.v).com_velocity, share, (1, 0)))
+    vx, vy = _upright(t, centre_velocity(t))
     none = np.zeros(len(t))
     return {"x": x, "y": y, "z": none, "vel_x": vx, "vel_y": vy, "vel_z": none}
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import zipfile
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from biped.base.errors import InputError
 from biped.base.files import label
@@ -17,11 +18,14 @@ from biped.ensemble import campaign, packed
 from biped.ensemble.folder import FAILURES
 from biped.ensemble.plan import Plan
 from biped.ensemble.stored import of_plan
-from biped.measure.stored import AnyTrajectory, load
+from biped.measure.stored import load
 from biped.scenario.laws import own_law
 from biped.scenario.reading import read_scenario
 from biped.show.words import harmless
 from biped.studies.folders import results_at
+
+if TYPE_CHECKING:
+    from biped.measure.stored import AnyTrajectory
 
 _AGAIN = "remove it to have it simulated again"
 

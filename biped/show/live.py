@@ -6,16 +6,20 @@ import math
 import sys
 import time
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import mujoco
 import numpy as np
 
 from biped.base.errors import InputError
 from biped.engines.mujoco import simulate
-from biped.ensemble.plan import Plan
+from biped.ensemble.plan import PLANE, Plan
 from biped.robot.description import robot_at
+from biped.robot.run import Run
 from biped.show.web import has_display
+
+if TYPE_CHECKING:
+    from biped.measure.stored import AnyTrajectory
 
 RATE = 60.0
 """[Hz] of pictures."""
@@ -56,7 +60,7 @@ class _Show:
         data.xfrc_applied[:] = 0.0
         mujoco.mjv_applyPerturbForce(model, data, self.viewer.perturb)
         self.pushed += bool(data.xfrc_applied.any())
-        data.xfrc_applied[1:, [0, 2]] += forces
+        data.xfrc_applied[1:, [0, 2] if forces.shape[1] == PLANE else [0, 1, 2]] += forces
         if self.done % self._each:
             return
         if not self.viewer.is_running():
@@ -84,17 +88,18 @@ def watch(plan: Plan, index: int, launch: Callable[..., Any] | None = None) -> S
     if run.scenario.engine != "mujoco":
         raise InputError(f"--live: engine = '{run.scenario.engine}' has no viewer; expected --engine mujoco")
     launch = launch or _launcher()
+    made, base = _engine(run)
     opened: list[_Show] = []
 
     def after(model: mujoco.MjModel, data: mujoco.MjData, forces: np.ndarray) -> None:
         if not opened:
             viewer = launch(model, data, show_left_ui=False, show_right_ui=False)
-            _arrange(viewer, model, robot_at(run.model).base.link)
+            _arrange(viewer, model, base)
             opened.append(_Show(viewer, 1.0 / run.scenario.simulation.control_rate))
         opened[0](model, data, forces)
 
     try:
-        trajectory = simulate(run, after)
+        trajectory = made(run, after)
     except _Closed:
         show = opened[0]
         return Seen("the window was closed", show.pushed, show.done * show.tick)
@@ -104,6 +109,16 @@ def watch(plan: Plan, index: int, launch: Callable[..., Any] | None = None) -> S
         show.viewer.sync()
         time.sleep(1.0 / RATE)
     return Seen(said, show.pushed, len(trajectory) * show.tick)
+
+
+def _engine(run: Run) -> tuple[Callable[..., AnyTrajectory], str]:
+    """What simulates a run with somebody looking on, and the body that the camera follows."""
+    if run.scenario.robot is None:
+        return simulate, robot_at(run.model).base.link
+    from biped.engines.general.simulate import simulate as general
+    from biped.robot.general.recognise import robot_of
+
+    return general, robot_of(run.model, run.scenario.robot).base
 
 
 def _launcher() -> Callable[..., Any]:

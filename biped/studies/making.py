@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from biped.base.json import dumps
 from biped.base.progress import Told
@@ -25,14 +25,16 @@ from biped.ensemble.results import result_of, told, write_table
 from biped.ensemble.rows import RAISED, Row
 from biped.ensemble.shard import Shard
 from biped.ensemble.stored_rows import StoredRows
-from biped.measure.trajectory import Trajectory
 from biped.scenario.laws import own_law
 from biped.scenario.vary import run_seed
+
+if TYPE_CHECKING:
+    from biped.measure.stored import AnyTrajectory
 
 TRACEBACK = "traceback.txt"
 """Of a single run whose law raised: where in it."""
 
-Recorder = Callable[[Path, Plan, dict[str, Any], dict[int, Trajectory]], None]
+Recorder = Callable[[Path, Plan, dict[str, Any], "dict[int, AnyTrajectory]"], None]
 """Writes a recording to a file, from the plan, its result object and trajectories that need not be made again."""
 
 
@@ -64,7 +66,7 @@ class Done(NamedTuple):
     rows: list[Row] | StoredRows
     folder: Path | None
     plan: Plan
-    trajectories: dict[int, Trajectory]
+    trajectories: dict[int, AnyTrajectory]
     files: Temporary | None = None
 
     @property
@@ -195,7 +197,7 @@ def _finished(plan: Plan, where: Folder, tell: Told) -> dict[int, Row]:
     }
 
 
-def keep_ending(folder: Path, index: int, trajectory: Trajectory, row: Row, more: str = "") -> None:
+def keep_ending(folder: Path, index: int, trajectory: AnyTrajectory, row: Row, more: str = "") -> None:
     """Keeps the last seconds of a run that fell, is doubtful or was ended by its law, and how to make it again."""
     if row.fell or row.doubtful or row.end == RAISED:
         ending = partial(packed.save, trajectory.last(LAST_SECONDS))

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from biped.base.errors import InputError
 from biped.cli.common import DONE, FAILED, changes_of, one_folder, print_all, print_json, warn, workers_of
 from biped.ensemble.folder import FAILURES
 from biped.ensemble.plan import Plan
 from biped.ensemble.shard import shard_of
-from biped.measure.trajectory import Trajectory
 from biped.show.terminal import progress, show_result
 from biped.studies.making import TRACEBACK, Done
 from biped.studies.planned import plan_of
 from biped.studies.run import Shared, run, run_shard
+
+if TYPE_CHECKING:
+    from biped.measure.stored import AnyTrajectory
 
 
 def command(args: argparse.Namespace) -> int:
@@ -95,7 +97,7 @@ def _shard(args: argparse.Namespace) -> int:
     return DONE if done.result["passed"] else FAILED
 
 
-def _record(path: Path, plan: Plan, result: dict[str, Any], trajectories: dict[int, Trajectory]) -> None:
+def _record(path: Path, plan: Plan, result: dict[str, Any], trajectories: dict[int, AnyTrajectory]) -> None:
     from biped.show.replay import record_runs
 
     record_runs(path, plan, result, trajectories)

@@ -14,7 +14,9 @@ import numpy as np
 from scipy.optimize import nnls
 
 from biped.control.general.law import Setup
+from biped.control.general.regulator import Regulator
 from biped.control.general.sensed import Sensed
+from biped.robot.general.facts import General
 
 SWAY = 1.5
 """Frequency of the centre of mass's return / that of its fall, sqrt(g / height)."""
@@ -29,6 +31,11 @@ _NEAR = 0.01
 _EDGES = 4
 _PRICE = 1e-3
 """Of ground forces, beside what they are for."""
+
+
+def stand(setup: Setup) -> Stand | Regulator:
+    """The law `stand`: by forces of the ground, or on feet that are points by a regulator."""
+    return Regulator(setup) if all(len(foot.points) == 1 for foot in setup.robot.feet) else Stand(setup)
 
 
 class Stand:
@@ -47,7 +54,7 @@ class Stand:
         start = Sensed(model, data, robot)
         self._places, self._columns = robot.places, robot.columns
         self._posture, self._orientation = setup.q[self._places], start.base.orientation
-        inertia = np.diag(start.M)[self._columns]
+        inertia = 1.0 / np.diag(np.linalg.inv(start.M))[self._columns]  # felt at each joint alone
         self._k, self._b = POSTURE**2 * inertia, 2.0 * POSTURE * inertia
         points, com = start.points, start.com
         self._height = float(com[2] - points[:, 2].min())
@@ -55,12 +62,7 @@ class Stand:
         self._mass = robot.mass
         way = SWAY * math.sqrt(float(np.linalg.norm(self._gravity)) / self._height)
         self._sway = way**2, 2.0 * way
-        turned = np.zeros((3, 3))
-        for i in range(1, model.nbody):
-            axes, away = data.ximat[i].reshape(3, 3), data.xipos[i] - com
-            turned += axes @ np.diag(model.body_inertia[i]) @ axes.T
-            turned += model.body_mass[i] * (away @ away * np.eye(3) - np.outer(away, away))
-        self._turned = turned
+        self._trunk = trunk_inertia(model, data, robot)
         # Forces [weights] and moments [weights x heights] count alike; out of the plane nothing does.
         weight = self._mass * float(np.linalg.norm(self._gravity))
         scale = np.array([1.0, 1.0, 1.0, *(1.0 / self._height,) * 3]) / weight
@@ -90,18 +92,42 @@ class Stand:
         k, b = self._sway
         force = self._mass * (k * (rest - com) - b * sensed.com_velocity - self._gravity)
         error = _rotation(self._orientation @ base.orientation.T)
-        moment = self._turned @ (TURN**2 * error - 2.0 * TURN * base.angular_velocity)
+        moment = self._trunk @ (TURN**2 * error - 2.0 * TURN * base.angular_velocity)
         return np.concatenate([force, moment])
 
     def _shared(self, wanted: np.ndarray, arms: np.ndarray) -> np.ndarray:
         """(k, 3) [N] on points at arms (k, 3) [m] from the centre of mass, as near to what is wanted as they can."""
         edges = np.tile(self._edges, (len(arms), 1))
-        moments = np.cross(np.repeat(arms, len(self._edges), axis=0), edges)
-        A = (np.hstack([edges, moments])[:, self._rows] * self._scale).T
+        (x, y, z), (a, b, c) = np.repeat(arms, len(self._edges), axis=0).T, edges.T
+        A = np.array([a, b, c, y * c - z * b, z * a - x * c, x * b - y * a])[self._rows] * self._scale[:, None]
         whole = np.vstack([A, _PRICE / self._weight * np.eye(A.shape[1])])
         sizes, _ = nnls(self._weight * whole, np.concatenate([self._weight * wanted[self._rows] * self._scale,
                                                               np.zeros(A.shape[1])]))  # fmt: skip
         return (sizes[:, None] * edges).reshape(len(arms), -1, 3).sum(axis=1)
+
+
+def trunk_inertia(model: mujoco.MjModel, data: mujoco.MjData, robot: General) -> np.ndarray:
+    """(3, 3) [kg m²] inertia of all that is not a leg about the middle of the hips, in the world's frame."""
+    chains = [_above(model, foot.on[0]) for foot in robot.feet]
+    shared = set(chains[0]) & set(chains[1])
+    tops = [next(body for body in reversed(chain) if body not in shared) for chain in chains]
+    middle = np.mean([data.xanchor[model.body_jntadr[top]] for top in tops], axis=0)
+    out = np.zeros((3, 3))
+    for i in range(1, model.nbody):
+        if not set(_above(model, i)) & set(tops):
+            axes, away = data.ximat[i].reshape(3, 3), data.xipos[i] - middle
+            out += axes @ np.diag(model.body_inertia[i]) @ axes.T
+            out += model.body_mass[i] * (away @ away * np.eye(3) - np.outer(away, away))
+    return out
+
+
+def _above(model: mujoco.MjModel, body: int) -> list[int]:
+    """A body and all that it hangs on."""
+    chain = []
+    while body > 0:
+        chain.append(body)
+        body = int(model.body_parentid[body])
+    return chain
 
 
 def _rotation(turn: np.ndarray) -> np.ndarray:

@@ -34,63 +34,53 @@ class Ground:
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: General):
-        self._model, self._data = model, data
-        self._ground, self._of_foot = robot.ground, robot.of_foot
-        self._foot_of_body = np.full(model.nbody, -1)
+        self._model, self._data, self._ground = model, data, robot.ground
+        of_body = np.full(model.nbody, -1)
         for number, foot in enumerate(robot.feet):
-            for geom in foot.geoms:
-                self._foot_of_body[model.geom_bodyid[geom]] = number
-        self._near = [np.flatnonzero(self._of_foot == foot) for foot in range(len(robot.feet))]
+            of_body[[model.geom_bodyid[geom] for geom in foot.geoms]] = number
+        self._foot = of_body[model.geom_bodyid]
+        self._other = np.array([robot.of_foot != foot for foot in range(len(robot.feet))])
         self._pyramidal = model.opt.cone == _PYRAMIDAL
+        self._at = self._nearest = np.empty(0, dtype=int)
 
     def touching(self, points: np.ndarray) -> np.ndarray:
-        """(P,) whether each contact point, at points (P, 3) [m], is the nearest to a contact."""
+        """(P,) whether each contact point, at points (P, 3) [m], is the nearest to a contact of its foot."""
         out = np.zeros(len(points), dtype=bool)
         contact = self._data.contact
-        if len(contact.dist):
-            for point, _ in self._assigned(contact, points, contact.dist <= 0.0):
-                out[point] = True
+        geoms = contact.geom
+        feet = np.where(geoms[:, 0] == self._ground, self._foot[geoms[:, 1]],
+                        np.where(geoms[:, 1] == self._ground, self._foot[geoms[:, 0]], -1))  # fmt: skip
+        self._at = np.flatnonzero(feet >= 0)
+        away = ((contact.pos[self._at, None] - points) ** 2).sum(axis=2)
+        away[self._other[feet[self._at]]] = np.inf
+        self._nearest = away.argmin(axis=1)
+        out[self._nearest[contact.dist[self._at] <= 0.0]] = True
         return out
 
-    def forces(self, points: np.ndarray) -> Forces:
-        """Forces of the latest step, on points (P, 3) [m] as they were in it."""
-        point, total = np.zeros((len(points), 3)), np.zeros(3)
+    def forces(self, size: int) -> Forces:
+        """Forces of the latest step on so many points; `touching` was asked for it."""
+        point, total = np.zeros((size, 3)), np.zeros(3)
         contact = self._data.contact
-        if not len(contact.dist):
-            return Forces(point, total)
-        force = self._contact_forces(contact)
-        geoms = contact.geom
-        side = np.where(geoms[:, 0] == self._ground, 1.0, np.where(geoms[:, 1] == self._ground, -1.0, 0.0))
-        force *= side[:, None]
-        total = force.sum(axis=0)
-        for number, i in self._assigned(contact, points, contact.efc_address >= 0):
-            point[number] += force[i]
+        count = len(contact.dist)
+        if count:
+            local, geoms = self._local(contact, count), contact.geom
+            side = (geoms[:, 0] == self._ground) * 1.0 - (geoms[:, 1] == self._ground)
+            force = side[:, None] * (local[:, None] @ contact.frame.reshape(-1, 3, 3))[:, 0]
+            total = force.sum(axis=0)
+            np.add.at(point, self._nearest, force[self._at])
         return Forces(point, total)
 
-    def _assigned(self, contact, points: np.ndarray, counts: np.ndarray) -> list[tuple[int, int]]:
-        """(contact point, contact) of every contact of a foot with the ground that counts."""
-        found = []
-        geoms, places = contact.geom, contact.pos
-        for i in np.flatnonzero(counts & (geoms == self._ground).any(axis=1)):
-            first, second = geoms[i]
-            foot = self._foot_of_body[self._model.geom_bodyid[second if first == self._ground else first]]
-            if foot >= 0:
-                near = self._near[foot]
-                found.append((int(near[np.argmin(((points[near] - places[i]) ** 2).sum(axis=1))]), int(i)))
-        return found
-
-    def _contact_forces(self, contact) -> np.ndarray:
-        """(ncon, 3) [N] on each contact's second geom."""
-        n = len(contact.dist)
-        local = np.zeros((n, 3))
+    def _local(self, contact, count: int) -> np.ndarray:
+        """(count, 3) [N] on each contact's second geom, in the contact's frame."""
+        local = np.zeros((count, 3))
         if self._pyramidal:
             one = np.empty(6)
-            for i in range(n):
+            for i in range(count):
                 mujoco.mj_contactForce(self._model, self._data, i, one)
                 local[i] = one[:3]
         else:
-            rows, sizes, forces = contact.efc_address, np.minimum(contact.dim, 3), self._data.efc_force
-            for i in range(n):
+            rows, forces = contact.efc_address, self._data.efc_force
+            for i, size in enumerate(np.minimum(contact.dim, 3)):
                 if rows[i] >= 0:
-                    local[i, : sizes[i]] = forces[rows[i] : rows[i] + sizes[i]]
-        return np.einsum("nij,ni->nj", contact.frame.reshape(-1, 3, 3), local)
+                    local[i, :size] = forces[rows[i] : rows[i] + size]
+        return local

@@ -15,13 +15,12 @@ from biped.control.general.sensed import Sensed
 from biped.control.law import Raised
 from biped.engines.general.account import Account
 from biped.engines.general.ground import Ground
-from biped.engines.spans import spans_of
+from biped.engines.spans import push_spans
 from biped.measure.general.trajectory import GeneralTrajectory, columns_of, width_of
 from biped.robot.general.build import compiled, frame, limits_of
-from biped.robot.general.facts import General
 from biped.robot.general.recognise import robot_of
 from biped.robot.run import Run
-from biped.scenario.keys import Scenario
+from biped.scenario.pushing import pieces
 
 if TYPE_CHECKING:
     from biped.engines.general.walk import Plant
@@ -77,11 +76,22 @@ class _Simulation:
         self.wanted = np.zeros(size)
         self.follow = 1.0 if s.actuation.lag == 0.0 else 1.0 - math.exp(-self.tick / s.actuation.lag)
         self.split = s.simulation.integrator in _SPLIT
-        self.columns = columns_of(self.robot)
+        self.parts = {
+            name: slice(first, first + math.prod(shape)) for name, (first, shape) in columns_of(self.robot).items()
+        }
         self.log = np.zeros((self.count, width_of(self.robot)))
         self.up = -np.array(self.model.opt.gravity) / np.linalg.norm(self.model.opt.gravity)
         self.least = 0.0
+        legs = [foot.joints for foot in self.robot.feet]
+        self.anchors = [joints[min(i, len(joints) - 1)] if joints else 0 for joints in legs for i in range(3)]
+        self.without = [(3 * foot + i, foot) for foot, joints in enumerate(legs) for i in range(len(joints), 3)]
+        self.feet = self.robot.of_foot
         self.plant = self._compiled() if watch is None and self.follow == 1.0 else None
+
+    def _turned(self, force: tuple[float, ...]) -> np.ndarray:
+        """(3,) [N] of a push in the ground's frame."""
+        ground = self.s.ground
+        return frame(ground.slope, ground.side_slope) @ np.array(_in_space(force))
 
     def _compiled(self) -> Plant | None:
         """What the compiled loop is handed, where the law has one."""
@@ -92,7 +102,7 @@ class _Simulation:
         mujoco.mj_kinematics(self.model, self.data)
         self.least = self.s.fall.height * float(self.data.xipos[self.robot.base_number, 2])
         return plant_of(self.law.law, self.model, self.data, self.robot, self.substeps, self.least, self.s.fall.tilt,
-                        self.columns)  # fmt: skip
+                        columns_of(self.robot), self.anchors)  # fmt: skip
 
     def _span(self, first: int, last: int) -> tuple[int, tuple[str, str] | None]:
         """Ticks first … last - 1 in the compiled loop: how many rows there are then, and how the run ended if it did."""
@@ -108,7 +118,7 @@ class _Simulation:
 
     def drive(self) -> GeneralTrajectory:
         done, end, cause, trace = 0, "completed", "", ""
-        for first, last, forces in _pushes(self.s, self.robot, self.count, self.tick):
+        for first, last, forces in push_spans(self.s, self.robot.bodies, self._turned, self.count, self.tick):
             self.data.xfrc_applied[1:, :3] = forces
             self.account.push()
             if self.plant is not None:
@@ -164,7 +174,7 @@ class _Simulation:
 
     def _diverged(self, k: int) -> tuple[str, str]:
         """That a coordinate is not finite at tick k."""
-        worst = self.robot.v_names[int(np.argmax(np.abs(self.log[max(k - 1, 0)][self._part("v")])))]
+        worst = self.robot.v_names[int(np.argmax(np.abs(self.log[max(k - 1, 0)][self.parts["v"]])))]
         time = (k - 1) * self.tick
         return "diverged", f"a coordinate stopped being finite after {time:.3f} s (largest: {worst})"
 
@@ -175,26 +185,27 @@ class _Simulation:
         force, total, torque = np.zeros_like(points), np.zeros(3), np.zeros(drives)
         account.begin()
         for step in range(self.substeps):
-            if step and self.split:
-                mujoco.mj_step1(model, data)
+            if step:
+                mujoco.mj_step1(model, data) if self.split else mujoco.mj_forward(model, data)
+                self.ground.touching(points)
             account.before()
-            mujoco.mj_step2(model, data) if self.split else mujoco.mj_step(model, data)
+            if self.split:
+                mujoco.mj_step2(model, data)
+            else:
+                mujoco.mj_step(model, data)
+                self.ground.touching(points)  # the contacts are those of the last of its stages
             account.after()
-            found = self.ground.forces(points)
+            found = self.ground.forces(len(points))
             force += found.point
             total += found.total
             if self.command != "generalized":
                 torque += data.actuator_force
         share = 1.0 / self.substeps
         self.sensed.ground_force[:] = force * share
-        line[self._part("force")] = (force * share).ravel()
-        line[self._part("ground")] = total * share
-        line[self._part("u")] = torque * share
-        line[self._part("work")], line[self._part("given")] = account.work, account.given
-
-    def _part(self, name: str) -> slice:
-        first, shape = self.columns[name]
-        return slice(first, first + int(np.prod(shape)))
+        line[self.parts["force"]] = (force * share).ravel()
+        line[self.parts["ground"]] = total * share
+        line[self.parts["u"]] = torque * share
+        line[self.parts["work"]], line[self.parts["given"]] = account.work, account.given
 
     def _note(self, line: np.ndarray, time: float, points: np.ndarray) -> None:
         """Logs the state at a tick."""
@@ -203,8 +214,19 @@ class _Simulation:
             ("time", time), ("q", data.qpos), ("v", data.qvel), ("point", points.ravel()),
             ("contact", self.sensed.touching), ("com", self.sensed.com), ("com_velocity", self.sensed.com_velocity),
             ("base", np.concatenate([data.xpos[base], data.xquat[base]])), ("energy", self._energy()),
+            ("figure", self._figure(points)),
         ):  # fmt: skip
-            line[self._part(name)] = values
+            line[self.parts[name]] = values
+
+    def _figure(self, points: np.ndarray) -> np.ndarray:
+        """(21,) [m] joints of the legs and the trunk's end, for a stick figure."""
+        data, robot = self.data, self.robot
+        out = np.empty((7, 3))
+        out[:6] = data.xanchor[self.anchors]
+        for row, foot in self.without:  # a foot on no ankle
+            out[row] = points[self.feet == foot].mean(axis=0)
+        out[6] = data.xpos[robot.base_number] + data.xmat[robot.base_number].reshape(3, 3) @ robot.top
+        return out.ravel()
 
     def _energy(self) -> float:
         """[J] potential and kinetic; the rotors' included."""
@@ -251,7 +273,7 @@ class _Simulation:
             gravity=tuple(self.model.opt.gravity.tolist()),
             generalized=self.command == "generalized",
             torque_limit=tuple(self.limits.tolist()),
-            pushes=tuple((p.at, p.at + p.duration, *_components(p.force).tolist(), p.body) for p in s.push),
+            pushes=tuple((p.start, p.end, *_in_space(p.force), p.body) for p in pieces(s)),
             end=end,
             cause=cause,
             warnings=warnings,
@@ -262,17 +284,6 @@ class _Simulation:
         )
 
 
-def _components(force: tuple[float, ...]) -> np.ndarray:
+def _in_space(force: tuple[float, ...]) -> tuple[float, float, float]:
     """(3,) [N] forward, to the left and up, of a push in the plane or in space."""
-    return np.array([force[0], 0.0, force[1]] if len(force) == 2 else force)
-
-
-def _pushes(s: Scenario, robot: General, count: int, tick: float) -> list[tuple[int, int, np.ndarray]]:
-    """Pieces of the run: (first tick, last tick + 1, forces (bodies, 3) [N] in the ground's frame)."""
-    turn = frame(s.ground.slope, s.ground.side_slope)
-    forces = []
-    for push in s.push:
-        force = np.zeros((len(robot.bodies), 3))
-        force[robot.bodies.index(push.body)] = turn @ _components(push.force)
-        forces.append(force)
-    return spans_of(s, forces, np.zeros((len(robot.bodies), 3)), count, tick)
+    return (force[0], 0.0, force[1]) if len(force) == 2 else (force[0], force[1], force[2])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+import mujoco
 import numpy as np
 
 from biped.robot.general.facts import General
@@ -19,8 +21,8 @@ KIND = "general"
 
 UNITS = {
     "time": "s", "q": "m, rad", "v": "m/s, rad/s", "u": "N m", "point": "m", "force": "N", "contact": "0 or 1",
-    "com": "m", "com_velocity": "m/s", "base": "m, then quaternion (w first)", "ground": "N", "energy": "J",
-    "work": "J", "given": "J",
+    "com": "m", "com_velocity": "m/s", "base": "m, then quaternion (w first)", "figure": "m", "ground": "N",
+    "energy": "J", "work": "J", "given": "J",
 }  # fmt: skip
 """Units of the quantities of `columns_of`."""
 
@@ -30,20 +32,20 @@ def columns_of(robot: General) -> dict[str, tuple[int, tuple[int, ...]]]:
     nq, nv, nu, points = len(robot.q_names), len(robot.v_names), len(robot.drives), len(robot.of_foot)
     shapes: dict[str, tuple[int, ...]] = {
         "time": (), "q": (nq,), "v": (nv,), "u": (nu,), "point": (points, 3), "force": (points, 3),
-        "contact": (points,), "com": (3,), "com_velocity": (3,), "base": (7,), "ground": (3,), "energy": (),
-        "work": (), "given": (),
+        "contact": (points,), "com": (3,), "com_velocity": (3,), "base": (7,), "figure": (7, 3), "ground": (3,),
+        "energy": (), "work": (), "given": (),
     }  # fmt: skip
     out, first = {}, 0
     for name, shape in shapes.items():
         out[name] = first, shape
-        first += int(np.prod(shape))
+        first += math.prod(shape)
     return out
 
 
 def width_of(robot: General) -> int:
     """Columns of the log, a law's own signals aside."""
     first, shape = list(columns_of(robot).values())[-1]
-    return first + int(np.prod(shape))
+    return first + math.prod(shape)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +104,7 @@ class GeneralTrajectory:
         first, shape = self.columns[name]
         if not shape:
             return self.log[:, first]
-        return self.log[:, first : first + int(np.prod(shape))].reshape(len(self.log), *shape)
+        return self.log[:, first : first + math.prod(shape)].reshape(len(self.log), *shape)
 
     @property
     def units(self) -> dict[str, str]:
@@ -160,6 +162,16 @@ class GeneralTrajectory:
         return self.column("base")
 
     @property
+    def figure(self) -> np.ndarray:
+        """(n, 7, 3) [m] hip, knee and ankle of each leg, and the trunk's upper end."""
+        return self.column("figure")
+
+    @property
+    def x(self) -> np.ndarray:
+        """(n,) [m] of the base, forward."""
+        return self.base[:, 0]
+
+    @property
     def ground(self) -> np.ndarray:
         """(n, 3) [N] force of the ground on all of the robot, feet or not, means of the steps after each row."""
         return self.column("ground")
@@ -210,8 +222,8 @@ class GeneralTrajectory:
         """(n, nu) [W] of the actuators."""
         return self.u * self.v[:, self.robot.columns]
 
-    def qpos(self, model: Any) -> np.ndarray:
-        """(n, nq) coordinates in the order of a MuJoCo model of the robot."""
+    def qpos(self, model: mujoco.MjModel) -> np.ndarray:
+        """(n, nq) coordinates as a MuJoCo model of the robot has them."""
         return self.q
 
     def last(self, seconds: float) -> GeneralTrajectory:

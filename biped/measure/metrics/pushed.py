@@ -58,6 +58,8 @@ class Impact(NamedTuple):
 def merged(pushes: Sequence[tuple[float, float, Sequence[float]]], ends: float, tick: float) -> list[Impact]:
     """Pushes as impulses; those that touch or overlap in time are one.
 
+    Where one ends as another against it begins they are two: every half wave of a sine is one.
+
     Args:
         pushes: (start [s], end [s], force [N]).
         ends: [s] when the run does; what lies beyond is not counted.
@@ -69,13 +71,19 @@ def merged(pushes: Sequence[tuple[float, float, Sequence[float]]], ends: float, 
         if end <= start:
             continue
         impulse = tuple(one * (end - start) for one in force)
-        if found and start <= found[-1].end + 0.5 * tick:
+        if found and start <= found[-1].end + 0.5 * tick and not _turns(found[-1], start, force, tick):
             last = found.pop()
             both = tuple(a + b for a, b in zip(last.impulse, impulse, strict=True))
             found.append(Impact(last.start, max(last.end, end), both))
         else:
             found.append(Impact(start, end, impulse))
     return found
+
+
+def _turns(last: Impact, start: float, force: Sequence[float], tick: float) -> bool:
+    """Whether a force that begins at `start` [s] does so where the last push ends, and is against it."""
+    against = sum(a * b for a, b in zip(force, last.impulse, strict=True)) < 0.0
+    return start > last.end - 0.5 * tick and against
 
 
 def impulses(t: Trajectory) -> list[Impulse]:

@@ -67,9 +67,17 @@ def _drive(model: mujoco.MjModel, i: int, table: Described, faults: list[str]) -
         limit=_limit(model, i, joint, kind, gear),
         place=int(model.jnt_qposadr[joint]),
         column=int(model.jnt_dofadr[joint]),
+        turns=_turns(model, joint),
         stiffness=servo if kind == "position" else table.actuators.stiffness,
         damping=damping if kind != "torque" else table.actuators.damping,
     )
+
+
+def _turns(model: mujoco.MjModel, joint: int) -> int:
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    along = float(data.xaxis[joint, 1])
+    return 0 if abs(along) < 0.7 or model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_HINGE else (1 if along < 0 else -1)
 
 
 def _kind(model: mujoco.MjModel, i: int) -> str | None:

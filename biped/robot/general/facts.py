@@ -18,6 +18,7 @@ class Drive(Section, frozen=True):
         limit: [N m] of the joint's torque (N of a slide); `LARGEST` if the file names none.
         place: Where its joint stands in q.
         column: Where its joint stands in v.
+        turns: Whether its joint turns about y as angles do in the thesis (about -y: 1), the other way (-1), or not (0).
         stiffness: [N m/rad] of its servo, if it is one.
         damping: [N m s/rad] of it.
     """
@@ -28,6 +29,7 @@ class Drive(Section, frozen=True):
     limit: float
     place: int
     column: int
+    turns: int = 0
     stiffness: float = 0.0
     damping: float = 0.0
 
@@ -46,6 +48,9 @@ class FootParts(Section, frozen=True):
         geoms: Numbers of its geoms that touch the ground.
         on: Body of each of its contact points.
         points: [m] their places in these bodies' frames.
+        joints: Numbers of the joints of its leg that turn it in the plane of walking: hip, knee, ankle; fewer if there
+            are no such.
+        pitching: Their names.
     """
 
     name: str
@@ -53,6 +58,8 @@ class FootParts(Section, frozen=True):
     geoms: tuple[int, ...]
     on: tuple[int, ...]
     points: tuple[Place, ...]
+    joints: tuple[int, ...]
+    pitching: tuple[str, ...]
 
 
 class General(Section, frozen=True):
@@ -67,6 +74,7 @@ class General(Section, frozen=True):
         base_columns: Where its coordinates stand in v: along x, y, z, about them; in the plane x, z, pitch.
         upright: (3,) direction in the base's frame that is up when its coordinates are zero.
         forward: (3,) the same of forward.
+        top: [m] its highest point above the base, in the base's frame: where a stick figure's trunk ends.
         bodies: Names of all bodies.
         masses: [kg] of them.
         q_names: Of coordinates.
@@ -89,6 +97,7 @@ class General(Section, frozen=True):
     base_columns: tuple[int, ...]
     upright: Place
     forward: Place
+    top: Place
     bodies: tuple[str, ...]
     masses: tuple[float, ...]
     q_names: tuple[str, ...]

@@ -24,6 +24,8 @@ from biped.scenario.robot import Described, Foot
 
 _HINGE, _SLIDE, _FREE = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_FREE
 _STRAIGHT = 1e-6
+_PITCHES = 0.7
+"""Share of a hinge's axis along y from which it turns in the plane of walking."""
 FEET = 2
 
 
@@ -106,6 +108,7 @@ def _recognised(path: Path, model: mujoco.MjModel, table: Described) -> Looked:
         base_columns=columns,
         upright=tuple(turn[2].tolist()),
         forward=tuple(turn[0].tolist()),
+        top=_top(model, tried_out[0][3], number),
         bodies=tuple(model.body(i).name for i in range(1, model.nbody)),
         masses=tuple(model.body_mass[1:].tolist()),
         q_names=_names(model, "q"),
@@ -222,6 +225,7 @@ def _feet(
             faults.append(f"feet: expected two, recognised {len(groups)} ({names}); write [[robot.foot]] twice, each "
                           "with geoms, sites or bodies = […]")  # fmt: skip
             return ()
+        groups.sort(key=lambda group: float(data.xpos[group[0], 1]))  # the right one first
         parts = [(model.body(bodies[0]).name, [g for g in touching if model.geom_bodyid[g] in bodies], [])
                  for bodies in groups]  # fmt: skip
     else:
@@ -249,8 +253,7 @@ def _lowest_bodies(model: mujoco.MjModel, data: mujoco.MjData, base: int, touchi
             low[body] = min(low.get(body, np.inf), float(points_of(model, data, geom)[:, 2].min()))
     if not low:
         return []
-    height = float(data.subtree_com[base, 2]) - min(low.values())
-    standing = sorted(body for body, z in low.items() if z < min(low.values()) + 0.1 * height)
+    standing = sorted(body for body, z in low.items() if z < min(low.values()) + 0.5 * FLAT)
     groups: list[list[int]] = []
     for body in standing:
         above = _above(model, body)
@@ -323,7 +326,42 @@ def _foot(
                 points.append(tuple((turn.T @ (place - data.xpos[body])).tolist()))
     if base in on:
         faults.append(f"foot '{name}': is the base itself; write [[robot.foot]] with what stands on the ground")
-    return FootParts(name=name, bodies=tuple(dict.fromkeys(on)), geoms=tuple(geoms), on=tuple(on), points=tuple(points))
+    joints = _pitching(model, data, base, on[0]) if on else ()
+    return FootParts(
+        name=name, bodies=tuple(dict.fromkeys(on)), geoms=tuple(geoms), on=tuple(on), points=tuple(points),
+        joints=joints, pitching=tuple(model.joint(j).name for j in joints),
+    )  # fmt: skip
+
+
+def _pitching(model: mujoco.MjModel, data: mujoco.MjData, base: int, foot: int) -> tuple[int, ...]:
+    """The last three joints between base and foot that turn about y, outward."""
+    chain = [body for body in reversed(_above(model, foot)) if body != base]
+    joints = [j for body in chain
+              for j in range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body])]  # fmt: skip
+    legs = [j for j in joints if model.jnt_type[j] == _HINGE and abs(data.xaxis[j, 1]) > _PITCHES]
+    children = {int(model.body_parentid[b]) for b in range(1, model.nbody)}
+    shared = [j for j in legs if _branches(model, int(model.jnt_bodyid[j]), children)]
+    return tuple(j for j in legs if j not in shared)[-3:]
+
+
+def _branches(model: mujoco.MjModel, body: int, parents: set[int]) -> bool:
+    """Whether more than one chain hangs on a body: it belongs to the trunk."""
+    while body in parents:
+        below = [b for b in range(1, model.nbody) if model.body_parentid[b] == body]
+        if len(below) > 1:
+            return True
+        (body,) = below
+    return False
+
+
+def _top(model: mujoco.MjModel, data: mujoco.MjData, base: int) -> tuple[float, float, float]:
+    """Above the base's frame, as high as anything of the robot with its coordinates at zero."""
+    high = max(
+        float(data.geom_xpos[g, 2] + model.geom_rbound[g]) for g in range(model.ngeom) if model.geom_bodyid[g] > 0
+    )
+    up = high - float(data.xpos[base, 2])
+    x, y, z = (up * data.xmat[base].reshape(3, 3)[2]).tolist()
+    return x, y, z
 
 
 def _leg(model: mujoco.MjModel, data: mujoco.MjData, base: int, foot: FootParts, other: FootParts) -> float:

@@ -10,9 +10,9 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
+from biped.measure.signals import limbs
 from biped.measure.trajectory import Trajectory
 from biped.robot.topology import CHAINS
-from biped.robot.tree import motion
 from biped.show.figures.style import LEFT, RIGHT, TRUNK, figure
 
 # Metres between bodies and beside them for a leg of a metre, seconds between stick figures.
@@ -27,14 +27,12 @@ _COLOURS = (RIGHT, LEFT)
 def strobe(trajectory: Trajectory, title: str) -> Figure:
     """Bodies every 0.8 legs or so and stick figures every 0.1 s between them, on the ground as it slopes."""
     slope = math.radians(trajectory.slope)
-    pose = motion(trajectory.tree, trajectory.q, trajectory.v)
     turn = np.array([[math.cos(slope), math.sin(slope)], [-math.sin(slope), math.cos(slope)]])
-    # (n, links, 2) each: joints, torso's centre of mass, points; turned so that gravity is vertical.
-    joint, point, torso = pose.joint @ turn, pose.point @ turn, pose.com[:, 0] @ turn
+    # Joints (n, links, 2), points (n, 4, 2), the torso's upper end (n, 2); turned so that gravity is vertical.
+    joint, point, torso = (places @ turn for places in limbs(trajectory))
     leg, shown = trajectory.tree.leg, trajectory.robot.shown
     low = np.minimum(joint[..., 0].min(), point[..., 0].min()) - _MARGIN * leg
     high = np.maximum(joint[..., 0].max(), point[..., 0].max()) + _MARGIN * leg
-    torso = joint[:, 1] + (torso - joint[:, 1]) / shown.com  # its upper end
     floor = math.tan(slope) * np.array([low, high])
     bottom, top = floor.min() - 0.12, max(torso[:, 1].max() + 0.35 * leg, floor.max() + 0.3)
     width = 11.0

@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.robot.model import compile_foreign
 from biped.show.film.canvas import off_screen
 from biped.show.film.reel import check, wind
 from biped.show.film.stage import Stage, Walker, walkers
 from biped.show.kept import Kept
+from biped.show.model import shown_model
 from biped.show.page.campaign import chosen
 
 SHAPE = 16 / 9
@@ -73,7 +73,7 @@ def _frames(stage: Stage, drawn, shown: Sequence[Walker], times: np.ndarray) -> 
         walker = shown[0]
         row = int(np.clip(round((time - walker.run.time[0]) / walker.run.tick), 0, len(walker.run) - 1))
         names = ["time", "speed", *(["beside" if not walker.ghost else "ghost" for walker in shown[1:]])]
-        values = [f"{time:5.2f} s", f"{walker.run.v[row, 0]:5.2f} m/s", *(other.name for other in shown[1:])]
+        values = [f"{time:5.2f} s", f"{walker.speed[row]:5.2f} m/s", *(other.name for other in shown[1:])]
         yield drawn.draw(stage.at(float(time)), "\n".join(names), "\n".join(values))
 
 
@@ -88,7 +88,7 @@ def _run(path: Path, only: int | None):
     if trajectory is None:
         raise InputError(kept.again(index))
     scenario = kept.plan.run(index).scenario
-    model = compile_foreign(kept.plan.run(index).model, scenario, visuals=True).model
+    model = shown_model(kept.plan.run(index).model, scenario)
     name = kept.result["scenario"] if len(rows) == 1 else f"{kept.result['scenario']}, run {index}"
     return name, trajectory, model
 

@@ -5,16 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from copy import copy
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import mujoco
 import numpy as np
 
-from biped.measure.signals import centre_of_mass, finite, means
+from biped.measure.signals import finite, means, seen
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import GRAVITY
-from biped.robot.order import order_of
-from biped.robot.tree import motion
+from biped.show import spatial
+
+if TYPE_CHECKING:
+    from biped.measure.stored import AnyTrajectory
 
 LANE = 1.3
 """[m] from walker to walker side by side."""
@@ -38,23 +40,27 @@ class Walker(NamedTuple):
         model: MuJoCo model with its visual geoms.
         lane: [m] sideways.
         ghost: Whether it is a shadow.
-        joints: MuJoCo's numbers of the coordinates.
+        q: (n, nq) its coordinates as the model has them.
+        speed: (n,) [m/s] forward.
     """
 
     name: str
-    run: Trajectory
+    run: AnyTrajectory
     model: mujoco.MjModel
     lane: float
     ghost: bool
-    joints: np.ndarray
+    q: np.ndarray
+    speed: np.ndarray
 
 
-def walkers(runs: Sequence[tuple[str, Trajectory, mujoco.MjModel]], ghost: bool) -> list[Walker]:
+def walkers(runs: Sequence[tuple[str, AnyTrajectory, mujoco.MjModel]], ghost: bool) -> list[Walker]:
     """Runs side by side, or the second as a ghost over the first."""
-    return [
-        Walker(name, finite(run), model, 0.0 if ghost else i * LANE, ghost and i > 0, order_of(model, run.robot).joints)
-        for i, (name, run, model) in enumerate(runs)
-    ]
+    out = []
+    for i, (name, whole, model) in enumerate(runs):
+        run = finite(whole)
+        place = 0.0 if ghost else i * LANE, ghost and i > 0
+        out.append(Walker(name, run, model, *place, run.qpos(model), seen(run).v[:, 0]))
+    return out
 
 
 class Stage:
@@ -78,14 +84,14 @@ class Stage:
         self._still = mujoco.MjvPerturb()
         self._free = mujoco.MjvCamera()
         self._each = [max(1, round(1.0 / (rate * walker.run.tick))) for walker in shown]
-        self._centre = centre_of_mass(shown[0].run)
+        self._centre = spatial.centre(shown[0].run)
 
     def at(self, time: float) -> mujoco.MjvScene:
         """The scene at a time [s]; a run that has ended stays where it ended."""
         kinds = mujoco.mjtCatBit.mjCAT_DYNAMIC.value
         for i, (walker, data, each) in enumerate(zip(self._shown, self._data, self._each, strict=True)):
             row = self._row(walker, time)
-            data.qpos[walker.joints] = walker.run.q[row]
+            data.qpos[:] = walker.q[row]
             mujoco.mj_forward(walker.model, data)
             first = 0 if i == 0 else self.scene.ngeom
             if i == 0:
@@ -149,21 +155,19 @@ class Stage:
     def _forces(self, walker: Walker, row: int, each: int) -> None:
         """Ground forces, means over a frame."""
         run = walker.run
-        force = means(run.force[row : row + each], np.array([0]))[0] / (float(run.tree.mass.sum()) * GRAVITY)
-        points = motion(run.tree, run.q[row : row + 1], run.v[row : row + 1]).point[0]
-        for point, vector in zip(points, force, strict=True):
-            start = np.array([point[0], walker.lane + _ASIDE, point[1]])
-            self._arrow(start, start + _WEIGHT * np.array([vector[0], 0.0, vector[1]]), 0.02, _FORCE)
+        force = means(spatial.forces(run)[row : row + each], np.array([0]))[0] / (spatial.mass(run) * GRAVITY)
+        for point, vector in zip(spatial.points(run, row), force, strict=True):
+            start = point + np.array([0.0, walker.lane + (_ASIDE if isinstance(run, Trajectory) else 0.0), 0.0])
+            self._arrow(start, start + _WEIGHT * vector, 0.02, _FORCE)
 
     def _pushes(self, walker: Walker, data: mujoco.MjData, row: int) -> None:
         """Pushes that act now, as arrows that end at the pushed body."""
-        time, slope = float(walker.run.time[row]), math.radians(walker.run.slope)
-        for start, end, forward, up, body in walker.run.pushes:
+        time = float(walker.run.time[row])
+        for start, end, force, body in spatial.pushes(walker.run):
             if start - 1e-9 <= time < end - 1e-9:
-                along, across = math.cos(slope), math.sin(slope)
-                vector = _PUSH * np.array([forward * along + up * across, 0.0, up * along - forward * across])
+                vector = _PUSH * force
                 place = data.xipos[walker.model.body(body).id] + [0.0, walker.lane + _ASIDE, 0.0]
-                self._arrow(place - vector, place, 0.035, _PUSHED, f"{math.hypot(forward, up):.0f} N")
+                self._arrow(place - vector, place, 0.035, _PUSHED, f"{np.linalg.norm(force):.0f} N")
 
     def _look(self, along: float) -> None:
         """The camera level with gravity, beside the first walker, further off the more there are."""

@@ -9,6 +9,7 @@ from typing import Any
 
 from biped.base.files import label
 from biped.measure.metrics.walking import kind_of, outcome
+from biped.measure.signals import seen
 from biped.measure.trajectory import Trajectory
 from biped.scenario.laws import own_law
 from biped.show.kept import Kept
@@ -85,7 +86,8 @@ def _asked(kept: Kept) -> str:
     slope = f", slope {value_of(s.ground.slope)}°" if s.ground.slope else ""
     jitter = f", starts jittered by {value_of(s.start.jitter)} rad" if s.start.jitter else ""
     law = f", law {s.law}" if s.law else f", contacts {s.actuation.contacts}"
-    return f"{runs}{s.duration:g} s in {s.engine}, gait {s.controller}{law}{slope}{jitter}, seed {s.seed}."
+    gait = f"gait {s.controller}" if s.controller else f"{Path(s.model).name}"
+    return f"{runs}{s.duration:g} s in {s.engine}, {gait}{law}{slope}{jitter}, seed {s.seed}."
 
 
 def _only(kept: Kept) -> str:
@@ -130,6 +132,7 @@ def _shown(kept: Kept, rows: list[Mapping[str, Any]]) -> list[tuple[Shown, Traje
         trajectory = kept.trajectory(row["index"])
         if trajectory is None:
             continue
+        trajectory = seen(trajectory)
         values = ", ".join(setting(key, value) for key, value in row.get("values", {}).items())
         said = f"Run {row['index']}: {outcome(row)}" + (f"; {values}" if values else "") + "."
         out.append((Shown(name, said, frames_of(trajectory)), trajectory))

@@ -8,11 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from biped.measure.signals import centre_of_mass, finite, means
+from biped.measure.signals import finite, means, stick
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import GRAVITY
-from biped.robot.topology import CHAINS, HEEL, LEGS, TOE
-from biped.robot.tree import motion
 
 RATE = 40.0
 """Pictures per second."""
@@ -20,9 +18,6 @@ LONGEST = 12.0
 """[s] of a run that are shown: of one that did not stay up the last, otherwise the first, pushes included."""
 UNIT = 5e-4
 """[m] of the whole numbers that places are told in."""
-_COM = 0.626
-"""Where the thesis's torso has its centre of mass, of its length from the hip."""
-
 NAMES = ("hip", "knee", "ankle", "toe", "heel")
 """Points of a leg, in order; after both legs come the torso's top and the centre of mass of the whole biped."""
 
@@ -80,21 +75,13 @@ def frames_of(trajectory: Trajectory) -> Frames:
         last = max([LONGEST, *(push[1] + 2.0 for push in trajectory.pushes)])
         rows = rows[trajectory.time[rows] <= last]
     rows = rows[-most:]
-    pose = motion(trajectory.tree, trajectory.q[rows], trajectory.v[rows])
-    parts = []
-    for leg in range(LEGS):
-        hip, knee, ankle = CHAINS[leg][1:]
-        parts += [pose.joint[:, hip], pose.joint[:, knee], pose.joint[:, ankle]]
-        parts += [pose.point[:, TOE[leg]], pose.point[:, HEEL[leg]]]
-    middle = 0.5 * (parts[0] + parts[len(NAMES)])
-    parts += [middle + (pose.com[:, 0] - middle) / _COM, centre_of_mass(trajectory)[rows]]
     slope = math.radians(trajectory.slope)
     turn = np.array([[math.cos(slope), math.sin(slope)], [-math.sin(slope), math.cos(slope)]])
     weight = float(trajectory.tree.mass.sum()) * GRAVITY
     force = np.clip(means(trajectory.force, rows) / weight, -30.0, 30.0)
     return Frames(
         time=trajectory.time[rows],
-        place=np.stack(parts, axis=1) @ turn,
+        place=stick(trajectory, rows) @ turn,
         force=force @ turn,
         state=trajectory.phase[rows].astype(int),
         slope=trajectory.slope,

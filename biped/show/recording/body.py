@@ -6,8 +6,6 @@ import mujoco
 import numpy as np
 import rerun as rr
 
-from biped.robot.description import Robot
-from biped.robot.order import order_of
 from biped.show.recording.recorded import Placed, times
 
 PICTURES = 60.0
@@ -32,7 +30,7 @@ def log_body(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) ->
     for geom in shown:
         path = placed.entity("scene", "body", model.body(model.geom_bodyid[geom]).name, f"shape_{geom}")
         recording.log(path, _shape(model, geom, placed.run.ghost), static=True)
-    position, quaternion = _poses(model, trajectory.robot, trajectory.q[rows])
+    position, quaternion = _poses(model, trajectory.qpos(model)[rows])
     at = times(trajectory.time[rows])
     for body in bodies:
         recording.send_columns(
@@ -50,25 +48,23 @@ def drawn_geoms(model: mujoco.MjModel) -> list[int]:
     return [g for g in range(model.ngeom) if model.geom_bodyid[g] > 0 and model.geom_group[g] <= _SHOWN]
 
 
-def mass_centres(model: mujoco.MjModel, robot: Robot, q: np.ndarray, body: str) -> np.ndarray:
-    """(m, 3) [m] the centre of mass of a body in configurations q (m, 9)."""
+def mass_centres(model: mujoco.MjModel, q: np.ndarray, body: str) -> np.ndarray:
+    """(m, 3) [m] the centre of mass of a body in configurations q (m, nq), in the model's order."""
     data, number = mujoco.MjData(model), model.body(body).id
     out = np.empty((len(q), 3))
-    joints = order_of(model, robot).joints
     for i, row in enumerate(q):
-        data.qpos[joints] = row
+        data.qpos[:] = row
         mujoco.mj_kinematics(model, data)
         out[i] = data.xipos[number]
     return out
 
 
-def _poses(model: mujoco.MjModel, robot: Robot, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _poses(model: mujoco.MjModel, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Positions (m, nbody, 3) [m] and quaternions (m, nbody, 4), w first, of all bodies."""
     data = mujoco.MjData(model)
     position, quaternion = np.empty((len(q), model.nbody, 3)), np.empty((len(q), model.nbody, 4))
-    joints = order_of(model, robot).joints
     for i, row in enumerate(q):
-        data.qpos[joints] = row
+        data.qpos[:] = row
         mujoco.mj_kinematics(model, data)
         position[i], quaternion[i] = data.xpos, data.xquat
     return position, quaternion

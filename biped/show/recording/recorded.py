@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -12,7 +12,9 @@ import rerun as rr
 from biped.base.errors import InputError
 from biped.base.text import plain
 from biped.measure.signals import finite
-from biped.measure.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from biped.measure.stored import AnyTrajectory
 
 LANE = 1.6
 """[m] sideways from run to run."""
@@ -33,7 +35,7 @@ class Recorded(NamedTuple):
     """
 
     name: str
-    trajectory: Trajectory
+    trajectory: AnyTrajectory
     model: mujoco.MjModel
     metrics: Mapping[str, Any]
     checks: Sequence[tuple[str, Any, Any, bool]]

@@ -35,7 +35,7 @@ def log_report(recording: rr.RecordingStream, placed: Placed) -> None:
 def result(run: Recorded) -> str:
     """The verdict of a run in Markdown, its expectations, and the five numbers that say most."""
     trajectory = run.trajectory
-    distance = trajectory.q[-1, 0] - trajectory.q[0, 0]
+    distance = trajectory.x[-1] - trajectory.x[0]
     lines = [
         f"## {told(run.title or run.name)}: {told(verdict(run))}",
         f"{trajectory.time[-1] + trajectory.tick:.1f} s, {distance:.2f} m",
@@ -44,8 +44,9 @@ def result(run: Recorded) -> str:
         lines[-1] += f", slope {trajectory.slope:+g}°"
     if trajectory.generalized:
         lines[-1] += ", generalized forces (no robot can apply them)"
-    for start, end, forward, up, body in trajectory.pushes:
-        lines.append(f"- push on the {words(body)}: {forward:g} N forward, {up:g} N up, {start:g} to {end:g} s")
+    for start, end, forward, *left, up, body in trajectory.pushes:
+        aside = f"{left[0]:g} N to the left, " if left else ""
+        lines.append(f"- push on the {words(body)}: {forward:g} N forward, {aside}{up:g} N up, {start:g} to {end:g} s")
     if trajectory.warnings:
         lines += ["", "MuJoCo warned: " + ", ".join(f"{told(n)} ({k} times)" for n, k in trajectory.warnings.items())]
     shown = [name for name in FIVE if name in run.metrics]

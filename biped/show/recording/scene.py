@@ -12,10 +12,12 @@ import mujoco
 import numpy as np
 import rerun as rr
 
-from biped.measure.signals import centre_of_mass, means
+from biped.measure.signals import means
+from biped.measure.trajectory import Trajectory
 from biped.robot.model import GRAVITY
 from biped.robot.topology import POINT_LINK
 from biped.robot.tree import motion
+from biped.show import spatial
 from biped.show.recording.body import drawn_geoms, mass_centres
 from biped.show.recording.recorded import LANE, Placed, times
 
@@ -47,6 +49,8 @@ def log_scene(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -
         translation=[0.0, placed.lane, 0.0],
         rotation=rr.RotationAxisAngle(axis=[0.0, -1.0, 0.0], radians=slope),
     )
+    if not isinstance(placed.run.trajectory, Trajectory):
+        tilt = rr.Transform3D(translation=[0.0, placed.lane, 0.0], mat3x3=spatial.tilt(placed.run.trajectory))
     recording.log(placed.entity("scene"), tilt, static=True)
     _log_eye(recording, placed, rows)
     _log_centre(recording, placed, rows)
@@ -60,7 +64,7 @@ def log_scene(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -
 
 def _log_ground(recording: rr.RecordingStream, placed: Placed) -> None:
     """A strip of tiles, with a number at every metre, as far as the walk goes."""
-    x = placed.run.trajectory.q[:, 0]
+    x = placed.run.trajectory.x
     first, last = math.floor((x.min() - _MARGIN) / _TILE), math.ceil((x.max() + _MARGIN) / _TILE)
     tiles = np.arange(first, last)
     width = 0.42 * LANE
@@ -93,7 +97,7 @@ def _log_eye(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) ->
     """What the view moves with: upright, level with the ground below: it neither tilts nor bobs."""
     trajectory = placed.run.trajectory
     slope = math.radians(trajectory.slope)
-    along = centre_of_mass(trajectory)[rows, 0]
+    along = spatial.centre(trajectory)[rows, 0]
     place = np.stack([along * math.cos(slope), np.full(len(rows), placed.lane), along * math.sin(slope)], axis=1)
     recording.send_columns(
         placed.entity("eye"),
@@ -105,9 +109,9 @@ def _log_eye(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) ->
 def _log_centre(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -> None:
     """The centre of mass above the ground, and its trail up to now."""
     trajectory = placed.run.trajectory
-    place = _lift(centre_of_mass(trajectory)[rows]) + np.array([0.0, _ASIDE, 0.0])
+    place = spatial.centre(trajectory)[rows] + np.array([0.0, _ASIDE, 0.0])
     # Straight down is where gravity points, not where the slope's normal does.
-    below = place - place[:, 2:] * [math.tan(math.radians(trajectory.slope)), 0.0, 1.0]
+    below = place - place[:, 2:] * spatial.plumb(trajectory)
     path = placed.entity("scene", "centre_of_mass")
     at = times(trajectory.time[rows])
     recording.log(path, rr.Points3D.from_fields(radii=0.028, colors=_CENTRE), static=True)
@@ -130,8 +134,8 @@ def _log_strips(
 def _log_forces(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -> None:
     """Contact forces as arrows from toes and heels, means over each picture."""
     trajectory = placed.run.trajectory
-    force = means(trajectory.force, rows)
-    scale = BODY_WEIGHT / (float(trajectory.tree.mass.sum()) * GRAVITY)
+    force = means(spatial.forces(trajectory), rows)
+    scale = BODY_WEIGHT / (spatial.mass(trajectory) * GRAVITY)
     loaded = np.linalg.norm(force, axis=2) > _FAINT  # (m, 4)
     origin = contact_points(placed, rows)
     path = placed.entity("scene", "contact_force")
@@ -140,19 +144,21 @@ def _log_forces(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray)
         path,
         indexes=[times(trajectory.time[rows])],
         columns=rr.Arrows3D.columns(
-            vectors=(scale * _lift(force))[loaded].astype(np.float32),
+            vectors=(scale * force)[loaded].astype(np.float32),
             origins=origin[loaded].astype(np.float32),
         ).partition(loaded.sum(axis=1)),
     )
 
 
 def contact_points(placed: Placed, rows: np.ndarray) -> np.ndarray:
-    """(m, 4, 3) [m] toes and heels on the slope, beside the legs as the model draws them."""
+    """(m, 4, 3) [m] toes and heels on the slope, beside the legs as the model draws them; of others all points."""
     run = placed.run
     trajectory = run.trajectory
+    if not isinstance(trajectory, Trajectory):
+        return trajectory.point[rows]
     robot = trajectory.robot
     planar = motion(trajectory.tree, trajectory.q[rows], trajectory.v[rows]).point
-    out = _lift(planar)
+    out = spatial.lift(planar)
     for i, (point, link) in enumerate(zip(robot.points, POINT_LINK, strict=True)):
         out[:, i, 1] = _sideways(run.model, run.model.body(robot.links[link]).id, run.model.site(point).id) + _BESIDE
     return out
@@ -168,19 +174,17 @@ def _log_pushes(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray)
     """Each push as an arrow that ends at the pushed body's centre of mass, while it lasts."""
     trajectory = placed.run.trajectory
     time = trajectory.time
-    back = math.radians(-trajectory.slope)  # pushes are horizontal; `scene` is turned
-    turn = np.array([[math.cos(back), -math.sin(back)], [math.sin(back), math.cos(back)]])
-    for i, (start, end, forward, up, body) in enumerate(trajectory.pushes):
+    for i, (start, end, force, body) in enumerate(spatial.pushes(trajectory)):
         first, last = np.searchsorted(time, [start - 1e-9, end - 1e-9])
         if first == len(time):
             continue  # fallen before
         shown = np.unique(np.concatenate([[first], rows[(rows > first) & (rows < last)]]))
-        vector = PUSH * _lift(turn @ np.array([forward, up]))
+        vector = PUSH * force
         path = placed.entity("scene", f"push_{i}")
-        label = f"{math.hypot(forward, up):.0f} N"
+        label = f"{float(np.linalg.norm(force)):.0f} N"
         style = rr.Arrows3D.from_fields(radii=0.035, colors=_PUSHED, labels=label, show_labels=True)
         recording.log(path, style, static=True)
-        origin = mass_centres(placed.run.model, trajectory.robot, trajectory.q[shown], body) - vector
+        origin = mass_centres(placed.run.model, trajectory.qpos(placed.run.model)[shown], body) - vector
         ended = time[last : last + 1]  # none if the run ends before the push does
         vectors = np.tile(vector, (len(shown), 1))
         recording.send_columns(
@@ -190,8 +194,3 @@ def _log_pushes(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray)
                 vectors=vectors.astype(np.float32), origins=origin.astype(np.float32)
             ).partition([1] * len(shown) + [0] * len(ended)),
         )
-
-
-def _lift(planar: np.ndarray) -> np.ndarray:
-    """(…, 3) of (…, 2): (x, z) becomes (x, 0, z)."""
-    return np.stack([planar[..., 0], np.zeros(planar.shape[:-1]), planar[..., 1]], axis=-1)

@@ -14,6 +14,7 @@ from biped.measure.signals import (
     inferred_torso_angle,
     joint_power,
     means,
+    seen,
     torso_angle,
 )
 from biped.show.recording.recorded import Placed, times
@@ -71,7 +72,7 @@ class Curves(NamedTuple):
 
 def curves(placed: Placed) -> list[Curves]:
     """All curves of a run; one that has no value at any time (costs of a run that stays where it is) is none."""
-    trajectory = placed.run.trajectory
+    trajectory = seen(placed.run.trajectory)
     legs = trajectory.robot.legs
     names = tuple(f"{leg} {joint}" for leg in legs for joint in _JOINTS)
     angles = f"Joint angles [°]: {legs[0]} blue, {legs[1]} orange; hip dark, ankle light"
@@ -130,7 +131,7 @@ def log_series(recording: rr.RecordingStream, placed: Placed) -> None:
 
 def log_states(recording: rr.RecordingStream, placed: Placed) -> None:
     """Logs leg states, believed contacts and the rows of A as changes."""
-    trajectory = placed.run.trajectory
+    trajectory = seen(placed.run.trajectory)
     time, end = trajectory.time, float(trajectory.time[-1]) + trajectory.tick
     phase, robot = trajectory.phase.astype(int), trajectory.robot
     # The viewer names lanes by their path and sorts them by it: each leg's contacts come under its state.

@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable
 from functools import partial
 from hashlib import blake2b
+from typing import TYPE_CHECKING
 
 import msgspec
 
@@ -19,9 +20,11 @@ from biped.ensemble.backend import Jobs, at_most
 from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import RAISED, Row
-from biped.measure.trajectory import Trajectory
 from biped.scenario.keys import Distribution
 from biped.studies.regress.references import METRICS, Reference
+
+if TYPE_CHECKING:
+    from biped.measure.stored import AnyTrajectory
 
 SECONDS = 120.0
 """Most seconds of walking per scenario."""
@@ -77,7 +80,7 @@ def measured(plan: Plan, jobs: Jobs, date: str, platform: str, advance: Callable
     )
 
 
-def digest(trajectory: Trajectory) -> str:
+def digest(trajectory: AnyTrajectory) -> str:
     """A name for the bits of a run's log."""
     return blake2b(trajectory.log.tobytes(), digest_size=6).hexdigest()
 

@@ -1,0 +1,20 @@
+"""The model that a run is drawn with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+
+from biped.scenario.keys import Scenario
+
+
+def shown_model(path: Path, scenario: Scenario) -> mujoco.MjModel:
+    """A scenario's model with all that is only looked at; not to be written to."""
+    if scenario.robot is not None:
+        from biped.robot.general.build import compiled
+
+        return compiled(path, scenario, "torque")
+    from biped.robot.model import compile_foreign
+
+    return compile_foreign(path, scenario, visuals=True).model

@@ -1,0 +1,69 @@
+"""What is drawn of any run in space: a planar robot's is lifted out of its plane, others are as they are.
+
+Everything is in the frame of the ground, in which gravity leans on a slope.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from biped.measure.signals import centre_of_mass
+from biped.measure.trajectory import Trajectory
+from biped.robot.tree import motion
+
+if TYPE_CHECKING:
+    from biped.measure.stored import AnyTrajectory
+
+
+def lift(planar: np.ndarray) -> np.ndarray:
+    """(…, 3) of (…, 2): (x, z) becomes (x, 0, z)."""
+    return np.stack([planar[..., 0], np.zeros(planar.shape[:-1]), planar[..., 1]], axis=-1)
+
+
+def mass(t: AnyTrajectory) -> float:
+    """[kg] of the whole robot."""
+    return float(t.tree.mass.sum()) if isinstance(t, Trajectory) else t.robot.mass
+
+
+def centre(t: AnyTrajectory) -> np.ndarray:
+    """(n, 3) [m] centre of mass of the whole robot."""
+    return lift(centre_of_mass(t)) if isinstance(t, Trajectory) else t.com
+
+
+def points(t: AnyTrajectory, row: int) -> np.ndarray:
+    """(P, 3) [m] contact points in a row."""
+    if not isinstance(t, Trajectory):
+        return t.point[row]
+    return lift(motion(t.tree, t.q[row : row + 1], t.v[row : row + 1]).point[0])
+
+
+def forces(t: AnyTrajectory) -> np.ndarray:
+    """(n, P, 3) [N] of the ground on the contact points."""
+    return lift(t.force) if isinstance(t, Trajectory) else t.force
+
+
+def plumb(t: AnyTrajectory) -> np.ndarray:
+    """(3,) what is above a point of the ground by a metre along its normal, straight up from it."""
+    if isinstance(t, Trajectory):
+        return np.array([math.tan(math.radians(t.slope)), 0.0, 1.0])
+    return np.array(t.gravity) / t.gravity[2]
+
+
+def tilt(t: AnyTrajectory) -> np.ndarray:
+    """(3, 3) from the ground's frame to the world's, in which gravity is vertical."""
+    from biped.robot.general.build import frame
+
+    return frame(t.slope, 0.0 if isinstance(t, Trajectory) else t.side_slope).T
+
+
+def pushes(t: AnyTrajectory) -> list[tuple[float, float, np.ndarray, str]]:
+    """Pushes: start [s], end [s], force (3,) [N] in the ground's frame, body."""
+    if not isinstance(t, Trajectory):
+        turn = tilt(t).T
+        return [(start, end, turn @ force, body) for start, end, *force, body in t.pushes]
+    back = math.radians(-t.slope)  # pushes are horizontal
+    turn = np.array([[math.cos(back), -math.sin(back)], [math.sin(back), math.cos(back)]])
+    return [(start, end, lift(turn @ np.array([forward, up])), body) for start, end, forward, up, body in t.pushes]

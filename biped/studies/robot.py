@@ -1,0 +1,82 @@
+"""What the robot in a model file is, before anything of it is run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import msgspec
+
+from biped.base.errors import InputError
+from biped.base.files import description_of, is_file, label, locate, read_toml
+from biped.robot.general.facts import General
+from biped.robot.general.recognise import looked_at
+from biped.scenario.general import KIND
+from biped.scenario.robot import Described
+from biped.scenario.valid import convert, known_keys
+
+
+class Found(NamedTuple):
+    """What a model file is.
+
+    Attributes:
+        file: It.
+        description: The file that describes it; None: everything was recognised.
+        robot: What it is; None if it cannot be run.
+        faults: All that is wrong, and what to write.
+        planar: Why the thesis's law cannot walk it; empty if it can.
+    """
+
+    file: Path
+    description: Path | None
+    robot: General | None
+    faults: tuple[str, ...]
+    planar: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """What `--json` prints."""
+        return {
+            "file": label(self.file), "description": None if self.description is None else label(self.description),
+            "faults": list(self.faults), "seven_links": not self.planar,
+            "robot": None if self.robot is None else msgspec.to_builtins(self.robot) | {"mass": self.robot.mass},
+        }  # fmt: skip
+
+
+def look(name: str) -> Found:
+    """What a model file is.
+
+    Args:
+        name: Name in models/, or path of an MJCF or URDF file.
+
+    Raises:
+        InputError: There is no such file, it is no model at all, or its description says what it cannot.
+    """
+    path = locate("models", name, "model")
+    own = path.with_suffix(".toml")
+    data = read_toml(own) if is_file(own) else {}
+    general = data.pop("kind", None) == KIND
+    data.pop("scenario", None)
+    table = Described()
+    if general:
+
+        def fail(key: str, what: str) -> InputError:
+            return InputError(f"{label(own)}: {key}: {what}")
+
+        known_keys(data, Described, "", fail)
+        table = convert(data, Described, fail)
+    robot, faults = looked_at(path, table)
+    return Found(path, own if general else None, robot, faults, _planar(path, general))
+
+
+def _planar(path: Path, general: bool) -> str:
+    """Why a model is no planar biped of seven links; empty if it is one."""
+    if general or path.suffix != ".xml":
+        return "it is described as another"
+    from biped.robot.model import tree_at
+
+    try:
+        description_of(path)
+        tree_at(path)
+    except InputError as error:
+        return str(error)
+    return ""
