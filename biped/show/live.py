@@ -150,7 +150,7 @@ def _launcher() -> Callable[..., Any]:
 def _arrange(viewer: Any, model: mujoco.MjModel, base: str, ground: Profile) -> None:
     """The camera follows from the side; the ground is seen, with a mark at every metre."""
     viewer.cam.type = mujoco.mjtCamera.mjCAMERA_TRACKING.value
-    viewer.cam.trackbodyid = model.body(robot.base.link).id
+    viewer.cam.trackbodyid = model.body(base).id
     viewer.cam.distance, viewer.cam.azimuth, viewer.cam.elevation = _FAR, 90.0, _DOWN
     viewer.opt.geomgroup[3] = 1
     model.vis.headlight.ambient[:], model.vis.headlight.diffuse[:] = 0.45, 0.5  # for looking only

@@ -1,1 +1,1 @@
-"""The thesis's law out of the plane: the same moments on bodies, leg states and allocation for a biped with a free base."""
+"""The thesis's law out of the plane: the same moments on bodies, leg states and allocation, with a free base."""

@@ -13,7 +13,7 @@ from biped.robot.general.build import Command
 from biped.scenario.keys import Scenario
 
 SIGNALS = ("right_state", "left_state", "right_placed", "left_placed", "at_limit")
-"""What the law logs: leg states 1 … 4, [rad] by which placement abducts a swinging leg, whether a torque is at a limit."""
+"""What the law logs: leg states 1 … 4, [rad] by which placement abducts a leg, whether a torque is at its limit."""
 
 
 class Spatial:

@@ -19,7 +19,7 @@ _AT_ORIGIN = 1e-9
 
 def plant_of(
     law: object, model: mujoco.MjModel, data: mujoco.MjData, robot: General, substeps: int, least: float, tilt: float,
-    columns: dict[str, tuple[int, tuple[int, ...]]],
+    columns: dict[str, tuple[int, tuple[int, ...]]], anchors: list[int],
 ) -> Plant | None:  # fmt: skip
     """The loop's plant, or None where the run must be stepped from Python.
 
@@ -32,6 +32,7 @@ def plant_of(
         least: [m] height of the torso below which it has fallen.
         tilt: Degrees of lean beyond which it has fallen.
         columns: Of the trajectory.
+        anchors: Joints that a stick figure shows.
     """
     if not isinstance(law, Spatial) or model.opt.cone != mujoco.mjtCone.mjCONE_ELLIPTIC:
         return None
@@ -46,7 +47,8 @@ def plant_of(
         substeps=substeps, timestep=float(model.opt.timestep), mechanics=mechanics,
         applied=data.qfrc_applied if generalized else data.ctrl, pushed=data.xfrc_applied[robot.base_number],
         driving=data.qfrc_actuator, holding=data.qfrc_constraint, centre=data.xipos, place=data.xpos,
-        energy=data.energy, turned=data.xquat, radius=float(model.geom_size[mechanics.points[0], 0]),
+        energy=data.energy, turned=data.xquat, anchor=data.xanchor, anchors=np.array(anchors), top=np.array(robot.top),
+        radius=float(model.geom_size[mechanics.points[0], 0]),
         least=least, up=-gravity / np.linalg.norm(gravity), tilt=math.cos(math.radians(tilt)),
         columns=np.array([first for first, _ in columns.values()]),
         touched=np.zeros(len(mechanics.points), np.uint8), stopped=np.zeros(len(robot.feet), np.uint8),

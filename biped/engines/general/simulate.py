@@ -88,6 +88,11 @@ class _Simulation:
         self.feet = self.robot.of_foot
         self.plant = self._compiled() if watch is None and self.follow == 1.0 else None
 
+    def _turned(self, force: tuple[float, ...]) -> np.ndarray:
+        """(3,) [N] of a push in the ground's frame."""
+        ground = self.s.ground
+        return frame(ground.slope, ground.side_slope) @ np.array(_in_space(force))
+
     def _compiled(self) -> Plant | None:
         """What the compiled loop is handed, where the law has one."""
         if self.s.law != "spatial" or not self.split:
@@ -97,7 +102,7 @@ class _Simulation:
         mujoco.mj_kinematics(self.model, self.data)
         self.least = self.s.fall.height * float(self.data.xipos[self.robot.base_number, 2])
         return plant_of(self.law.law, self.model, self.data, self.robot, self.substeps, self.least, self.s.fall.tilt,
-                        columns_of(self.robot))  # fmt: skip
+                        columns_of(self.robot), self.anchors)  # fmt: skip
 
     def _span(self, first: int, last: int) -> tuple[int, tuple[str, str] | None]:
         """Ticks first … last - 1 in the compiled loop: how many rows there are then, and how the run ended if it did."""

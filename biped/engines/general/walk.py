@@ -13,6 +13,8 @@ from biped.control.spatial.places import Mechanics
 from biped.control.spatial.tick import spatial_tick
 from biped.control.spatial.topology import BASE, KNEE, LEG, LEGS, N, N_POINTS, NU
 
+(TIME, Q, V, U, POINT, FORCE, CONTACT, COM, COM_VELOCITY, BASE_POSE, FIGURE, GROUND, ENERGY, WORK, GIVEN) = range(15)  # fmt: skip
+"""Quantities of a trajectory (`biped.measure.general.trajectory.columns_of`), in their order."""
 GOING, FALLEN, NOT_FINITE = 0, 1, 2
 """How a loop ends: with its last tick, with a walker too low or leaning too far, with a number that is not finite."""
 
@@ -38,11 +40,14 @@ class Plant(NamedTuple):
         place: (8, 3) origins of the bodies, live.
         energy: (2,) [J], live.
         turned: (8, 4) orientations of the bodies, live.
+        anchor: (njnt, 3) [m] places of the joints, live.
+        anchors: (6,) joints that a stick figure shows.
+        top: (3,) [m] the trunk's end in the torso's frame.
         radius: [m] of the contact points' spheres.
         least: [m] height of the torso below which it has fallen.
         up: (3,) against gravity.
         tilt: Cosine of the lean beyond which it has fallen.
-        columns: (14,) first columns of a trajectory's quantities, in their order.
+        columns: (15,) first columns of a trajectory's quantities, in their order.
         touched: (8,) which contact points touch in a step, work.
         stopped: (2,) which knees are at their stop, work.
         before: (18,) velocities before a step, work.
@@ -65,6 +70,9 @@ class Plant(NamedTuple):
     place: np.ndarray
     energy: np.ndarray
     turned: np.ndarray
+    anchor: np.ndarray
+    anchors: np.ndarray
+    top: np.ndarray
     radius: float
     least: float
     up: np.ndarray
@@ -91,22 +99,30 @@ def _status(plant):
 def _note(plant, c, line, time):
     """Writes the state at a tick into its row."""
     m, at = plant.mechanics, plant.columns
-    line[at[0]] = time
+    line[at[TIME]] = time
     for j in range(N + 1):
-        line[at[1] + j] = m.q[j]
+        line[at[Q] + j] = m.q[j]
     for j in range(N):
-        line[at[2] + j] = m.v[j]
+        line[at[V] + j] = m.v[j]
     for p in range(N_POINTS):
         for i in range(3):
-            line[at[4] + 3 * p + i] = m.place[m.points[p], i]
-        line[at[6] + p] = 1.0 if m.place[m.points[p], 2] < plant.radius else 0.0
+            line[at[POINT] + 3 * p + i] = m.place[m.points[p], i]
+        line[at[CONTACT] + p] = 1.0 if m.place[m.points[p], 2] < plant.radius else 0.0
     for i in range(3):
-        line[at[7] + i] = c["at"]["com"][i]
-        line[at[8] + i] = c["at"]["com_velocity"][i]
-        line[at[9] + i] = plant.place[1, i]
+        line[at[COM] + i] = c["at"]["com"][i]
+        line[at[COM_VELOCITY] + i] = c["at"]["com_velocity"][i]
+        line[at[BASE_POSE] + i] = plant.place[1, i]
     for i in range(4):
-        line[at[9] + 3 + i] = plant.turned[1, i]
-    line[at[11]] = plant.energy[0] + plant.energy[1]
+        line[at[BASE_POSE] + 3 + i] = plant.turned[1, i]
+    for k in range(plant.anchors.size):
+        for i in range(3):
+            line[at[FIGURE] + 3 * k + i] = plant.anchor[plant.anchors[k], i]
+    R, top = m.turned[1], line[at[FIGURE] + 3 * plant.anchors.size :]
+    for i in range(3):
+        top[i] = plant.place[1, i]
+        for j in range(3):
+            top[i] += R[3 * i + j] * plant.top[j]
+    line[at[ENERGY]] = plant.energy[0] + plant.energy[1]
 
 
 @kernel
@@ -122,8 +138,8 @@ def _add_forces(plant, line, share):
             for i in range(3):
                 # Normal, to the left, backward.
                 force = share * (efc[row] if i == 2 else efc[row + 1] if i == 1 else -efc[row + 2])
-                line[at[5] + 3 * p + i] += force
-                line[at[10] + i] += force
+                line[at[FORCE] + 3 * p + i] += force
+                line[at[GROUND] + i] += force
             row += 3
 
 
@@ -146,8 +162,8 @@ def _step(plant, line, share):
         force = plant.applied[j] if generalized else plant.driving[j]
         given += ((force + plant.pushed[j]) if j < BASE else force) * step
         held += plant.holding[j] * step
-    line[at[12]] += given + held
-    line[at[13]] += given
+    line[at[WORK]] += given + held
+    line[at[GIVEN]] += given
 
 
 @long_kernel
@@ -188,7 +204,7 @@ def walk(record, plant, log, signals, first, last):
         else:
             for j in range(NU):
                 plant.applied[j] = c["tick"]["u"][j]
-                line[plant.columns[3] + j] = c["tick"]["u"][j]
+                line[plant.columns[U] + j] = c["tick"]["u"][j]
         for step in range(plant.substeps):
             if step > 0:
                 call(plant.step1, plant.model, plant.data)
