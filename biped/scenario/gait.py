@@ -11,13 +11,14 @@ from biped.base.errors import InputError
 from biped.base.files import description_of, label, layered, read_toml
 from biped.base.text import echo
 from biped.scenario.gains import GAINS, OUT_OF_PLANE, Gains
-from biped.scenario.keys import Actuation, Scenario, Sensing
+from biped.scenario.keys import Actuation, Backstep, Scenario, Sensing
 from biped.scenario.origin import Origin
 from biped.scenario.section import Section
 from biped.scenario.valid import convert, known_keys
 
-SETTINGS: dict[str, type[Section]] = {"sensing": Sensing, "actuation": Actuation}
-"""Tables of a scenario that a gait file may have too."""
+STEP_BACK = "backstep"
+SETTINGS: dict[str, type[Section]] = {"sensing": Sensing, "actuation": Actuation, STEP_BACK: Backstep}
+"""Tables of a scenario that a gait file may have too. All are there by default, but for the step back."""
 
 Settings = dict[str, dict[str, Any]]
 """What a gait was made for: table, key, value."""
@@ -124,6 +125,8 @@ def settings_on(model: Path, controller: Path) -> Settings:
     settings, _ = read_settings(controller)
     origin = Origin(path)
     for name, kind in SETTINGS.items():
+        if name == STEP_BACK and name not in settings:
+            continue
         table = habits.get(name, {})
         section = convert(table, kind, lambda key, what, at=name: origin.fault(f"scenario.{at}.{key}", what))
         settings[name] = {key: getattr(section, key) for key in table} | settings.get(name, {})
@@ -142,6 +145,8 @@ def lay_below(data: dict[str, Any], origin: dict[str, Path], path: Path) -> None
         InputError: A setting is unknown, of the wrong type or impossible.
     """
     settings, theirs = read_settings(path)
+    if "law" in data:
+        settings.pop(STEP_BACK, None)  # it belongs to the thesis's leg states
     for name, table in settings.items():
         mine = data.setdefault(name, {})
         if not isinstance(mine, dict):
@@ -157,8 +162,12 @@ def made_for(s: Scenario) -> Settings:
     tables = {}
     for name, kind in SETTINGS.items():
         defaults, mine = kind(), getattr(s, name)
+        if mine is None:
+            continue
         own = {
-            key: getattr(mine, key) for key in kind.__struct_fields__ if getattr(mine, key) != getattr(defaults, key)
+            key: getattr(mine, key)
+            for key in kind.__struct_fields__
+            if name == STEP_BACK or getattr(mine, key) != getattr(defaults, key)
         }
         if own:
             tables[name] = own
@@ -180,6 +189,13 @@ def resettled(s: Scenario, old: Settings, new: Settings, varied: set[str]) -> Sc
     for name, kind in SETTINGS.items():
         defaults, mine = kind(), getattr(s, name)
         before, after = old.get(name, {}), new.get(name, {})
+        if mine is None:
+            if after:
+                tables[name] = kind(**after)
+            continue
+        if name == STEP_BACK and before and not after and mine == kind(**before):
+            tables[name] = None
+            continue
         moved = {
             key: after.get(key, getattr(defaults, key))
             for key in before.keys() | after.keys()

@@ -109,10 +109,17 @@ def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path, looking: b
     def found(kind: str, name: str, key: str, folder: Path | None) -> Path:
         return locate(kind, name, f"{origin.of(key)}: {key}", folder)
 
+    def lay_gait(gait: Any) -> None:
+        if isinstance(gait, str):  # otherwise the conversion says so
+            lay_below(data, keys, found("controllers", gait, "controller", beside.get("controller")))
+
+    named_here = bool(data.get("controller"))
+    if named_here:
+        lay_gait(data["controller"])  # above what is said of its robot
     general = make_general(data, keys)
     gait = data.get("controller", Scenario().controller)
-    if isinstance(gait, str) and not (general and not gait):  # otherwise the conversion says so
-        lay_below(data, keys, found("controllers", gait, "controller", beside.get("controller")))
+    if not named_here and not (general and not gait):
+        lay_gait(gait)
     if not general:
         _on_robot(data, keys)
     known_keys(data, Scenario, "", fail)

@@ -11,7 +11,7 @@ from biped.base.files import folder as folder_of
 from biped.base.files import locate, names
 from biped.ensemble.plan import Plan
 from biped.scenario.gait import made_for, read_settings
-from biped.scenario.keys import Sensing
+from biped.scenario.keys import Backstep, Sensing
 from biped.scenario.reading import read, read_scenario, to_toml
 
 GAIT = 'extends = "normal"\n[sensing]\nknee_angle = 0.01\nheel_on = 0.002\n[actuation]\nsingle_tangential = true\n'
@@ -75,6 +75,42 @@ def test_a_gait_that_varies_takes_its_settings_along(saved):
     assert with_settings.sensing.toe_on == without.sensing.toe_on == 0.001
 
 
+BACK = 'extends = "normal"\n[backstep]\nmargin = 0.01\n'
+
+
+def test_a_gait_may_step_back():
+    Path("b.toml").write_text(BACK, encoding="utf-8")
+    s, origin = scenario('controller = "b.toml"\nbackstep.theta_l = 70.0\n')
+    assert s.backstep == Backstep(margin=0.01, theta_l=70.0)
+    assert origin.of("backstep.margin") == "b.toml"
+    assert made_for(s) == {"backstep": {"margin": 0.01, "theta_l": 70.0, "k_d2": 300.0, "b_d2": 10.0}}
+    assert scenario('controller = "normal"\n')[0].backstep is None
+
+
+@pytest.mark.parametrize("first", ["b.toml", "normal"])
+def test_the_step_back_goes_with_its_gait(first):
+    Path("b.toml").write_text(BACK, encoding="utf-8")
+    plan = Plan(*scenario(f'controller = "{first}"\nsweep.controller = ["b.toml", "normal"]\n'))
+    assert [plan.run(i).scenario.backstep for i in (0, 1)] == [Backstep(margin=0.01), None]
+
+
+def test_a_step_back_of_the_scenario_stays():
+    Path("b.toml").write_text(BACK, encoding="utf-8")
+    text = 'controller = "b.toml"\nbackstep.k_d2 = 100.0\nsweep.controller = ["b.toml", "normal"]\n'
+    plan = Plan(*scenario(text))
+    assert [plan.run(i).scenario.backstep for i in (0, 1)] == [Backstep(margin=0.01, k_d2=100.0), Backstep(k_d2=100.0)]
+
+
+def test_the_numbers_of_a_robots_step_back_are_no_step_back():
+    assert read_scenario("robot/level").backstep is None
+    assert (
+        Plan(*scenario('model = "robot"\ncontroller = "robot"\nsweep.controller = ["robot"]\n'))
+        .run(0)
+        .scenario.backstep
+        is None
+    )
+
+
 def test_a_setting_that_varies_itself_is_nobody_elses():
     plan = Plan(*scenario('sweep = { controller = ["g.toml"], "sensing.knee_angle" = [0.02, 0.03] }\n'))
     assert [plan.run(i).scenario.sensing.knee_angle for i in (0, 1)] == [0.02, 0.03]
@@ -100,6 +136,8 @@ def test_shipped_gaits_are_used_with_their_settings():
     """No shipped scenario repeats a setting of its gait."""
     for name in names("scenarios"):
         s, origin = read(name)
+        if not s.controller:
+            continue  # a robot of another kind, with a law that has no gait
         settings, _ = read_settings(locate("controllers", s.controller, ""))
         for key in (f"{table}.{key}" for table, values in settings.items() for key in values):
             assert origin.keys[key].parent == folder_of("controllers"), (name, key)
