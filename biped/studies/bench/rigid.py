@@ -32,7 +32,7 @@ PARTS = ("touch", "places", "masses", "responses", "solutions", "evaluations", "
 
 @long_kernel
 def _repeat(records, part):
-    """One part of `PARTS`, by its number, at every state: one loop, because each would be compiled with all it calls."""
+    """One of `PARTS`, by its number, at every state; one loop, as each would be compiled with all that it calls."""
     for k in range(records.size):
         w = records[k]
         q, v = w["state"]["q0"], w["state"]["v0"]
