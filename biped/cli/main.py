@@ -13,6 +13,10 @@ from biped.cli.arguments import parsed
 from biped.cli.common import BAD_INPUT, FAILED, STOPPED
 from biped.cli.ending import DEBUG, complain
 from biped.cli.streams import safe_streams
+from biped.cli.windowless import import_mujoco
+
+SIMULATING = ("run", "check", "regress", "stability", "tune", "worker")
+"""Commands that step MuJoCo, and draw nothing unless asked to."""
 
 
 def _somewhere() -> None:
@@ -37,6 +41,8 @@ def _main(argv: list[str]) -> int:
         _somewhere()
         args = parsed([word for word in argv if word != DEBUG])
         with trusting(getattr(args, "trust", False)):
+            if args.command in SIMULATING:
+                import_mujoco()
             code = import_module(f"biped.cli.commands.{args.command}").command(args)
         sys.stdout.flush()  # here, where it can be said if the disk is full
         return code

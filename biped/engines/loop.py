@@ -101,7 +101,7 @@ def drive(run: Run, physics: Physics) -> Trajectory:
     else:
         walk = _in_python(physics, law, sensors, (estimator, q, v), line, wanted, logged, follow, tick, log)
     status, done, raised = GOING, 0, None
-    for first, last, forces in push_spans(s, physics.bodies, partial(_turned, s.ground.slope), count, tick):
+    for first, last, forces in push_spans(s, physics.bodies, partial(turned, s.ground.slope), count, tick):
         physics.push(forces)
         for start in range(first, last, MOST):
             try:
@@ -230,7 +230,7 @@ def _inferred_tick(
     return judged(estimator, law.record, q, v, log, k, law.tick(k, time))
 
 
-def _turned(slope: float, force: tuple[float, ...]) -> np.ndarray:
+def turned(slope: float, force: tuple[float, ...]) -> np.ndarray:
     """(2,) of a force forward and up, along and normal to a slope [degrees]."""
     angle = np.radians(slope)
     return np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]) @ np.array(force)

@@ -54,13 +54,14 @@ def _row(context, builder, kind, array, row, width):
     return builder.bitcast(first, _vector(width).as_pointer())
 
 
-def _loaded(array, kind):
+def _loaded(kind_of_array, kind):
     def code(context, builder, signature, arguments):
-        x = builder.load(_row(context, builder, signature.args[0], *arguments, kind.width))
+        array, row = arguments
+        x = builder.load(_row(context, builder, signature.args[0], array, row, kind.width))
         x.align = 8
         return x
 
-    return kind(array, types.int64), code
+    return kind(kind_of_array, types.int64), code
 
 
 @intrinsic
@@ -80,7 +81,7 @@ def store(_, array, row, x):
     """See `biped.numerics.lanes.store`."""
 
     def code(context, builder, signature, arguments):
-        place = _row(context, builder, signature.args[0], *arguments[:2], x.width)
+        place = _row(context, builder, signature.args[0], arguments[0], arguments[1], x.width)
         builder.store(arguments[2], place, align=8)
         return context.get_dummy_value()
 

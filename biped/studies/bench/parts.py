@@ -9,16 +9,18 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import msgspec
 import mujoco
 import numpy as np
 
-from biped.engines.loop import push_spans
+from biped.engines.loop import turned
 from biped.engines.mujoco import simulate
 from biped.engines.native import native as native_of
 from biped.engines.native import without_clock
+from biped.engines.spans import push_spans
 from biped.measure.metrics import measure
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import compile_foreign
@@ -66,7 +68,7 @@ def _again(run: Run, trajectory: Trajectory) -> _Again:
     taken = data.qfrc_applied if trajectory.generalized else data.ctrl
     given = np.ascontiguousarray(trajectory.Q_d if trajectory.generalized else trajectory.u)
     bodies = [model.body(i).name for i in range(1, model.nbody)]
-    spans = push_spans(s, bodies, len(trajectory), trajectory.tick)
+    spans = push_spans(s, bodies, partial(turned, s.ground.slope), len(trajectory), trajectory.tick)
     return _Again(model, data, taken, given, spans, round(trajectory.tick / s.simulation.timestep))
 
 

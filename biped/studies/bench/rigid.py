@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,52 +27,37 @@ NEW = 4
 """Evaluations of a step of Runge and Kutta; that of its start is the last one's of the step before, with new forces."""
 
 
+PARTS = ("touch", "places", "masses", "responses", "solutions", "evaluations", "new_forces")
+
+
 @long_kernel
-def _touch(records):
-    """Makes what is marked as active touch where it is, and evaluates."""
+def _repeat(records, part):
+    """One of `PARTS`, by its number, at every state; one loop, as each would be compiled with all that it calls."""
     for k in range(records.size):
         w = records[k]
-        place(w, w["state"]["q0"], w["state"]["v0"])
-        for i in range(N_CONSTRAINTS):
-            if w["contact"]["active"][i]:
-                land(w, i, w["state"]["q0"])
-        evaluate(w, w["state"]["q0"], w["state"]["v0"])
+        q, v = w["state"]["q0"], w["state"]["v0"]
+        if part <= 1:
+            place(w, q, v)
+        elif part == 2:
+            mass_and_bias(w)
+        elif part == 3:
+            respond(w, q, v)
+        elif part == 4:
+            solve_motion(w, w["rows"]["count"])
+        elif part == 5:
+            evaluate(w, q, v)
+        else:
+            evaluate_again(w, q, v)
+        if part == 0:
+            for i in range(N_CONSTRAINTS):
+                if w["contact"]["active"][i]:
+                    land(w, i, q)
 
 
-@long_kernel
-def _places(records):
-    for k in range(records.size):
-        place(records[k], records[k]["state"]["q0"], records[k]["state"]["v0"])
-
-
-@long_kernel
-def _masses(records):
-    for k in range(records.size):
-        mass_and_bias(records[k])
-
-
-@long_kernel
-def _responses(records):
-    for k in range(records.size):
-        respond(records[k], records[k]["state"]["q0"], records[k]["state"]["v0"])
-
-
-@long_kernel
-def _solutions(records):
-    for k in range(records.size):
-        solve_motion(records[k], records[k]["rows"]["count"])
-
-
-@long_kernel
-def _evaluations(records):
-    for k in range(records.size):
-        evaluate(records[k], records[k]["state"]["q0"], records[k]["state"]["v0"])
-
-
-@long_kernel
-def _forces_again(records):
-    for k in range(records.size):
-        evaluate_again(records[k], records[k]["state"]["q0"], records[k]["state"]["v0"])
+def _touch(records: np.ndarray) -> None:
+    """Makes what is marked as active touch where it is, and evaluates."""
+    for name in ("touch", "evaluations"):
+        _repeat(records, PARTS.index(name))
 
 
 def rigid_parts(run: Run, repeats: int = REPEATS) -> dict[str, float]:
@@ -91,12 +77,7 @@ def rigid_parts(run: Run, repeats: int = REPEATS) -> dict[str, float]:
     calls: dict[str, Callable[[], Any]] = {
         "closed_loop": lambda: simulate(run),
         "law": law.law,
-        "new_forces": lambda: _forces_again(records),
-        "evaluations": lambda: _evaluations(records),
-        "places": lambda: _places(records),
-        "masses": lambda: _masses(records),
-        "responses": lambda: _responses(records),
-        "solutions": lambda: _solutions(records),
+        **{name: partial(_repeat, records, k) for k, name in enumerate(PARTS) if k > 0},
     }
     least = dict.fromkeys(calls, np.inf)
     for repeat in range(repeats + 1):

@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from biped.engines import home
 from biped.engines.mujoco import simulate
 from biped.engines.native import native
 from biped.ensemble.plan import Plan
@@ -16,7 +17,9 @@ from biped.show.replay import record_runs
 from biped.studies.bench.features import BASE, FEATURES, prices
 from biped.studies.bench.inner import steps
 from biped.studies.bench.parts import _again, contact_costs, tick_parts
+from biped.studies.bench.rigid import STRIDE, _states, _touch, rigid_parts
 from biped.studies.bench.scenes import SCENES, scene_cost
+from biped.studies.bench.throughput import ensemble_costs
 
 SECONDS = 0.1
 
@@ -32,6 +35,38 @@ def test_parts_add_up_to_the_closed_loop(walked):
     named = ("steps", "tree", "torques", "decisions", "set_up")
     assert sum(parts[name] for name in (*named, "loop")) == pytest.approx(parts["closed_loop"])
     assert all(parts[name] > 0.0 for name in named)
+
+
+def test_parts_of_the_home_engine_add_up_to_its_closed_loop():
+    run = Plan(Scenario(engine="home", duration=0.5, start=Start(posture="heel_toe"))).run(0)
+    parts = rigid_parts(run, 1)
+    whole = ("law", "new_forces", "evaluations", "rest")
+    assert sum(parts[name] for name in whole) == pytest.approx(parts["closed_loop"])
+    one = sum(parts[name] for name in ("places", "masses", "rows", "solutions"))
+    assert all(value > 0.0 for name, value in parts.items() if name != "rest")
+    assert one < parts["closed_loop"]
+
+
+def test_states_of_the_home_engines_bench_move_as_the_run_did():
+    """Accelerations at a run's states, forces and contacts are those that its next velocities show."""
+    run = Plan(Scenario(engine="home", duration=0.5, start=Start(posture="heel_toe"))).run(0)
+    t = home.simulate(run)
+    records = _states(run, t)
+    _touch(records)
+    at = np.arange(1, len(t), STRIDE)
+    inside = at < len(t) - 1
+    touching = np.hstack([t.force[..., 1] > 0.0, t.stop != 0.0])
+    steady = inside & np.array([(touching[max(k - 1, 0) : k + 3] == touching[k]).all() for k in at])
+    assert steady.sum() > 10
+    theirs = (t.v[at[steady] + 1] - t.v[at[steady]]) / t.tick
+    np.testing.assert_allclose(records["motion"]["v_dot"][steady], theirs, atol=0.05 * np.abs(theirs).max())
+
+
+def test_a_campaign_costs_more_than_its_steps():
+    cost = ensemble_costs("level_normal", 2, 2)
+    assert (cost["runs"], cost["jobs"]) == (2, 2)
+    assert cost["ratio"] > 1.0
+    assert cost["cpu"] > 0.0
 
 
 def test_bare_steps_in_compiled_code_are_the_same_steps(walked):
