@@ -7,12 +7,10 @@ import re
 import shutil
 from pathlib import Path
 
-import pytest
 from matplotlib import image
 
 from biped.cli.main import main
 from biped.show.terminal import causes_of
-from tests.cases import ENSEMBLE, write
 
 SWEEP = """
 [sweep]
@@ -23,23 +21,6 @@ rate = 0.5
 [thesis]
 speed = 0.81
 """
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """A finished campaign of two keys in ./c, and its result."""
-    where = tmp_path_factory.mktemp("campaign")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(where)
-        write("e.toml", ENSEMBLE.replace("runs = 6", "runs = 3") + SWEEP)
-        assert main(["run", "e.toml", "--out", "c", "--jobs", "1"]) in (0, 1)
-    return where
-
-
-@pytest.fixture
-def result(folder, monkeypatch):
-    monkeypatch.chdir(folder)
-    return json.loads(Path("c/result.json").read_text(encoding="utf-8"))
 
 
 def is_picture(path: Path) -> bool:

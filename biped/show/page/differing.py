@@ -168,7 +168,8 @@ def _forest(changes: Sequence[Change], margin: float) -> Markup | None:
             frame.line((low, high), (row, row), kind)
         frame.dot(at, row, kind, said=f"{one.metric.words}: {cells(one)[3]} ({cells(one)[4]}), {one.verdict}")
     key = legend([(kind, word) for word, kind in _KIND.items() if any(one.verdict == word for one in shown)])
-    note = f"Within the band of ±{margin:.0%} a change is none that matters."
+    note = (f"Within the band of ±{margin:.0%} a change is none that matters; what changed by more than {_WIDEST:.0%} "
+            "is at the edge, its number in the table below.")  # fmt: skip
     drawn = tag("div", frame.svg("changes"), class_="scroll")
     return tag("div", card("What changed", key, drawn, note=note, wide=True), class_="cards")
 

@@ -17,7 +17,6 @@ from biped.show.page import kind_of
 from biped.show.page.campaign import chosen
 from biped.show.page.plot import Frame, steps
 from biped.studies.sensitivity import share_of
-from tests.cases import ENSEMBLE, write
 
 SWEEP = """
 [sweep]
@@ -25,6 +24,7 @@ SWEEP = """
 [threshold]
 rate = 0.5
 """
+ALSO = (["run", "e.toml", "--only", "1", "--out", "one"],)
 
 
 class Read(HTMLParser):
@@ -51,23 +51,6 @@ class Read(HTMLParser):
     def handle_data(self, data):
         if self.open and self.open[-1] not in ("style", "script"):
             self.words.append(data)
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    where = tmp_path_factory.mktemp("page")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(where)
-        write("e.toml", ENSEMBLE.replace("runs = 6", "runs = 3") + SWEEP)
-        assert main(["run", "e.toml", "--out", "c", "--jobs", "1"]) in (0, 1)
-        assert main(["run", "e.toml", "--only", "1", "--out", "one"]) in (0, 1)
-    return where
-
-
-@pytest.fixture
-def result(folder, monkeypatch):
-    monkeypatch.chdir(folder)
-    return json.loads(Path("c/result.json").read_text(encoding="utf-8"))
 
 
 def page(*argv: str) -> tuple[str, Read]:
