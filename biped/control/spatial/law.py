@@ -40,10 +40,9 @@ class Spatial:
 
     def torques(self, sensed: Sensed) -> np.ndarray:
         """(12,) joint torques [N m]; or (18,) Q_d."""
-        first = self._mechanics is None
         if self._mechanics is None:
             self._mechanics = mechanics_of(sensed.robot, sensed._data)
-        spatial_tick(self.record, self._mechanics, first)
+        spatial_tick(self.record, self._mechanics, sensed.time == 0.0)
         c = self.record[0]
         values = (*(c["memory"]["phase"] + 1), *c["tick"]["placed"], c["tick"]["limited"])
         self.signals = dict(zip(SIGNALS, (float(value) for value in values), strict=True))

@@ -20,7 +20,7 @@ from biped.control.spatial.reduced import (
     weigh_points,
     weigh_stops,
 )  # fmt: skip
-from biped.control.spatial.topology import BASE, KNEE, LEG, LEG_POINTS, LEGS, N, N_POINTS, NU
+from biped.control.spatial.topology import BASE, KNEE, LEG, LEG_POINTS, LEGS, N_POINTS, NU, N
 from biped.numerics.lanes import LANES, added, load, store
 from biped.numerics.nonnegative import nonnegative
 

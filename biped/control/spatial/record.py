@@ -1,10 +1,10 @@
-"""Everything the compiled control tick of a biped with a free base reads and remembers, as one numpy record of parts."""
+"""Everything the compiled control tick of a biped with a free base reads and remembers, as one numpy record."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from biped.control.spatial.topology import BASE, BODIES, ENDS, LEG, LEG_POINTS, LEGS, N, N_POINTS, NU
+from biped.control.spatial.topology import BASE, ENDS, LEG, LEG_POINTS, LEGS, N_POINTS, NU, N
 from biped.numerics.lanes import LANES
 from biped.robot.leg_states import STATES
 
@@ -31,7 +31,7 @@ _GAIT = np.dtype(
 """The gait [rad, N m/rad, N m s/rad] by leg state; a leg's six are flexion … inversion, outward positive."""
 
 _BELIEF = np.dtype([("tilt", "f8", 2), ("hip", "f8"), ("mass", "f8"), ("shank", "f8")], align=True)
-"""[rad] pitch and roll of the ground's frame against what angles are measured from; 
+"""[rad] pitch and roll of the ground's frame against what angles are measured from;
 [m] half the distance of the hips; [kg]; [m] length of a shank."""
 
 _SENSING = np.dtype(

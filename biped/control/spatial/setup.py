@@ -12,7 +12,7 @@ from biped.base.errors import InputError
 from biped.control.general.law import Setup
 from biped.control.spatial import record
 from biped.control.spatial.places import Mechanics
-from biped.control.spatial.topology import BASE, BODIES, FOOT, LEG_POINTS, LEGS, N, NU
+from biped.control.spatial.topology import BASE, BODIES, FOOT, LEG_POINTS, LEGS, NU, N
 from biped.robot.general.facts import General
 from biped.scenario.gains import Gains
 from biped.scenario.gait import out_of_the_plane
@@ -62,9 +62,9 @@ def check_robot(robot: General, model: mujoco.MjModel, name: str) -> None:
     )
     if not right:
         raise InputError(
-            f"law: 'spatial' is for a torso with a free joint and two legs, right first, with hips that flex, abduct and "
-            f"rotate, knees, and ankles that flex and invert, all driven, on feet of four points (models/human3d.xml); "
-            f"model '{name}' is another", "law",
+            "law: 'spatial' is for a torso with a free joint and two legs, right first, with hips that flex, abduct "
+            "and rotate, knees, and ankles that flex and invert, all driven, on feet of four points "
+            f"(models/human3d.xml); model '{name}' is another", "law",
         )  # fmt: skip
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from biped.base.jit import kernel
-from biped.control.spatial.topology import ABDUCTION, BASE, HIP_JOINTS, LEG, LEGS, N, SIDE, THIGH, TORSO
+from biped.control.spatial.topology import BASE, HIP_JOINTS, LEG, LEGS, SIDE, THIGH, TORSO
 from biped.robot.leg_states import EXTENDED, SWING
 
 
@@ -45,7 +45,7 @@ def desired_forces(c, m):
             body = 1 + TORSO
         else:
             s = memory["phase"][leg]
-            placed = _placed(c, leg) if s == SWING or s == EXTENDED else 0.0
+            placed = _placed(c, leg) if s in (SWING, EXTENDED) else 0.0
             c["tick"]["placed"][leg] = placed
             pitch = -k[s, 0] * (at["angle"][leg, 0] - rest[s, 0]) - b[s, 0] * at["rate"][leg, 0]
             roll = -k[s, 1] * (at["angle"][leg, 1] - rest[s, 1] - placed) - b[s, 1] * at["rate"][leg, 1]

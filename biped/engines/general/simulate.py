@@ -105,7 +105,7 @@ class _Simulation:
                         columns_of(self.robot), self.anchors)  # fmt: skip
 
     def _span(self, first: int, last: int) -> tuple[int, tuple[str, str] | None]:
-        """Ticks first … last - 1 in the compiled loop: how many rows there are then, and how the run ended if it did."""
+        """Ticks first … last - 1 in the compiled loop: how many rows there are now, and how it ended if it did."""
         from biped.engines.general.walk import FALLEN, NOT_FINITE, walk
         from biped.engines.native import without_clock
 
@@ -154,7 +154,7 @@ class _Simulation:
         return self._trajectory(done, end, cause, trace)
 
     def _tick(self, k: int) -> tuple[str, str] | None:
-        """One tick: senses, logs, judges, asks the law and steps; how the run ended if it did."""
+        """One tick: senses, logs, judges, asks the law and steps; how it ended if it did."""
         model, data, time = self.model, self.data, k * self.tick
         if self.split:
             mujoco.mj_step1(model, data)

@@ -11,9 +11,10 @@ from biped.base.address import call, doubles_at, int32_at
 from biped.base.jit import kernel, long_kernel
 from biped.control.spatial.places import Mechanics
 from biped.control.spatial.tick import spatial_tick
-from biped.control.spatial.topology import BASE, KNEE, LEG, LEGS, N, N_POINTS, NU
+from biped.control.spatial.topology import BASE, KNEE, LEG, LEGS, N_POINTS, NU, N
 
-(TIME, Q, V, U, POINT, FORCE, CONTACT, COM, COM_VELOCITY, BASE_POSE, FIGURE, GROUND, ENERGY, WORK, GIVEN) = range(15)  # fmt: skip
+TIME, Q, V, U, POINT, FORCE, CONTACT, COM, COM_VELOCITY, BASE_POSE, FIGURE, GROUND = range(12)
+ENERGY, WORK, GIVEN = range(12, 15)
 """Quantities of a trajectory (`biped.measure.general.trajectory.columns_of`), in their order."""
 GOING, FALLEN, NOT_FINITE = 0, 1, 2
 """How a loop ends: with its last tick, with a walker too low or leaning too far, with a number that is not finite."""

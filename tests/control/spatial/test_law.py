@@ -1,4 +1,4 @@
-"""The law in whole runs: compiled as asked tick by tick, mirrored as it began mirrored, refused where it has no meaning."""
+"""The law in whole runs: compiled as asked tick by tick, mirrored if it begins so, refused where it is none."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ PUSH = "push=[{at=0.05,duration=0.1,force=[30.0,80.0,0.0]}]"
 def test_the_compiled_loop_is_the_one_in_python(changes):
     run = run_of(*changes)
     fast, slow = simulate(run), simulate(run, watch=lambda model, data, forces: None)
-    assert len(fast) == len(slow) and fast.end == slow.end == "completed"
+    assert len(fast) == len(slow)
+    assert fast.end == slow.end == "completed"
     for name in fast.columns:
         a, b = fast.column(name), slow.column(name)
         assert np.abs(a - b).max() <= 1e-6 * max(1.0, np.abs(b).max()), name
@@ -59,7 +60,8 @@ def test_a_mirrored_start_gives_the_mirrored_walk(controller):
 
 def test_it_walks():
     t = simulate(run_of("duration=3.0"))
-    assert t.end == "completed" and t.base[-1, 0] > 1.5
+    assert t.end == "completed"
+    assert t.base[-1, 0] > 1.5
     gap = t.point[:, 4:, 1].mean(axis=1) - t.point[:, :4, 1].mean(axis=1)
     assert gap.min() > 0.075
     assert np.abs(t.u[:, [5, 11]]).max() <= 40.0 + 1e-9
@@ -68,7 +70,8 @@ def test_it_walks():
 def test_falls_are_told_in_the_compiled_loop_too():
     run = run_of("duration=3.0", "push=[{at=0.1,duration=0.3,force=[0.0,900.0,0.0]}]")
     fast, slow = simulate(run), simulate(run, watch=lambda model, data, forces: None)
-    assert fast.end == slow.end == "fell" and "left" in fast.cause
+    assert fast.end == slow.end == "fell"
+    assert "left" in fast.cause
     assert abs(len(fast) - len(slow)) <= 5
 
 
