@@ -122,7 +122,7 @@ def test_the_live_viewer_shows_the_ground_instead_of_a_plane():
     def watch(model, data, forces):
         if not seen:
             seen.append(Viewer(model))
-            _arrange(seen[0], model, robot_at(single.model), simulate(single).ground)
+            _arrange(seen[0], model, robot_at(single.model).base.link, simulate(single).ground)
             assert model.geom("ground").rgba[3] == 0.0
 
     profile = simulate(single, watch).ground
