@@ -67,7 +67,7 @@ def test_pushes_that_touch_are_one(pushes, expected):
 
 def shaped(**keys) -> tuple[tuple, ...]:
     push = Push(**{"at": 1.0, "duration": 2.0, "force": (60.0, 0.0)} | keys)
-    return tuple(tuple(piece) for piece in pieces(Scenario(push=(push,))))
+    return tuple((p.start, p.end, *p.force, p.body) for p in pieces(Scenario(push=(push,))))
 
 
 def test_every_half_wave_of_a_sine_is_a_push():

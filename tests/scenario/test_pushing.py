@@ -19,12 +19,12 @@ def run(rate: float = 1000.0, seconds: float = 10.0, **push) -> Scenario:
 
 
 def impulse(found, until: float = math.inf) -> tuple[float, float]:
-    held = [(min(p.end, until) - min(p.start, until), p.forward, p.up) for p in found]
+    held = [(min(p.end, until) - min(p.start, until), *p.force) for p in found]
     return sum(s * f for s, f, _ in held), sum(s * u for s, _, u in held)
 
 
 def test_a_constant_push_is_one_piece_to_the_last_digit():
-    assert pieces(run(at=0.1, duration=0.2)) == ((0.1, 0.1 + 0.2, 60.0, -20.0, "torso"),)
+    assert pieces(run(at=0.1, duration=0.2)) == ((0.1, 0.1 + 0.2, (60.0, -20.0), "torso"),)
 
 
 @pytest.mark.parametrize("rate", [1000.0, 500.0, 125.0])
@@ -33,7 +33,7 @@ def test_a_ramp(rate):
     assert impulse(found) == pytest.approx((60.0, -20.0))  # half of the force for 2 s
     assert impulse(found, 2.0) == pytest.approx((15.0, -5.0))
     assert [b.start for b in found[1:]] == pytest.approx([a.end for a in found[:-1]])
-    assert all(a.forward < b.forward < 60.0 for a, b in pairwise(found))
+    assert all(a.force[0] < b.force[0] < 60.0 for a, b in pairwise(found))
 
 
 @pytest.mark.parametrize("frequency", [0.1, 0.5, 1.0, 2.0, 20.0])
