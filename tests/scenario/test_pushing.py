@@ -19,7 +19,7 @@ def run(rate: float = 1000.0, seconds: float = 10.0, **push) -> Scenario:
 
 
 def impulse(found, until: float = math.inf) -> tuple[float, float]:
-    held = [(min(p.end, until) - min(p.start, until), p.force[0], p.force[1]) for p in found]
+    held = [(min(p.end, until) - min(p.start, until), *p.force) for p in found]
     return sum(s * f for s, f, _ in held), sum(s * u for s, _, u in held)
 
 

@@ -76,13 +76,13 @@ def _log_ground(recording: rr.RecordingStream, placed: Placed) -> None:
     laid, width = slabs(ground, first, last, _TILE), 0.42 * LANE
     down = 0.5 * _SLAB * np.stack([np.sin(laid.angle), -np.cos(laid.angle)], axis=1)
     count, half = len(laid.length), -0.5 * laid.angle
-    turned = {} if ground.level else {"quaternions": np.stack([0 * half, np.sin(half), 0 * half, np.cos(half)], axis=1)}
+    turned = None if ground.level else np.stack([0 * half, np.sin(half), 0 * half, np.cos(half)], axis=1)
     recording.log(
         placed.entity("scene", "ground"),
         rr.Boxes3D(
             half_sizes=np.stack([0.5 * laid.length, np.full(count, width), np.full(count, 0.5 * _SLAB)], axis=1),
             centers=spatial.lift(laid.middle + down),
-            **turned,
+            quaternions=turned,
             colors=np.where(laid.odd[:, None], _DARK, _LIGHT).astype(np.uint8),
             fill_mode=rr.components.FillMode.Solid,
         ),
