@@ -13,7 +13,7 @@ from typing import Any
 from biped.base.errors import InputError
 from biped.base.files import MOST_BYTES, URDF, folder, is_file, label, locate, merge, read_toml
 from biped.base.text import echo, said
-from biped.scenario.keys import Actuation, Ground, Randomise, Scenario, Start
+from biped.scenario.keys import Actuation, Randomise, Scenario, Start
 from biped.scenario.laws import BUILT_IN
 from biped.scenario.section import LARGEST
 from biped.scenario.valid import Fail
@@ -95,9 +95,6 @@ def possible_general(s: Scenario, fail: Fail) -> None:
     """Rejects keys that belong to the thesis's law or to seven links, by name."""
     if s.engine != "mujoco":
         raise fail("engine", f"expected 'mujoco': '{s.engine}' has seven links; got '{s.engine}'")
-    for key in ("tiles", "steps"):
-        if getattr(s.ground, key) != getattr(Ground(), key):
-            raise fail(f"ground.{key}", "expected none: the ground under a general robot is a plane, which may slope")
     if s.law in BUILT_IN and BUILT_IN[s.law].thesis:
         return
     plain = Scenario()
