@@ -10,16 +10,21 @@ from biped.numerics.lanes import LANES
 from biped.numerics.nonnegative import MOST, nonnegative
 
 
+def wide(n):
+    """Lanes for n numbers."""
+    return LANES * -(-n // LANES)
+
+
 def lanes(x):
     """Numbers in the first lanes of rows; what stands in the others must not matter."""
     x = np.atleast_2d(x)
-    return np.hstack([x, np.full((len(x), LANES - x.shape[1]), np.pi)])
+    return np.hstack([x, np.full((len(x), wide(x.shape[1]) - x.shape[1]), np.pi)])
 
 
 def solved(B, d, free=None):
     """min ½‖B x - d‖², x >= 0: x, its multipliers, how often the set changed, and the set."""
     n = B.shape[1]
-    x, y = np.zeros((1, LANES)), np.zeros((1, LANES))
+    x, y = np.zeros((1, wide(n))), np.zeros((1, wide(n)))
     free = np.zeros(n, np.uint8) if free is None else free
     order, work = np.zeros(n, np.int64), np.zeros((n, n))
     changes = nonnegative(lanes(B.T @ B), lanes(B.T @ d), n, free, order, work, x, y)
@@ -27,7 +32,7 @@ def solved(B, d, free=None):
     return x[0, :n], y[0, :n], changes, free
 
 
-@pytest.mark.parametrize("n", [1, 2, 5, 10])
+@pytest.mark.parametrize("n", [1, 2, 5, 10, 20, 34])
 def test_equals_lawson_and_hanson(n):
     rng = np.random.default_rng(n)
     kinds = set()

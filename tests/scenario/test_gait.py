@@ -10,7 +10,8 @@ from biped.base.errors import InputError
 from biped.base.files import folder as folder_of
 from biped.base.files import locate, names
 from biped.ensemble.plan import Plan
-from biped.scenario.gait import made_for, read_settings
+from biped.scenario.gains import Frontal, Gains, Placement, number, single, with_numbers
+from biped.scenario.gait import made_for, read_gains, read_settings
 from biped.scenario.keys import Backstep, Sensing
 from biped.scenario.reading import read, read_scenario, to_toml
 
@@ -146,3 +147,30 @@ def test_shipped_gaits_are_used_with_their_settings():
 def test_made_for_is_what_differs_from_the_defaults():
     s = read_scenario("tuned/level")
     assert made_for(s) == {"sensing": {"knee_angle": 2.389e-05}, "actuation": {"single_tangential": True}}
+
+
+def test_tables_of_a_walker_in_space_are_whole_and_can_be_changed_in_part():
+    whole = read_gains(locate("controllers", "human3d", "controller"), Gains())
+    assert not [name for name in whole.missing() if name != "speed"]
+    part = Gains(frontal=Frontal(placement=Placement(velocity=0.5)))
+    changed = read_gains(locate("controllers", "human3d", "controller"), part)
+    assert changed.frontal is not None
+    assert changed.frontal.placement is not None
+    assert changed.frontal.placement.velocity == 0.5
+    assert changed.frontal.placement.position == number(whole, "frontal.placement.position")
+    assert with_numbers(changed, {"frontal.placement.velocity": number(whole, "frontal.placement.velocity")}) == whole
+
+
+def test_a_table_of_a_walker_in_space_that_lacks_a_gain_is_refused(tmp_path):
+    text = locate("controllers", "human3d", "controller").read_text()
+    file = tmp_path / "gait.toml"
+    file.write_text(text.replace("placement = {", "# {"))
+    with pytest.raises(InputError, match=r"frontal\.placement: missing; \[frontal\] has k_d1"):
+        read_gains(file, Gains())
+
+
+def test_single_numbers_of_tables():
+    assert single(["k_d1", "k_d2.1", "axial.k_d1"]) == ["k_d1", "k_d2.1", "axial.k_d1"]
+    assert single(["frontal.placement"]) == ["frontal.placement.position", "frontal.placement.velocity"]
+    assert single(["frontal.theta_l"]) == [f"frontal.theta_l.{i}" for i in range(4)]
+    assert len(single(["frontal", "axial"])) == 2 * (1 + 4) + 2 * 4 + 2 * 4 + 2 + 2 * (1 + 4) + 1 + 4

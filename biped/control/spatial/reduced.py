@@ -133,18 +133,25 @@ def products(c, x):
     for other in range(LEGS):
         if not standing[other]:
             continue
-        for leg in range(LEGS):
+        for leg in range(other, LEGS):  # the products of right and left are those of left and right
             for lane in range(LANES):
-                if leg < other or not near[LEG_POINTS * leg + lane // DIRECTIONS]:
-                    continue  # the products of right and left are those of left and right
+                if not near[LEG_POINTS * leg + lane // DIRECTIONS]:
+                    continue
                 mine = LANES * leg + lane
                 s = everywhere(0.0)
-                for i in range(BASE + LEG if leg == other else BASE):
+                for i in range(BASE):
                     s = added(s, C[i, mine], load(C, LEGS * i + other))
+                if leg == other:
+                    for i in range(BASE, BASE + LEG):
+                        s = added(s, C[i, mine], load(C, LEGS * i + other))
                 store(D, LEGS * mine + other, s)
+        for leg in range(LEGS):
             s = everywhere(0.0)
-            for i in range(BASE + LEG if leg == other else BASE):
+            for i in range(BASE):
                 s = added(s, work["stop"][leg, i], load(C, LEGS * i + other))
+            if leg == other:
+                for i in range(BASE, BASE + LEG):
+                    s = added(s, work["stop"][leg, i], load(C, LEGS * i + other))
             store(D, LEGS * (STOPS + leg) + other, s)
         s = everywhere(0.0)
         for i in range(BASE):
