@@ -54,7 +54,7 @@ def test_three_libraries_agree_on_mass_bias_and_rows(make_model, tmp_path):
     """M, h and A of Pinocchio, the compiled tree and MuJoCo, to 1e-12 of their scale."""
     path = make_model(tmp_path)
     robot = robot_at(path)
-    theirs, order, _ = compile_foreign(path, scenario(path, f"ground.slope = {SLOPE}"))
+    theirs, order, *_ = compile_foreign(path, scenario(path, f"ground.slope = {SLOPE}"))
     data = mujoco.MjData(theirs)
     model = believed_model(path, SLOPE)
     work, w = model.createData(), rigid_record(path, SLOPE)[0]
@@ -127,7 +127,7 @@ def test_logged_forces_are_all_of_mujocos_constraint_forces(toy):
     """Jᵀ(ground forces) + knee stops = qfrc_constraint, whatever order the file has its contacts and stops in."""
     s = scenario(toy, "start.v = [0.3, 0, 0, 0, 0, 0, 0, 0, 0]")
     t = foreign.simulate(Plan(s).run(0))
-    model, order, _ = compile_foreign(toy, s)
+    model, order, *_ = compile_foreign(toy, s)
     data = mujoco.MjData(model)
     seen = np.zeros(N_CONSTRAINTS)
     for k in range(len(t)):

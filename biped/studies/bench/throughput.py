@@ -93,7 +93,7 @@ def _bare_again(run: Run, trajectory: Trajectory, _: int) -> float:
     return bare(run, trajectory)
 
 
-def ensemble_costs(name: str = "level_normal", jobs: int | None = None, runs: int = ENSEMBLE) -> dict[str, float]:
+def ensemble_costs(name: str = "level_normal", jobs: int | None = None, runs: int | None = None) -> dict[str, float]:
     """An ensemble with metrics on all cores, the whole command, against as many bare steps on as many cores.
 
     Returns:
@@ -101,6 +101,7 @@ def ensemble_costs(name: str = "level_normal", jobs: int | None = None, runs: in
         `runs_per_second`, which mean something on an idle machine.
     """
     jobs = campaign.cores() if jobs is None else jobs
+    runs = ENSEMBLE if runs is None else runs
     changes = [f"randomise.runs={runs}", "start.jitter=0.002"]
     plan = Plan(read_scenario(name, changes))
     first = plan.run(0)
