@@ -13,8 +13,10 @@ Changes are keys of the scenario with Python's values, as after `--set`; see doc
 
 from __future__ import annotations
 
+import logging
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -22,6 +24,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from biped.base.errors import InputError
 from biped.base.progress import Progress, silent
 from biped.ensemble import campaign
+from biped.ensemble.backend import Jobs
 from biped.ensemble.columns import batches
 from biped.ensemble.results import table_of
 from biped.ensemble.stored_rows import StoredRows
@@ -169,6 +172,7 @@ def run(
     *,
     law: Any = None,
     jobs: int | None = None,
+    cluster: str | None = None,
     progress: Progress = silent,
     **changes: Any,
 ) -> Result:
@@ -178,6 +182,7 @@ def run(
         name: Name, path, or as from `load`.
         law: See `load`.
         jobs: Number of processes of an ensemble; default: all cores.
+        cluster: Workers elsewhere instead, as after `--cluster`: a Dask scheduler's address, `local:N`, or a file.
         progress: Told of every finished run (`biped.base.progress`).
         **changes: See `load`.
 
@@ -187,12 +192,13 @@ def run(
     """
     loaded = load(name, law=law, **changes)
     plan = plan_of(loaded.name, loaded.changes, loaded.law)
-    return Result(run_plan(title_of(loaded.name), plan, campaign.cores() if jobs is None else jobs, progress))
+    with _workers(jobs, cluster) as workers:
+        return Result(run_plan(title_of(loaded.name), plan, workers, progress))
 
 
 def sweep(
     name: str | Path | Loaded, over: Mapping[str, Sequence[Any]], *, law: Any = None, jobs: int | None = None,
-    progress: Progress = silent, **changes: Any,
+    cluster: str | None = None, progress: Progress = silent, **changes: Any,
 ) -> Result:  # fmt: skip
     """Runs an ensemble at every combination of values of one or two keys.
 
@@ -201,6 +207,7 @@ def sweep(
         over: Keys with the values that they take, e.g. `{"ground.slope": range(-5, 6)}`.
         law: See `load`.
         jobs: Number of processes; default: all cores.
+        cluster: See `run`.
         progress: Told of every finished run.
         **changes: See `load`; `randomise.runs` is the number of runs at every point.
 
@@ -208,7 +215,7 @@ def sweep(
         The result; its `points` and `thresholds` say how the walk changes.
     """
     table = {key: list(values) for key, values in over.items()}
-    return run(name, law=law, jobs=jobs, progress=progress, **changes, sweep=table)
+    return run(name, law=law, jobs=jobs, cluster=cluster, progress=progress, **changes, sweep=table)
 
 
 class Compared:
@@ -252,12 +259,15 @@ class Compared:
         open_viewer(self.save(tempfile.mkdtemp(prefix="biped-")) / "recording.rrd")
 
 
-def compare(name: str | Path | Loaded, *, jobs: int | None = None, **changes: Any) -> Compared:
+def compare(
+    name: str | Path | Loaded, *, jobs: int | None = None, cluster: str | None = None, **changes: Any
+) -> Compared:
     """Runs a scenario in both engines.
 
     Args:
         name: Name, path, or as from `load`.
         jobs: Number of processes of an ensemble; default: all cores.
+        cluster: See `run`.
         **changes: See `load`.
 
     Raises:
@@ -266,7 +276,23 @@ def compare(name: str | Path | Loaded, *, jobs: int | None = None, **changes: An
     loaded = load(name, **changes)
     if loaded.law is not None:
         raise InputError("compare: law: expected in a file (law = 'path.py:Class'), got a Python object")
-    made = comparison.compare(
-        loaded.name, title_of(loaded.name), loaded.changes, campaign.cores() if jobs is None else jobs
-    )
-    return Compared(made)
+    with _workers(jobs, cluster) as workers:
+        return Compared(comparison.compare(loaded.name, title_of(loaded.name), loaded.changes, workers))
+
+
+@contextmanager
+def _workers(jobs: int | None, cluster: str | None) -> Iterator[Jobs]:
+    """Who carries out: processes, or a cluster, which is let go when the block ends.
+
+    Raises:
+        InputError: There is no such cluster, or both are named.
+    """
+    if cluster is None:
+        yield campaign.cores() if jobs is None else jobs
+        return
+    if jobs is not None:
+        raise InputError("jobs: expected without cluster, which has workers of its own")
+    from biped.ensemble.cluster import cluster_at
+
+    with cluster_at(cluster, False, logging.getLogger("biped").warning) as workers:
+        yield workers

@@ -6,56 +6,13 @@ disk. Whoever passes an address has checked it: a wrong one ends the process.
 
 from __future__ import annotations
 
-from typing import Any
+from biped.base.jit import intrinsic
 
-from llvmlite import ir
-from numba import int64, types
-from numba.extending import intrinsic as _intrinsic
-from numba.np.arrayobj import populate_array
+_CODE = "biped.base.address_code"
 
-# What an intrinsic is called with is not what it is defined with.
-intrinsic: Any = _intrinsic
-
-_BYTE = ir.IntType(8).as_pointer()
-
-
-@intrinsic
-def call(_, function, first, second):
-    """Calls `void function(void*, void*)`."""
-
-    def code(context, builder, signature, arguments):
-        kind = ir.FunctionType(ir.VoidType(), [_BYTE, _BYTE]).as_pointer()
-        address, *pointers = arguments
-        builder.call(builder.inttoptr(address, kind), [builder.inttoptr(pointer, _BYTE) for pointer in pointers])
-        return context.get_dummy_value()
-
-    return types.void(types.int64, types.int64, types.int64), code
-
-
-@intrinsic
-def int32_at(_, address):
-    """The int32 at an address."""
-
-    def code(context, builder, signature, arguments):
-        place = builder.inttoptr(arguments[0], ir.IntType(32).as_pointer())
-        return builder.sext(builder.load(place), ir.IntType(64))
-
-    return int64(types.int64), code
-
-
-@intrinsic
-def doubles_at(_, address, count):
-    """The `count` doubles whose own address is kept at an address, as an array that owns nothing.
-
-    (numba's `carray` returns one from a function, which kernels without reference counts cannot.)
-    """
-    kind = types.Array(types.float64, 1, "C")
-
-    def code(context, builder, signature, arguments):
-        place = builder.inttoptr(arguments[0], ir.DoubleType().as_pointer().as_pointer())
-        array = context.make_array(kind)(context, builder)
-        size = context.get_constant(types.intp, 8)
-        populate_array(array, builder.load(place), [arguments[1]], [size], size, None)
-        return array._getvalue()
-
-    return kind(types.int64, types.int64), code
+call = intrinsic(_CODE, "call")
+"""(function, first, second): calls `void function(void*, void*)`."""
+int32_at = intrinsic(_CODE, "int32_at")
+"""(address): the int32 there."""
+doubles_at = intrinsic(_CODE, "doubles_at")
+"""(address, count): the `count` doubles whose own address is kept there, as an array that owns nothing."""

@@ -13,6 +13,8 @@ from biped.base.text import echo, said, short
 
 SUFFIX = {"models": ".xml", "controllers": ".toml", "scenarios": ".toml"}
 
+URDF = ".urdf"
+"""Of the other kind of model files."""
 MOST_BYTES = 1_000_000
 """Of a TOML file; the largest shipped one has four thousand."""
 DEEPEST = 32
@@ -58,7 +60,7 @@ def locate(kind: str, name: str, asked_by: str, beside: Path | None = None) -> P
         InputError: There is no such file.
     """
     suffix = SUFFIX[kind]
-    if not name.endswith(suffix):
+    if not name.endswith((suffix, URDF) if kind == "models" else suffix):
         # A bare name means the folder of its kind: a scenario `uphill` may use the controller `uphill`.
         candidates = [folder(kind) / f"{name}{suffix}"]
     else:
@@ -91,7 +93,8 @@ def description_of(model: Path) -> Path:
 def canonical(kind: str, path: Path) -> str:
     """The name of a file in the folder of its kind, or the absolute path of one elsewhere."""
     try:
-        return str(path.resolve().relative_to(folder(kind).resolve()).with_suffix(""))
+        inside = path.resolve().relative_to(folder(kind).resolve())
+        return str(inside.with_suffix("") if inside.suffix == SUFFIX[kind] else inside)
     except ValueError:
         return str(path.resolve())
 

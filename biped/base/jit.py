@@ -1,21 +1,47 @@
-"""How kernels are compiled, and how a loop calls them."""
+"""How kernels are compiled, and how a loop calls them.
 
+Nothing here imports numba until something has to be compiled: importing it and loading from its cache cost more than
+ten seconds of walking. Kernels that a run calls from Python are loaded as object code instead (`biped.base.objects`).
+"""
+
+from __future__ import annotations
+
+import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import partial
+from functools import lru_cache, partial, update_wrapper
+from importlib import import_module
 from importlib.util import find_spec
+from pathlib import Path
+from threading import RLock
 from typing import Any
-
-import numba
-import numba.core.config
-from numba import typeof
 
 from biped.base.kernels import cache_folder
 
-# numba's types know neither its settings nor what its decorators take.
-config: Any = numba.core.config
-njit: Any = numba.njit
+SETTINGS = any(name.startswith("NUMBA_") for name in os.environ) or Path(".numba_config.yaml").exists()
+"""Whether numba has been told how to compile: then it compiles everything, and what it says is asked of it."""
+
+
+@lru_cache(maxsize=1)
+def numba() -> Any:
+    """numba, which takes for granted that SciPy has a BLAS: it would import all of scipy.linalg only to see.
+
+    No kernel needs one; a user's own, which asks for it by name, still gets it.
+    """
+    out: Any = import_module("numba")
+    if "scipy.linalg" not in sys.modules and "numba.np.arraymath" not in sys.modules:
+        sys.modules["scipy.linalg"] = None  # pyright: ignore[reportArgumentType]
+        try:
+            arraymath: Any = import_module("numba.np.arraymath")
+        finally:
+            del sys.modules["scipy.linalg"]
+        arraymath._HAVE_BLAS = find_spec("scipy") is not None
+    return out
+
+
+COMPILED = not ((SETTINGS or "numba" in sys.modules) and numba().config.DISABLE_JIT)
+"""Whether kernels are compiled (NUMBA_DISABLE_JIT is not set)."""
 
 
 @contextmanager
@@ -24,6 +50,8 @@ def cached() -> Iterator[None]:
 
     Elsewhere numba's settings stay as they are: a notebook's own functions do not land in biped's folder.
     """
+    config: Any = import_module("numba.core.config")
+    numba()
     before = config.CACHE_DIR
     if not before and not config.DISABLE_JIT:
         config.CACHE_DIR = str(cache_folder())
@@ -33,28 +61,114 @@ def cached() -> Iterator[None]:
         config.CACHE_DIR = before
 
 
-def _postpone_blas() -> None:
-    """Lets numba take for granted that SciPy has a BLAS, which it would import, all of scipy.linalg, only to see.
+_making = RLock()
 
-    No kernel needs one; a user's own, which asks for it by name, still gets it.
+
+class Deferred:
+    """Something that compiled code uses, made when it is first called or first compiled into something.
+
+    Args:
+        make: Makes it, once.
     """
-    if "scipy.linalg" in sys.modules or "numba.np.arraymath" in sys.modules:
-        return
-    sys.modules["scipy.linalg"] = None  # pyright: ignore[reportArgumentType]
-    try:
-        from numba.np import arraymath
-    finally:
-        del sys.modules["scipy.linalg"]
-    arraymath._HAVE_BLAS = find_spec("scipy") is not None
+
+    def __init__(self, make: Callable[[], Any]):
+        self._make = make
+        self._made: Any = None
+
+    @property
+    def made(self) -> Any:
+        """The thing itself."""
+        if self._made is None:
+            with _making:
+                if self._made is None:
+                    self._made = self._make()
+        return self._made
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Calls it."""
+        return self.made(*arguments)
+
+    @property
+    def _numba_type_(self) -> Any:
+        """Of which type it is, as numba asks of everything that compiled code names."""
+        context = import_module("numba.core.registry").cpu_target.typing_context
+        made = self.made
+        context.refresh()  # knows what has been imported meanwhile
+        return context.resolve_value_type(made)
 
 
-_postpone_blas()
+def intrinsic(module: str, name: str) -> Callable[..., Any]:
+    """What compiled code calls by a name and a module defines for numba, imported when it first is."""
+    return Deferred(lambda: getattr(import_module(module), name))
 
-COMPILED = not config.DISABLE_JIT
-"""Whether kernels are compiled (NUMBA_DISABLE_JIT is not set)."""
+
+class Kernel(Deferred):
+    """A function that is compiled when it is first called.
+
+    Args:
+        function: The function.
+        options: Of numba.njit.
+        entry: Whether it is called as object code where there is some.
+
+    Attributes:
+        py_func: The function.
+    """
+
+    def __init__(self, function: Callable[..., Any], options: dict[str, Any], entry: bool):
+        super().__init__(self._dispatcher)
+        update_wrapper(self, function)
+        self.py_func, self._options = function, options
+        self._entry = entry and not SETTINGS
+        self._codes: dict[Any, Callable[..., Any]] = {}
+
+    def _dispatcher(self) -> Any:
+        with cached():
+            return numba().njit(**self._options)(self.py_func)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Calls it."""
+        return self._code(arguments)(*arguments) if self._entry else self.made(*arguments)
+
+    def _code(self, arguments: tuple[Any, ...]) -> Callable[..., Any]:
+        from biped.base import objects  # which takes numpy
+
+        kinds = objects.kinds(arguments)
+        code = self._codes.get(kinds)
+        if code is None:
+            with _making:
+                code = self._codes[kinds] = objects.loaded(self, arguments) or self._kept(arguments)
+        return code
+
+    def _kept(self, arguments: tuple[Any, ...]) -> Callable[..., Any]:
+        from biped.base.emitted import keep
+        from biped.base.objects import loaded
+
+        return (loaded(self, arguments) if keep(self, arguments) else None) or self.made
+
+    @property
+    def alone(self) -> bool:
+        """Whether Python's other threads go on while it runs."""
+        return self._options["nogil"]
+
+    @property
+    def signatures(self) -> list[Any]:
+        """Types of arguments for which there is code in this process."""
+        return [*self._codes, *(self._made.signatures if self._made is not None else ())]
+
+    def __getattr__(self, name: str) -> Any:
+        """What else numba's dispatchers have: `stats`, `overloads`, `compile`."""
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return getattr(self.made, name)
+
+    def __reduce__(self) -> str:
+        """Processes hand a kernel to each other by name."""
+        return self.py_func.__qualname__
 
 
-def kernel(function: Callable[..., Any], signature: Any = None, alone: bool = False) -> Callable[..., Any]:
+def kernel(
+    function: Callable[..., Any], signature: Any = None, alone: bool = False, entry: bool = False
+) -> Callable[..., Any]:
     """Compile a function that allocates nothing.
 
     Without numba's reference counts (`_nrt`) a call on a few arrays costs 20 ns instead of 240: more than the
@@ -64,12 +178,22 @@ def kernel(function: Callable[..., Any], signature: Any = None, alone: bool = Fa
         function: The function.
         signature: Its types, if it is to be compiled at once.
         alone: Whether Python's other threads go on while it runs (it holds no interpreter lock); for long calls.
+        entry: Whether Python calls it a few times a run: then it is kept as object code, which is loaded in a tenth of
+            the time that numba takes; but a call takes 20 µs.
     """
+    if not COMPILED:
+        return function
+    options = {"cache": True, "error_model": "numpy", "_nrt": False, "nogil": alone}
+    if signature is None:
+        return Kernel(function, options, entry)
     with cached():
-        return njit(signature, cache=True, error_model="numpy", _nrt=False, nogil=alone)(function)
+        return numba().njit(signature, **options)(function)
 
 
-long_kernel = partial(kernel, alone=True)
+entry_kernel = partial(kernel, entry=True)
+"""A kernel that Python calls a few times a run."""
+
+long_kernel = partial(kernel, alone=True, entry=True)
 """A kernel that runs for milliseconds: threads run such side by side."""
 
 
@@ -80,5 +204,6 @@ def bound(function: Callable[..., Any], *arguments: Any) -> Callable[..., Any]:
         function: A kernel.
         arguments: Examples; every later argument must be of the same type, arrays in dtype, layout and rank.
     """
-    compile_for = getattr(function, "compile", None)  # plain Python under NUMBA_DISABLE_JIT
-    return function if compile_for is None else compile_for(tuple(typeof(argument) for argument in arguments))
+    if not isinstance(function, Kernel):  # plain Python under NUMBA_DISABLE_JIT
+        return function
+    return function.made.compile(tuple(numba().typeof(argument) for argument in arguments))

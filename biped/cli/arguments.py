@@ -112,7 +112,7 @@ def _parser() -> Parser:
                       help="a change within this share is none that matters (default: 0.05)")  # fmt: skip
     diff.add_argument("--out", type=Path, help="folder for diff.json and diff.md (default of gaits: one below runs/)")
     _trust(diff)
-    diff.add_argument("--jobs", type=_whole, help="processes (default: all cores)")
+    _who(diff)
     diff.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     tune = commands.add_parser("tune", help="find gains that serve a scenario's conditions",
                                description="Finds gains that serve the conditions in a scenario's [tune].")  # fmt: skip
@@ -152,15 +152,17 @@ def _parser() -> Parser:
     export.add_argument("--eurobench", type=Path, required=True, metavar="DIR",
                         help="new folder for files as EuroBench's documents describe them")  # fmt: skip
     bench = commands.add_parser("bench", help="run time against error, and what things cost")
-    bench.add_argument("what", choices=["throughput", "walking", "mechanisms", "tolerances", "robot", "regress"],
+    things = ["throughput", "walking", "mechanisms", "tolerances", "robot", "campaigns", "regress"]
+    bench.add_argument("what", choices=things,
                        help="what to measure; tolerances: error of adaptive steps of mechanisms against what they were "
-                       "asked for; robot: the bench experiments of Figs 4.7 and 4.8; regress: whether a recorded "
-                       "result or cost changed")  # fmt: skip
+                       "asked for; robot: the bench experiments of Figs 4.7 and 4.8; campaigns: processes here against "
+                       "a cluster, by the clock; regress: whether a recorded result or cost changed")  # fmt: skip
     bench.add_argument("--out", type=Path, help="walking, mechanisms, tolerances, robot: folder for figures")
     bench.add_argument(
         "--quick",
         action="store_true",
-        help="mechanisms: fewer repeats and settings; throughput: no scenes and no prices of features",
+        help="mechanisms: fewer repeats and settings; throughput: no scenes and no prices of features; "
+        "campaigns: fewer runs",
     )
     bench.add_argument("--update", action="store_true", help="regress: record the costs measured now")
     bench.add_argument("--reason", help="regress: why costs changed (needed by --update)")

@@ -3,14 +3,40 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import sys
 import traceback
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from biped.base.errors import InputError
 from biped.base.files import label, nearest
 from biped.base.trust import refusal, trusted
 from biped.scenario.law import changed_since
+
+MOST_SIGNALS = 64
+"""Of a law's own."""
+
+
+def signal_names(signals: Any, fault: Callable[[str], InputError]) -> tuple[str, ...]:
+    """Names of a law's own signals, which it has when it is made.
+
+    Args:
+        signals: What it has.
+        fault: Makes the error.
+
+    Raises:
+        InputError: They are not names of numbers.
+    """
+    if not isinstance(signals, dict):
+        raise fault(f"signals: expected a dict of names and numbers, got {signals!r:.60}")
+    for name in signals:
+        if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z]\w{0,59}", name, re.ASCII):
+            raise fault(f"signals: expected names of letters, digits and _, got {name!r:.80}")
+    if len(signals) > MOST_SIGNALS:
+        raise fault(f"signals: expected at most {MOST_SIGNALS}, got {len(signals)}")
+    return tuple(signals)
 
 
 def said(error: BaseException, file: str) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 
 from biped.numerics.lanes import LANES
 from biped.numerics.triangular import BLOCK
+from biped.robot.ground import GROUND
 from biped.robot.kinematics import PLACES, TREE
 from biped.robot.leg_states import STATES
 from biped.robot.topology import BASE, LEGS, N_CONSTRAINTS, N_POINTS, N_ROWS, NQ, NU, SEGMENTS
@@ -135,10 +136,12 @@ CONTROL = np.dtype(
         ("backstep", _BACKSTEP), ("actuation", _ACTUATION), ("fall", _FALL), ("memory", _MEMORY), ("at", PLACES),
         ("tick", _TICK),
         ("work", _WORK), ("rows", _ROWS), ("push", _PUSH),
+        ("ground", GROUND),
     ],
     align=True,
 )  # fmt: skip
-"""The controller; `tree` and `at` are the lengths and masses it believes in and where it senses itself to be."""
+"""The controller; `tree` and `at` are the lengths and masses it believes in and where it senses itself to be, `ground`
+the ground above which it senses heights."""
 
 
 def new() -> np.ndarray:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio
 
-from biped.base.jit import kernel
+from biped.base.jit import entry_kernel
 from biped.control import record
 from biped.control.sensing import sense_links
 from biped.robot.kinematics import mass_matrix
@@ -45,7 +45,7 @@ def _agrees(path: Path, modified: float, parts: tuple[tuple[bytes, tuple[int, ..
     return True
 
 
-@kernel
+@entry_kernel
 def _matrices(record, q, v, M):
     c = record[0]
     sense_links(c, q, v)

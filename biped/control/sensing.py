@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from biped.base.jit import kernel
+from biped.robot.ground import height_below
 from biped.robot.kinematics import biases_on_links, forward, link_angles, points_on_links
 from biped.robot.topology import HEEL, LINK_DOF, N_LINKS, N_POINTS, X, Z
 
@@ -38,9 +39,11 @@ def sense_links_in(c, J, q, v):
 
 @kernel
 def _heights(c, q):
-    height, switches = c["tick"]["height"], c["switches"]
+    height, switches, point = c["tick"]["height"], c["switches"], c["at"]["point"]
     for i in range(N_POINTS):
-        height[i] = q[Z] + c["at"]["point"][i, 1]
+        height[i] = q[Z] + point[i, 1]
+        if c["ground"]["count"] > 0:
+            height[i] -= height_below(c["ground"], q[X] + point[i, 0])
         if switches["on"]:  # a point that presses is on the ground, one that does not is above it
             height[i] = 0.0 if switches["touching"][i] else max(height[i], c["sensing"]["contact_height"])
 

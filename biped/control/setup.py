@@ -8,6 +8,7 @@ import numpy as np
 
 from biped.control import record
 from biped.control.bounded import EXACT, FOREIGN
+from biped.robot.ground import profile_of, set_ground
 from biped.robot.model import gravity, torque_limits
 from biped.robot.run import Run
 from biped.robot.topology import FOOT, N_ROWS, STOP_ROW, Z
@@ -41,6 +42,7 @@ def controller_record(run: Run, believed: Tree) -> np.ndarray:
         back["k_d2"], back["b_d2"] = s.backstep.k_d2, s.backstep.b_d2
     _set_actuation(c["actuation"], s)
     _set_pushing(c["push"], s, believed)
+    set_ground(c["ground"], profile_of(s.ground, run.seed))
     c["fall"]["height"] = s.fall.height * run.q[Z]
     c["fall"]["tilt"] = np.radians(s.fall.tilt)
     return out

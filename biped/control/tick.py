@@ -17,8 +17,9 @@ from biped.control.pushing import pushing_torques
 from biped.control.sensing import believe_contacts, first_belief, sense_links, sense_links_in
 from biped.control.springs import desired_forces
 from biped.measure.trajectory import ACTIVE, BELIEVED, HEIGHT, PHASE, Q_D, TIME, Q, U, V
+from biped.robot.ground import height_below
 from biped.robot.kinematics import mass_matrix
-from biped.robot.topology import LEGS, N_CONSTRAINTS, N_POINTS, NQ, NU, PITCH, Z
+from biped.robot.topology import LEGS, N_CONSTRAINTS, N_POINTS, NQ, NU, PITCH, X, Z
 
 GOING, LOW, TILTED, NOT_FINITE = 0, 1, 2, 3
 """What a tick reports: the run goes on, the torso is too low, it leans too far, a number is not finite."""
@@ -31,7 +32,7 @@ def fallen(c, q, v):
     for j in range(NQ):
         if not (math.isfinite(q[j]) and math.isfinite(v[j])):
             return NOT_FINITE
-    if q[Z] < fall["height"]:
+    if q[Z] - height_below(c["ground"], q[X]) < fall["height"]:
         return LOW
     if abs(q[PITCH] + c["belief"]["tilt"]) > fall["tilt"]:
         return TILTED

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import re
 import traceback
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import numpy as np
 import pinocchio
@@ -15,7 +14,7 @@ import pinocchio
 from biped.base.errors import InputError
 from biped.base.files import label
 from biped.control.law import WORLD, Raised, Signals
-from biped.control.loading import load_law, said
+from biped.control.loading import load_law, said, signal_names
 from biped.control.offered import offer
 from biped.control.setup import controller_record
 from biped.control.tick import NOT_FINITE, log_tick, sense_in
@@ -148,26 +147,11 @@ class UserLaw:
             raise self._fault(f"{kind_name}(setup) raised {said(error, self.file)}") from error
         if not callable(getattr(self._law, "torques", None)):
             raise self._fault("expected a method torques(sensed) that returns six torques [N m]")
-        names = self._named(getattr(self._law, "signals", {}))
+        names = signal_names(getattr(self._law, "signals", {}), self._fault)
         self.signals = Signals(names, np.full((len(log) if names else 0, len(names)), np.nan))
 
     def _fault(self, what: str) -> InputError:
         return InputError(f"{self.name}: {what}", "law")
-
-    def _named(self, signals: Any) -> tuple[str, ...]:
-        """Names of the law's own signals, which it has when it is made.
-
-        Raises:
-            InputError: They are not names of numbers.
-        """
-        if not isinstance(signals, dict):
-            raise self._fault(f"signals: expected a dict of names and numbers, got {signals!r:.60}")
-        for name in signals:
-            if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z]\w{0,59}", name, re.ASCII):
-                raise self._fault(f"signals: expected names of letters, digits and _, got {name!r:.80}")
-        if len(signals) > MOST_SIGNALS:
-            raise self._fault(f"signals: expected at most {MOST_SIGNALS}, got {len(signals)}")
-        return tuple(signals)
 
     def tick(self, k: int, time: float) -> int:
         """See `Law`.
@@ -232,7 +216,6 @@ class UserLaw:
 
 
 _NO_TORQUES = "returned no torques"
-MOST_SIGNALS = 64
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:

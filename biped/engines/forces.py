@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from biped.base.jit import kernel
+from biped.engines.planes import above, turned
 from biped.measure.trajectory import FORCE, STOP, Q
 from biped.robot.topology import KNEE
 
 
 @kernel
-def log_forces(log, k, efc_force, place, points, radius, contacts, stops, pyramid):
+def log_forces(log, k, efc_force, place, points, radius, contacts, stops, pyramid, planes):
     """Writes the forces of ground and knee stops in the physics step that began at row k.
 
     MuJoCo lists joint limits first, then the contacts that exist in pair order. An elliptic cone has three rows each:
@@ -25,11 +26,12 @@ def log_forces(log, k, efc_force, place, points, radius, contacts, stops, pyrami
         contacts: (4,) points in the order in which MuJoCo lists contacts.
         stops: (2,) stops in the order in which MuJoCo lists joint limits.
         pyramid: Coefficient of friction of a pyramidal cone; 0 for an elliptic one.
+        planes: `biped.engines.planes.Planes`, of the same step.
     """
     rows = 4 if pyramid > 0.0 else 3
     touching = 0
     for i in range(points.size):
-        if place[points[i], 2] < radius:
+        if above(planes, place, points, i) < radius:
             touching += 1
     at = efc_force.size - rows * touching
     limit = 0
@@ -41,7 +43,7 @@ def log_forces(log, k, efc_force, place, points, radius, contacts, stops, pyrami
     for i in contacts:
         log[k, FORCE + 2 * i] = 0.0
         log[k, FORCE + 2 * i + 1] = 0.0
-        if at >= 0 and place[points[i], 2] < radius:
+        if at >= 0 and above(planes, place, points, i) < radius:
             if pyramid > 0.0:
                 log[k, FORCE + 2 * i] = -pyramid * (efc_force[at + 2] - efc_force[at + 3])
                 log[k, FORCE + 2 * i + 1] = efc_force[at] + efc_force[at + 1] + efc_force[at + 2] + efc_force[at + 3]
@@ -49,3 +51,5 @@ def log_forces(log, k, efc_force, place, points, radius, contacts, stops, pyrami
                 log[k, FORCE + 2 * i] = -efc_force[at + 2]
                 log[k, FORCE + 2 * i + 1] = efc_force[at]
             at += rows
+            if planes.ground[0]["count"] > 0:
+                turned(planes, i, log[k])

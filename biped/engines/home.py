@@ -1,7 +1,8 @@
 """The home engine: the thesis's own equations. Rigid unilateral contacts, plastic impacts, no slip.
 
-Of a scenario's physics it uses the slope, the pushes, the truth about the biped and `simulation.timestep`; friction,
-contact time and solver settings belong to MuJoCo's compliant contacts and have no meaning here.
+Of a scenario's physics it uses the slope, tiles and steps, the pushes, the truth about the biped and
+`simulation.timestep`; friction, contact time and solver settings belong to MuJoCo's compliant contacts and have no
+meaning here.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from biped.engines.rigid.record import rigid_record
 from biped.engines.rigid.walk import log_impulses, walk_rigid
 from biped.measure.trajectory import Trajectory
 from biped.robot.description import robot_at
+from biped.robot.ground import profile_of
 from biped.robot.model import tree_at, true_tree
 from biped.robot.run import Run
 from biped.robot.topology import BASE
@@ -44,7 +46,7 @@ def simulate_with_ledger(run: Run) -> tuple[Trajectory, np.ndarray]:
     tick = 1.0 / s.simulation.control_rate
     steps = round(tick / s.simulation.timestep)
     q, v = np.array(run.q), np.array(run.v)
-    rigid = rigid_record(run.model, s.ground.slope, s.truth)
+    rigid = rigid_record(run.model, s.ground.slope, s.truth, profile_of(s.ground, run.seed))
     w = rigid[0]
     touch_down(rigid, q, v)
 

@@ -4,26 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from biped.base.errors import InputError
-from biped.base.files import nearest
 from biped.control.controller import ThesisLaw, law_of
 from biped.control.estimator import Inference, infer, judged
 from biped.control.law import Law, Raised
 from biped.control.loop import Control, within_line
 from biped.control.tick import GOING, LOW, TILTED
+from biped.engines.spans import push_spans
 from biped.measure.trajectory import Q_D, WIDTH, Q, Trajectory, U, V
 from biped.robot.description import Robot, robot_at
+from biped.robot.ground import profile_of
 from biped.robot.model import torque_limits, tree_at
 from biped.robot.run import Run
 from biped.robot.topology import NQ, PITCH, X
 from biped.robot.tree import Tree
-from biped.scenario.keys import Scenario
 from biped.scenario.keys import Sensors as SensorKeys
+from biped.scenario.pushing import pieces
 
 if TYPE_CHECKING:
     from biped.control.senses import Senses
@@ -102,7 +101,7 @@ def drive(run: Run, physics: Physics) -> Trajectory:
     else:
         walk = _in_python(physics, law, sensors, (estimator, q, v), line, wanted, logged, follow, tick, log)
     status, done, raised = GOING, 0, None
-    for first, last, forces in push_spans(s, physics.bodies, count, tick):
+    for first, last, forces in push_spans(s, physics.bodies, partial(_turned, s.ground.slope), count, tick):
         physics.push(forces)
         for start in range(first, last, MOST):
             try:
@@ -127,7 +126,7 @@ def drive(run: Run, physics: Physics) -> Trajectory:
         slope=s.ground.slope,
         generalized=generalized,
         torque_limit=torque_limits(s),
-        pushes=tuple((p.at, p.at + p.duration, *p.force, p.body) for p in s.push),
+        pushes=tuple((p.start, p.end, p.force[0], p.force[1], p.body) for p in pieces(s)),
         end=end,
         cause=cause,
         warnings={},
@@ -135,6 +134,7 @@ def drive(run: Run, physics: Physics) -> Trajectory:
         inferred=None if senses is None else senses.noted[:done],
         signal_names=law.signals.names,
         traceback="" if raised is None else raised.traceback,
+        ground=profile_of(s.ground, run.seed),
     )
 
 
@@ -230,42 +230,10 @@ def _inferred_tick(
     return judged(estimator, law.record, q, v, log, k, law.tick(k, time))
 
 
-def push_spans(s: Scenario, bodies: Sequence[str], count: int, tick: float) -> list[tuple[int, int, np.ndarray]]:
-    """The run cut where pushes begin and end.
-
-    Args:
-        s: The scenario.
-        bodies: Names of the bodies that can be pushed.
-        count: Number of ticks.
-        tick: [s].
-
-    Returns:
-        (first tick, last tick + 1, forces (len(bodies), 2) [N] along and normal to the slope) of each span.
-
-    Raises:
-        InputError: A push names a body that is not there.
-    """
-    spans = [(round(p.at / tick), round((p.at + p.duration) / tick)) for p in s.push]
-    cuts = sorted({0, count, *(min(t, count) for span in spans for t in span)})
-    angle = np.radians(s.ground.slope)
-    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-    forces = []
-    for i, p in enumerate(s.push):
-        if p.body not in bodies:
-            raise InputError(
-                f"push[{i}].body: model '{s.model}' has no body '{p.body}'; {nearest(p.body, list(bodies))}"
-            )
-        force = np.zeros((len(bodies), 2))
-        force[bodies.index(p.body)] = turn @ np.array(p.force)
-        forces.append(force)
-    out = []
-    for first, last in pairwise(cuts):
-        total = np.zeros((len(bodies), 2))
-        for (start, stop), force in zip(spans, forces, strict=True):
-            if start <= first < stop:
-                total += force
-        out.append((first, last, total))
-    return out
+def _turned(slope: float, force: tuple[float, ...]) -> np.ndarray:
+    """(2,) of a force forward and up, along and normal to a slope [degrees]."""
+    angle = np.radians(slope)
+    return np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]) @ np.array(force)
 
 
 def _ending(status: int, log: np.ndarray, robot: Robot) -> tuple[str, str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import replace
 from functools import partial
 
@@ -14,8 +15,10 @@ from biped.engines.forces import log_forces
 from biped.engines.loop import Physics, drive
 from biped.engines.native import native as native_of
 from biped.engines.native import without_clock
-from biped.measure.trajectory import WIDTH, Trajectory
+from biped.engines.planes import lay, planes_of
+from biped.measure.trajectory import Trajectory
 from biped.robot.description import robot_at
+from biped.robot.ground import profile_of
 from biped.robot.model import compile_foreign
 from biped.robot.run import Run
 
@@ -42,8 +45,12 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
     """
     s = run.scenario
     foreign = compile_foreign(run.model, s, visuals=watch is not None)
-    model, data = foreign.model, mujoco.MjData(foreign.model)
     order, robot = foreign.order, robot_at(run.model)
+    native = None if s.law is not None or watch is not None or not order.canonical else native_of(foreign.model, order)
+    ground = profile_of(s.ground, run.seed)
+    model = foreign.model if ground.level else copy(foreign.model)  # whose planes move
+    data = mujoco.MjData(model)
+    planes = planes_of(model, data, robot, ground)
     data.qpos[order.joints], data.qvel[order.joints] = run.q, run.v
     substeps = round(1.0 / s.simulation.control_rate / s.simulation.timestep)
     place, mj_step = data.geom_xpos, mujoco.mj_step
@@ -55,11 +62,20 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
     def push(forces: np.ndarray) -> None:
         pushing[:] = data.xfrc_applied[1:, [0, 2]] = forces
 
-    log_of_step = bound(log_forces, np.empty((1, WIDTH)), 0, data.efc_force, place, *where, pyramid)
+    log_of_step = None
 
     def step(k: int, log: np.ndarray) -> None:
-        mj_step(model, data, substeps)
-        log_of_step(log, k, data.efc_force, place, *where, pyramid)
+        nonlocal log_of_step
+        if ground.level:
+            mj_step(model, data, substeps)
+        else:
+            for _ in range(substeps):
+                mujoco.mj_kinematics(model, data)
+                lay(planes, place, order.points)
+                mj_step(model, data)
+        if log_of_step is None:  # not all runs are stepped from Python
+            log_of_step = bound(log_forces, log, 0, data.efc_force, place, *where, pyramid, planes)
+        log_of_step(log, k, data.efc_force, place, *where, pyramid, planes)
         if watch is not None:
             watch(model, data, pushing)
 
@@ -68,12 +84,12 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
     bodies = [model.body(i).name for i in range(1, model.nbody)]
     if order.canonical:
         walk = None
-        if s.law is None and watch is None and (native := native_of(model, order)) is not None:
+        if native is not None:
             from biped.engines.walk import Plant, walk_plant
 
             plant = Plant(
                 native.step, model._address, data._address, data._address + native.nefc, data._address + native.force,
-                substeps, data.qpos, data.qvel, applied, place, *where, pyramid,
+                substeps, data.qpos, data.qvel, applied, place, *where, pyramid, native.kinematics, planes,
             )  # fmt: skip
             walk = partial(walk_plant, plant)
         physics = Physics(foreign.tree, data.qpos, data.qvel, applied, bodies, push, step, walk)

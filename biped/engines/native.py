@@ -32,11 +32,13 @@ class Native(NamedTuple):
 
     Attributes:
         step: Address of mj_step.
+        kinematics: Address of mj_kinematics.
         nefc: Offset [bytes] in mjData of the number of constraint rows.
         force: Offset [bytes] in mjData of the address of their forces.
     """
 
     step: int
+    kinematics: int
     nefc: int
     force: int
 
@@ -98,7 +100,9 @@ def _library() -> Native:
         raise _Unavailable("kernels are not compiled (NUMBA_DISABLE_JIT)")
     if ctypes.sizeof(ctypes.c_void_p) != 8:
         raise _Unavailable("addresses do not have 64 bits")
-    step = ctypes.cast(_shared().mj_step, ctypes.c_void_p).value
+    step, kinematics = (
+        ctypes.cast(function, ctypes.c_void_p).value or 0 for function in (_shared().mj_step, _shared().mj_kinematics)
+    )
     version = mujoco.mj_versionString()
     if version not in _OFFSETS:
         from biped.engines.layout import offsets
@@ -107,7 +111,7 @@ def _library() -> Native:
             _OFFSETS[version] = offsets(("nefc", "efc_force"))
         except (ImportError, AttributeError, KeyError) as error:
             raise _Unavailable(f"mjData of MuJoCo {version} is not described: {error}") from None
-    return Native(step or 0, *_OFFSETS[version])
+    return Native(step, kinematics, *_OFFSETS[version])
 
 
 def _check(native: Native, model: mujoco.MjModel, order: Order) -> None:

@@ -10,6 +10,7 @@ from biped.base.address import call, doubles_at, int32_at
 from biped.base.jit import long_kernel
 from biped.control.loop import control_tick
 from biped.engines.forces import log_forces
+from biped.engines.planes import Planes, lay
 
 
 class Plant(NamedTuple):
@@ -31,6 +32,8 @@ class Plant(NamedTuple):
         contacts: (4,) points in the order in which MuJoCo lists contacts.
         stops: (2,) stops in the order in which MuJoCo lists joint limits.
         pyramid: Coefficient of friction of a pyramidal cone; 0 for an elliptic one.
+        kinematics: Address of mj_kinematics.
+        planes: The ground below the points.
     """
 
     step: int
@@ -48,6 +51,8 @@ class Plant(NamedTuple):
     contacts: np.ndarray
     stops: np.ndarray
     pyramid: float
+    kinematics: int
+    planes: Planes
 
 
 @long_kernel
@@ -69,7 +74,11 @@ def walk_plant(plant, control, log, first, last):
         if status != 0:
             return status, k + 1
         for _ in range(plant.substeps):
+            if plant.planes.ground[0]["count"] > 0:
+                call(plant.kinematics, plant.model, plant.data)
+                lay(plant.planes, plant.place, plant.points)
             call(plant.step, plant.model, plant.data)
         force = doubles_at(plant.force, int32_at(plant.nefc))
-        log_forces(log, k, force, plant.place, plant.points, plant.radius, plant.contacts, plant.stops, plant.pyramid)
+        log_forces(log, k, force, plant.place, plant.points, plant.radius, plant.contacts, plant.stops, plant.pyramid,
+                   plant.planes)  # fmt: skip
     return 0, last

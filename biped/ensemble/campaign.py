@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,33 +16,45 @@ from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
 from biped.ensemble.processes import FORKS
 from biped.ensemble.rows import LOST, Row
-from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
 from biped.scenario.keys import Scenario
 
-Keep = Callable[[int, Trajectory, Row], None]
+if TYPE_CHECKING:
+    from biped.measure.stored import AnyTrajectory
+
+Keep = Callable[[int, "AnyTrajectory", Row], None]
 """Called where a run was made with (index, trajectory, row), for what must be kept of it."""
 
 
-def simulate(run: Run) -> Trajectory:
+def simulate(run: Run) -> AnyTrajectory:
     """Simulates a run in the engine that its scenario names."""
     with run.origin.naming():
         return _engine(run.scenario).simulate(run)
 
 
 def _engine(scenario: Scenario) -> ModuleType:
-    if scenario.engine == "home":
+    if scenario.robot is not None:
+        from biped.engines.general import simulate as engine
+    elif scenario.engine == "home":
         from biped.engines import home as engine
     else:
         from biped.engines import mujoco as engine
     return engine
 
 
-def run_one(plan: Plan, index: int) -> tuple[Trajectory, Row]:
-    """Simulates, judges and measures run `index` of a plan."""
-    from biped.measure.metrics import assess
+def _assess(scenario: Scenario) -> Callable[[Any, tuple[float, float]], tuple[Any, dict[str, Any]]]:
+    """What judges and measures the runs of a scenario."""
+    if scenario.robot is not None:
+        from biped.measure.general.metrics import assess
+    else:
+        from biped.measure.metrics import assess
+    return assess
 
+
+def run_one(plan: Plan, index: int) -> tuple[AnyTrajectory, Row]:
+    """Simulates, judges and measures run `index` of a plan."""
     run = plan.run(index)
+    assess = _assess(run.scenario)
     with np.errstate(all="ignore"):  # what blows up overflows, and is called so
         trajectory, numbers = assess(simulate(run), run.scenario.interval)
     told = {name: bool(numbers.pop(name)) for name in ("walked", "diverged", "doubtful")}
@@ -94,6 +107,8 @@ def side_by_side(plan: Plan) -> bool:
     Compiled loops hold no interpreter lock, so threads are as fast as processes; but a fault of compiled code ends them
     all, where forked workers lose one run. Laws in Python need processes in any case.
     """
+    if plan.scenario.robot is not None:
+        return False
     from biped.control.controller import python_needed
     from biped.robot.model import tree_at
 

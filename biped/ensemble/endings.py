@@ -21,6 +21,7 @@ from biped.ensemble.folder import FAILURES, Folder, keep
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import RAISED
 from biped.ensemble.stored_rows import StoredRows
+from biped.scenario.laws import own_law
 
 LAST_SECONDS = 3.0
 """[s] of trajectory kept of a run that fell in a campaign."""
@@ -91,7 +92,7 @@ def keep_some(plan: Plan, rows: StoredRows, where: Folder, jobs: Jobs) -> None:
     """
     kept = where.path / FAILURES
     left = [index for index in chosen(plan, rows) if not (kept / f"run-{index:05d}.txt").exists()]
-    more = " --trust" if plan.scenario.law else ""
+    more = " --trust" if own_law(plan.scenario.law) else ""
     with workers(Endings(plan), at_most(jobs, len(left))) as carried_out:
         for ending in carried_out(left, lost=_nothing):
             if ending is not None:

@@ -10,6 +10,7 @@ from biped.base.kernels import digest
 from biped.base.platform import here
 from biped.ensemble.plan import Plan
 from biped.robot.description import description_of
+from biped.scenario.laws import own_law
 from biped.scenario.reading import to_toml
 
 PLACE = ("system", "libc", "instructions")
@@ -20,7 +21,8 @@ def origin_of(plan: Plan) -> dict[str, str]:
     """Digest of the effective scenario with the model, its description and the law; versions; and platform."""
     state = blake2b(to_toml(plan.scenario).encode(), digest_size=8)
     law = plan.scenario.law
-    for path in (plan.model, description_of(plan.model), *([Path(law.rpartition(":")[0])] if law else [])):
+    files = [Path(law.rpartition(":")[0])] if law is not None and own_law(law) else []
+    for path in (plan.model, description_of(plan.model), *files):
         state.update(path.read_bytes())
     package = Path(biped.__file__).parent
     return {"scenario": state.hexdigest(), "biped": biped.__version__, "kernels": digest(package), **here()}

@@ -19,6 +19,7 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.measure.trajectory import COLUMNS, WIDTH, Trajectory
 from biped.robot.description import Robot
+from biped.robot.ground import profile_from
 from biped.robot.tree import Tree
 
 SUFFIX = ".xz"
@@ -33,7 +34,7 @@ _LARGEST = 2.0**60
 
 MOST_ROWS = 200_000
 """Of a file that is read: whoever sends one cannot make it fill the memory."""
-_MOST_HEAD = 100_000
+_MOST_HEAD = 1_000_000
 _MEMORY = 256 << 20
 
 
@@ -50,6 +51,7 @@ def save(trajectory: Trajectory, path: Path) -> None:
         "sampled": trajectory.sampled, "signal_names": trajectory.signal_names, "traceback": trajectory.traceback,
         "robot": msgspec.to_builtins(trajectory.robot),
         "tree": {name: value.tolist() for name, value in trajectory.tree._asdict().items()},
+        **({} if trajectory.ground.level else {"ground": [values.tolist() for values in trajectory.ground]}),
     }  # fmt: skip
     parts = [json.dumps(about).encode() + b"\n"]
     for name in COLUMNS:
@@ -89,6 +91,7 @@ def load(path: Path) -> Trajectory:
         about["tree"] = Tree(**{name: np.array(value, dtype=float) for name, value in about["tree"].items()})
         about["torque_limit"] = tuple(about["torque_limit"])
         about["pushes"] = tuple(tuple(push) for push in about["pushes"])
+        about["ground"] = profile_from(about.get("ground"))
         return Trajectory(log=log, **about)
     except (OSError, EOFError, KeyError, TypeError, ValueError, AttributeError, OverflowError, MemoryError,
             RecursionError, lzma.LZMAError, msgspec.ValidationError) as error:  # fmt: skip

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
@@ -16,21 +16,27 @@ from biped.base.files import locate, nearest
 from biped.base.text import echo, said
 from biped.robot.description import robot_at
 from biped.robot.given import Factory
+from biped.robot.ground import profile_of
 from biped.robot.model import bodies_of, posture_of, tree_at, true_tree
 from biped.robot.posture import project
 from biped.robot.run import Run
 from biped.robot.topology import N_ANGLES, N_ROWS, NQ, PITCH
-from biped.robot.tree import ABSOLUTE_FROM_JOINT, Tree, absolute, from_absolute
+from biped.robot.tree import ABSOLUTE_FROM_JOINT, Tree, absolute, from_absolute, motion
 from biped.scenario.gains import Gains
 from biped.scenario.gait import Settings, read_gains, resettled, settings_on
 from biped.scenario.keys import Scenario, Start, Truth
 from biped.scenario.origin import UNKNOWN, Origin
 from biped.scenario.vary import DRAW, SWEEP, drawn, points_of, run_seed, stream, with_values
 
+if TYPE_CHECKING:
+    from biped.ensemble.general import GeneralRuns
+
 STARTS = 256
 """Most start postures kept at a time."""
 CHECKED = 10_000
 """Most runs that are looked at before the first is made."""
+PLANE = 2
+"""Components of a push in the plane."""
 LEAST_INERTIA = 1e-12
 """[kg, kg m²] A link with less cannot be simulated: MuJoCo refuses 1e-15."""
 
@@ -65,6 +71,11 @@ class Plan:
         self._settings: dict[tuple[str, str], Settings] = {}
         self._starts: dict[tuple[str, Start, tuple[float, ...]], np.ndarray] = {}
         self._point: tuple[int, Scenario] | None = None
+        self._general: GeneralRuns | None = None
+        if scenario.robot is not None:
+            from biped.ensemble.general import GeneralRuns
+
+            self._general = GeneralRuns()
         with origin.naming():
             # Gains are written out, so that they can be swept and a saved scenario does not depend on a gait file;
             # unless the gait file itself varies, or the speed of a family.
@@ -84,6 +95,8 @@ class Plan:
     @cached_property
     def model(self) -> Path:
         """The model file of the scenario itself."""
+        if self._general is not None:
+            return self._general.model(self.scenario)
         return self._model(self.scenario.model)[0]
 
     def run(self, index: int) -> Run:
@@ -94,6 +107,8 @@ class Plan:
     def _run(self, index: int) -> Run:
         s, values, seed = self._drawn(index)
         random = s.randomise
+        if self._general is not None:
+            return self._general.run(s, index, seed, values, self.origin, self.law)
         path, _ = self._model(s.model)
         s = self._pushable(s, path)
         return Run(
@@ -126,7 +141,7 @@ class Plan:
 
     def _exchanged(self, s: Scenario, before: Scenario, varied: Iterable[str]) -> Scenario:
         """The scenario with the settings of its gait, where that is another than before."""
-        if s.controller == before.controller:
+        if s.controller == before.controller or self._general is not None:
             return s
         old, new = (self._made_for(s.model, controller) for controller in (before.controller, s.controller))
         return resettled(s, old, new, set(varied))
@@ -158,11 +173,14 @@ class Plan:
                 index = point * self.scenario.randomise.runs + number
                 s, values, _ = self._drawn(index)
                 try:
+                    if self._general is not None:
+                        self._general.check(s)
+                        continue
                     self._gait(s)
                     self._pushable(s, self._model(s.model)[0])
                     self._driven(s)
                     self._solid(s)
-                    self._settled(s)
+                    self._standing(s, self._settled(s))
                 except InputError as error:
                     if not values:
                         raise
@@ -182,6 +200,11 @@ class Plan:
             return s
         torso, pushes = robot_at(path).base.link, []
         for i, push in enumerate(s.push):
+            if len(push.force) != PLANE:
+                raise InputError(
+                    f"push[{i}].force: expected [forward, up] N: model '{s.model}' moves in the plane; got "
+                    f"{list(push.force)}", f"push[{i}].force",
+                )  # fmt: skip
             if push.body in ("torso", torso):
                 pushes.append(push if push.body == torso else msgspec.structs.replace(push, body=torso))
                 continue
@@ -195,6 +218,8 @@ class Plan:
         return msgspec.structs.replace(s, push=tuple(pushes))
 
     def _gait(self, s: Scenario) -> Gains:
+        if self._general is not None and not s.controller:
+            return s.gains
         key = s.controller, s.gains
         if key not in self._gaits:
             self._gaits[key] = read_gains(locate("controllers", s.controller, "controller"), s.gains)
@@ -232,6 +257,25 @@ class Plan:
                     f"{mass:.3g} kg and {inertia:.3g} kg m²",
                     "truth",
                 )
+
+    def _standing(self, s: Scenario, q: np.ndarray) -> None:
+        """Makes sure that the first tile or step begins beyond the feet.
+
+        Raises:
+            InputError: It does not.
+        """
+        profile = profile_of(s.ground, 0)
+        if profile.level:
+            return
+        foremost = float(motion(self._true_tree(s), q, np.zeros(NQ)).point[..., 0].max())
+        if profile.x[0] <= foremost:
+            tiles, steps = s.ground.tiles, s.ground.steps
+            which = "tiles" if tiles.height > 0.0 and tiles.start == profile.x[0] else "steps"
+            raise InputError(
+                f"ground.{which}.start: expected a place beyond the feet, the foremost point of which stands at "
+                f"{foremost:.3f} m, got {(tiles if which == 'tiles' else steps).start:g}",
+                f"ground.{which}.start",
+            )
 
     def _start(self, s: Scenario, seed: int) -> np.ndarray:
         q, start = self._settled(s), s.start

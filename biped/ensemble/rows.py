@@ -42,6 +42,13 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         strayed: [m] furthest that the torso was from its mean place.
         double_support: Share of the window with both feet on the ground.
         flight: Share with neither.
+        duty: Share of it that a foot is on the ground.
+        step_duration: [s] from foot strike to foot strike.
+        step_width: [m] from foot to foot across the heading.
+        cross_over: Share of foot strikes beyond the other foot.
+        margin_of_stability: [m] sideways, of the extrapolated centre of mass.
+        heading: [degrees] change over the run, to the left positive.
+        drift: [m] sideways, to the left positive.
         peak_torque: [N m] largest joint torque.
         mean_torque: [N m] mean of their absolute values.
         rms_torque: [N m] largest root mean square of a joint's.
@@ -113,6 +120,13 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     strayed: float = NAN
     double_support: float = NAN
     flight: float = NAN
+    duty: float = NAN
+    step_duration: float = NAN
+    step_width: float = NAN
+    cross_over: float = NAN
+    margin_of_stability: float = NAN
+    heading: float = NAN
+    drift: float = NAN
     peak_torque: float = NAN
     mean_torque: float = NAN
     rms_torque: float = NAN

@@ -46,7 +46,7 @@ def of_run(t: Trajectory) -> dict[str, Indicator]:
     }
     if t.pushes:
         out["absorbed_energy"] = Indicator(push_work(t))
-    if t.slope == 0.0:
+    if t.flat:
         out |= _of_balance(t, balance(t))
     return out
 
@@ -150,7 +150,7 @@ def gait_parameters(t: Trajectory) -> dict[str, float]:
     """EuroBench's gait parameters by label (its spelling), means over the run; one that does not exist is left out."""
     steps = strikes(t.phase, t.tick)
     whole = motion(t.tree, t.q, t.v)
-    b = balance(t) if t.slope == 0.0 else None
+    b = balance(t) if t.flat else None
     out: dict[str, float] = {}
     for leg, side in ((1, "left"), (0, "right")):
         own = [row for row, which in steps if which == leg]

@@ -15,6 +15,7 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.base.files import folder
 from biped.robot.description import Robot, robot_at
+from biped.robot.ground import LEVEL, Profile, profile_from
 from biped.robot.topology import BASE, LEGS, N_CONSTRAINTS, N_POINTS, N_STOPS, NQ, NU
 from biped.robot.tree import Tree
 
@@ -58,7 +59,7 @@ class Trajectory:
         slope: [degrees].
         generalized: Whether Q_d itself moved the biped.
         torque_limit: Limits of the six joint torques [N m].
-        pushes: Pushes as (start [s], end [s], forward [N], up [N], body).
+        pushes: Pushes as (start [s], end [s], forward [N], up [N], body), those that change in pieces.
         end: `completed`, `fell`, `diverged` or `raised` (a law of the user's own failed); once judged, perhaps
             `doubtful`.
         cause: How it ended, in words; empty if completed.
@@ -69,6 +70,7 @@ class Trajectory:
             gyro, and whether that was clipped (`biped.control.estimator`); None without one.
         signal_names: Of what a law of the user's own logged.
         traceback: Where a law of the user's own raised; empty if it did not.
+        ground: Heights of the ground along the slope.
     """
 
     log: np.ndarray
@@ -86,6 +88,7 @@ class Trajectory:
     inferred: np.ndarray | None = None
     signal_names: tuple[str, ...] = ()
     traceback: str = ""
+    ground: Profile = LEVEL
 
     def __len__(self) -> int:
         return len(self.log)
@@ -163,6 +166,11 @@ class Trajectory:
         return {name: self.log[:, WIDTH + i] for i, name in enumerate(self.signal_names)}
 
     @property
+    def flat(self) -> bool:
+        """Whether it walked on level ground: no slope, no tiles, no steps."""
+        return self.slope == 0.0 and self.ground.level
+
+    @property
     def sound(self) -> np.ndarray:
         """(n,) whether every number of a row is finite, a law's own signals aside."""
         return np.all(np.isfinite(self.log[:, :WIDTH]), axis=1)
@@ -199,6 +207,8 @@ class Trajectory:
             rest["signal_names"], arrays["signals"] = self.signal_names, self.log[:, WIDTH:]
         if self.traceback:
             rest["traceback"] = self.traceback
+        if not self.ground.level:
+            rest["ground"] = [values.tolist() for values in self.ground]
         with open(path, "wb") as file:
             np.savez(file, about=np.array(json.dumps(rest)), **arrays)
 
@@ -222,6 +232,7 @@ class Trajectory:
             rest["torque_limit"] = tuple(rest["torque_limit"])
             rest["signal_names"] = tuple(rest.get("signal_names", ()))
             rest["pushes"] = tuple(tuple(push) for push in rest["pushes"])
+            rest["ground"] = profile_from(rest.get("ground"))
             loaded = cls(log=log, inferred=inferred, **rest)
             shape = (n, WIDTH + len(loaded.signal_names))
             if log.shape != shape or log.dtype != np.float64 or n == 0 or not loaded.tick > 0.0:

@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from biped.measure.ended import Ended
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import gravity
 from biped.robot.tree import motion
@@ -81,6 +82,8 @@ def most(t: Trajectory) -> Most:
     along, normal = gravity(t.slope)
     total = float(mass.sum())
     height = max(float(mass @ start.com[:, 1]) / total, t.tree.leg)
+    if not t.ground.level:
+        height -= min(0.0, float(t.ground.z.min()))
     body = {link: float(m) for link, m in zip(t.robot.links, mass, strict=True)}
     pushed = sum(
         (end - start) * math.hypot(forward, up) / math.sqrt(2.0 * body.get(name, float(mass.min())))
@@ -124,7 +127,7 @@ def momentum_residual(t: Trajectory, momentum: tuple[float, float], force: float
     return abs(off) / max(weight * max(count, LEAST_TIME / t.tick), abs(force), pushed)
 
 
-def ending(t: Trajectory, numbers: Mapping[str, float]) -> Ending:
+def ending(t: Ended, numbers: Mapping[str, float]) -> Ending:
     """How a run ended, its sentinels heard.
 
     Args:

@@ -17,14 +17,14 @@ from msgspec import Meta, field
 from biped.base.errors import InputError
 from biped.base.files import description_of, label, read_toml
 from biped.robot.topology import BASE, ENDS, LEGS, SEGMENTS
-from biped.scenario.section import NonNegative, Positive, Section
+from biped.scenario.robot import Shown, Walked
+from biped.scenario.section import Positive, Section
 from biped.scenario.valid import convert, known_keys
 
 Name = Annotated[str, Meta(min_length=1)]
 Base3 = Annotated[tuple[Name, ...], Meta(min_length=BASE, max_length=BASE)]
 Segments = Annotated[tuple[Name, ...], Meta(min_length=SEGMENTS, max_length=SEGMENTS)]
 Ends = Annotated[tuple[Name, ...], Meta(min_length=ENDS, max_length=ENDS)]
-Place = tuple[float, float, float]
 
 _KNEE = 1
 
@@ -71,34 +71,6 @@ class Contact(Section, frozen=True):
 
     ground: Name = "ground"
     radius: Positive = 1e-6
-
-
-class Walked(Section, frozen=True):
-    """What counts as walking.
-
-    Attributes:
-        distance: [m/s] times the duration: how far a run must have gone.
-        speed: [m/s] that its mean speed over the window must exceed.
-    """
-
-    distance: NonNegative
-    speed: NonNegative
-
-
-class Shown(Section, frozen=True):
-    """How a robot is drawn: where the camera is, relative to the torso's place on the ground, and its torso.
-
-    Attributes:
-        eye: [m].
-        target: [m] what it looks at.
-        com: How high above the hip the torso's centre of mass is, as a share of the torso's length.
-        head: Whether it has one.
-    """
-
-    eye: Place
-    target: Place
-    com: Annotated[float, Meta(gt=0, le=10)] = 0.626
-    head: bool = True
 
 
 class Motor(Section, frozen=True):

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 import pinocchio
+from msgspec import structs
 
 from biped.base.errors import InputError
 from biped.base.files import description_of, label, nearest
@@ -27,7 +28,7 @@ from biped.robot.sizes import check_sizes
 from biped.robot.topology import BASE, NU, PARENT, POINT_LINK, THIGH, TORSO
 from biped.robot.tree import Tree, tree_of
 from biped.robot.trial import tried
-from biped.scenario.keys import Ground, Scenario, Simulation, Truth
+from biped.scenario.keys import Ground, Scenario, Simulation, Steps, Tiles, Truth
 
 GRAVITY = 9.81
 """[m/s²]"""
@@ -159,7 +160,10 @@ def compile_foreign(path: Path, scenario: Scenario, visuals: bool = False) -> Fo
         visuals: Keep geoms that are only looked at.
     """
     s = scenario
-    return _compiled(*_version(path), s.ground, s.simulation, s.truth, torque_limits(s), visuals)
+    level = s.ground.tiles.height == 0.0 and s.ground.steps.rise == 0.0
+    # Heights along the way are no part of the model: only that there are any.
+    ground = structs.replace(s.ground, tiles=Tiles(), steps=Steps())
+    return _compiled(*_version(path), ground, level, s.simulation, s.truth, torque_limits(s), visuals)
 
 
 @lru_cache(maxsize=8)
@@ -168,6 +172,7 @@ def _compiled(
     modified: float,
     described: float,
     ground: Ground,
+    level: bool,
     simulation: Simulation,
     truth: Truth,
     limits: tuple[float, ...],
@@ -198,10 +203,28 @@ def _compiled(
         pair.solref = solref
     for stop in robot.stops:
         spec.joint(stop).solref_limit = solref
+    if not level:
+        _add_planes(spec)
     for actuator, limit in zip(robot.actuators, limits, strict=True):
         spec.actuator(actuator).ctrlrange = [-limit, limit]
     model = spec.compile()
+    if not level:
+        for pair in model.pair_geom1:
+            model.geom_sameframe[pair] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE  # otherwise its place is the world's
     return Foreign(model, order_of(model, robot), tree_of(model, label(path), robot))
+
+
+def _add_planes(spec: mujoco.MjSpec) -> None:
+    """Gives every contact pair a plane of its own, at first that of the level ground; nobody sees them."""
+    for pair in spec.pairs:
+        plane = spec.worldbody.add_geom(name=plane_below(pair.name), type=mujoco.mjtGeom.mjGEOM_PLANE)
+        plane.size, plane.group, plane.contype, plane.conaffinity = [0.0, 0.0, 0.05], 5, 0, 0
+        pair.geomname1 = plane.name
+
+
+def plane_below(point: str) -> str:
+    """Name of the plane that stands for the ground below a contact point, where the ground is not level."""
+    return f"ground below {point}"
 
 
 def torque_limits(scenario: Scenario) -> tuple[float, ...]:

@@ -23,8 +23,8 @@ class Run(NamedTuple):
         index: Number in the campaign.
         seed: Its own seed.
         values: What its point of the sweep and its draws changed, by key.
-        q: (9,) joint coordinates it starts from [m, rad].
-        v: (9,) joint velocities it starts with.
+        q: (9,) joint coordinates it starts from [m, rad]; of a robot of another kind (nq,), in MuJoCo's order.
+        v: (9,) joint velocities it starts with; likewise (nv,).
         mass_factor: (9, 9) elementwise factors of the controller's M, or None.
         row_factor: (10, 9) elementwise factors of the controller's A, or None.
         origin: Where the keys of its scenario were written.

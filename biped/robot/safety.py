@@ -47,7 +47,7 @@ _ABSENT = {
     "plugin": _PLUGIN,
 }
 """Elements that a model must do without, and why."""
-_FILES = ("file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback", "vertfile")
+_FILES = ("file", "filename", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback", "vertfile")
 _FOLDERS = ("assetdir", "meshdir", "texturedir")
 _UNITS = {"": 1, "k": 2**10, "m": 2**20, "g": 2**30, "t": 2**40, "p": 2**50, "e": 2**60}
 
@@ -180,7 +180,7 @@ class _File:
         shown = f"<{element[:40]}>"
         if complaint := self._whole.count(self._depth):
             self._fail(shown, complaint)
-        if self._depth == 1 and element not in ("mujoco", "mujocoinclude"):
+        if self._depth == 1 and element not in ("mujoco", "mujocoinclude", "robot"):
             self._fail(shown, "expected an MJCF model, <mujoco>")
         if element in _ABSENT:
             self._fail(shown, f"not taken: {_ABSENT[element]}")

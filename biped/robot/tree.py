@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.base.jit import kernel
+from biped.base.jit import entry_kernel
 from biped.robot.description import Robot
 from biped.robot.kinematics import PLACES, TREE, forward
 from biped.robot.topology import (
@@ -164,7 +164,7 @@ def motion(tree: Tree, q: np.ndarray, v: np.ndarray) -> Motion:
     return Motion(*(part.reshape(*shape, *part.shape[1:]) for part in parts))
 
 
-@kernel
+@entry_kernel
 def _forward(tree, q, v, work, joint, com, com_velocity, point, point_velocity, angle, rate):
     """Fills the arrays of `Motion`, row by row."""
     at = work[0]

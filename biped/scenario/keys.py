@@ -12,9 +12,11 @@ from typing import Annotated, Literal
 from msgspec import Meta, field
 
 from biped.scenario.gains import Gains
+from biped.scenario.robot import Described
 from biped.scenario.section import (
     Count,
     Degrees,
+    Force,
     Hold,
     Name,
     Nine,
@@ -24,7 +26,6 @@ from biped.scenario.section import (
     Section,
     Seven,
     Six,
-    Vector,
 )  # fmt: skip
 from biped.scenario.senses import Encoders, Estimator, Gyro, Switches
 from biped.scenario.tune import Tune
@@ -51,11 +52,52 @@ class Start(Section, frozen=True):
     jitter: NonNegative = 0.0
 
 
+class Tiles(Section, frozen=True):
+    """Tiles of unequal height, one after another along the way; beyond the last the ground is level again.
+
+    Attributes:
+        height: [m] Heights lie evenly between minus and plus this, drawn from the run's seed; 0: there are no tiles.
+        length: [m] of a tile, more than its ramp.
+        ramp: [m] over which the ground passes to the height of the next tile, in a straight line.
+        start: [m] where the first begins, beyond the feet; a posture stands at 0.
+        number: How many.
+    """
+
+    height: Annotated[float, Meta(ge=0, le=10)] = 0.0
+    length: Annotated[float, Meta(ge=0.01, le=1000)] = 0.5
+    ramp: Annotated[float, Meta(ge=0.001, le=1000)] = 0.05
+    start: Real = 1.0
+    number: Annotated[int, Meta(ge=1, le=400)] = 100
+
+
+class Steps(Section, frozen=True):
+    """Equal steps, one after another.
+
+    Attributes:
+        rise: [m] of each, negative for steps down; 0: there are no steps.
+        run: [m] from one to the next, more than the ramp.
+        ramp: [m] over which the ground passes to the next height, in a straight line.
+        start: [m] where the first begins, beyond the feet; a posture stands at 0.
+        number: How many.
+        back: Whether as many lead back from where they end.
+    """
+
+    rise: Annotated[float, Meta(ge=-10, le=10)] = 0.0
+    run: Annotated[float, Meta(ge=0.01, le=1000)] = 0.5
+    ramp: Annotated[float, Meta(ge=0.001, le=1000)] = 0.05
+    start: Real = 1.0
+    number: Annotated[int, Meta(ge=1, le=50)] = 1
+    back: bool = False
+
+
 class Ground(Section, frozen=True):
     """The ground.
 
     Attributes:
         slope: Degrees, uphill positive.
+        tiles: Tiles of unequal height on it.
+        steps: Steps on it.
+        side_slope: Degrees, rising to the left; of robots that move in space.
         angles: What Q_d's absolute angles are measured from: the direction of gravity or the slope's normal.
         friction: Coefficient of Coulomb friction.
         contact_time: Time constant [s] of MuJoCo's contacts and knee stops (solref), at least two time steps.
@@ -63,6 +105,9 @@ class Ground(Section, frozen=True):
     """
 
     slope: Annotated[float, Meta(gt=-45, lt=45)] = 0.0
+    tiles: Tiles = Tiles()
+    steps: Steps = Steps()
+    side_slope: Annotated[float, Meta(gt=-45, lt=45)] = 0.0
     angles: Literal["gravity", "slope"] = "gravity"
     friction: Annotated[float, Meta(ge=0, le=1e6)] = 3.0
     contact_time: Annotated[float, Meta(gt=0, le=1000)] = 0.004
@@ -195,14 +240,19 @@ class Push(Section, frozen=True):
     Attributes:
         at: [s] when it begins.
         duration: [s] for which it acts.
-        force: [N] forward (horizontally) and up.
+        force: [N] forward (horizontally) and up, of a robot that moves in space forward, to the left and up; of shapes
+            that change, the largest.
         body: A body of the model; the force acts at its centre of mass.
+        shape: How the force goes with time: `constant`; a `ramp` from nothing to `force` at the end; or a `sine`.
+        frequency: [Hz] of the sine.
     """
 
     at: NonNegative
     duration: Positive
-    force: Vector
+    force: Force
     body: Name = "torso"
+    shape: Literal["constant", "ramp", "sine"] = "constant"
+    frequency: Annotated[float, Meta(gt=0, le=100)] = 1.0
 
 
 class Fall(Section, frozen=True):
@@ -378,10 +428,12 @@ class Scenario(Section, frozen=True):
 
     Attributes:
         description: One line for people.
-        model: Name in models/ or path of an MJCF file.
+        model: Name in models/ or path of an MJCF or URDF file.
+        robot: What the model is, if it is no planar biped of seven links ([robots.md](robots.md)); default: what the
+            description beside the model file says.
         controller: Name in controllers/ or path of a gait file.
         law: A control law of the user's own, `path.py:Class`, looked for beside this file first; default: the thesis's.
-            It runs only if it is trusted ([security.md](security.md)).
+            It runs only if it is trusted ([security.md](security.md)). Or one for any robot, by its name: `stand`.
         law_sha256: What the law was when results were made; written with them, so that a changed law is noticed.
         engine: `mujoco`, or `home`: the thesis's own rigid contacts.
         duration: [s] of a run.
@@ -411,6 +463,7 @@ class Scenario(Section, frozen=True):
 
     description: Name = ""
     model: Name = "human"
+    robot: Described | None = None
     controller: Name = "normal"
     law: Name | None = None
     law_sha256: Name | None = None

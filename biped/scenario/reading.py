@@ -15,7 +15,9 @@ from biped.base.files import DEEPEST, canonical, layered, locate, merge, parse_t
 from biped.base.text import said
 from biped.scenario import thesis
 from biped.scenario.gait import habits_of, lay_below
+from biped.scenario.general import lay_under, make_general, possible_general
 from biped.scenario.keys import Scenario
+from biped.scenario.laws import own_law
 from biped.scenario.origin import COMMAND_LINE, Origin
 from biped.scenario.valid import Fail, convert, known_keys, possible
 
@@ -71,15 +73,7 @@ def _on_robot(data: dict[str, Any], origin: dict[str, Path]) -> None:
     habits, path = habits_of(model)
     if "backstep" not in data:
         habits.pop("backstep", None)
-    _lay_under(data, habits, origin, path)
-
-
-def _lay_under(data: dict[str, Any], below: dict[str, Any], origin: dict[str, Path], path: Path, at: str = "") -> None:
-    for key, value in below.items():
-        if key not in data:
-            merge(data, {key: value}, origin, path, at)
-        elif isinstance(value, dict) and isinstance(data[key], dict):
-            _lay_under(data[key], value, origin, path, f"{at}{key}.")
+    lay_under(data, habits, origin, path)
 
 
 def _change(text: str) -> dict[str, Any]:
@@ -115,16 +109,21 @@ def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path, looking: b
     def found(kind: str, name: str, key: str, folder: Path | None) -> Path:
         return locate(kind, name, f"{origin.of(key)}: {key}", folder)
 
+    general = make_general(data, keys)
     gait = data.get("controller", Scenario().controller)
-    if isinstance(gait, str):  # otherwise the conversion says so
+    if isinstance(gait, str) and not (general and not gait):  # otherwise the conversion says so
         lay_below(data, keys, found("controllers", gait, "controller", beside.get("controller")))
-    _on_robot(data, keys)
+    if not general:
+        _on_robot(data, keys)
     known_keys(data, Scenario, "", fail)
     scenario = convert(data, Scenario, fail)
     possible(scenario, fail)
+    if general:
+        possible_general(scenario, fail)
     named: dict[str, Any] = {
         key: canonical(f"{key}s", found(f"{key}s", getattr(scenario, key), key, beside.get(key)))
         for key in ("model", "controller")
+        if getattr(scenario, key) or not general
     }
     if scenario.change:
         folder = keys["change"].parent if "change" in keys else None
@@ -135,7 +134,7 @@ def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path, looking: b
                 "controllers", found("controllers", gait, f"change[{i}].controller", folder)))
             for i, (change, gait) in enumerate(zip(scenario.change, gaits, strict=True))
         )  # fmt: skip
-    if scenario.law is not None and not looking:
+    if own_law(scenario.law) and not looking:
         named |= _law(scenario, keys, path, fail)
     return Read(replace(scenario, **named), origin)
 

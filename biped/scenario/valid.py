@@ -14,7 +14,10 @@ from biped.base.errors import InputError
 from biped.base.files import nearest
 from biped.base.text import echo, said
 from biped.scenario.keys import Bound, Change, Distribution, Push, Scenario
+from biped.scenario.laws import own_law
 from biped.scenario.metrics import METRICS
+from biped.scenario.pushing import MOST_PIECES, PIECE, count
+from biped.scenario.robot import Foot
 
 MOST_STEPS = 100_000_000
 """Physics steps of the longest run: a day at 1 kHz."""
@@ -27,7 +30,7 @@ MOST_DELAY = 100_000
 MOST_DIGITS = 2**63
 """Beyond it lies no whole number that a file can mean."""
 
-LISTS: dict[str, type] = {"push": Push, "change": Change}
+LISTS: dict[str, type] = {"push": Push, "change": Change, "foot": Foot}
 """Lists of tables, and what each of their tables is."""
 
 Fail = Callable[[str, str], InputError]
@@ -80,9 +83,9 @@ def known_keys(data: Any, kind: type, at: str, fail: Fail) -> None:
             _metrics(value, key, fail)
         elif key in LISTS:
             if not isinstance(value, list) or not all(isinstance(table, dict) for table in value):
-                raise fail(key, f"expected a list of tables, each headed [[{key}]]")
+                raise fail(dotted, f"expected a list of tables, each headed [[{dotted}]]")
             for i, table in enumerate(value):
-                known_keys(table, LISTS[key], f"{key}[{i}].", fail)
+                known_keys(table, LISTS[key], f"{dotted}[{i}].", fail)
         elif isinstance(value, dict) and (record := _record(hints[key])) is not None:
             known_keys(value, record, f"{dotted}.", fail)
         elif isinstance(value, dict) and (named := _named_records(hints[key])) is not None:
@@ -172,7 +175,9 @@ def possible(s: Scenario, fail: Fail) -> None:
     for i, push in enumerate(s.push):
         if push.at >= s.duration:
             raise fail(f"push[{i}].at", f"expected a time within the run (duration {s.duration} s), got {push.at}")
+    _changing_pushes(s, fail)
     _follow_one_another(s, fail)
+    _ramps(s, fail)
     start, end = s.interval
     for key, given in (("window.start", s.window.start), ("window.end", s.window.end)):
         if given is not None and given > s.duration:
@@ -192,10 +197,10 @@ def possible(s: Scenario, fail: Fail) -> None:
         raise fail("actuation.null_torque", "expected mode = 'joint': generalized forces leave nothing free")
     if s.actuation.motors and s.actuation.mode != "joint":
         raise fail("actuation.motors", "expected mode = 'joint': generalized forces come from no motor")
-    if s.law is not None and s.actuation.mode != "joint":
+    if own_law(s.law) and s.actuation.mode != "joint":
         raise fail("actuation.mode", f"expected 'joint' with a law of one's own, which returns torques; got "
                    f"'{s.actuation.mode}'")  # fmt: skip
-    if s.law is not None and s.backstep is not None:
+    if own_law(s.law) and s.backstep is not None:
         raise fail("backstep", "expected no law of one's own: the step back belongs to the thesis's leg states")
     _sensed(s, fail)
     for name, bound in s.expect.items():
@@ -246,9 +251,34 @@ def _sensed(s: Scenario, fail: Fail) -> None:
                    f"N, got {switches.release:g}")  # fmt: skip
 
 
+def _changing_pushes(s: Scenario, fail: Fail) -> None:
+    """Rejects pushes in more pieces than a run is kept with."""
+    tick, total = 1.0 / s.simulation.control_rate, 0
+    for i, push in enumerate(s.push):
+        if push.shape != "constant":
+            total += count(push, tick, s.duration)
+            if total > MOST_PIECES:
+                raise fail(
+                    f"push[{i}].duration",
+                    f"expected at most {MOST_PIECES} pieces of pushes that change, {PIECE:g} s each, of a sine at most "
+                    f"a 20th of its period; got {total}",
+                )
+
+
+def _ramps(s: Scenario, fail: Fail) -> None:
+    """Rejects tiles and steps that are shorter than the ramps between them."""
+    tiles, steps = s.ground.tiles, s.ground.steps
+    for key, there, length, ramp in (
+        ("ground.tiles.length", tiles.height > 0.0, tiles.length, tiles.ramp),
+        ("ground.steps.run", steps.rise != 0.0, steps.run, steps.ramp),
+    ):
+        if there and length <= ramp:
+            raise fail(key, f"expected more than the ramp of {ramp:g} m, got {length:g}")
+
+
 def _follow_one_another(s: Scenario, fail: Fail) -> None:
     """Rejects changes outside the run, before the end of the last, or of a law that has no gains."""
-    if s.change and s.law is not None:
+    if s.change and own_law(s.law):
         raise fail("change", "expected no law of one's own, which knows the time; changes are the thesis's law's")
     free = 0.0
     for i, change in enumerate(s.change):

@@ -17,7 +17,8 @@ from biped.ensemble import campaign, packed
 from biped.ensemble.folder import FAILURES
 from biped.ensemble.plan import Plan
 from biped.ensemble.stored import of_plan
-from biped.measure.trajectory import Trajectory
+from biped.measure.stored import AnyTrajectory, load
+from biped.scenario.laws import own_law
 from biped.scenario.reading import read_scenario
 from biped.show.words import harmless
 from biped.studies.folders import results_at
@@ -25,7 +26,7 @@ from biped.studies.folders import results_at
 _AGAIN = "remove it to have it simulated again"
 
 
-def _loaded(path: Path) -> Trajectory:
+def _loaded(path: Path) -> AnyTrajectory:
     """A kept trajectory, which may be anybody's file.
 
     Raises:
@@ -38,7 +39,7 @@ def _loaded(path: Path) -> Trajectory:
         raise InputError(f"{path}: not a trajectory: {plain(error)[:200]}; {_AGAIN}") from None
     if packed:
         raise InputError(f"{path}: not a trajectory: {plain(packed[0])} is compressed; {_AGAIN}")
-    return Trajectory.load(path)
+    return load(path)
 
 
 class Kept:
@@ -61,7 +62,7 @@ class Kept:
         self.plan = Plan(read_scenario(str(folder / "scenario.toml"), looking=True), checked=True)
         of_plan(folder, self.plan, self.result)
 
-    def trajectory(self, index: int) -> Trajectory | None:
+    def trajectory(self, index: int) -> AnyTrajectory | None:
         """The trajectory of a run: kept, or made again; None of a law's run that was not kept.
 
         Of a run of a campaign that fell, only the last seconds were kept.
@@ -70,11 +71,11 @@ class Kept:
         whole = self._folder / "trajectory.npz"
         if len(rows) == 1 and whole.is_file():
             return _loaded(whole)
-        if self.plan.scenario.law is None:
+        if not own_law(self.plan.scenario.law):
             return campaign.run_one(self.plan, index)[0]
         return self.ending(index)
 
-    def ending(self, index: int) -> Trajectory | None:
+    def ending(self, index: int) -> AnyTrajectory | None:
         """The last seconds of a run that fell, where they were kept."""
         kept = self._folder / FAILURES / f"run-{index:05d}"
         for path, read in ((kept.with_suffix(packed.SUFFIX), packed.load), (kept.with_suffix(".npz"), _loaded)):

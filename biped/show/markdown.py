@@ -10,6 +10,7 @@ from biped.base.errors import InputError
 from biped.ensemble.plan import Plan
 from biped.ensemble.sweeps import threshold_words
 from biped.scenario.keys import Scenario
+from biped.scenario.laws import own_law
 from biped.scenario.metrics import HEAD, METRICS
 from biped.scenario.reading import read_scenario
 from biped.scenario.vary import points_of
@@ -53,7 +54,7 @@ def _command(folder: Path, result: Mapping[str, Any], scenario: Scenario) -> str
     runs = result["runs"]
     several = scenario.randomise.runs * len(points_of(scenario)) > 1
     only = f" --only {runs[0]['index']}" if several and len(runs) == 1 else ""
-    trust = " --trust" if scenario.law is not None else ""
+    trust = " --trust" if own_law(scenario.law) else ""
     return f"biped run {name or folder / 'scenario.toml'}{only}{trust}"
 
 

@@ -15,6 +15,7 @@ from biped.ensemble.columns import batches, smallest
 from biped.ensemble.plan import Plan
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import compile_foreign
+from biped.scenario.laws import own_law
 from biped.scenario.reading import to_toml
 from biped.show.kept import Kept
 from biped.studies.folders import newest_recording
@@ -178,7 +179,7 @@ def plot_results(folder: Path, out: Path | None = None) -> list[Path]:
             raise InputError(kept.again(rows[0]["index"]))
         return figures.plot_run(trajectory, out, title=result["scenario"], window=kept.plan.scenario.interval)
     files = figures.plot_campaign(rows, result.get("points", []), out, title=result["scenario"])
-    if kept.plan.scenario.law is not None:
+    if own_law(kept.plan.scenario.law):
         print(f"biped: no velocities.png: {kept.again(rows[0]['index'])}", file=sys.stderr)
         return files
     trajectories = _drawn(kept)

@@ -13,6 +13,7 @@ from biped.base.errors import InputError
 from biped.base.json import dumps
 from biped.base.writing import write_text
 from biped.ensemble import campaign
+from biped.ensemble.backend import Jobs
 from biped.ensemble.plan import Plan
 from biped.ensemble.results import result_of
 from biped.ensemble.rows import LOST, RAISED
@@ -82,14 +83,14 @@ def parted_at(home: Trajectory, foreign: Trajectory) -> float:
     return float(home.time[np.argmax(apart)]) if apart.any() else math.nan
 
 
-def compare(name: str, title: str, changes: Sequence[str], jobs: int) -> Comparison:
+def compare(name: str, title: str, changes: Sequence[str], jobs: Jobs) -> Comparison:
     """Runs a scenario in both engines.
 
     Args:
         name: Name or path of the scenario.
         title: What to call it.
         changes: `--set` changes.
-        jobs: Number of processes.
+        jobs: Number of processes, or a cluster.
     """
     plans, results, first = {}, {}, {}
     description = ""

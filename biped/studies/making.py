@@ -26,6 +26,7 @@ from biped.ensemble.rows import RAISED, Row
 from biped.ensemble.shard import Shard
 from biped.ensemble.stored_rows import StoredRows
 from biped.measure.trajectory import Trajectory
+from biped.scenario.laws import own_law
 from biped.scenario.vary import run_seed
 
 TRACEBACK = "traceback.txt"
@@ -171,7 +172,7 @@ def _ensemble(plan: Plan, indices: Sequence[int], how: How) -> list[Row]:
     where = how.where
     done = _finished(plan, where, how.tell) if where else {}
     left = [index for index in indices if index not in done]
-    kept = partial(keep_ending, where.path, more=" --trust" if plan.scenario.law else "") if where else None
+    kept = partial(keep_ending, where.path, more=" --trust" if own_law(plan.scenario.law) else "") if where else None
     if left:
         with campaign.rows_of(plan, left, how.jobs, kept) as rows, how.progress(len(indices), len(done)) as advance:
             for row in rows:

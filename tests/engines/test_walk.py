@@ -16,12 +16,14 @@ from biped.scenario.keys import (
     Backstep,
     Change,
     Fall,
+    Ground,
     Push,
     Randomise,
     Scenario,
     Sensors,
     Simulation,
     Start,
+    Tiles,
     Truth,
 )
 from biped.scenario.senses import Encoders, Estimator, Gyro, Switches
@@ -56,6 +58,10 @@ SCENES = {
     "estimator, pushing, motors": {"model": "robot", "controller": "robot", "sensors": SENSES, "estimator": Estimator(),
                                    "actuation": Actuation(contacts="pushing", motors=True, torque_limit=20.0)},
     "an arm": {"truth": Truth(hip_mass=2.0)},
+    "tiles": {"ground": Ground(tiles=Tiles(height=0.02, length=0.1, start=0.5)), "start": Start(posture="flat")},
+    "tiles, sub-steps, pyramidal": {"ground": Ground(tiles=Tiles(height=0.02, length=0.1, start=0.5)),
+                                    "simulation": Simulation(timestep=5e-4, cone="pyramidal")},
+    "sine": {"push": (Push(at=0.1, duration=0.3, force=(60.0, 0.0), shape="sine", frequency=5.0),)},
     "fall": {"fall": Fall(tilt=15.7), "start": Start(posture="single")},
 }  # fmt: skip
 

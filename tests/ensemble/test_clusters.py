@@ -16,7 +16,9 @@ from pathlib import Path
 import cloudpickle
 import pytest
 
+import biped
 from biped.base.errors import InputError, RunError
+from biped.base.json import dumps
 from biped.cli.main import main
 from biped.ensemble.backend import WorkerLost
 from biped.ensemble.chunks import Chunks
@@ -27,10 +29,13 @@ from biped.ensemble.executor import workers
 from biped.ensemble.packed import SUFFIX
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario
+from biped.studies.comparison import compare
 from biped.studies.regress.runs import ensemble, measured
 from biped.studies.run import run
+from biped.studies.stability.study import study
 from biped.studies.tune.evaluate import Study, Task
 from biped.studies.tune.space import Space
+from biped.studies.tune.tuned import tune
 from tests.cases import ENSEMBLE, contents, write
 
 ROOT = Path(__file__).parents[2]
@@ -96,6 +101,70 @@ def test_regression_on_a_cluster_is_the_same(cluster):
     plan = ensemble(Plan(read_scenario("e.toml")))
     here, there = (measured(plan, jobs, "2000-01-01", "here", lambda: None) for jobs in (1, cluster))
     assert here == there
+
+
+SEARCH = """duration = 0.6
+seed = 3
+start = { posture = "heel_toe", jitter = 0.002 }
+window.start = 0.3
+[tune]
+gains = ["k_d1", "theta_b"]
+generations = 2
+population = 4
+recheck = 1
+checks = 1
+unseen = 1
+finalists = 1
+[tune.conditions.level]
+runs = 1
+"""
+
+
+def test_a_search_on_a_cluster_is_the_same(cluster):
+    write("search.toml", SEARCH)
+    here, there = (tune("search.toml", (), jobs, Path(name)) for name, jobs in (("here", 1), ("there", cluster)))
+    assert here.found == there.found
+    assert here.gait.read_text() == there.gait.read_text()
+
+
+def test_both_engines_on_a_cluster_are_the_same(cluster):
+    here, there = (compare("e.toml", "e", (), jobs).as_dict() for jobs in (1, cluster))
+    assert dumps(here) == dumps(there)
+
+
+def test_commands_and_python_know_clusters(capsys):
+    """No command takes --cluster and works here."""
+    for command in ("run", "check", "compare", "regress"):
+        assert main([command, "e.toml", "--cluster", "nowhere"]) == 2, command
+    assert main(["diff", "normal", "robust", "--scenario", "e.toml", "--cluster", "nowhere"]) == 2
+    assert capsys.readouterr().err.count("nowhere") == 5
+    with pytest.raises(InputError, match="cluster, which has workers of its own"):
+        biped.run("e.toml", jobs=2, cluster="local:1")
+    for ask in (biped.run, biped.compare):
+        with pytest.raises(InputError, match="nowhere: expected the address"):
+            ask("e.toml", cluster="nowhere")
+
+
+class Idle:
+    """A law that does nothing."""
+
+    def __init__(self, setup):
+        pass
+
+    def torques(self, sensed):
+        return [0.0] * 6
+
+
+@pytest.mark.slow
+def test_from_python_with_a_law_that_is_an_object():
+    here, there = (biped.run("e.toml", law=Idle, **who).runs for who in ({"jobs": 1}, {"cluster": "local:2"}))
+    assert dumps(here.to_pylist()) == dumps(there.to_pylist())
+
+
+@pytest.mark.slow
+def test_stability_on_a_cluster_is_the_same(cluster):
+    here, there = (study("level_slow_generalized", [], ("mujoco",), jobs) for jobs in (2, cluster))
+    assert dumps(here.as_dict()) == dumps(there.as_dict())
 
 
 def test_a_worker_of_other_versions_is_refused_and_both_are_named(cluster, monkeypatch):

@@ -83,7 +83,7 @@ HARMFUL = {
     ),
     "external entity": ("<!DOCTYPE m [<!ENTITY a SYSTEM '/etc/passwd'>]>" + HUMAN, "<!DOCTYPE>"),
     "other encoding": ("<?xml version='1.0' encoding='utf-16'?>" + HUMAN[:-20], "not XML"),
-    "robot description": ("<robot name='r'><link name='l'/></robot>", "expected an MJCF model"),
+    "robot description": ("<robot name='r'><link name='l'/></robot>", "body 'torso': missing"),
     "posture of nan": (put('qpos="0 1.27', 'qpos="nan 1.27'), "expected finite numbers, got nan"),
     "posture of infinity": (put('qpos="0 1.27', 'qpos="0 -Inf'), "expected finite numbers, got -Inf"),
     "overflowing number": (put('qpos="0 1.27', 'qpos="0 1e999'), "expected finite numbers, got 1e999"),

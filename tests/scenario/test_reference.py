@@ -32,7 +32,7 @@ def test_every_key_is_on_the_page():
         for name in kind.__struct_fields__:
             assert f"`{at}{name}`" in text or f"[{at}{name}]" in text
     for value in msgspec.to_builtins(Scenario().ground):
-        assert f"`ground.{value}`" in text
+        assert f"`ground.{value}`" in text or f"`[ground.{value}]`" in text
     assert '`randomise.draw."KEY".uniform`' in text
     assert "`expect.METRIC.min`" in text
     assert "| number 0 … 1000 |" in text

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from biped.cli.common import DONE, FAILED, print_json, reason_of
+from biped.cli.common import DONE, FAILED, print_json, reason_of, warn
 
 
 def command(args: argparse.Namespace) -> int:
@@ -16,6 +16,7 @@ def command(args: argparse.Namespace) -> int:
         "mechanisms": _mechanisms,
         "tolerances": _tolerances,
         "robot": _robot,
+        "campaigns": _campaigns,
         "regress": _regress,
     }[args.what](args)
 
@@ -81,6 +82,18 @@ def _robot(args: argparse.Namespace) -> int:
 
         show(report)
     return DONE
+
+
+def _campaigns(args: argparse.Namespace) -> int:
+    from biped.show.bench.campaigns import show
+    from biped.studies.bench.campaigns import measure
+
+    costs = measure(args.quick, warn)
+    if args.json:
+        print_json({"campaigns": [cost.as_dict() for cost in costs]})
+    else:
+        show(costs)
+    return DONE if all(cost.same for cost in costs) else FAILED
 
 
 def _tolerances(args: argparse.Namespace) -> int:

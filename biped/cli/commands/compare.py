@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from biped.base.errors import InputError
-from biped.cli.common import DONE, FAILED, jobs_of, one_folder, print_all
+from biped.cli.common import DONE, FAILED, one_folder, print_all, workers_of
 from biped.ensemble.folder import new_folder
 from biped.show.side_by_side import draw, show
 from biped.studies.comparison import compare, write
@@ -19,14 +19,15 @@ def command(args: argparse.Namespace) -> int:
         raise InputError("--engine: compare runs both engines; expected no --engine")
     one_folder(args)
     made = []
-    for name in args.scenario:
-        title = title_of(name)
-        made.append(compare(name, title, args.changes, jobs_of(args)))
-        where = args.out or new_folder(RUNS, f"compare-{title}")
-        write(made[-1], where)
-        draw(made[-1], where)
-        if not args.json:
-            print(f"figure, recording and numbers in {where}/")
+    with workers_of(args) as jobs:
+        for name in args.scenario:
+            title = title_of(name)
+            made.append(compare(name, title, args.changes, jobs))
+            where = args.out or new_folder(RUNS, f"compare-{title}")
+            write(made[-1], where)
+            draw(made[-1], where)
+            if not args.json:
+                print(f"figure, recording and numbers in {where}/")
     results = [one.as_dict() for one in made]
     if args.json:
         print_all(results)

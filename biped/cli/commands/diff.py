@@ -7,7 +7,7 @@ from pathlib import Path
 
 from biped.base.errors import InputError
 from biped.base.files import label
-from biped.cli.common import DONE, FAILED, jobs_of, print_json, warn
+from biped.cli.common import DONE, FAILED, print_json, warn, workers_of
 from biped.show.diff import show, write
 from biped.show.terminal import progress
 from biped.studies.diff.made import of_controllers, of_folders
@@ -30,9 +30,10 @@ def command(args: argparse.Namespace) -> int:
                 "diff: --scenario missing; expected what to run with each gait, e.g. --scenario level_fast "
                 "--set randomise.runs=50 --set start.jitter=0.002"
             )
-        found, out = of_controllers(
-            args.first, args.second, args.scenario, args.changes, jobs_of(args), out, args.margin, only, progress, warn
-        )
+        with workers_of(args) as jobs:
+            found, out = of_controllers(
+                args.first, args.second, args.scenario, args.changes, jobs, out, args.margin, only, progress, warn
+            )
     if out is not None:
         write(found, out)
     if args.json:

@@ -7,7 +7,8 @@ knee through its stop, or hold a constraint that pulls, is cut where that begins
 
 from __future__ import annotations
 
-from biped.base.jit import kernel
+from biped.base.jit import entry_kernel, kernel
+from biped.engines.rigid.ground import add_impulse
 from biped.engines.rigid.locate import TOUCH, beyond_event, locate
 from biped.engines.rigid.motion import gaps, impact, land
 from biped.engines.rigid.release import release
@@ -79,7 +80,7 @@ def _accept(w, h):
     stages, ledger, state = w["stages"], w["ledger"], w["state"]
     for row in range(N_ROWS):
         lam = stages["lam"][:, row]
-        ledger["impulse"][row] += h / 6.0 * (lam[0] + 2.0 * (lam[1] + lam[2]) + lam[3])
+        add_impulse(w, row, h / 6.0 * (lam[0] + 2.0 * (lam[1] + lam[2]) + lam[3]))
     power = stages["power"]
     ledger["work"] += h / 6.0 * (power[0] + 2.0 * (power[1] + power[2]) + power[3])
     for j in range(NQ):
@@ -108,7 +109,7 @@ def _arrive(w, q, last):
     return found
 
 
-@kernel
+@entry_kernel
 def touch_down(record, q, v):
     """Makes the constraints that touch at the start of a run active, with the impact of their velocities."""
     w = record[0]

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from biped.base.jit import kernel
 from biped.engines.rigid.gauss import change, factor_all, multipliers, shortest, unilateral
+from biped.engines.rigid.ground import add_impulse, bias_on, row_on, set_down, stand_on
 from biped.engines.rigid.respond import residual, respond, respond_again
 from biped.engines.rigid.tree import applied_forces, mass_and_bias, place
 from biped.numerics.triangular import cholesky, solve_transposed, solve_upper, weigh_rows
-from biped.robot.kinematics import point_row
 from biped.robot.topology import (
     CHAINS,
     KNEE,
@@ -39,13 +39,12 @@ def active_rows(w):
     Normals and knees are signed, unless they are held. A flat foot has one tangential row, the heel's: the toe's says
     the same, except that its rounding, in an impact that lifts the toe, would be enforced with forces beyond measure.
     """
-    system, contact, at = w["system"], w["contact"], w["at"]
-    A, b_v, row, active, bias, signed = (
+    system, contact = w["system"], w["contact"]
+    A, b_v, row, active, signed = (
         system["A"],
         system["b_v"],
         system["row"],
         contact["active"],
-        at["point_bias"],
         system["signed"],
     )
     m = 0
@@ -54,8 +53,8 @@ def active_rows(w):
             for direction in range(2):
                 if direction == 1 and i in TOE and active[i + 1]:
                     continue
-                point_row(at, i, direction, A[m])
-                b_v[m] = -bias[i, 1 - direction]
+                row_on(w, i, direction, A[m])
+                b_v[m] = -bias_on(w, i, direction)
                 row[m] = 2 * i + direction
                 signed[m] = 1 if direction == 0 and not contact["held"][i] else 0
                 m += 1
@@ -81,6 +80,8 @@ def gaps(w, q, v):
         rate[i] = v[Z]
         for k in CHAINS[POINT_LEG[i]]:
             rate[i] += (point[i, 0] - at["joint"][k, 0]) * v[k + LINK_DOF]
+        if w["ground"]["count"] > 0:
+            stand_on(w, i, q, v)
     for leg in range(N_STOPS):
         gap[N_POINTS + leg] = -q[KNEE[leg]]
         rate[N_POINTS + leg] = -v[KNEE[leg]]
@@ -186,6 +187,8 @@ def land(w, i, q):
     contact["active"][i] = 1
     if i < N_POINTS:
         contact["anchor"][i] = q[X] + w["at"]["point"][i, 0]
+        if w["ground"]["count"] > 0:
+            set_down(w, i)
 
 
 @kernel
@@ -218,7 +221,7 @@ def impact(w, q, v):
     for j in range(NQ):
         v[j] += work["x"][j]
     for i in range(m):
-        ledger["impulse"][system["row"][i]] += lam[i]
+        add_impulse(w, system["row"][i], lam[i])
     loss = 0.5 * (before - after)
     ledger["loss"] += loss
     ledger["least_loss"] = min(ledger["least_loss"], loss)

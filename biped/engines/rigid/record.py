@@ -9,6 +9,7 @@ import pinocchio
 
 from biped.numerics.lanes import LANES
 from biped.robot.description import Robot, robot_at
+from biped.robot.ground import GROUND, LEVEL, Profile, set_ground
 from biped.robot.kinematics import PLACES, TREE
 from biped.robot.model import believed_model, gravity, true_tree
 from biped.robot.topology import BASE, N_CONSTRAINTS, N_LINKS, N_POINTS, N_ROWS, NQ, NU
@@ -22,9 +23,14 @@ _ACTING = np.dtype([("Q", "f8", NQ), ("pushed", "u1"), ("push", "f8", (N_LINKS, 
 """What acts during a tick: generalized forces, and forces at the links' centres of mass [N]."""
 
 _CONTACT = np.dtype(
-    [("active", "u1", N_CONSTRAINTS), ("held", "u1", N_CONSTRAINTS), ("anchor", "f8", N_POINTS)], align=True
-)
-"""Which constraints act, which may not let go before the step's end, and where [m] points landed."""
+    [
+        ("active", "u1", N_CONSTRAINTS), ("held", "u1", N_CONSTRAINTS), ("anchor", "f8", N_POINTS),
+        ("landed", "f8", N_POINTS), ("cos", "f8", N_POINTS), ("sin", "f8", N_POINTS), ("other", "f8", NQ),
+    ],
+    align=True,
+)  # fmt: skip
+"""Which constraints act, which may not let go before the step's end, and where [m] points landed; on ground that is not
+level also the height there, the direction of the ground below each point, and room for a row."""
 
 _STATE = np.dtype(
     [("q0", "f8", NQ), ("v0", "f8", NQ), ("q1", "f8", NQ), ("v1", "f8", NQ),
@@ -104,19 +110,20 @@ RIGID = np.dtype(
     [
         ("tree", TREE), ("gravity", "f8", 2), ("at", PLACES), ("acting", _ACTING), ("contact", _CONTACT),
         ("state", _STATE), ("system", _SYSTEM), ("motion", _MOTION), ("stages", _STAGES), ("bracket", _BRACKET),
-        ("ledger", _LEDGER), ("work", _WORK), ("rows", _ROWS),
+        ("ledger", _LEDGER), ("work", _WORK), ("rows", _ROWS), ("ground", GROUND),
     ],
     align=True,
 )  # fmt: skip
 
 
-def rigid_record(path: Path, slope: float, truth: Truth | None = None) -> np.ndarray:
+def rigid_record(path: Path, slope: float, truth: Truth | None = None, ground: Profile = LEVEL) -> np.ndarray:
     """The record (1,) of the biped that walks on a slope [degrees].
 
     Args:
         path: The model file; lengths, inertias and damping are Pinocchio's of that file.
         slope: Degrees, uphill positive.
         truth: How the biped that walks differs from the file.
+        ground: Heights along the slope.
     """
     truth = Truth() if truth is None else truth
     model = believed_model(path, slope)
@@ -127,6 +134,7 @@ def rigid_record(path: Path, slope: float, truth: Truth | None = None) -> np.nda
         w["tree"][name] = value
     w["gravity"] = gravity(slope)
     w["ledger"]["least_loss"] = np.inf
+    set_ground(w["ground"], ground)
     return out
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from biped.base.jit import kernel
 from biped.engines.rigid.gauss import change, unilateral
+from biped.engines.rigid.ground import bias_on, row_on
 from biped.engines.rigid.motion import evaluate, evaluate_again, land, prepare
-from biped.robot.kinematics import point_row
 from biped.robot.topology import N_CONSTRAINTS, N_POINTS, N_ROWS, NQ, STOP_ROW
 
 APART = 1e-9
@@ -96,13 +96,13 @@ def pulled(w):
 @kernel
 def _hold_falling(w, q):
     """Holds points at zero gap and gap rate whose acceleration is into the ground; returns whether there are any."""
-    contact, system, work, at = w["contact"], w["system"], w["work"], w["at"]
+    contact, system, work = w["contact"], w["system"], w["work"]
     found = False
     for i in range(N_POINTS):
         if contact["active"][i] or abs(system["gap"][i]) > 1e-9 or abs(system["gap_rate"][i]) > 1e-9:
             continue
-        point_row(at, i, 0, work["r"])
-        s = at["point_bias"][i, 1]
+        row_on(w, i, 0, work["r"])
+        s = bias_on(w, i, 0)
         for j in range(NQ):
             s += work["r"][j] * w["motion"]["v_dot"][j]
         if s < -1e-6:

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from biped.base.jit import kernel
 from biped.engines.rigid.gauss import RANK
+from biped.engines.rigid.ground import bias_on, off_ground, row_on
 from biped.numerics.factor import reflect
 from biped.numerics.lanes import added, everywhere, load, store, times
 from biped.numerics.rows import factor_lanes, reflect_lanes_back, solve_lanes, solve_lanes_transposed
-from biped.robot.kinematics import point_row
 from biped.robot.topology import KNEE, N_POINTS, N_ROWS, N_STOPS, NQ, STOP_ROW, TOE, X
 from biped.robot.weighing import coupled, factor_from_feet, weigh
 
@@ -111,7 +111,7 @@ def _accelerate(w, m):
 @kernel
 def _rows_in_lanes(w):
     """Writes the active rows of A into their lanes, b_v = -J̇v, and which lanes are rows; returns how many."""
-    rows, at, active = w["rows"], w["at"], w["contact"]["active"]
+    rows, active = w["rows"], w["contact"]["active"]
     A, b_v, kept = rows["A"], rows["b_v"], rows["kept"]
     for j in range(NQ):
         store(A, j, everywhere(0.0))
@@ -124,8 +124,8 @@ def _rows_in_lanes(w):
                 if direction == 1 and i in TOE and active[i + 1]:
                     continue  # see `biped.engines.rigid.motion.active_rows`
                 k = 2 * i + direction
-                point_row(at, i, direction, A[:, k])
-                b_v[0, k] = -at["point_bias"][i, 1 - direction]
+                row_on(w, i, direction, A[:, k])
+                b_v[0, k] = -bias_on(w, i, direction)
                 kept[0, k] = 1.0
                 m += 1
     for leg in range(N_STOPS):
@@ -143,4 +143,6 @@ def residual(w, q, row):
     if row >= STOP_ROW:
         return system["gap"][row - STOP_ROW + N_POINTS]
     i = row // 2
+    if w["ground"]["count"] > 0:
+        return off_ground(w, q, i, row % 2)
     return system["gap"][i] if row % 2 == 0 else q[X] + w["at"]["point"][i, 0] - w["contact"]["anchor"][i]

@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from biped.measure import verdict
-from biped.measure.metrics import energy, gait, ground, motors, posture, pushed, walking
+from biped.measure.metrics import energy, gait, ground, motors, posture, pushed
+from biped.measure.metrics.outcome import outcome_of, spread
 from biped.measure.metrics.sums import Sums, add_up
 from biped.measure.metrics.totals import Totals
 from biped.measure.trajectory import Trajectory
@@ -48,7 +49,7 @@ def assess(t: Trajectory, window: tuple[float, float]) -> Assessed:
         numbers = _numbers(t, sums)
         end, cause = verdict.ending(t, numbers)
     t = replace(t, end=end, cause=cause)
-    return Assessed(t, numbers | _outcome(t, numbers))
+    return Assessed(t, numbers | outcome_of(t, numbers))
 
 
 def measure(t: Trajectory, window: tuple[float, float]) -> dict[str, Any]:
@@ -90,28 +91,8 @@ def _numbers(t: Trajectory, sums: Sums) -> dict[str, Any]:
         out["leg_states"] = gait.commonest_cycle(t, sums.span)
         out["per_joint"] = energy.per_joint(sums)
         if t.signal_names:
-            out["signals"] = {name: _spread(values[sums.span]) for name, values in t.signals.items()}
+            out["signals"] = {name: spread(values[sums.span]) for name, values in t.signals.items()}
     return out
-
-
-def _spread(values: np.ndarray) -> dict[str, float]:
-    """Mean, smallest and largest of the numbers among values (n,); nan if there are none."""
-    real = values[np.isfinite(values)]
-    if not len(real):
-        return dict.fromkeys(("mean", "min", "max"), math.nan)
-    return {"mean": float(real.mean()), "min": float(real.min()), "max": float(real.max())}
-
-
-def _outcome(t: Trajectory, numbers: dict[str, Any]) -> dict[str, int]:
-    """What became of the run, each 0 or 1."""
-    up = t.end == "completed"
-    return {
-        "falls": int(t.end in ("fell", "diverged")),
-        "diverged": int(t.end == "diverged"),
-        "doubtful": int(t.end == "doubtful"),
-        "walked": int(up and walking.walked(numbers, len(t) * t.tick, t.robot.walked)),
-        "stood": int(up and walking.stood(numbers)),
-    }
 
 
 def aggregate(runs: Sequence[Mapping[str, Any]]) -> dict[str, float]:

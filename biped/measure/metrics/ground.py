@@ -43,7 +43,7 @@ def contact(t: Trajectory, sums: Sums) -> dict[str, float]:
 
 
 def _clearance(t: Trajectory, sums: Sums) -> float:
-    """Lowest point of a foot in the middle half of its swings [m]: the smallest over the window's swings."""
+    """Lowest point of a foot above the ground in the middle half of its swings [m]: the smallest of the window's."""
     lowest, least = math.nan, round(_SWING / t.tick)
     for leg in range(LEGS):
         air = np.concatenate([[0], (t.phase[sums.span, leg] > FIRST_IN_AIR).astype(int), [0]])
@@ -52,6 +52,7 @@ def _clearance(t: Trajectory, sums: Sums) -> float:
             if end - start < least:
                 continue
             quarter = (end - start) // 4
-            height = sums.point[sums.span, TOE[leg] : HEEL[leg] + 1, 1][start + quarter : end - quarter].min()
+            point = sums.point[sums.span, TOE[leg] : HEEL[leg] + 1][start + quarter : end - quarter]
+            height = (point[..., 1] - t.ground.height(point[..., 0])).min()
             lowest = float(np.fmin(lowest, height))
     return lowest

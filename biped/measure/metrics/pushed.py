@@ -6,6 +6,7 @@ Only of runs that are pushed; nothing here is computed for others.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +23,7 @@ BEFORE, LEAST = 8, 3
 """Steps before a push that it is compared with at most, and at least."""
 BAND = 0.1
 """A step is as before if its speed is within this share of the mean before, or two standard deviations if more."""
-_NAMES = ("first_step", "second_step", "third_step", "fourth_step")
+STEP_NAMES = ("first_step", "second_step", "third_step", "fourth_step")
 
 
 class Impulse(NamedTuple):
@@ -46,22 +47,49 @@ class Impulse(NamedTuple):
         return math.copysign(math.hypot(self.forward, self.up), self.forward or self.up)
 
 
-def impulses(t: Trajectory) -> list[Impulse]:
-    """The pushes of a run; those that touch or overlap in time are one. What lies beyond its end is not counted."""
-    ends = len(t) * t.tick
-    found: list[Impulse] = []
-    for start, end, forward, up, _ in sorted(t.pushes, key=lambda push: push[:2]):
+class Impact(NamedTuple):
+    """Pushes that are one: when, and their impulse [N s], component by component."""
+
+    start: float
+    end: float
+    impulse: tuple[float, ...]
+
+
+def merged(pushes: Sequence[tuple[float, float, Sequence[float]]], ends: float, tick: float) -> list[Impact]:
+    """Pushes as impulses; those that touch or overlap in time are one.
+
+    Where one ends as another against it begins they are two: every half wave of a sine is one.
+
+    Args:
+        pushes: (start [s], end [s], force [N]).
+        ends: [s] when the run does; what lies beyond is not counted.
+        tick: [s].
+    """
+    found: list[Impact] = []
+    for start, end, force in sorted(pushes, key=lambda push: push[:2]):
         end = min(end, ends)  # noqa: PLW2901
         if end <= start:
             continue
-        seconds = end - start
-        if found and start <= found[-1].end + 0.5 * t.tick:
+        impulse = tuple(one * (end - start) for one in force)
+        if found and start <= found[-1].end + 0.5 * tick and not _turns(found[-1], start, force, tick):
             last = found.pop()
-            end = max(last.end, end)  # noqa: PLW2901
-            found.append(Impulse(last.start, end, last.forward + forward * seconds, last.up + up * seconds))
+            both = tuple(a + b for a, b in zip(last.impulse, impulse, strict=True))
+            found.append(Impact(last.start, max(last.end, end), both))
         else:
-            found.append(Impulse(start, end, forward * seconds, up * seconds))
+            found.append(Impact(start, end, impulse))
     return found
+
+
+def _turns(last: Impact, start: float, force: Sequence[float], tick: float) -> bool:
+    """Whether a force that begins at `start` [s] does so where the last push ends, and is against it."""
+    against = sum(a * b for a, b in zip(force, last.impulse, strict=True)) < 0.0
+    return start > last.end - 0.5 * tick and against
+
+
+def impulses(t: Trajectory) -> list[Impulse]:
+    """The pushes of a run; those that touch or overlap in time are one. What lies beyond its end is not counted."""
+    spans = [(start, end, (forward, up)) for start, end, forward, up, _ in t.pushes]
+    return [Impulse(start, end, *impulse) for start, end, impulse in merged(spans, len(t) * t.tick, t.tick)]
 
 
 def pushed(t: Trajectory, point: np.ndarray) -> dict[str, float]:
@@ -90,8 +118,10 @@ def pushed(t: Trajectory, point: np.ndarray) -> dict[str, float]:
         "push_impulse": strongest,
         "push_speed": strongest / mass,
         "push_froude": strongest / (mass * math.sqrt(GRAVITY * t.tree.leg)),
-        "recovery_time": _recovery(t, rows, found[0].start, found[-1].end),
-        **dict(zip(_NAMES, (float(length) for length in after), strict=False)),
+        "recovery_time": recovery(t.q[:, 0], t.time, t.tick, rows, found[0].start, found[-1].end)
+        if t.end == "completed"
+        else math.nan,
+        **dict(zip(STEP_NAMES, (float(length) for length in after), strict=False)),
     }
 
 
@@ -111,12 +141,21 @@ def push_work(t: Trajectory) -> float:
     return work
 
 
-def _recovery(t: Trajectory, rows: np.ndarray, start: float, end: float) -> float:
-    """[s] from the end of the last push to the first step from which on all are as before the first push."""
-    if len(rows) < 2 or t.end != "completed":
+def recovery(x: np.ndarray, time: np.ndarray, tick: float, rows: np.ndarray, start: float, end: float) -> float:
+    """[s] from the end of the last push to the first step from which on all are as before the first push.
+
+    Args:
+        x: (n,) [m] along the ground.
+        time: (n,) [s].
+        tick: [s] between rows.
+        rows: Of the foot strikes.
+        start: [s] when the first push begins.
+        end: [s] when the last one ends.
+    """
+    if len(rows) < 2:
         return math.nan
-    speed = np.diff(t.q[rows, 0]) / (np.diff(rows) * t.tick)
-    begins, ends = t.time[rows[:-1]], t.time[rows[1:]]
+    speed = np.diff(x[rows]) / (np.diff(rows) * tick)
+    begins, ends = time[rows[:-1]], time[rows[1:]]
     before = speed[ends <= start + 1e-9][-BEFORE:]
     later = begins >= end - 1e-9
     if len(before) < LEAST or later.sum() < 2:

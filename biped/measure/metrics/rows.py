@@ -10,6 +10,7 @@ import math
 
 from biped.base.jit import kernel
 from biped.measure.trajectory import ACTIVE, BELIEVED, FORCE, PHASE, Q_D, STOP, TIME, Q, U, V
+from biped.robot.ground import height_below
 from biped.robot.kinematics import forward
 from biped.robot.topology import (
     ANKLE,
@@ -82,7 +83,7 @@ def add_row(s, at, before, log, point, pushes, k):
     for i in range(N_POINTS):
         x, z = at["point"][i, 0], at["point"][i, 1]
         point[k, i, 0], point[k, i, 1] = x, z
-        run["depth"] = larger(run["depth"], -z)
+        run["depth"] = larger(run["depth"], height_below(s["ground"], x) - z)
         run["normal"] = larger(run["normal"], line[FORCE + 2 * i + 1])
     run["squared"], run["moving"] = larger(run["squared"], squared), larger(run["moving"], moving)
     if k == 0:

@@ -7,10 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from biped.base.jit import kernel
+from biped.base.jit import entry_kernel
 from biped.measure import verdict
 from biped.measure.metrics.rows import add_row
 from biped.measure.trajectory import Trajectory
+from biped.robot.ground import GROUND, set_ground
 from biped.robot.kinematics import PLACES, TREE
 from biped.robot.model import gravity
 from biped.robot.topology import N_POINTS, NU
@@ -55,7 +56,15 @@ _WINDOW = np.dtype(
 """Of the rows in the window; sums where nothing else is said."""
 
 SUMS = np.dtype(
-    [("told", _TOLD), ("tree", TREE), ("run", _RUN), ("window", _WINDOW), ("even", PLACES), ("odd", PLACES)],
+    [
+        ("told", _TOLD),
+        ("tree", TREE),
+        ("ground", GROUND),
+        ("run", _RUN),
+        ("window", _WINDOW),
+        ("even", PLACES),
+        ("odd", PLACES),
+    ],
     align=True,
 )
 """What the pass knows and finds; places are those of the latest two rows."""
@@ -96,6 +105,7 @@ def add_up(t: Trajectory, window: tuple[float, float]) -> Sums:
         told[name] = value
     for name, value in t.tree._asdict().items():
         sums["tree"][0][name] = value
+    set_ground(sums["ground"][0], t.ground)
     point = np.empty((len(t), N_POINTS, 2))
     fast = _add_rows(sums, np.ascontiguousarray(t.log), point, _pushes(t))
     rows = max(1, fast)
@@ -115,7 +125,7 @@ def _pushes(t: Trajectory) -> np.ndarray:
     return np.array(found, dtype=float).reshape(-1, 5)
 
 
-@kernel
+@entry_kernel
 def _add_rows(sums, log, point, pushes):
     """Adds rows up to the first that is too fast, and returns its number; that of rows if there is none."""
     s = sums[0]

@@ -10,6 +10,7 @@ from typing import Any
 from biped.base.files import label
 from biped.measure.metrics.walking import kind_of, outcome
 from biped.measure.trajectory import Trajectory
+from biped.scenario.laws import own_law
 from biped.show.kept import Kept
 from biped.show.page import claims, ensembles, motion, sweeps
 from biped.show.page.frames import frames_of
@@ -93,7 +94,7 @@ def _only(kept: Kept) -> str:
 
 
 def _trust(kept: Kept) -> str:
-    return " --trust" if kept.plan.scenario.law is not None else ""
+    return " --trust" if own_law(kept.plan.scenario.law) else ""
 
 
 def chosen(rows: list[Mapping[str, Any]]) -> list[tuple[str, Mapping[str, Any]]]:

@@ -12,6 +12,7 @@ from biped.base.statistics import same_rate, wilson
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.measure.metrics.walking import outcome
+from biped.scenario.laws import own_law
 from biped.scenario.metrics import shown_in
 from biped.scenario.reading import read_scenario
 from biped.show.page.frames import frames_of
@@ -115,7 +116,7 @@ def _seen(folder: Path, runs: Mapping[str, Any]) -> list[Markup]:
     shown, first = [], None
     for engine in ("mujoco", "home"):
         plan = Plan(read_scenario(str(folder / "scenario.toml"), [f"engine={engine}"], looking=True))
-        if plan.scenario.law is not None or not runs[engine]:
+        if own_law(plan.scenario.law) or not runs[engine]:
             return []
         trajectory = campaign.run_one(plan, 0)[0]
         first = first or (trajectory, plan.scenario.interval)

@@ -8,6 +8,7 @@ from pathlib import Path
 from biped.base.errors import InputError
 from biped.base.files import label, locate
 from biped.base.progress import Progress, Told, silent, unheard
+from biped.ensemble.backend import Jobs
 from biped.ensemble.folder import new_folder
 from biped.ensemble.stored import result_in
 from biped.scenario.inline import setting
@@ -32,7 +33,7 @@ def of_folders(first: Path, second: Path, margin: float = MARGIN, only: Sequence
 
 
 def of_controllers(
-    first: str, second: str, scenario: str, changes: Sequence[str], jobs: int, out: Path | None,
+    first: str, second: str, scenario: str, changes: Sequence[str], jobs: Jobs, out: Path | None,
     margin: float = MARGIN, only: Sequence[str] = (), progress: Progress = silent, tell: Told = unheard,
 ) -> tuple[Difference, Path]:  # fmt: skip
     """Runs a scenario with each of two gaits or laws and compares.
@@ -42,7 +43,7 @@ def of_controllers(
         second: What is judged.
         scenario: Name or path of the scenario.
         changes: `--set` changes.
-        jobs: Number of processes.
+        jobs: Number of processes, or a cluster.
         out: Folder in which each gets a results folder of its own, `first` and `second`; default: a new one below
             runs/. A campaign that was interrupted in it goes on.
         margin: See `MARGIN`.

@@ -1,0 +1,54 @@
+"""What `biped.base.address` is compiled to."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from llvmlite import ir
+from numba import int64, types
+from numba.extending import intrinsic as _intrinsic
+from numba.np.arrayobj import populate_array
+
+# What an intrinsic is called with is not what it is defined with.
+intrinsic: Any = _intrinsic
+
+_BYTE = ir.IntType(8).as_pointer()
+
+
+@intrinsic
+def call(_, function, first, second):
+    """See `biped.base.address.call`."""
+
+    def code(context, builder, signature, arguments):
+        kind = ir.FunctionType(ir.VoidType(), [_BYTE, _BYTE]).as_pointer()
+        address, *pointers = arguments
+        builder.call(builder.inttoptr(address, kind), [builder.inttoptr(pointer, _BYTE) for pointer in pointers])
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int64, types.int64), code
+
+
+@intrinsic
+def int32_at(_, address):
+    """See `biped.base.address.int32_at`."""
+
+    def code(context, builder, signature, arguments):
+        place = builder.inttoptr(arguments[0], ir.IntType(32).as_pointer())
+        return builder.sext(builder.load(place), ir.IntType(64))
+
+    return int64(types.int64), code
+
+
+@intrinsic
+def doubles_at(_, address, count):
+    """See `biped.base.address.doubles_at`; numba's `carray` is refused where there are no reference counts."""
+    kind = types.Array(types.float64, 1, "C")
+
+    def code(context, builder, signature, arguments):
+        place = builder.inttoptr(arguments[0], ir.DoubleType().as_pointer().as_pointer())
+        array = context.make_array(kind)(context, builder)
+        size = context.get_constant(types.intp, 8)
+        populate_array(array, builder.load(place), [arguments[1]], [size], size, None)
+        return array._getvalue()
+
+    return kind(types.int64, types.int64), code

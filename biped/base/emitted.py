@@ -1,0 +1,109 @@
+"""What numba has compiled, as object code that can be called without it (`biped.base.objects`)."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from typing import TYPE_CHECKING, Any
+
+import llvmlite.binding as llvm
+from llvmlite import ir
+from numba import typeof, types
+from numba.core import registry
+
+from biped.base.objects import file_of, letters_of, there
+from biped.base.writing import written
+
+if TYPE_CHECKING:
+    from biped.base.jit import Kernel
+
+# numba's types know little of itself.
+_TARGET: Any = registry.cpu_target
+_ARRAY = ("meminfo", "parent", "nitems", "itemsize", "data", "shape", "strides")
+"""What numba's arrays consist of."""
+_RESULTS = {types.none: "", types.int64: "q", types.float64: "d", types.boolean: "?"}
+
+
+def keep(kernel: Kernel, arguments: tuple[Any, ...]) -> bool:
+    """Compiles a kernel for arguments of these kinds and keeps its object code; returns whether it could be kept.
+
+    It is not where numba hands anything over, or calls anything, that `biped.base.objects` does not know.
+    """
+    kinds = tuple(typeof(argument) for argument in arguments)
+    kernel.made.compile(kinds)
+    compiled = kernel.made.overloads[kinds]
+    try:
+        known = letters_of(arguments) == _taken(kinds)
+    except TypeError:
+        return False
+    result = _given(compiled.signature.return_type)
+    if not known or result is None:
+        return False
+    code, calls = _object(compiled)
+    if not there(calls):
+        return False
+    head = {"name": compiled.fndesc.llvm_func_name, "result": result, "calls": calls,
+            "digest": hashlib.blake2b(code).hexdigest()}  # fmt: skip
+    file = file_of(kernel, arguments)
+    try:
+        file.parent.mkdir(exist_ok=True)
+        with written(file) as part:
+            part.write_bytes(json.dumps(head).encode() + b"\n" + code)
+    except OSError:  # a full disk, or another process that keeps the same
+        return False
+    return True
+
+
+def _taken(kinds: tuple[Any, ...]) -> str | None:
+    """The numbers that numba's code takes for arguments of these types; None if they are not as known here."""
+    context = _TARGET.target_context
+    for kind in kinds:
+        members = kind if isinstance(kind, types.BaseTuple) else (kind,)
+        for part in members:
+            model = context.data_model_manager.lookup(part)
+            if isinstance(part, types.Array) and model._fields != _ARRAY:
+                return None
+    letters = ""
+    for kind in context.get_arg_packer(kinds).argument_types:
+        if isinstance(kind, ir.PointerType) or kind == ir.IntType(64):
+            letters += "q"
+        elif kind == ir.DoubleType():
+            letters += "d"
+        elif kind == ir.IntType(8):
+            letters += "?"
+        else:
+            return None
+    return letters
+
+
+def _given(kind: Any) -> str | None:
+    """The numbers of a result of a type, in brackets if it is a tuple; None if it is anything else."""
+    if not isinstance(kind, types.BaseTuple):
+        return _RESULTS.get(kind)
+    letters = [_RESULTS.get(part) for part in kind.types]
+    return f"({''.join(letter for letter in letters if letter)})" if all(letters) else None
+
+
+def _object(compiled: Any) -> tuple[bytes, list[str]]:
+    """Object code of a compiled kernel without what Python calls it by, and the functions of others that it calls.
+
+    It is the code that numba would run: nothing is optimised again.
+    """
+    name = compiled.fndesc.llvm_func_name
+    module = llvm.parse_bitcode(compiled.library._get_module_for_linking().as_bitcode())
+    for function in module.functions:
+        if not function.is_declaration:
+            function.linkage = llvm.Linkage.external if function.name == name else llvm.Linkage.internal
+    machine = _TARGET.target_context.codegen()._tm
+    passes = llvm.create_new_module_pass_manager()
+    passes.add_global_dead_code_eliminate_pass()
+    passes.add_strip_dead_prototype_pass()
+    passes.run(module, llvm.create_pass_builder(machine, llvm.PipelineTuningOptions()))
+    calls = [function.name for function in module.functions if function.is_declaration]
+    # llvm.sin.f64 is a call of sin, llvm.fabs.f64 an instruction.
+    parts = [call.split(".") for call in calls]
+    needed = {
+        part[1] if part[0] == "llvm" else part[0] for part in parts if part[0] != "llvm" or hasattr(math, part[1])
+    }
+    return machine.emit_object(module), sorted(needed)

@@ -1,0 +1,161 @@
+"""Kernels as object code: loaded and called by address, without numba.
+
+What numba makes of a kernel for given types of arguments is kept (`biped.base.emitted`) as a relocatable object file
+with one entry, `int32 f(result, error, *numbers)`: scalars as they are, of an array what numba's arrays consist of, of
+a tuple its members in turn. LLVM, which comes with numba, links it to the few functions of the C library that it calls.
+A file is made for one processor, one numba and one llvmlite, and lies in the folder that carries the digest of the
+kernels' sources. One that is damaged, or calls what is not there, is not used.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import json
+import struct
+from collections.abc import Callable, Hashable
+from functools import lru_cache
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from biped.base.kernels import cache_folder
+
+if TYPE_CHECKING:
+    from biped.base.jit import Kernel
+
+_C_ORDER, _FORTRAN_ORDER, _ALIGNED, _WRITEABLE = 0x1, 0x2, 0x100, 0x400
+"""Flags of arrays."""
+_SCALARS = {bool: "?", int: "q", float: "d", np.float64: "d"}
+_C = {"?": ctypes.c_uint8, "q": ctypes.c_int64, "d": ctypes.c_double}
+_RESULT = 256
+"""[bytes] of the largest result."""
+
+
+def kinds(value: Any) -> Hashable:
+    """What kind of arguments these are: those of the same kind are called with the same code."""
+    if isinstance(value, np.ndarray):
+        flags = value.flags.num & (_C_ORDER | _FORTRAN_ORDER | _ALIGNED | _WRITEABLE)
+        return value.dtype, value.ndim, flags & ~_FORTRAN_ORDER if flags & _C_ORDER else flags
+    if isinstance(value, tuple):
+        return type(value), *map(kinds, value)
+    return type(value)
+
+
+def _spelt(kind: Hashable) -> str:
+    """A kind for a file's name."""
+    if isinstance(kind, tuple):
+        return f"({', '.join(map(_spelt, kind))})"
+    if isinstance(kind, np.dtype):
+        return str(kind.descr) + str(kind.itemsize) if kind.names else kind.str
+    return f"{kind.__module__}.{kind.__qualname__}" if isinstance(kind, type) else str(kind)
+
+
+def letters_of(value: Any) -> str:
+    """The numbers that a value is handed over as; see `_C`.
+
+    Raises:
+        TypeError: It cannot be.
+    """
+    if isinstance(value, np.ndarray):
+        return "q" * (5 + 2 * value.ndim)
+    if isinstance(value, tuple):
+        return "".join(map(letters_of, value))
+    if type(value) not in _SCALARS:
+        raise TypeError(f"{type(value).__name__} is not handed over")
+    return _SCALARS[type(value)]
+
+
+def _numbers(value: Any, out: list[Any]) -> None:
+    """Appends the numbers that a value is handed over as."""
+    if isinstance(value, np.ndarray):
+        out += (0, 0, value.size, value.itemsize, value.ctypes.data, *value.shape, *value.strides)
+    elif isinstance(value, tuple):
+        for part in value:
+            _numbers(part, out)
+    else:
+        out.append(value)
+
+
+@lru_cache(maxsize=1)
+def _machine() -> str:
+    """For what is compiled, and by what.
+
+    Raises:
+        OSError: The compiler is nowhere.
+    """
+    llvm = import_module("llvmlite.binding")
+    compiler = find_spec("numba")
+    if compiler is None or compiler.origin is None:
+        raise OSError("there is no numba")
+    changed = Path(compiler.origin).with_name("_version.py").stat()
+    try:
+        features = llvm.get_host_cpu_features().flatten()
+    except RuntimeError:  # not known of every processor
+        features = ""
+    made_by = import_module("llvmlite").__version__, str(changed.st_size), str(changed.st_mtime_ns)
+    return " ".join((*made_by, llvm.get_process_triple(), llvm.get_host_cpu_name(), features))
+
+
+def file_of(kernel: Kernel, arguments: tuple[Any, ...]) -> Path:
+    """Where a kernel's code for arguments of these kinds is kept on this machine."""
+    name = f"{kernel.__module__}.{kernel.__qualname__}"
+    types = hashlib.blake2b(f"{_spelt(kinds(arguments))}\n{_machine()}".encode(), digest_size=8)
+    return cache_folder() / "objects" / f"{name}-{types.hexdigest()}.o"
+
+
+def loaded(kernel: Kernel, arguments: tuple[Any, ...]) -> Callable[..., Any] | None:
+    """A kernel's code for arguments of these kinds; None if there is none that can be used."""
+    try:
+        head, _, code = file_of(kernel, arguments).read_bytes().partition(b"\n")
+        said = json.loads(head)
+        letters = letters_of(arguments)
+    except (OSError, ValueError, TypeError):
+        return None
+    if hashlib.blake2b(code).hexdigest() != said["digest"]:
+        return None
+    llvm = import_module("llvmlite.binding")
+    if not there(said["calls"]):
+        return None
+    engine = _engine()
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+    engine.finalize_object()
+    return _call(engine.get_function_address(said["name"]), letters, said["result"], kernel)
+
+
+def there(calls: list[str]) -> bool:
+    """Whether this process has all of the functions; LLVM would end it at the first that is missing."""
+    llvm = import_module("llvmlite.binding")
+    _engine()  # which looks functions up in the whole process from now on
+    return all(llvm.address_of_symbol(name) for name in calls)
+
+
+@lru_cache(maxsize=1)
+def _engine() -> Any:
+    """What links and holds object code, of the same model of memory as numba's."""
+    llvm = import_module("llvmlite.binding")
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    machine = llvm.Target.from_default_triple().create_target_machine(codemodel="jitdefault", jit=True)
+    return llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
+
+
+def _call(address: int, letters: str, result: str, kernel: Kernel) -> Callable[..., Any]:
+    """A Python function that calls the code at an address."""
+    kind = ctypes.CFUNCTYPE if kernel.alone else ctypes.PYFUNCTYPE
+    function = kind(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *(_C[letter] for letter in letters))(address)
+    name = kernel.__qualname__
+
+    def call(*arguments: Any) -> Any:
+        out, error, numbers = ctypes.create_string_buffer(_RESULT), ctypes.c_void_p(), []
+        _numbers(arguments, numbers)
+        status = function(ctypes.addressof(out), ctypes.addressof(error), *numbers)
+        if status not in (0, -2):  # -2: None
+            raise RuntimeError(f"{name}: compiled code ended with status {status}")
+        found = struct.unpack_from(result.strip("()"), out)
+        return found if result.startswith("(") else found[0] if found else None
+
+    return call

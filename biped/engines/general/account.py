@@ -1,0 +1,54 @@
+"""Work of what acts on the robot, step by step: what its energy is judged by."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+
+class Account:
+    """Adds up work: force times the mean of the velocities before and after, which for a step of Euler is exact.
+
+    Args:
+        model: What is stepped.
+        data: Its state.
+
+    Attributes:
+        work: [J] of actuators, pushes, dampers, contacts and stops since `begin`.
+        given: [J] of actuators and pushes alone.
+    """
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData):
+        self._model, self._data = model, data
+        self._before = np.empty(model.nv)
+        self._pushed = np.zeros(model.nv)
+        self._bodies: list[int] = []
+        self._rows = np.empty((3, model.nv))
+        damping = model.dof_damping
+        self._damping = np.array(damping if damping.ndim == 1 else damping[:, 0])
+        self.work = self.given = 0.0
+
+    def push(self) -> None:
+        """Notes which bodies are pushed from now on."""
+        self._bodies = np.flatnonzero(self._data.xfrc_applied.any(axis=1)).tolist()
+
+    def begin(self) -> None:
+        """A tick begins."""
+        self.work = self.given = 0.0
+
+    def before(self) -> None:
+        """A step begins, whose positions are known."""
+        self._before[:] = self._data.qvel
+        self._pushed[:] = 0.0
+        for body in self._bodies:
+            mujoco.mj_jacBodyCom(self._model, self._data, self._rows, None, body)
+            self._pushed += self._data.xfrc_applied[body, :3] @ self._rows
+
+    def after(self) -> None:
+        """It is done."""
+        data, after = self._data, self._data.qvel
+        step = 0.5 * self._model.opt.timestep * (self._before + after)
+        given = float((data.qfrc_actuator + data.qfrc_applied + self._pushed) @ step)
+        self.given += given
+        # MuJoCo's dampers act with the velocity after the step.
+        self.work += given + float((data.qfrc_constraint - self._damping * after) @ step)

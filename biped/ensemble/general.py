@@ -1,0 +1,94 @@
+"""Runs of robots of any kind, concrete: what a plan asks for where the robot is no planar biped of seven links."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from biped.base.errors import InputError
+from biped.base.files import locate, nearest
+from biped.base.text import said
+from biped.robot.general.build import limits_of
+from biped.robot.general.facts import General
+from biped.robot.general.posture import Standing
+from biped.robot.given import Factory
+from biped.robot.run import Run
+from biped.scenario.gait import read_gains
+from biped.scenario.keys import Scenario
+from biped.scenario.laws import BUILT_IN
+from biped.scenario.origin import Origin
+from biped.scenario.vary import stream
+
+PLANE, SPACE = 2, 3
+"""Components of a push."""
+
+
+class GeneralRuns:
+    """Makes the runs of scenarios whose robot is of any kind; files are read once."""
+
+    def __init__(self):
+        self._standing: dict[tuple[str, Any], Standing] = {}
+
+    def model(self, s: Scenario) -> Path:
+        """The model file."""
+        return locate("models", s.model, "model")
+
+    def check(self, s: Scenario) -> None:
+        """Makes sure that a run can be made.
+
+        Raises:
+            InputError: It cannot.
+        """
+        if s.law is None:
+            raise InputError(
+                "law: expected one: the thesis's law needs a planar biped of seven links; write law = 'path.py:Class', "
+                f"or one of {', '.join(BUILT_IN)}", "law",
+            )  # fmt: skip
+        standing = self._at(s)
+        self._pushes(s, standing.robot)
+        limits_of(standing.robot, s)
+        if standing.robot.planar and s.ground.side_slope != 0.0:
+            raise InputError(
+                f"ground.side_slope: expected 0: model '{s.model}' moves in the plane", "ground.side_slope"
+            )
+        standing.start(s.start, None)
+
+    def run(
+        self, s: Scenario, index: int, seed: int, values: dict[str, Any], origin: Origin, law: Factory | None
+    ) -> Run:
+        """A run, concrete; arguments as in `biped.robot.run.Run`."""
+        standing = self._at(s)
+        noise = stream(seed, "start.jitter") if s.start.jitter > 0.0 else None
+        q, v = standing.start(s.start, noise)
+        gains = read_gains(locate("controllers", s.controller, "controller"), s.gains) if s.controller else s.gains
+        s = msgspec.structs.replace(s, push=self._pushes(s, standing.robot))
+        return Run(s, self.model(s), gains, index, seed, values, q, v, None, None, origin, law)
+
+    def _at(self, s: Scenario) -> Standing:
+        key = s.model, s.robot
+        if key not in self._standing:
+            assert s.robot is not None
+            self._standing[key] = Standing(self.model(s), s.robot)
+        return self._standing[key]
+
+    def _pushes(self, s: Scenario, robot: General) -> tuple[Any, ...]:
+        """Pushes on bodies of the robot; its base is the torso, whatever it is called."""
+        pushes = []
+        size, words = (PLANE, "[forward, up]") if robot.planar else (SPACE, "[forward, left, up]")
+        for i, push in enumerate(s.push):
+            body = robot.base if push.body == "torso" and push.body not in robot.bodies else push.body
+            if body not in robot.bodies:
+                hint = nearest(body, list(robot.bodies))
+                raise InputError(
+                    f"push[{i}].body: model '{s.model}' has no body '{said(body)}'; {hint}", f"push[{i}].body"
+                )
+            if len(push.force) != size:
+                where = "in the plane" if robot.planar else "in space"
+                raise InputError(
+                    f"push[{i}].force: expected {words} N: model '{s.model}' moves {where}; got {list(push.force)}",
+                    f"push[{i}].force",
+                )
+            pushes.append(msgspec.structs.replace(push, body=body))
+        return tuple(pushes)

@@ -1,0 +1,31 @@
+"""What became of a run, and what is said of a law's own signals; of robots of any kind."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from biped.measure.ended import Ended
+from biped.measure.metrics import walking
+
+
+def outcome_of(t: Ended, numbers: dict[str, Any]) -> dict[str, int]:
+    """What became of a run, each 0 or 1."""
+    up = t.end == "completed"
+    return {
+        "falls": int(t.end in ("fell", "diverged")),
+        "diverged": int(t.end == "diverged"),
+        "doubtful": int(t.end == "doubtful"),
+        "walked": int(up and walking.walked(numbers, len(t) * t.tick, t.robot.walked)),
+        "stood": int(up and walking.stood(numbers)),
+    }
+
+
+def spread(values: np.ndarray) -> dict[str, float]:
+    """Mean, smallest and largest of the numbers among values (n,); nan if there are none."""
+    real = values[np.isfinite(values)]
+    if not len(real):
+        return dict.fromkeys(("mean", "min", "max"), math.nan)
+    return {"mean": float(real.mean()), "min": float(real.min()), "max": float(real.max())}

@@ -1,0 +1,129 @@
+"""The model that MuJoCo steps in a run: this ground, this solver, these limits, actuators as the law commands them."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from pathlib import Path
+from typing import Literal
+
+import mujoco
+import numpy as np
+
+from biped.base.errors import InputError
+from biped.robot.general.facts import Drive, General
+from biped.robot.general.recognise import robot_of
+from biped.robot.general.spec import complete, is_urdf
+from biped.robot.model import GRAVITY
+from biped.scenario.keys import Ground, Scenario, Simulation
+from biped.scenario.robot import Described
+
+Command = Literal["torque", "position", "velocity", "generalized"]
+"""What a law returns: torques [N m] or targets [rad, rad/s] of servos at joints, or a force for every velocity."""
+
+
+def frame(slope: float, side_slope: float) -> np.ndarray:
+    """(3, 3) from the world, whose z is up, to the ground's frame: rows are its axes; angles in degrees.
+
+    The ground rises by tan(slope) forward and by tan(side_slope) to the left; its x is the steepest part of forward.
+    """
+    forward = np.array([math.cos(math.radians(slope)), 0.0, math.sin(math.radians(slope))])
+    normal = np.array([-math.tan(math.radians(slope)), -math.tan(math.radians(side_slope)), 1.0])
+    normal /= np.linalg.norm(normal)
+    return np.array([forward, np.cross(normal, forward), normal])
+
+
+def gravity3(slope: float, side_slope: float) -> np.ndarray:
+    """(3,) gravity [m/s²] in the ground's frame; angles in degrees."""
+    return frame(slope, side_slope) @ np.array([0.0, 0.0, -GRAVITY])
+
+
+def limits_of(robot: General, s: Scenario) -> np.ndarray:
+    """(nu,) [N m] torque limits of a run: the file's, or the scenario's where that is less."""
+    given = s.actuation.torque_limit
+    if isinstance(given, tuple) and len(given) != len(robot.drives):
+        raise InputError(
+            f"actuation.torque_limit: expected a number, or one for each of {len(robot.drives)} actuators, got "
+            f"{len(given)}", "actuation.torque_limit",
+        )  # fmt: skip
+    return np.minimum([drive.limit for drive in robot.drives], given)
+
+
+def compiled(path: Path, s: Scenario, command: Command) -> mujoco.MjModel:
+    """The model of a run; runs that differ in nothing of it share one, which is not to be written to.
+
+    Raises:
+        InputError: The file is no robot, or has no servos where the law commands them.
+    """
+    assert s.robot is not None
+    robot = robot_of(path, s.robot)
+    limits = tuple(limits_of(robot, s).tolist())
+    return _compiled(str(path), path.stat().st_mtime, s.robot, s.ground, s.simulation, limits, command)
+
+
+@lru_cache(maxsize=8)
+def _compiled(
+    file: str, modified: float, table: Described, ground: Ground, simulation: Simulation, limits: tuple[float, ...],
+    command: Command,
+) -> mujoco.MjModel:  # fmt: skip
+    path = Path(file)
+    robot = robot_of(path, table)
+    spec = mujoco.MjSpec.from_file(file)
+    complete(spec, table, is_urdf(path))
+    drives = {drive.name: (drive, limit) for drive, limit in zip(robot.drives, limits, strict=True)}
+    for actuator in list(spec.actuators):
+        if actuator.name in drives and command != "generalized":
+            _drive(actuator, *drives[actuator.name], command)
+        else:
+            spec.delete(actuator)
+    option = spec.option
+    option.timestep = simulation.timestep
+    option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{simulation.integrator.upper()}")
+    option.cone = getattr(mujoco.mjtCone, f"mjCONE_{simulation.cone.upper()}")
+    option.impratio, option.tolerance, option.iterations = (
+        simulation.impratio, simulation.tolerance, simulation.iterations)  # fmt: skip
+    option.gravity = gravity3(ground.slope, ground.side_slope)
+    option.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    model = spec.compile()
+    _lay(model, robot, ground)
+    return model
+
+
+def _drive(actuator: mujoco.MjsActuator, drive: Drive, limit: float, command: Command) -> None:
+    """Makes an actuator what the law commands, in units of its joint."""
+    actuator.gear = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    if command == "torque":
+        actuator.set_to_motor()
+    elif command == "position":
+        _needs(drive, drive.stiffness, "stiffness")
+        actuator.set_to_position(kp=drive.stiffness, kv=drive.damping)
+    else:
+        _needs(drive, drive.damping, "damping")
+        actuator.set_to_velocity(kv=drive.damping)
+    actuator.ctrllimited = mujoco.mjtLimited.mjLIMITED_FALSE
+    actuator.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
+    actuator.forcerange = [-limit, limit]
+
+
+def _needs(drive: Drive, value: float, key: str) -> None:
+    if value <= 0.0:
+        raise InputError(
+            f"law: commands servos, but actuator '{drive.name}' is one of {drive.kind}; write [robot.actuators] "
+            f"{key} = "
+            "that of a servo at its joint", "law",
+        )  # fmt: skip
+
+
+def _lay(model: mujoco.MjModel, robot: General, ground: Ground) -> None:
+    """Gives contacts with the ground the scenario's friction and stiffness, whatever the parts of the robot say."""
+    solref, friction = [ground.contact_time, ground.damping_ratio], max(ground.friction, 1e-5)
+    g = robot.ground
+    model.geom_priority[g] = int(model.geom_priority.max()) + 1
+    model.geom_friction[g, 0] = friction
+    model.geom_solref[g] = solref
+    model.geom_condim[g] = max(3, int(model.geom_condim[g]))
+    for i in range(model.npair):
+        if g in (model.pair_geom1[i], model.pair_geom2[i]):
+            model.pair_friction[i, :2] = friction
+            model.pair_solref[i] = solref

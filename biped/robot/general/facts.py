@@ -1,0 +1,138 @@
+"""What is known of a robot of any kind, as data: it is kept with what the robot did."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from biped.scenario.robot import Place, Shown, Walked
+from biped.scenario.section import LARGEST, Section
+
+
+class Drive(Section, frozen=True):
+    """An actuator on a joint.
+
+    Attributes:
+        name: Its name.
+        joint: What it drives.
+        kind: What it is in the file: `torque`, `position` or `velocity`.
+        limit: [N m] of the joint's torque (N of a slide); `LARGEST` if the file names none.
+        place: Where its joint stands in q.
+        column: Where its joint stands in v.
+        stiffness: [N m/rad] of its servo, if it is one.
+        damping: [N m s/rad] of it.
+    """
+
+    name: str
+    joint: str
+    kind: str
+    limit: float
+    place: int
+    column: int
+    stiffness: float = 0.0
+    damping: float = 0.0
+
+    @property
+    def limited(self) -> bool:
+        """Whether the file limits its torque."""
+        return self.limit < LARGEST
+
+
+class FootParts(Section, frozen=True):
+    """A foot.
+
+    Attributes:
+        name: What people call it.
+        bodies: Numbers of its bodies.
+        geoms: Numbers of its geoms that touch the ground.
+        on: Body of each of its contact points.
+        points: [m] their places in these bodies' frames.
+    """
+
+    name: str
+    bodies: tuple[int, ...]
+    geoms: tuple[int, ...]
+    on: tuple[int, ...]
+    points: tuple[Place, ...]
+
+
+class General(Section, frozen=True):
+    """A robot.
+
+    Attributes:
+        name: Its model.
+        description: One line for people.
+        planar: Whether its base moves in the plane alone.
+        base: The body that moves freely.
+        base_number: Its number.
+        base_columns: Where its coordinates stand in v: along x, y, z, about them; in the plane x, z, pitch.
+        upright: (3,) direction in the base's frame that is up when its coordinates are zero.
+        forward: (3,) the same of forward.
+        bodies: Names of all bodies.
+        masses: [kg] of them.
+        q_names: Of coordinates.
+        v_names: Of velocities.
+        drives: Actuators, in the order in which a law commands them.
+        feet: Two feet.
+        ground: Number of the ground's geom.
+        leg: [m] from hip to sole.
+        start: Keyframe that a run starts from; empty: coordinates at zero.
+        starts: Keyframes that there are.
+        walked: What counts as walking.
+        shown: The camera.
+    """
+
+    name: str
+    description: str
+    planar: bool
+    base: str
+    base_number: int
+    base_columns: tuple[int, ...]
+    upright: Place
+    forward: Place
+    bodies: tuple[str, ...]
+    masses: tuple[float, ...]
+    q_names: tuple[str, ...]
+    v_names: tuple[str, ...]
+    drives: tuple[Drive, ...]
+    feet: tuple[FootParts, ...]
+    ground: int
+    leg: float
+    start: str
+    starts: tuple[str, ...]
+    walked: Walked
+    shown: Shown
+
+    @property
+    def mass(self) -> float:
+        """[kg] of the whole robot."""
+        return sum(self.masses)
+
+    @property
+    def legs(self) -> tuple[str, ...]:
+        """What people call the feet."""
+        return tuple(foot.name for foot in self.feet)
+
+    @property
+    def actuators(self) -> tuple[str, ...]:
+        """Names of the actuators."""
+        return tuple(drive.name for drive in self.drives)
+
+    @property
+    def points(self) -> tuple[str, ...]:
+        """Names of the contact points, foot by foot."""
+        return tuple(f"{foot.name}.{i}" for foot in self.feet for i in range(len(foot.points)))
+
+    @property
+    def columns(self) -> np.ndarray:
+        """(nu,) where the driven joints stand in v."""
+        return np.array([drive.column for drive in self.drives], dtype=int)
+
+    @property
+    def places(self) -> np.ndarray:
+        """(nu,) where they stand in q."""
+        return np.array([drive.place for drive in self.drives], dtype=int)
+
+    @property
+    def of_foot(self) -> np.ndarray:
+        """(P,) number of the foot of each contact point."""
+        return np.repeat(np.arange(len(self.feet)), [len(foot.points) for foot in self.feet])

@@ -1,0 +1,88 @@
+"""Start postures of a robot of any kind: a keyframe, disturbed if that is asked for, set down on the ground."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from biped.base.errors import InputError
+from biped.base.files import label, nearest
+from biped.robot.general.facts import General
+from biped.robot.general.recognise import robot_of
+from biped.robot.general.spec import parsed
+from biped.scenario.keys import Start
+from biped.scenario.robot import Described
+
+
+class Standing:
+    """Start postures of one robot.
+
+    Args:
+        path: Its model file.
+        table: Its description.
+    """
+
+    def __init__(self, path: Path, table: Described):
+        self._path, self.robot = path, robot_of(path, table)
+        self.model = parsed(path, table)[1]
+        self._data = mujoco.MjData(self.model)
+
+    def start(self, start: Start, noise: np.random.Generator | None) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates (nq,) and velocities (nv,) that a run starts with.
+
+        Args:
+            start: Which posture; "" is the robot's own.
+            noise: Draws the deviations of its hinges and of its base's orientation; None: there are none.
+
+        Raises:
+            InputError: There is no such keyframe.
+        """
+        model, data, robot = self.model, self._data, self.robot
+        mujoco.mj_resetData(model, data)
+        name = start.posture or robot.start
+        if name:
+            if name not in robot.starts:
+                hint = nearest(name, list(robot.starts)) if robot.starts else "there are none"
+                raise InputError(
+                    f"start.posture: model {label(self._path)} has no keyframe '{name}'; {hint}", "start.posture"
+                )
+            mujoco.mj_resetDataKeyframe(model, data, robot.starts.index(name))
+        if noise is not None:
+            turning = np.array([_turns(model, column) for column in range(model.nv)])
+            deviation = np.where(turning, noise.standard_normal(model.nv) * start.jitter, 0.0)
+            mujoco.mj_integratePos(model, data.qpos, deviation, 1.0)
+        if start.settle:
+            mujoco.mj_kinematics(model, data)
+            data.qpos[height_of(model, robot)] -= lowest(data, robot)
+        return data.qpos.copy(), data.qvel.copy()
+
+
+def lowest(data: mujoco.MjData, robot: General) -> float:
+    """[m] height of the lowest contact point; of data with kinematics."""
+    return min(
+        float((data.xpos[body] + data.xmat[body].reshape(3, 3) @ place)[2])
+        for foot in robot.feet
+        for body, place in zip(foot.on, foot.points, strict=True)
+    )
+
+
+def height_of(model: mujoco.MjModel, robot: General) -> int:
+    """Which coordinate lifts the base."""
+    first = int(model.body_jntadr[robot.base_number])
+    if not robot.planar:
+        return int(model.jnt_qposadr[first]) + 2
+    column = robot.base_columns[1]
+    return int(model.jnt_qposadr[model.dof_jntid[column]])
+
+
+def _turns(model: mujoco.MjModel, column: int) -> bool:
+    """Whether a velocity turns something."""
+    joint = int(model.dof_jntid[column])
+    match mujoco.mjtJoint(model.jnt_type[joint]):
+        case mujoco.mjtJoint.mjJNT_FREE:
+            return column - int(model.jnt_dofadr[joint]) >= 3
+        case mujoco.mjtJoint.mjJNT_SLIDE:
+            return False
+    return True

@@ -1,0 +1,67 @@
+"""A model file as MuJoCo parses it, completed: what a URDF or a bare body lacks to be a robot on ground."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import mujoco
+
+from biped.base.errors import InputError
+from biped.base.files import label
+from biped.scenario.robot import Described
+
+GROUND = "ground"
+
+
+def is_urdf(path: Path) -> bool:
+    """Whether a file is one of URDF: it has neither a free base, nor a ground, nor actuators."""
+    return path.suffix == ".urdf"
+
+
+def parsed(path: Path, table: Described) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
+    """The file, completed, and compiled as it is.
+
+    Raises:
+        InputError: MuJoCo cannot read or compile it.
+    """
+    try:
+        spec = mujoco.MjSpec.from_file(str(path))
+        complete(spec, table, is_urdf(path))
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # what MuJoCo only warns of (a singular inertia) no run survives
+            return spec, spec.compile()
+    except (ValueError, UserWarning, mujoco.FatalError) as error:
+        raise InputError(f"{label(path)}: not a model MuJoCo can compile: {' '.join(str(error).split())}") from None
+
+
+def complete(spec: mujoco.MjSpec, table: Described, urdf: bool) -> None:
+    """Gives parts without a name one, and adds a ground; to a URDF's robot a free base and motors too.
+
+    Args:
+        spec: The parsed file, which is changed.
+        table: What is said of the robot.
+        urdf: Whether the file is a URDF.
+    """
+    bodies = [body for body in spec.bodies if body.name != "world"]
+    if urdf:
+        spec.compiler.fusestatic = False
+        roots = [body for body in bodies if body.parent.name == "world"]
+        if len(roots) == 1 and not list(roots[0].joints):
+            roots[0].add_freejoint(name=f"{roots[0].name}_free")
+        if not list(spec.actuators):
+            for joint in spec.joints:
+                if joint.type in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
+                    motor = spec.add_actuator(name=joint.name, target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+                    motor.set_to_motor()
+    for kind, parts in (("body", bodies), ("joint", list(spec.joints))):
+        for number, part in enumerate(parts):
+            if not part.name:
+                part.name = f"{kind}_{number}"
+    for actuator in spec.actuators:
+        if not actuator.name:
+            actuator.name = actuator.target
+    planes = [geom for geom in spec.worldbody.geoms if geom.type == mujoco.mjtGeom.mjGEOM_PLANE]
+    if not planes and not table.ground:
+        spec.worldbody.add_geom(name=GROUND, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0.0, 0.0, 0.05], group=3,
+                                rgba=[0.85, 0.86, 0.84, 1.0])  # fmt: skip

@@ -1,0 +1,141 @@
+"""The ground's height along the way: level, tiles of unequal height, steps; a line with corners, and no vertical faces.
+
+Both engines, the controller's sensors and what is measured read the same line. Under each point the ground is the
+straight piece below it: its height, and its normal, which both change from one piece to the next at a corner.
+Coordinates are those of the slope, x along it and z normal to it.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from biped.base.jit import kernel
+from biped.scenario.keys import Ground, Steps, Tiles
+from biped.scenario.vary import stream
+
+KNOTS = 1024
+"""Most corners of a ground: `biped.scenario.keys` bounds the numbers of tiles and steps."""
+
+GROUND = np.dtype([("count", "i8"), ("x", "f8", KNOTS), ("z", "f8", KNOTS)], align=True)
+"""`Profile` as kernels read it; without corners the ground is level."""
+
+
+class Profile(NamedTuple):
+    """A ground's corners; before the first and beyond the last it is level.
+
+    Attributes:
+        x: (m,) [m] along the way, increasing; empty where all of it is level.
+        z: (m,) [m] heights.
+    """
+
+    x: np.ndarray
+    z: np.ndarray
+
+    @property
+    def level(self) -> bool:
+        """Whether there is no height but 0."""
+        return not len(self.x)
+
+    def height(self, x: np.ndarray) -> np.ndarray:
+        """Heights [m] of the ground at places x [m] of any shape."""
+        return np.zeros(np.shape(x)) if self.level else np.interp(x, self.x, self.z)
+
+    def between(self, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
+        """Places and heights [m] of the ground from one place to another, with all corners between: what is drawn."""
+        inside = (self.x > low) & (self.x < high)
+        x = np.concatenate([[low], self.x[inside], [high]])
+        return x, self.height(x)
+
+
+LEVEL = Profile(np.empty(0), np.empty(0))
+
+
+def profile_of(ground: Ground, seed: int) -> Profile:
+    """The line of a run's ground: tiles and steps add up.
+
+    Args:
+        ground: The scenario's.
+        seed: The run's, from which the heights of tiles are drawn: twice the `height` is twice the same heights.
+    """
+    parts = []
+    if ground.tiles.height > 0.0:
+        parts.append(_tiles(ground.tiles, seed))
+    if ground.steps.rise != 0.0:
+        parts.append(_steps(ground.steps))
+    if not parts:
+        return LEVEL
+    x = np.unique(np.concatenate([part.x for part in parts]))
+    return Profile(x, np.sum([part.height(x) for part in parts], axis=0))
+
+
+def _tiles(tiles: Tiles, seed: int) -> Profile:
+    heights = tiles.height * stream(seed, "ground.tiles").uniform(-1.0, 1.0, tiles.number)
+    return _stairs(tiles.start + tiles.length * np.arange(tiles.number + 1), np.append(heights, 0.0), tiles.ramp)
+
+
+def _steps(steps: Steps) -> Profile:
+    rises = np.full(steps.number, steps.rise)
+    if steps.back:
+        rises = np.concatenate([rises, -rises])
+    return _stairs(steps.start + steps.run * np.arange(len(rises)), np.cumsum(rises), steps.ramp)
+
+
+def _stairs(x: np.ndarray, z: np.ndarray, ramp: float) -> Profile:
+    """Level pieces of heights z (m,), each reached from the one before by a ramp that begins at x (m,)."""
+    before = np.append(0.0, z[:-1])
+    return Profile(np.stack([x, x + ramp], axis=1).ravel(), np.stack([before, z], axis=1).ravel())
+
+
+def profile_from(kept: Any) -> Profile:
+    """A profile that was kept as two lists; level ground was not.
+
+    Raises:
+        ValueError: They are none of a ground.
+    """
+    if kept is None:
+        return LEVEL
+    x, z = (np.array(values, dtype=float) for values in kept)
+    if not (x.ndim == 1 and x.shape == z.shape and 0 < len(x) <= KNOTS and np.isfinite([x, z]).all()
+            and (np.diff(x) > 0.0).all()):  # fmt: skip
+        raise ValueError("a ground without corners in order")
+    return Profile(x, z)
+
+
+def set_ground(record: np.void, profile: Profile) -> None:
+    """Writes a profile into a record of `GROUND`."""
+    record["count"] = len(profile.x)
+    record["x"][: len(profile.x)], record["z"][: len(profile.x)] = profile.x, profile.z
+
+
+@kernel
+def piece_below(ground, x):
+    """Number of the last corner at or before x [m]; -1 before the first."""
+    low, high = -1, ground["count"]
+    while high - low > 1:
+        middle = (low + high) // 2
+        if ground["x"][middle] <= x:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@kernel
+def height_below(ground, x):
+    """Height [m] of the ground at x [m]."""
+    if ground["count"] == 0:
+        return 0.0
+    i = piece_below(ground, x)
+    if i < 0:
+        return ground["z"][0]
+    return ground["z"][i] + rise_of(ground, i) * (x - ground["x"][i])
+
+
+@kernel
+def rise_of(ground, i):
+    """dz/dx of the piece that begins at corner i, or before the first (-1)."""
+    if i < 0 or i >= ground["count"] - 1:
+        return 0.0
+    return (ground["z"][i + 1] - ground["z"][i]) / (ground["x"][i + 1] - ground["x"][i])

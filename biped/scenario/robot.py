@@ -1,0 +1,109 @@
+"""What a user says of a robot that is not a planar biped of seven links: `[robot]` of a scenario, or its description.
+
+What is not said is recognised in the model file (`biped.robot.general`).
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from msgspec import Meta
+
+from biped.scenario.section import Name, NonNegative, Positive, Section
+
+Place = tuple[float, float, float]
+Names = Annotated[tuple[Name, ...], Meta(max_length=1000)]
+
+
+class Walked(Section, frozen=True):
+    """What counts as walking.
+
+    Attributes:
+        distance: [m/s] times the duration: how far a run must have gone.
+        speed: [m/s] that its mean speed over the window must exceed.
+    """
+
+    distance: NonNegative
+    speed: NonNegative
+
+
+class Shown(Section, frozen=True):
+    """How a robot is drawn: where the camera is, relative to the torso's place on the ground, and its torso.
+
+    Attributes:
+        eye: [m].
+        target: [m] what it looks at.
+        com: How high above the hip the torso's centre of mass is, as a share of the torso's length.
+        head: Whether it has one.
+    """
+
+    eye: Place
+    target: Place
+    com: Annotated[float, Meta(gt=0, le=10)] = 0.626
+    head: bool = True
+
+
+class Base(Section, frozen=True):
+    """What moves freely: in space by a free joint, or in the plane by slides along x and z and a hinge about y.
+
+    Attributes:
+        body: Its body; default: the one that is recognised.
+    """
+
+    body: Name = ""
+
+
+class Foot(Section, frozen=True):
+    """A foot; its contact points are corners of its geoms, or its sites.
+
+    Attributes:
+        name: What people call it; default: its body.
+        geoms: Geoms that touch the ground.
+        sites: Places of its contact points, where they are to be these.
+        bodies: Bodies all of whose geoms touch the ground.
+    """
+
+    name: Name = ""
+    geoms: Names = ()
+    sites: Names = ()
+    bodies: Names = ()
+
+
+class Actuators(Section, frozen=True):
+    """What drives the joints.
+
+    Attributes:
+        names: Those that a law commands, in its order; default: all that the file has, in the file's.
+        stiffness: [N m/rad] of the servos on joints whose actuators have none, where a law commands positions.
+        damping: [N m s/rad] of the same, and where it commands velocities.
+    """
+
+    names: Names = ()
+    stiffness: NonNegative = 0.0
+    damping: NonNegative = 0.0
+
+
+class Described(Section, frozen=True):
+    """A robot of any kind: `[robot]`, or the description beside its model file with `kind = "general"`.
+
+    Attributes:
+        description: One line for people.
+        base: The body that moves freely.
+        foot: Its two feet; default: those that are recognised.
+        actuators: What drives the joints.
+        ground: The geom of the level plane; default: the only plane of the world, or one that is added.
+        start: The keyframe that `start.posture = ""` means; default: the file's first, or its coordinates at zero.
+        leg: [m] length of a leg in the Froude number; default: hip to sole.
+        walked: What counts as walking.
+        shown: The camera.
+    """
+
+    description: Name = ""
+    base: Base = Base()
+    foot: Annotated[tuple[Foot, ...], Meta(max_length=8)] = ()
+    actuators: Actuators = Actuators()
+    ground: Name = ""
+    start: Name = ""
+    leg: Positive | None = None
+    walked: Walked = Walked(distance=0.1, speed=0.15)
+    shown: Shown = Shown(eye=(0.4, -3.2, 1.3), target=(0.15, 0.0, 0.8))

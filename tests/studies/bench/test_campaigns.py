@@ -1,0 +1,21 @@
+"""What campaigns cost: the measurement itself, on a few runs."""
+
+import pytest
+
+from biped.show.bench.campaigns import show
+from biped.studies.bench import campaigns
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::DeprecationWarning")
+def test_a_campaign_here_and_on_a_cluster_is_the_same(monkeypatch, capsys):
+    monkeypatch.setattr(campaigns, "QUICK", ((6, 0.2),))
+    told = []
+    (cost,) = campaigns.measure(True, told.append)
+    assert cost.same
+    assert min(cost.here, cost.cluster, cost.work, cost.parent) > 0.0
+    assert any("local:" in words for words in told)
+    show([cost, cost._replace(same=False)])
+    printed = capsys.readouterr().out
+    assert "the same bytes" in printed
+    assert "DIFFERENT" in printed
