@@ -107,7 +107,7 @@ def resolve(choosing, room):
     """Factor what was just evaluated and find Φ̇; False if the mass matrix is not positive definite."""
     done = factor_any(room)
     w, seen = room.factors, room.seen
-    if done and choosing and w.use[1] < min(w.C.shape[1], w.C.shape[2]) and not w.ratio[0] > SAFE_RATIO:
+    if done and choosing and w.use[1] < min(w.T.shape[0], w.T.shape[1]) and not w.ratio[0] > SAFE_RATIO:
         done = choose_rows(room.M, room.A, w)
         if done and room.sparse.use.shape[0] > 0:
             activate(w.order[1], w.use[0], room.sparse)

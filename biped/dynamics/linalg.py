@@ -2,7 +2,7 @@
 
 The constraint matrix is factored by the cheapest means that is safe where the mechanism stands:
 
-- CCᵀ by Cholesky when every row of C stands well off the span of the rows before it;
+- CCᵀ = UᵀU by Cholesky when every row of C stands well off the span of the rows before it;
 - a complete orthogonal decomposition (`orthogonal.py`: row-pivoted Householder LQ, then QR of the trapezoid when
   rank is missing) otherwise: redundant rows, kinematic singularities and their neighbourhood.
 
@@ -12,7 +12,7 @@ Both are blind to the units of a constraint: rows are compared with their own le
 import numpy as np
 
 from biped.base.jit import kernel
-from biped.dynamics.orthogonal import copy, decompose, dot, reflect
+from biped.dynamics.orthogonal import copy, decompose, reflect
 from biped.numerics.triangular import solve_transposed
 
 SAFE_RATIO = 1e-2
@@ -43,6 +43,57 @@ def cholesky(G):
                 s -= G[i, k] * G[j, k]
             G[i, j] = s / root
     return least
+
+
+@kernel
+def subtract(x, share, y):
+    """Overwrite x with x − share·y."""
+    for i in range(x.shape[0]):
+        x[i] -= share * y[i]
+
+
+@kernel
+def cholesky_upper(G):
+    """Factor G = UᵀU in place (upper triangle), row by row: the same numbers as `cholesky`, several at a time.
+
+    Returns:
+        What `cholesky` returns.
+    """
+    m, least = G.shape[0], 1.0
+    for j in range(m):
+        # The diagonal below the first row has been reduced already: what it was is kept beside it, in column 0.
+        diagonal, pivot = G[j, j] if j == 0 else G[j, 0], G[j, j]
+        if not (diagonal > 0.0 and pivot > 0.0):
+            return 0.0
+        least = min(least, pivot / diagonal)
+        root = np.sqrt(pivot)
+        G[j, j] = root
+        for i in range(j + 1, m):
+            G[j, i] /= root
+        for i in range(j + 1, m):
+            share = G[j, i]
+            if share != 0.0:
+                subtract(G[i, i:], share, G[j, i:])
+    return least
+
+
+@kernel
+def solve_upper_transposed(U, x):
+    """Overwrite x with U⁻ᵀx."""
+    for k in range(x.shape[0]):
+        x[k] /= U[k, k]
+        for i in range(k + 1, x.shape[0]):
+            x[i] -= U[k, i] * x[k]
+
+
+@kernel
+def solve_upper(U, x):
+    """Overwrite x with U⁻¹x."""
+    for i in range(x.shape[0] - 1, -1, -1):
+        s = x[i]
+        for k in range(x.shape[0] - 1, i, -1):
+            s -= U[i, k] * x[k]
+        x[i] = s / U[i, i]
 
 
 @kernel
@@ -84,16 +135,37 @@ def factor_mass(M, w):
 
 @kernel
 def factor_rows(A, w):
-    """Factor the rows of C in use by the cheapest means that is safe."""
-    m = w.use[0]
-    C, G, R, order = w.C[0], w.G[0], w.mass[1].T, w.order[1]
-    for i in range(m):
-        copy(A[order[i]], C[i])
-        solve_transposed(R, C[i])
-        for j in range(i + 1):
-            G[i, j] = dot(C[i], C[j])
-    w.rank[0], w.rank[1] = m, 0
-    w.ratio[0] = np.sqrt(cholesky(G[:m, :m])) if m <= w.use[1] else 0.0
+    """Factor the rows of C in use by the cheapest means that is safe.
+
+    Every inner loop runs along a row of Cᵀ or of the triangle: the processor takes several of its numbers at once,
+    and what is zero in R or C is passed over.
+    """
+    m, n = w.use[0], A.shape[1]
+    C, G, L, order = w.C, w.G[0], w.mass[1], w.order[1]
+    for j in range(m):
+        row = A[order[j]]
+        for i in range(n):
+            C[i, j] = row[i]
+    for i in range(n):
+        for k in range(i):
+            share = L[i, k]
+            if share != 0.0:
+                subtract(C[i, :m], share, C[k, :m])
+        for j in range(m):
+            C[i, j] /= L[i, i]
+    w.rank[0], w.rank[1], w.ratio[0] = m, 0, 0.0
+    if m <= w.use[1]:
+        for i in range(m):
+            for j in range(i, m):
+                G[i, j] = 0.0
+        for k in range(n):
+            for i in range(m):
+                share = C[k, i]
+                if share != 0.0:
+                    subtract(G[i, i:m], -share, C[k, i:m])
+        for i in range(1, m):
+            G[i, 0] = G[i, i]
+        w.ratio[0] = np.sqrt(cholesky_upper(G[:m, :m]))
     if not w.ratio[0] > SAFE_RATIO:
         decompose(w)
     return True
@@ -138,21 +210,22 @@ def solve_mass(Q, w, out):
 @kernel
 def apply_w(b, w, out):
     """Out = W b = R⁻¹C⁺b: the least motion, in the metric of M, that changes the constraints by b."""
-    n = w.C.shape[2]
-    m = w.use[0]
+    m, n = w.use[0], w.C.shape[0]
     tau, x, order = w.tau, w.tau[3, :m], w.order
-    out[:] = 0.0
     if w.rank[1] == 0:
-        C, G = w.C[0], w.G[0, :m, :m]
+        C, G = w.C, w.G[0, :m, :m]
         for i in range(m):
             x[i] = b[order[1, i]]
-        solve_transposed(G.T, x)
-        solve_lower_transposed(G, x)
-        for i in range(m):
-            for j in range(n):
-                out[j] += C[i, j] * x[i]
+        solve_upper_transposed(G, x)
+        solve_upper(G, x)
+        for j in range(n):
+            s = 0.0
+            for i in range(m):
+                s += C[j, i] * x[i]
+            out[j] = s
     else:
-        T, G, rank = w.C[1], w.G[1], w.rank[0]
+        T, G, rank = w.T, w.G[1], w.rank[0]
+        out[:] = 0.0
         for i in range(m):
             x[i] = b[order[1, order[0, i]]] / tau[2, order[0, i]]
         if rank == m:

@@ -20,12 +20,13 @@ class Workspace(NamedTuple):
     """Factors of one stage; every array is overwritten by the next call of `factor`."""
 
     mass: np.ndarray  # (2, n, n) the mass matrix that R belongs to, and the lower triangle R of Rᵀ
-    C: np.ndarray  # (2, m, n) rows of A R⁻¹; scaled and permuted: Householder vectors and the lower trapezoid T
-    G: np.ndarray  # (2, m, m) Cholesky factor of CCᵀ; columns of T as rows, then those of T = Q₂R₂
+    C: np.ndarray  # (n, m) Cᵀ, whose columns are the rows of A R⁻¹ in use
+    T: np.ndarray  # (m, n) rows of C, scaled and permuted: Householder vectors and the lower trapezoid T
+    G: np.ndarray  # (2, m, m) Cholesky factor U of CCᵀ; columns of T as rows, then those of T = Q₂R₂
     tau: np.ndarray  # (4, m) Householder coefficients of T and of R₂, what rows of C were divided by, scratch
     order: np.ndarray  # (2, m) row of C that stands at each place of T; the rows of A in use, use[0] of them
     use: np.ndarray  # (2,) number of rows in use, and the largest rank that the constraints may have
-    rank: np.ndarray  # (2,) rank of C, and which factors hold: 0 G[0], 1 C[1], 2 `Sparse`
+    rank: np.ndarray  # (2,) rank of C, and which factors hold: 0 G[0], 1 T, 2 `Sparse`
     ratio: np.ndarray  # (1,) smallest pivot over largest, 1 without constraints
 
 
@@ -33,7 +34,8 @@ def workspace(n: int, m: int) -> Workspace:
     """Room for the factors of a system of n coordinates and m constraints."""
     return Workspace(
         np.full((2, n, n), np.nan),
-        np.zeros((2, m, n)),
+        np.zeros((n, m)),
+        np.zeros((m, n)),
         np.zeros((2, m, m)),
         np.ones((4, m)),
         np.array([np.arange(m), np.arange(m)]),
@@ -89,12 +91,14 @@ def reflect(u, tau, x):
 
 @kernel
 def decompose(w):
-    """Complete orthogonal decomposition of C into C[1] and G[1]; sets rank and pivot ratio."""
-    m, n, most = w.use[0], w.C.shape[2], w.use[1]
-    rows, T, G, tau, order = w.C[0], w.C[1], w.G[1], w.tau, w.order[0]
+    """Complete orthogonal decomposition of C into T and G[1]; sets rank and pivot ratio."""
+    m, n, most = w.use[0], w.C.shape[0], w.use[1]
+    T, G, tau, order = w.T, w.G[1], w.tau, w.order[0]
     longest = 0.0
     for i in range(m):
-        tau[2, i] = np.sqrt(dot(rows[i], rows[i]))
+        for j in range(n):
+            T[i, j] = w.C[j, i]
+        tau[2, i] = np.sqrt(dot(T[i], T[i]))
         longest = max(longest, tau[2, i])
     for i in range(m):
         # A row that is noise beside the others must not be blown up to their size.
@@ -102,7 +106,7 @@ def decompose(w):
             tau[2, i] = longest if longest > 0.0 else 1.0
         order[i] = i
         for j in range(n):
-            T[i, j] = rows[i, j] / tau[2, i]
+            T[i, j] /= tau[2, i]
     rank, first, last = 0, 0.0, 1.0
     for k in range(min(m, n, most)):
         best, largest = k, -1.0

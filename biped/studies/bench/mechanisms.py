@@ -13,7 +13,7 @@ import numpy as np
 
 from biped.base.errors import BipedError
 from biped.dynamics import EULER, RK4, RK8, Scheme
-from biped.studies.bench import peers
+from biped.studies.bench import integrators, peers
 from biped.studies.bench.problems import BRICARD, CHAIN, FOUR_BARS, PENDULUM, PROBLEMS, SQUEEZER, Problem
 
 OURS = (EULER, RK4, RK8)
@@ -63,8 +63,8 @@ class Report:
 Peer = tuple[str, str, str, Callable[[float], peers.Run], tuple[float, ...]]
 
 PEERS: tuple[Peer, ...] = (
-    (PENDULUM, "SUNDIALS IDA", "sksundae", peers.ida_pendulum, (1e-4, 1e-6, 1e-8, 1e-10)),
-    (FOUR_BARS, "SUNDIALS IDA", "sksundae", peers.ida_four_bars, (1e-4, 1e-6, 1e-8, 1e-10)),
+    (PENDULUM, "SUNDIALS IDA", "sksundae", integrators.ida_pendulum, (1e-4, 1e-6, 1e-8, 1e-10)),
+    (FOUR_BARS, "SUNDIALS IDA", "sksundae", integrators.ida_four_bars, (1e-4, 1e-6, 1e-8, 1e-10)),
     (FOUR_BARS, "exudyn", "exudyn", peers.exudyn_index3, (1e-2, 5e-3, 2e-3, 1e-3, 5e-4)),
     (FOUR_BARS, "MuJoCo connect", "mujoco", peers.mujoco_connect, (5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4)),
     (
@@ -75,9 +75,9 @@ PEERS: tuple[Peer, ...] = (
         (2e-2, 1e-2, 5e-3, 2.5e-3, 1e-3),
     ),
     (CHAIN, "Pinocchio proximal", "pinocchio", lambda dt: peers.pinocchio_proximal(dt, 40), (2e-2, 1e-2, 5e-3)),
-    (CHAIN, "scipy index 1", "scipy", lambda rtol: peers.scipy_chain(40, rtol), (1e-6, 1e-8, 1e-10)),
+    (CHAIN, "scipy index 1", "scipy", lambda rtol: integrators.scipy_chain(40, rtol), (1e-6, 1e-8, 1e-9, 1e-10)),
     (BRICARD, "MuJoCo connect", "mujoco", peers.mujoco_bricard, (5e-3, 2e-3, 1e-3)),
-    (SQUEEZER, "scipy index 1", "scipy", peers.scipy_squeezer, (1e-6, 1e-8, 1e-10)),
+    (SQUEEZER, "scipy index 1", "scipy", integrators.scipy_squeezer, (1e-6, 1e-8, 1e-10)),
 )
 
 

@@ -2,7 +2,7 @@
 
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -105,7 +105,7 @@ PROBLEMS = (
     ),
     chain(2, FOUR_BARS),
     chain(10),
-    chain(40),
+    replace(chain(40), steps=(0.05, 0.04, 0.03, 0.02, 0.01)),
     Problem(
         SQUEEZER,
         _squeezer,

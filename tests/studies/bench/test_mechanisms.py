@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from biped.cli.main import main
-from biped.studies.bench import mechanisms, peers
+from biped.studies.bench import integrators, mechanisms, peers
 from biped.studies.bench.mechanisms import FOUR_BARS, PENDULUM, Point, ratios
 
 
@@ -27,7 +27,11 @@ def test_a_ratio_is_taken_at_equal_error_or_less():
 
 @pytest.mark.parametrize(
     ("prepare", "setting", "bound"),
-    [(peers.mujoco_connect, 1e-3, 1e-2), (peers.pinocchio_proximal, 1e-2, 1e-5)],
+    [
+        (peers.mujoco_connect, 1e-3, 1e-2),
+        (peers.pinocchio_proximal, 1e-2, 1e-5),
+        (lambda rtol: integrators.scipy_chain(2, rtol), 1e-9, 1e-4),
+    ],
 )
 def test_peers_simulate_the_same_mechanism(prepare, setting, bound):
     exact = mechanisms._exact(FOUR_BARS)
@@ -43,6 +47,7 @@ def test_the_benchmark_prints_one_json_object_and_keeps_its_promises(capsys):
     assert report["ratios"]["MuJoCo connect"][0] >= 30
     assert report["ratios"]["Pinocchio proximal"][0] >= 1
     assert report["large"]["Pinocchio proximal"][0] >= 10
+    assert report["large"]["scipy index 1"][0] >= 1
     for problem in ("chain of 10 four-bars", "chain of 40 four-bars", "squeezer", "Bricard's six-bar"):
         assert (problem, "RK8") in methods
     for name, module in (("exudyn", "exudyn"), ("SUNDIALS IDA", "sksundae")):
