@@ -84,7 +84,7 @@ def _shown(test: Mapping[str, Any], one: Mapping[str, Any]) -> list[str]:
             short = {"cost_of_transport": "c.o.t.", "push_froude": "J/(m√(g l))"}.get(name, "")
             unit = f" {metric.unit}" if metric.unit else ""
             words = short or ("" if name == "speed" else metric.words.split()[0])
-            lines.append(f"{words} {metric.text(value)}{unit}".strip())
+            lines.append(f"{words} {metric.text(value)}{unit}".strip().replace("-", "−"))
     return lines
 
 
