@@ -79,7 +79,7 @@ class Policy:
         )
         self._ticks, self._latest = 0, np.zeros(size)
 
-    def torques(self, sensed: Sensed | AnySensed) -> np.ndarray:
+    def torques(self, sensed: Any) -> np.ndarray:
         """(6,) [N m]; of a robot of another kind (nu,)."""
         if self._ticks % self._every == 0:
             whole = everything(sensed) if hasattr(sensed, "state") else everything_of(sensed)
