@@ -22,12 +22,15 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 
 from biped.base.files import nearest
+from biped.robot.description import Robot
 from biped.robot.leg_states import STATES
-from biped.robot.topology import BASE, NU
+from biped.robot.topology import BASE
 
 if TYPE_CHECKING:
+    from biped.control.general.law import Setup as AnySetup
+    from biped.control.general.sensed import Sensed as AnySensed
     from biped.control.user import Sensed, Setup
-    from biped.robot.description import Robot
+    from biped.robot.general.facts import General
 
 NEEDS = "a policy network needs onnxruntime, which is not installed; pip install 'biped[onnx]'"
 
@@ -56,30 +59,38 @@ class Policy:
     damping: ClassVar[float | Sequence[float]] = 0.0
     rate: ClassVar[float | None] = None
 
-    def __init__(self, setup: Setup):
+    def __init__(self, setup: Setup | AnySetup):
         if self.action not in ("torque", "position"):
             raise ValueError(f"action: expected 'torque' or 'position', got {self.action!r}")
         self._seen = places(setup.robot, self.observations)
         self._every = 1 if self.rate is None else round(1.0 / (self.rate * setup.tick))
         if self._every < 1 or (self.rate and abs(self._every * self.rate * setup.tick - 1.0) > 1e-9):
             raise ValueError(f"rate: expected a whole part of {1.0 / setup.tick:g} Hz, got {self.rate}")
+        robot = setup.robot
+        # Where the driven joints stand in q and v.
+        self._driven = (slice(BASE, None),) * 2 if isinstance(robot, Robot) else (robot.places, robot.columns)
+        size = len(robot.actuators)
         self._offset, self._scale, self._k, self._b = (
-            np.broadcast_to(np.array(value, dtype=float), NU)
+            np.broadcast_to(np.array(value, dtype=float), size)
             for value in (self.offset, self.scale, self.stiffness, self.damping)
         )
-        self._ask, self._input = _session(Path(inspect.getfile(type(self))).parent / self.network, len(self._seen))
-        self._ticks, self._latest = 0, np.zeros(NU)
+        self._ask, self._input = _session(
+            Path(inspect.getfile(type(self))).parent / self.network, len(self._seen), size
+        )
+        self._ticks, self._latest = 0, np.zeros(size)
 
-    def torques(self, sensed: Sensed) -> np.ndarray:
-        """(6,) [N m]."""
+    def torques(self, sensed: Sensed | AnySensed) -> np.ndarray:
+        """(6,) [N m]; of a robot of another kind (nu,)."""
         if self._ticks % self._every == 0:
-            seen = everything(sensed)[self._seen].astype(np.float32)
+            whole = everything(sensed) if hasattr(sensed, "state") else everything_of(sensed)
+            seen = whole[self._seen].astype(np.float32)
             said: Any = self._ask(None, {self._input: seen[None]})[0]
             self._latest = self._offset + self._scale * said[0].astype(float)
         self._ticks += 1
         if self.action == "torque":
             return self._latest
-        return self._k * (self._latest - sensed.q[BASE:]) - self._b * sensed.v[BASE:]
+        places, columns = self._driven
+        return self._k * (self._latest - sensed.q[places]) - self._b * sensed.v[columns]
 
 
 def names_of(robot: Robot) -> list[str]:
@@ -119,20 +130,53 @@ def everything(sensed: Sensed) -> np.ndarray:
     )
 
 
-def places(robot: Robot, observations: Sequence[str]) -> np.ndarray:
+def names_of_any(robot: General) -> list[str]:
+    """Everything that the network of a robot of another kind can be shown.
+
+    Coordinates `q.NAME` and velocities `v.NAME` as in `biped model --json`; of contact points `height.NAME` [m] and
+    `contact.NAME` (0 or 1); `com.x` … of the centre of mass [m] and `com_velocity.x` … [m/s]; in the frame of the base
+    the direction `gravity.x` … and `gyro.x` … [rad/s]; `time` [s].
+    """
+    points, three = robot.points, "xyz"
+    return [
+        *(f"q.{name}" for name in robot.q_names), *(f"v.{name}" for name in robot.v_names),
+        *(f"height.{name}" for name in points), *(f"contact.{name}" for name in points),
+        *(f"{what}.{axis}" for what in ("com", "com_velocity", "gravity", "gyro") for axis in three), "time",
+    ]  # fmt: skip
+
+
+def everything_of(sensed: AnySensed) -> np.ndarray:
+    """All that `names_of_any` names, in its order."""
+    base, gravity = sensed.base, sensed.gravity
+    return np.concatenate(
+        [
+            sensed.q,
+            sensed.v,
+            sensed.points[:, 2],
+            sensed.touching,
+            sensed.com,
+            sensed.com_velocity,
+            base.orientation.T @ gravity / np.linalg.norm(gravity),
+            base.orientation.T @ base.angular_velocity,
+            [sensed.time],
+        ]
+    )
+
+
+def places(robot: Robot | General, observations: Sequence[str]) -> np.ndarray:
     """Where observations stand among everything.
 
     Raises:
         ValueError: One has no such name.
     """
-    known = names_of(robot)
+    known = names_of(robot) if isinstance(robot, Robot) else names_of_any(robot)
     for name in observations:
         if name not in known:
             raise ValueError(f"observations: unknown '{name}'; {nearest(name, known)}")
     return np.array([known.index(name) for name in observations], dtype=int)
 
 
-def _session(file: Path, size: int):
+def _session(file: Path, size: int, actions: int):
     """What asks a network, and the name of its input.
 
     Raises:
@@ -154,7 +198,7 @@ def _session(file: Path, size: int):
         raise ValueError(f"network: {file.name} is not an ONNX network: {' '.join(str(error).split())[:200]}") from None
     inputs, outputs = session.get_inputs(), session.get_outputs()
     shapes = [list(inputs[0].shape), list(outputs[0].shape)] if len(inputs) == len(outputs) == 1 else []
-    if [shape[-1] for shape in shapes] != [size, NU] or inputs[0].type != "tensor(float)":
+    if [shape[-1] for shape in shapes] != [size, actions] or inputs[0].type != "tensor(float)":
         told = "; ".join(f"{one.name} {one.type} {one.shape}" for one in (*inputs, *outputs))
-        raise ValueError(f"network: expected one input (1, {size}) of floats and one output (1, {NU}), got {told}")
+        raise ValueError(f"network: expected one input (1, {size}) of floats and one output (1, {actions}), got {told}")
     return session.run, inputs[0].name

@@ -53,6 +53,9 @@ class GeneralRuns:
             raise InputError(
                 f"ground.side_slope: expected 0: model '{s.model}' moves in the plane", "ground.side_slope"
             )
+        if s.ground.tiles.height != 0.0 or s.ground.steps.rise != 0.0:
+            key = "ground.tiles" if s.ground.tiles.height != 0.0 else "ground.steps"
+            raise InputError(f"{key}: a robot of any kind walks on even ground; expected none", key)
         standing.start(s.start, None)
 
     def run(

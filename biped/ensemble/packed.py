@@ -29,7 +29,7 @@ SUFFIX = ".xz"
 
 RESOLUTION = {
     "q": 1e-6, "v": 1e-4, "u": 0.01, "Q_d": 0.01, "height": 1e-6, "force": 0.1, "stop": 0.01,
-    "point": 1e-6, "com": 1e-6, "com_velocity": 1e-4, "base": 1e-6, "figure": 1e-5, "ground": 0.1,
+    "point": 1e-6, "com": 1e-6, "com_velocity": 1e-4, "base": 1e-6, "figure": 1e-5, "ground_force": 0.1,
     "energy": 1e-3, "work": 1e-4, "given": 1e-4,
 }  # fmt: skip
 """[m, rad], [m/s, rad/s], [N m], [N, N m], [m], [N], [N m]; [J]; states and flags are whole numbers."""

@@ -16,7 +16,7 @@ from biped.robot.description import Robot
 from biped.robot.topology import BASE, LINK_DOF, PARENT, POINT_LINK, TORSO, Z
 
 _SLACK = 1e-9
-ANY_ROBOT = "a robot of another kind runs with law = 'path.py:Class' or 'stand' (biped model FILE; docs/robots.md)"
+ANY_ROBOT = "others run with [robot] and law = 'path.py:Class' or 'stand' (biped model FILE; docs/robots.md)"
 
 
 def check_parts(spec: mujoco.MjSpec, name: str, robot: Robot) -> None:

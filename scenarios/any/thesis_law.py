@@ -67,7 +67,9 @@ class Law(Thesis):
     @property
     def rows(self):
         """Rows of whatever touches."""
-        return self.rows_of([i for i in range(4) if self.touching[i]]) + [8 + i for i in range(2) if self.touching[4 + i]]
+        return self.rows_of([i for i in range(4) if self.touching[i]]) + [
+            8 + i for i in range(2) if self.touching[4 + i]
+        ]
 
     def rows_of(self, points):
         """Rows of some points, normal and tangential."""

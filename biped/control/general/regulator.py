@@ -20,7 +20,7 @@ _BALANCE = 1000.0
 """Price of the centre of mass's distance [m] from above the feet, squared; of joints' deviations [rad] it is 1."""
 _RATE = 1e-2
 """Price of velocities."""
-_TORQUE = 1e-1
+_TORQUE = 1.0
 """Price of a torque at its limit."""
 _UNLIMITED = 200.0
 """[N m] that stands for the limit of an actuator without one."""

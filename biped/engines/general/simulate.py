@@ -203,7 +203,7 @@ class _Simulation:
         share = 1.0 / self.substeps
         self.sensed.ground_force[:] = force * share
         line[self.parts["force"]] = (force * share).ravel()
-        line[self.parts["ground"]] = total * share
+        line[self.parts["ground_force"]] = total * share
         line[self.parts["u"]] = torque * share
         line[self.parts["work"]], line[self.parts["given"]] = account.work, account.given
 

@@ -95,7 +95,7 @@ def momentum_residual(t: GeneralTrajectory) -> float:
         ticks = max(0, min(round(end / t.tick), count) - round(start / t.tick))
         normal = ticks * float(turn[2] @ [forward, left, up])
         push, pushed = push + normal, pushed + abs(normal)
-    force = float(t.ground[:-1, 2].sum())
+    force = float(t.ground_force[:-1, 2].sum())
     change = t.robot.mass * float(t.com_velocity[-1, 2] - t.com_velocity[0, 2]) / t.tick
     off = change - (force + push - weight * count)
     return abs(off) / max(weight * max(count, LEAST_TIME / t.tick), abs(force), pushed)

@@ -22,7 +22,7 @@ def contact(t: GeneralTrajectory, span: slice) -> dict[str, float]:
     moved = np.linalg.norm(np.diff(t.point[span, :, :2], axis=0), axis=2)
     sliding = moved[t.force[span][:-1, :, 2] > LOADED].sum()
     return {
-        "support": float(t.ground[span, 2].mean() / weight),
+        "support": float(t.ground_force[span, 2].mean() / weight),
         "slip": float(sliding / travelled(t, span)),
         "clearance": _clearance(t, span),
         **({} if t.robot.planar else {"margin_of_stability": margin_of_stability(t, span)}),

@@ -13,6 +13,7 @@ import numpy as np
 
 from biped.measure.general.gait import leans
 from biped.measure.general.trajectory import GeneralTrajectory
+from biped.robot.ground import LEVEL, Profile
 from biped.robot.leg_states import FIRST_IN_AIR
 from biped.robot.topology import BASE, ENDS, LEGS, N_CONSTRAINTS, NQ, NU, SEGMENTS
 from biped.scenario.robot import Shown
@@ -85,9 +86,15 @@ class Sagittal:
     tree: Body
     signal_names: tuple[str, ...]
     inferred: None = None
+    ground: Profile = LEVEL
 
     def __len__(self) -> int:
         return len(self.time)
+
+    @property
+    def flat(self) -> bool:
+        """Whether the ground is level."""
+        return self.slope == 0.0 and self.ground.level
 
     @property
     def x(self) -> np.ndarray:

@@ -21,7 +21,7 @@ KIND = "general"
 
 UNITS = {
     "time": "s", "q": "m, rad", "v": "m/s, rad/s", "u": "N m", "point": "m", "force": "N", "contact": "0 or 1",
-    "com": "m", "com_velocity": "m/s", "base": "m, then quaternion (w first)", "figure": "m", "ground": "N",
+    "com": "m", "com_velocity": "m/s", "base": "m, then quaternion (w first)", "figure": "m", "ground_force": "N",
     "energy": "J", "work": "J", "given": "J",
 }  # fmt: skip
 """Units of the quantities of `columns_of`."""
@@ -32,7 +32,7 @@ def columns_of(robot: General) -> dict[str, tuple[int, tuple[int, ...]]]:
     nq, nv, nu, points = len(robot.q_names), len(robot.v_names), len(robot.drives), len(robot.of_foot)
     shapes: dict[str, tuple[int, ...]] = {
         "time": (), "q": (nq,), "v": (nv,), "u": (nu,), "point": (points, 3), "force": (points, 3),
-        "contact": (points,), "com": (3,), "com_velocity": (3,), "base": (7,), "figure": (7, 3), "ground": (3,),
+        "contact": (points,), "com": (3,), "com_velocity": (3,), "base": (7,), "figure": (7, 3), "ground_force": (3,),
         "energy": (), "work": (), "given": (),
     }  # fmt: skip
     out, first = {}, 0
@@ -172,9 +172,9 @@ class GeneralTrajectory:
         return self.base[:, 0]
 
     @property
-    def ground(self) -> np.ndarray:
+    def ground_force(self) -> np.ndarray:
         """(n, 3) [N] force of the ground on all of the robot, feet or not, means of the steps after each row."""
-        return self.column("ground")
+        return self.column("ground_force")
 
     @property
     def energy(self) -> np.ndarray:

@@ -1,0 +1,201 @@
+"""Robots of any kind in MuJoCo: against the planar path, conservation laws, commands, pushes, ends."""
+
+from __future__ import annotations
+
+import tempfile
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from biped.base.errors import InputError
+from biped.base.trust import grant
+from biped.engines import mujoco as planar
+from biped.engines.general.simulate import simulate
+from biped.ensemble import packed
+from biped.ensemble.plan import Plan
+from biped.measure.general.metrics import assess
+from biped.measure.metrics import assess as assess_planar
+from biped.measure.stored import load
+from biped.scenario.reading import read_scenario
+from biped.studies.planned import plan_of
+from tests.cases import write
+
+HERE = Path(tempfile.mkdtemp(prefix="biped-test-"))
+
+
+def named(model: str, law: str = "stand") -> str:
+    """A scenario of a robot that stands for a moment."""
+    path = HERE / f"{model}.toml"
+    if not path.is_file():
+        path.write_text(f'model = "{model}"\nlaw = "{law}"\nduration = 0.4\n', encoding="utf-8")
+    return str(path)
+
+
+@lru_cache(maxsize=8)
+def stood(model: str, *changes: str):
+    """A short run of a standing robot."""
+    return simulate(plan_of(named(model), changes).run(0))
+
+
+def law_of(tmp_path: Path, body: str) -> str:
+    path = tmp_path / "l.py"
+    path.write_text(f"import numpy as np\n\n\nclass Law:\n{body}", encoding="utf-8")
+    grant(path)
+    return f"law={path}:Law"
+
+
+def test_it_walks_the_human_as_the_compiled_path_does():
+    """The thesis's law in Python on this path, compiled on the other: the same walk, tick by tick."""
+    run = plan_of("any/walk", ("duration=0.6",)).run(0)
+    other = plan_of("level_normal", ("duration=0.6", "window.start=0", "window.end=0.6", "start.jitter=0"))
+    there = planar.simulate(other.run(0)._replace(q=run.q, v=run.v))
+    t = simulate(run)
+    # The contact points lie a micrometre apart: that is their spheres' radius.
+    np.testing.assert_allclose(t.q, there.q, atol=2e-5)
+    np.testing.assert_allclose(t.force[:400, :, [0, 2]], there.force[:400], atol=1.0)
+    assert np.abs(t.u - there.u).max() < 0.05
+    numbers, same = assess(t, (0.0, 0.6)).numbers, assess_planar(there, (0.0, 0.6)).numbers
+    for name in ("distance", "speed", "cost_of_transport_absolute", "support", "double_support", "torso_lean"):
+        assert numbers[name] == pytest.approx(same[name], rel=0.02, abs=0.02, nan_ok=True), name
+
+
+def test_momentum_and_energy_are_accounted_for():
+    push = "push=[{at=0.1,duration=0.1,force=[60.0,-40.0,20.0],body='torso'}]"
+    t = stood("h1", push, "ground.slope=4", "ground.side_slope=-3")
+    numbers = assess(t, (0.0, 0.4)).numbers
+    assert numbers["energy_residual"] < 1e-3
+    assert numbers["momentum_residual"] < 1e-3
+    still = stood("h1", "ground.slope=4", "ground.side_slope=-3")
+    pushed = t.robot.mass * (t.com_velocity - still.com_velocity) - 1e-3 * np.cumsum(
+        np.vstack([np.zeros(3), (t.ground_force - still.ground_force)[:-1]]), axis=0
+    )
+    from biped.robot.general.build import frame
+
+    np.testing.assert_allclose(pushed[-1], frame(4.0, -3.0) @ [6.0, -4.0, 2.0], atol=2e-3)
+    assert numbers["push_impulse"] == pytest.approx(np.linalg.norm([6.0, 4.0, 2.0]))
+
+
+def test_the_ground_bears_the_weight_on_the_points_of_the_feet():
+    t = stood("h1")
+    weight = t.robot.mass * 9.81
+    assert t.force[200:].sum(axis=1)[:, 2].mean() == pytest.approx(weight, rel=0.01)
+    np.testing.assert_allclose(t.force.sum(axis=1), t.ground_force, atol=1e-9)
+    pressure = (t.force[200:, :, 2, None] * t.point[200:, :, :2]).sum(axis=1) / t.force[200:, :, 2].sum(axis=1)[:, None]
+    assert np.abs(pressure.mean(axis=0) - t.com[200:, :2].mean(axis=0)).max() < 0.02
+
+
+def test_the_same_run_has_the_same_bytes_and_is_read_back(tmp_path):
+    first, again = stood("walker2d"), simulate(plan_of(named("walker2d"), ()).run(0))
+    assert first.log.tobytes() == again.log.tobytes()
+    first.save(tmp_path / "t.npz")
+    read = load(tmp_path / "t.npz")
+    assert read.log.tobytes() == first.log.tobytes()
+    assert read.about == first.about
+    packed.save(first.last(0.2), tmp_path / "t.xz")
+    small = packed.load(tmp_path / "t.xz")
+    assert small.robot == first.robot
+    for name in first.columns:
+        np.testing.assert_allclose(small.column(name), first.last(0.2).column(name), atol=0.06)
+    np.testing.assert_allclose(small.point, first.last(0.2).point, atol=1e-6)
+
+
+def test_torques_are_clipped_and_counted(tmp_path):
+    law = law_of(tmp_path, "    def __init__(self, setup):\n        self.limit = setup.torque_limit\n\n"
+                 "    def torques(self, sensed):\n        return 3.0 * self.limit\n")  # fmt: skip
+    t = simulate(plan_of(named("walker2d"), (law, "actuation.torque_limit=30", "duration=0.1")).run(0))
+    assert np.abs(t.u).max() == pytest.approx(30.0)
+    assert assess(t, (0.0, 0.1)).numbers["saturation"] == 1.0
+
+
+@pytest.mark.parametrize("command", ["position", "velocity"])
+def test_servos(tmp_path, command):
+    """A robot of motors held by servos at its own rate: their torques are those of spring and damper."""
+    law = law_of(tmp_path, f'    command = "{command}"\n\n    def __init__(self, setup):\n'
+                 f"        self.held = setup.q[setup.robot.places] + 0.1 if '{command}' == 'position' else 0.5\n\n"
+                 "    def torques(self, sensed):\n        return self.held * np.ones(6)\n")  # fmt: skip
+    changes = (law, "duration=0.05", "robot.actuators={stiffness=200.0,damping=3.0}")
+    t = simulate(plan_of(named("walker2d"), changes).run(0))
+    q, v = t.q[:, t.robot.places], t.v[:, t.robot.columns]
+    wanted = 200.0 * (q[0] + 0.1 - q) - 3.0 * v if command == "position" else 3.0 * (0.5 - v)
+    np.testing.assert_allclose(t.u, wanted, atol=1e-9)
+
+
+def test_servos_need_a_stiffness(tmp_path):
+    law = law_of(tmp_path, '    command = "position"\n\n    def __init__(self, setup):\n        pass\n')
+    with pytest.raises(InputError, match=r"'right_hip' is one of torque; write \[robot.actuators\] stiffness"):
+        simulate(plan_of(named("walker2d"), (law,)).run(0))
+
+
+def test_generalized_forces(tmp_path):
+    """A force on every velocity: what lifts the base weighs nothing on the ground."""
+    law = law_of(tmp_path, '    command = "generalized"\n\n    def __init__(self, setup):\n        pass\n\n'
+                 "    def torques(self, sensed):\n        return np.array(sensed.h)\n")  # fmt: skip
+    t = simulate(plan_of(named("walker2d"), (law, "duration=0.1")).run(0))
+    assert t.ground_force[50:, 2].max() < 1.0
+    assert np.abs(t.v).max() < 0.05
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ("return np.zeros(5)", "expected 6 numbers, got shape \\(5,\\)"),
+        ("return None", "got nothing"),
+        ("return np.full(6, np.nan)", "finite"),
+        ("return [{}] * 6", "expected 6 numbers"),
+        ("return 1 / 0", r"ZeroDivisionError.*l.py, line 9"),
+        ("sensed.q[0] = 1.0", "read-only"),
+    ],
+)
+def test_laws_that_do_not(tmp_path, body, words):
+    law = law_of(
+        tmp_path, f"    def __init__(self, setup):\n        pass\n\n    def torques(self, sensed):\n        {body}\n"
+    )
+    with pytest.raises(InputError, match=words):
+        simulate(plan_of(named("walker2d"), (law,)).run(0))
+
+
+def test_a_law_that_fails_later_ends_its_run_and_logs_until_then(tmp_path):
+    law = law_of(tmp_path, "    def __init__(self, setup):\n        self.signals = {'side': 0.0}\n\n"
+                 "    def torques(self, sensed):\n        self.signals['side'] = sensed.com[1]\n"
+                 "        return np.zeros(6) if sensed.time < 0.02 else None\n")  # fmt: skip
+    t = simulate(plan_of(named("walker2d"), (law,)).run(0))
+    assert (t.end, len(t)) == ("raised", 21)
+    assert "returned no torques at 0.020 s" in t.cause
+    assert np.isfinite(t.signals["side"][:20]).all()
+
+
+def test_which_way_it_falls():
+    push = "push=[{at=0.0,duration=0.2,force=[0.0,900.0,0.0],body='torso'}]"
+    t = stood("h1", push, "duration=1.5")
+    assert t.end == "fell"
+    assert t.cause.startswith("fell to the left at ")
+    assert np.degrees(np.arccos(t.turn[-1, 2, 2])) > 55.0
+
+
+def test_keys_of_the_thesis_are_refused_by_name():
+    with pytest.raises(InputError, match=r"sensing: belongs to the thesis's law.*sensing, actuation.mode"):
+        read_scenario(named("h1"), ["sensing.contact_height=0.01", "actuation.mode=generalized"])
+    with pytest.raises(InputError, match="engine: expected 'mujoco'"):
+        read_scenario(named("h1"), ["engine=home"])
+    for change, words in (("push.0.body=head", "no body 'head'"), ("ground.tiles.height=0.01", "even ground"),
+                          ("start.posture=flat", "no keyframe 'flat'; valid: stand")):  # fmt: skip
+        changes = [change] if not change.startswith("push.") else ["push=[{at=0,duration=1,force=[0,0,0],body='head'}]"]
+        with pytest.raises(InputError, match=words):
+            Plan(read_scenario(named("h1"), changes))
+    with pytest.raises(InputError, match=r"push\[0\].force: expected \[forward, left, up\] N"):
+        Plan(read_scenario(named("h1"), ["push=[{at=0,duration=0.1,force=[1,0]}]"]))
+    with pytest.raises(InputError, match=r"ground\.side_slope: expected 0"):
+        Plan(read_scenario(named("walker2d"), ["ground.side_slope=2"]))
+
+
+def test_a_model_without_the_humans_parts_is_general_with_a_law_of_ones_own(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write("w.xml", Path(__file__).parents[3].joinpath("models", "humanoid.xml").read_text(encoding="utf-8"))
+    write("l.py", "class Law:\n    pass\n")
+    s = read_scenario(write("s.toml", 'model = "w.xml"\nlaw = "l.py:Law"\n'), looking=True)
+    assert s.robot is not None
+    assert s.ground.friction == 1.0
+    write("s.toml", 'model = "human"\nlaw = "l.py:Law"\n')
+    assert read_scenario("s.toml", looking=True).robot is None

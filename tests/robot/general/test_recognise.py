@@ -1,0 +1,224 @@
+"""What a model file is, and every fault of one at once."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pinocchio
+import pytest
+
+from biped.base.errors import InputError
+from biped.cli.main import main
+from biped.control.general.sensed import Sensed
+from biped.robot.general.build import compiled, frame, gravity3
+from biped.robot.general.recognise import looked_at, robot_of
+from biped.robot.model import gravity, tree_at
+from biped.scenario.reading import read_scenario
+from biped.scenario.robot import Actuators, Base, Described, Foot
+from tests.cases import command, write
+
+MODELS = Path("models")
+
+LEG = """
+<body name="{s}_leg" pos="0 {y} -0.1">
+  <joint name="{s}_hip" axis="0 1 0"/>
+  <geom type="capsule" fromto="0 0 0 0 0 -0.4" size="0.03" contype="0" conaffinity="0"/>
+  <body name="{s}_foot" pos="0 0 -0.45"><joint name="{s}_ankle" axis="0 1 0" damping="0.1"/>
+    <geom name="{s}_sole" type="box" pos="0.02 0 -0.02" size="0.1 0.04 0.02"/></body>
+</body>"""
+
+
+def model(base: str = "<freejoint/>", actuators: str = "", world: str = "", keys: str = "") -> str:
+    """A robot of a box and two legs."""
+    legs = LEG.format(s="left", y=0.1) + LEG.format(s="right", y=-0.1)
+    return f"""<mujoco><worldbody>{world}
+<body name="trunk" pos="0 0 0.6">{base}<geom type="box" size="0.05 0.1 0.15" pos="0 0 0.1"/>{legs}</body></worldbody>
+<actuator>{actuators}</actuator><keyframe>{keys}</keyframe></mujoco>"""
+
+
+MOTORS = "".join(f'<motor name="{s}_{j}" joint="{s}_{j}" ctrlrange="-1 1" gear="60"/>'
+                 for s in ("left", "right") for j in ("hip", "ankle"))  # fmt: skip
+
+
+def faults(tmp_path: Path, text: str, table: Described | None = None) -> str:
+    table = table or Described()
+    path = tmp_path / "r.xml"
+    path.write_text(text, encoding="utf-8")
+    os.utime(path, ns=(id(text), hash((text, table)) % 10**15))  # looked at anew
+    return "; ".join(looked_at(path, table).faults)
+
+
+def test_a_robot_is_recognised_with_its_feet_right_first(tmp_path):
+    path = tmp_path / "r.xml"
+    path.write_text(model(actuators=MOTORS), encoding="utf-8")
+    robot = robot_of(path, Described())
+    assert (robot.base, robot.planar, robot.legs) == ("trunk", False, ("right_foot", "left_foot"))
+    assert [len(foot.points) for foot in robot.feet] == [4, 4]
+    np.testing.assert_allclose(sorted(robot.feet[0].points)[0], (-0.08, -0.04, -0.04), atol=1e-12)
+    assert [drive.limit for drive in robot.drives] == [60.0] * 4
+    assert robot.leg == pytest.approx(0.45 + 0.04)
+    assert robot.mass == pytest.approx(sum(mujoco.MjModel.from_xml_path(str(path)).body_mass))
+
+
+def test_the_planar_robots_are_what_their_descriptions_say():
+    for name in ("human", "robot"):
+        robot, tree = robot_of(MODELS / f"{name}.xml", Described()), tree_at(MODELS / f"{name}.xml")
+        assert robot.planar
+        assert robot.leg == pytest.approx(tree.leg, abs=2e-6)
+        assert robot.mass == pytest.approx(float(tree.mass.sum()))
+        np.testing.assert_allclose([point[0] for foot in robot.feet for point in foot.points], tree.point[:, 0])
+
+
+def test_gymnasiums_masses_are_met():
+    """Of its own files, as of gymnasium 1.2: 23.677 kg."""
+    assert robot_of(MODELS / "walker2d.xml", Described()).mass == pytest.approx(23.677136632555076, rel=1e-9)
+    assert [drive.limit for drive in robot_of(MODELS / "walker2d.xml", Described()).drives] == [100.0] * 6
+
+
+def test_gymnasiums_own_files():
+    """With the package at hand."""
+    root = Path(pytest.importorskip("gymnasium").__file__).parent / "envs" / "mujoco" / "assets"
+    walker = robot_of(root / "walker2d_v5.xml", Described())
+    assert walker.planar
+    assert walker.legs == ("foot", "foot_left")
+    assert len(robot_of(root / "humanoid.xml", Described()).drives) == 17
+
+
+def test_every_fault_at_once_with_what_to_write(tmp_path):
+    table = Described(foot=(Foot(geoms=("sole",)), Foot(bodies=("left_foot",))), start="stand",
+                      actuators=Actuators(names=("left_hip", "hip")))  # fmt: skip
+    muscle = '<muscle name="left_hip" joint="left_hip" lengthrange="0.1 1"/>'
+    told = faults(tmp_path, model(actuators=muscle), table)
+    for words in ("no keyframe 'stand'", "'hip' is no actuator of the file; did you mean 'left_hip'?", "<motor>",
+                  "foot[0].geoms: no geom 'sole'; did you mean 'left_sole'?"):  # fmt: skip
+        assert words in told
+
+
+@pytest.mark.parametrize(
+    ("text", "table", "words"),
+    [
+        (model(base="", actuators=MOTORS), Described(), "write <freejoint/> in body 'trunk'"),
+        (model(actuators=MOTORS), Described(base=Base(body="torso")), "no body 'torso'; valid: trunk"),
+        (model(), Described(), "<actuator><motor joint="),
+        (model(actuators='<position name="p" joint="left_hip" kp="0"/>'), Described(), "neither torque, position nor"),
+        (model(actuators=MOTORS + MOTORS.replace('name="', 'name="other_')), Described(), "has several"),
+        (
+            model(actuators=MOTORS, world='<geom type="plane" size="1 1 1" pos="0 0 1"/>'),
+            Described(),
+            "level plane z = 0",
+        ),
+        (model(actuators=MOTORS), Described(foot=(Foot(bodies=("left_foot",)),)), "two tables [[robot.foot]], got 1"),
+    ],
+)
+def test_faults(tmp_path, text, table, words):
+    assert words in faults(tmp_path, text, table)
+
+
+def test_kinds_and_limits_of_actuators(tmp_path):
+    path = tmp_path / "k.xml"
+    path.write_text(model(actuators="""
+        <position name="a" joint="left_hip" kp="100" kv="5" gear="2" forcerange="-10 10"/>
+        <velocity name="b" joint="right_hip" kv="7"/>
+        <motor name="c" joint="left_ankle"/>"""), encoding="utf-8")  # fmt: skip
+    a, b, c = robot_of(path, Described()).drives
+    assert (a.kind, a.stiffness, a.damping, a.limit) == ("position", 400.0, 20.0, 20.0)
+    assert (b.kind, b.damping) == ("velocity", 7.0)
+    assert (c.kind, c.limited) == ("torque", False)
+
+
+def test_a_urdf_gets_a_free_base_a_ground_and_motors(tmp_path):
+    joint = """<joint name="{s}" type="revolute"><parent link="base"/><child link="{s}_foot"/><origin xyz="0 {y} -0.1"/>
+      <axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="50" velocity="3"/></joint>
+      <link name="{s}_foot"><inertial><mass value="1"/><origin xyz="0 0 -0.3"/>
+      <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+      <collision><origin xyz="0 0 -0.5"/><geometry><box size="0.2 0.1 0.05"/></geometry></collision></link>"""
+    path = tmp_path / "r.urdf"
+    legs = joint.format(s="left", y=0.1) + joint.format(s="right", y=-0.1)
+    path.write_text(f"""<robot name="r"><link name="base"><inertial><mass value="10"/>
+      <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>{legs}</robot>""",
+                    encoding="utf-8")  # fmt: skip
+    robot = robot_of(path, Described())
+    assert (robot.base, robot.planar, robot.mass) == ("base", False, 12.0)
+    assert [(drive.joint, drive.limit) for drive in robot.drives] == [("left", 50.0), ("right", 50.0)]
+    assert [len(foot.points) for foot in robot.feet] == [4, 4]
+
+
+def test_gravity_of_a_slope_in_two_directions():
+    np.testing.assert_allclose(gravity3(4.0, 0.0)[[0, 2]], gravity(4.0), atol=1e-12)
+    g, turn = gravity3(5.0, -3.0), frame(5.0, -3.0)
+    np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
+    assert np.linalg.norm(g) == pytest.approx(9.81)
+    assert g[1] > 0.0  # falling to the left
+    np.testing.assert_allclose(turn[2] / turn[2, 2], [-np.tan(np.radians(5.0)), -np.tan(np.radians(-3.0)), 1.0])
+
+
+def test_what_a_law_senses_is_pinocchios(tmp_path, monkeypatch):
+    """M, h and the contact points' Jacobian in space, by another library from the same file."""
+    monkeypatch.chdir(tmp_path)
+    inertial = '<inertial pos="0.01 0.02 -0.1" mass="2" diaginertia="0.03 0.04 0.02"/>'
+    path = Path(write("r.xml", re.sub(r"(<body [^>]*>)", rf"\1{inertial}", model(actuators=MOTORS))))
+    s = read_scenario(write("s.toml", 'model = "r.xml"\nlaw = "stand"\n'))
+    robot, mj = robot_of(path, s.robot), compiled(path, s, "torque")
+    data, rng = mujoco.MjData(mj), np.random.default_rng(0)
+    mujoco.mj_integratePos(mj, data.qpos, 0.3 * rng.standard_normal(mj.nv), 1.0)
+    data.qvel[:] = rng.standard_normal(mj.nv)
+    mujoco.mj_step1(mj, data)
+    sensed = Sensed(mj, data, robot)
+    other = pinocchio.buildModelFromMJCF(str(path))
+    there = other.createData()
+    # Pinocchio's free joint has its linear velocity in the base's frame and the quaternion's w last.
+    turn = np.eye(mj.nv)
+    turn[:3, :3] = sensed.base.orientation
+    q, v = data.qpos.copy(), turn.T @ data.qvel
+    q[3:7] = np.roll(data.qpos[3:7], -1)
+    order = [other.joints[other.getJointId(mj.joint(j).name)].idx_v for j in range(1, mj.njnt)]
+    place = np.concatenate([np.arange(6), order])
+    q2, v2 = q.copy(), v.copy()
+    q2[np.array(order) + 1], v2[order] = q[7:], v[6:]
+    M = pinocchio.crba(other, there, q2, pinocchio.Convention.WORLD)
+    M = (np.triu(M) + np.triu(M, 1).T)[np.ix_(place, place)]
+    np.testing.assert_allclose(turn @ M @ turn.T, sensed.M, atol=1e-9)
+    # h with the velocity of the base in the world's frame: M v̇ + h is the same, v̇ differs by w x v.
+    h = pinocchio.nonLinearEffects(other, there, q2, v2)[place]
+    bias = np.zeros(mj.nv)
+    bias[:3] = np.cross(data.qvel[3:6], sensed.base.orientation.T @ data.qvel[:3])
+    np.testing.assert_allclose(turn @ (h - M @ bias), sensed.h, atol=1e-8)
+    assert sensed.J.shape == (24, mj.nv)
+    step, before, bias = 1e-7, sensed.points.copy(), sensed.b.copy()
+    velocity, speed = sensed.point_velocity.copy(), data.qvel.copy()
+    mujoco.mj_integratePos(mj, data.qpos, speed, step)
+    mujoco.mj_kinematics(mj, data)
+    sensed.begin(0.0)
+    np.testing.assert_allclose((sensed.points - before) / step, velocity, atol=1e-5)
+    mujoco.mj_comPos(mj, data)
+    np.testing.assert_allclose((velocity.ravel() - sensed.J @ speed) / step, bias, atol=1e-4)
+
+
+def test_the_command(capsys, tmp_path, monkeypatch):
+    assert main(["model", "h1"]) == 0
+    told = capsys.readouterr().out
+    for words in ("pelvis, moves in space", "4 contact points", "51.44 kg", "300 N m", "law = 'stand'"):
+        assert words in told
+    assert main(["model", "human"]) == 0
+    assert "the thesis's law walks it" in capsys.readouterr().out
+    monkeypatch.chdir(tmp_path)
+    assert main(["model", write("r.xml", model(base=""))]) == 1
+    told = capsys.readouterr().out
+    assert told.count("fault") == 2
+    code, found = command(capsys, "model", "humanoid")
+    assert code == 0
+    assert found["robot"]["planar"] is False
+    assert not found["seven_links"]
+
+
+def test_a_planar_model_says_all_that_it_lacks(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = write("r.xml", model(actuators=MOTORS))
+    with pytest.raises(
+        InputError, match=r"body 'torso': missing.*missing too: body 'right_thigh'.*law = 'path.py:Class'"
+    ):
+        tree_at(Path(path))
