@@ -141,7 +141,8 @@ def test_values_of_set():
                "actuation.single_tangential=true", "description='two words'"]  # fmt: skip
     data = effective(["s.toml", *(word for change in changes for word in ("--set", change))])
     assert data["start"]["posture"] == "flat"
-    assert data["push"] == [{"at": 0.1, "duration": 0.2, "force": [200.0, 0.0], "body": "torso"}]
+    (push,) = data["push"]
+    assert push | {"at": 0.1, "duration": 0.2, "force": [200.0, 0.0], "body": "torso", "shape": "constant"} == push
     assert (data["seed"], data["actuation"]["single_tangential"], data["description"]) == (3, True, "two words")
 
 
