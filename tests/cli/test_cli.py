@@ -142,7 +142,7 @@ def test_values_of_set():
     data = effective(["s.toml", *(word for change in changes for word in ("--set", change))])
     assert data["start"]["posture"] == "flat"
     (push,) = data["push"]
-    assert {"at": 0.1, "duration": 0.2, "force": [200.0, 0.0], "body": "torso"}.items() <= push.items()
+    assert push | {"at": 0.1, "duration": 0.2, "force": [200.0, 0.0], "body": "torso", "shape": "constant"} == push
     assert (data["seed"], data["actuation"]["single_tangential"], data["description"]) == (3, True, "two words")
 
 
