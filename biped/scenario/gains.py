@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Self
+from typing import Any
 
 import msgspec
 
@@ -13,8 +13,8 @@ from biped.scenario.section import Degrees, Four, NonNegative, Positive, Real, S
 class Part(Section, frozen=True):
     """Gains of which some may be missing."""
 
-    def replaced(self, by: Self) -> Self:
-        """These gains with those that `by` names in their place."""
+    def replaced(self, by: Any) -> Any:
+        """These gains with those that `by`, of the same kind, names in their place."""
         return type(self)(**{name: _replaced(getattr(self, name), getattr(by, name)) for name in self._names()})
 
     def missing(self) -> list[str]:
@@ -132,7 +132,7 @@ class Gains(Part, frozen=True):
     frontal: Frontal | None = None
     axial: Axial | None = None
 
-    def replaced(self, by: Gains) -> Gains:
+    def replaced(self, by: Any) -> Gains:
         """These gains, without a speed, with those that `by` names in their place."""
         return msgspec.structs.replace(super().replaced(by), speed=None)
 
