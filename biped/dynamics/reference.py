@@ -62,7 +62,7 @@ def _address(_: Any, x: Any) -> Any:
 @overload(refer, inline="always")
 def _refer(x):  # numba compares parameters with those below, types included
     def implementation(x):
-        return _address(x)
+        return _address(x)  # pyright: ignore[reportCallIssue]
 
     return implementation
 

@@ -103,7 +103,8 @@ def halves(model: mujoco.MjModel) -> Halves | None:
         steps = [ctypes.cast(step, ctypes.c_void_p).value or 0 for step in (library.mj_step1, library.mj_step2)]
     except (_Unavailable, AttributeError):
         return None
-    return Halves(*steps, native.nefc, native.force)
+    first, second = steps
+    return Halves(first, second, native.nefc, native.force)
 
 
 _reasons: WeakKeyDictionary[mujoco.MjModel, str] = WeakKeyDictionary()

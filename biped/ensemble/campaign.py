@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from biped.base.errors import InputError
 from biped.ensemble.backend import Jobs, at_most
 from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
 from biped.ensemble.processes import FORKS
 from biped.ensemble.rows import LOST, Row
+from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
 from biped.scenario.keys import Scenario
 
@@ -24,6 +26,19 @@ if TYPE_CHECKING:
 
 Keep = Callable[[int, "AnyTrajectory", Row], None]
 """Called where a run was made with (index, trajectory, row), for what must be kept of it."""
+
+
+def simulate_planar(run: Run) -> Trajectory:
+    """Simulates a run of a planar biped of seven links.
+
+    Raises:
+        InputError: It is one of a robot of another kind.
+    """
+    if run.scenario.robot is not None:
+        raise InputError(f"model: expected a planar biped of seven links for this, got '{run.scenario.model}'", "model")
+    t = simulate(run)
+    assert isinstance(t, Trajectory)
+    return t
 
 
 def simulate(run: Run) -> AnyTrajectory:

@@ -88,11 +88,6 @@ class _Simulation:
         self.feet = self.robot.of_foot
         self.plant = self._compiled() if watch is None and self.follow == 1.0 else None
 
-    def _turned(self, force: tuple[float, ...]) -> np.ndarray:
-        """(3,) [N] of a push in the ground's frame."""
-        ground = self.s.ground
-        return frame(ground.slope, ground.side_slope) @ np.array(_in_space(force))
-
     def _compiled(self) -> Plant | None:
         """What the compiled loop is handed, where the law has one."""
         if self.s.law != "spatial" or not self.split:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 import tempfile
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from biped.base.progress import Told
 from biped.ensemble.backend import Jobs
 from biped.ensemble.campaign import cores, run_one
 from biped.ensemble.cluster import cluster_at
@@ -47,7 +47,7 @@ class Cost(NamedTuple):
         return self._asdict() | {"cluster_to_here": self.cluster / self.here, "here_to_work": self.here / self.work}
 
 
-def measure(quick: bool, tell: Callable[[str], object]) -> list[Cost]:
+def measure(quick: bool, tell: Told) -> list[Cost]:
     """Carries out every campaign here and on a cluster of as many workers.
 
     Args:
@@ -60,7 +60,7 @@ def measure(quick: bool, tell: Callable[[str], object]) -> list[Cost]:
     return [_cost(runs, duration, tell) for runs, duration in (QUICK if quick else CAMPAIGNS)]
 
 
-def _cost(runs: int, duration: float, tell: Callable[[str], object]) -> Cost:
+def _cost(runs: int, duration: float, tell: Told) -> Cost:
     count = cores()
     changes = ["sweep={}", f"randomise.runs={runs}", f"duration={duration}", "start.jitter=0.002", "expect={}"]
     if duration < 5.0:

@@ -84,7 +84,7 @@ def scipy_index1(
     The whole of [M Aᵀ; A 0] is factored as a band (LAPACK's gbsv), in the order of Cuthill and McKee.
     """
     from scipy.integrate import solve_ivp
-    from scipy.linalg.lapack import dgbsv
+    from scipy.linalg.lapack import dgbsv  # pyright: ignore[reportAttributeAccessIssue]
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import reverse_cuthill_mckee
 

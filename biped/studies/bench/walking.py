@@ -19,7 +19,7 @@ import numpy as np
 
 from biped.base.errors import RunError
 from biped.base.statistics import Z95
-from biped.ensemble.campaign import run_one, simulate
+from biped.ensemble.campaign import run_one, simulate_planar
 from biped.measure.metrics import measure
 from biped.measure.metrics.energy import loss_per_step
 from biped.measure.metrics.gait import strikes
@@ -107,7 +107,7 @@ def starts(name: str, changes: Sequence[str]) -> tuple[Run, Trajectory, np.ndarr
         RunError: The scenario does not stay up.
     """
     run = plan_of(name, changes).run(0)
-    t = simulate(run)
+    t = simulate_planar(run)
     if t.end != "completed":
         raise RunError(f"{name}: {t.cause}; expected a scenario that walks to its end")
     last = len(t) - 1
@@ -119,7 +119,7 @@ def short(run: Run, t: Trajectory, rows: np.ndarray) -> np.ndarray:
     s = msgspec.structs.replace(run.scenario, duration=HORIZON, window=Window(), push=(), change=())
     out = []
     for row in rows:
-        walked = simulate(run._replace(q=t.q[row].copy(), v=t.v[row].copy(), scenario=s))
+        walked = simulate_planar(run._replace(q=t.q[row].copy(), v=t.v[row].copy(), scenario=s))
         angle = np.full((round(HORIZON / GRID), 7), math.nan)
         there = walked.q[:: round(GRID / walked.tick), 2:]
         angle[: len(there)] = there
@@ -147,6 +147,7 @@ def steady(name: str, changes: Sequence[str]) -> dict[str, Any]:
     for index in range(len(plan)):
         before = time.process_time()
         trajectory, row = run_one(plan, index)
+        assert isinstance(trajectory, Trajectory), "its scenarios are of planar bipeds"
         clock.append((time.process_time() - before) / row.time)
         fell += row.fell
         for window in halves(trajectory, plan.scenario.interval[0]):

@@ -19,7 +19,7 @@ import msgspec
 import numpy as np
 
 from biped.base.errors import RunError
-from biped.ensemble.campaign import simulate
+from biped.ensemble.campaign import simulate_planar
 from biped.measure.metrics.gait import strikes
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import GRAVITY
@@ -110,7 +110,7 @@ class Section:
         # The section ahead of a start is that start: only what comes after a swing counts, which `strikes` sees to,
         # since a swing that began before the run has no 0.05 s of air yet.
         s = msgspec.structs.replace(self.run.scenario, duration=seconds, window=Window(), push=(), change=())
-        t = simulate(self.run._replace(q=start[:9], v=start[9:], scenario=s))
+        t = simulate_planar(self.run._replace(q=start[:9], v=start[9:], scenario=s))
         return t, self.states(crossings(t, self.height))
 
     def returned(self, z: np.ndarray, stride: float) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from biped.base.errors import RunError
 from biped.ensemble.backend import Jobs
-from biped.ensemble.campaign import simulate
+from biped.ensemble.campaign import simulate_planar
 from biped.ensemble.plan import Plan
 from biped.robot.model import tree_at, true_tree
 from biped.scenario.vary import stream
@@ -68,7 +68,7 @@ def steady_strides(plan: Plan, mapped: Mapped) -> Steady:
     section = Section(first, true_tree(tree_at(first.model), first.scenario.truth))
 
     def walk(index: int) -> tuple[np.ndarray, np.ndarray] | None:
-        t = simulate(plan.run(index))
+        t = simulate_planar(plan.run(index))
         found = crossings(t, section.height)
         return None if t.end != "completed" else (section.states(found)[SETTLING:], np.diff(found.time)[SETTLING:])
 
