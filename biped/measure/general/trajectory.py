@@ -16,6 +16,8 @@ import numpy as np
 
 from biped.robot.general.facts import General
 
+NEAR = 0.001
+"""[m] above the ground within which a contact point is on it, as in `sensing.contact_height`."""
 KIND = "general"
 """What a file says that it is a trajectory of."""
 
@@ -213,9 +215,9 @@ class GeneralTrajectory:
 
     @property
     def down(self) -> np.ndarray:
-        """(n, 2) whether each foot touches the ground."""
-        feet = self.robot.of_foot
-        return np.stack([self.contact[:, feet == i].any(axis=1) for i in range(len(self.robot.feet))], axis=1)
+        """(n, 2) whether each foot is on the ground: touches it, or is as near as a contact that chatters comes."""
+        feet, near = self.robot.of_foot, (self.contact > 0.0) | (self.point[:, :, 2] < NEAR)
+        return np.stack([near[:, feet == i].any(axis=1) for i in range(len(self.robot.feet))], axis=1)
 
     @property
     def power(self) -> np.ndarray:
