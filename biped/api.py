@@ -15,8 +15,7 @@ from __future__ import annotations
 
 import logging
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -24,7 +23,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from biped.base.errors import InputError
 from biped.base.progress import Progress, silent
 from biped.ensemble import campaign
-from biped.ensemble.backend import Jobs
 from biped.ensemble.columns import batches
 from biped.ensemble.results import table_of
 from biped.ensemble.stored_rows import StoredRows
@@ -41,6 +39,9 @@ if TYPE_CHECKING:
 
     from biped.measure.stored import AnyTrajectory
     from biped.measure.trajectory import Trajectory
+
+
+_tell = logging.getLogger("biped").warning
 
 
 class Loaded(NamedTuple):
@@ -194,7 +195,7 @@ def run(
     """
     loaded = load(name, law=law, **changes)
     plan = plan_of(loaded.name, loaded.changes, loaded.law)
-    with _workers(jobs, cluster) as workers:
+    with campaign.workers_at(jobs, cluster, False, _tell) as workers:
         return Result(run_plan(title_of(loaded.name), plan, workers, progress))
 
 
@@ -278,23 +279,5 @@ def compare(
     loaded = load(name, **changes)
     if loaded.law is not None:
         raise InputError("compare: law: expected in a file (law = 'path.py:Class'), got a Python object")
-    with _workers(jobs, cluster) as workers:
+    with campaign.workers_at(jobs, cluster, False, _tell) as workers:
         return Compared(comparison.compare(loaded.name, title_of(loaded.name), loaded.changes, workers))
-
-
-@contextmanager
-def _workers(jobs: int | None, cluster: str | None) -> Iterator[Jobs]:
-    """Who carries out: processes, or a cluster, which is let go when the block ends.
-
-    Raises:
-        InputError: There is no such cluster, or both are named.
-    """
-    if cluster is None:
-        yield campaign.cores() if jobs is None else jobs
-        return
-    if jobs is not None:
-        raise InputError("jobs: expected without cluster, which has workers of its own")
-    from biped.ensemble.cluster import cluster_at
-
-    with cluster_at(cluster, False, logging.getLogger("biped").warning) as workers:
-        yield workers

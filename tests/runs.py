@@ -13,7 +13,9 @@ from biped.measure.trajectory import COLUMNS, WIDTH, Trajectory
 from biped.robot.description import robot_at
 from biped.robot.model import tree_at
 from biped.robot.tree import Tree
-from biped.scenario.keys import Actuation, Ground, Push, Scenario, Simulation, Start
+from biped.scenario.actuation import Actuation
+from biped.scenario.ground import Ground
+from biped.scenario.keys import Push, Scenario, Simulation, Start
 from tests.ticks import HUMAN
 
 SCENARIOS = {

@@ -22,7 +22,8 @@ from biped.measure.metrics import measure
 from biped.measure.trajectory import COLUMNS
 from biped.robot.description import robot_at
 from biped.robot.model import _apply_truth, believed_model, spec_of
-from biped.scenario.keys import Actuation, Scenario, Start, Truth
+from biped.scenario.actuation import Actuation
+from biped.scenario.keys import Scenario, Start, Truth
 from biped.scenario.metrics import METRICS
 from biped.studies.planned import plan_of
 from tests.ticks import Bench, E, well_ranked

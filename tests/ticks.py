@@ -19,7 +19,9 @@ from biped.measure.trajectory import WIDTH
 from biped.robot.description import robot_at
 from biped.robot.kinematics import mass_matrix
 from biped.robot.model import believed_model, compile_foreign, tree_at
-from biped.scenario.keys import Actuation, Ground, Scenario
+from biped.scenario.actuation import Actuation
+from biped.scenario.ground import Ground
+from biped.scenario.keys import Scenario
 
 HUMAN = folder("models") / "human.xml"
 POINTS = robot_at(HUMAN).points

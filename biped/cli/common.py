@@ -43,15 +43,13 @@ def workers_of(args: argparse.Namespace) -> Iterator[Jobs]:
     Raises:
         InputError: There is no such cluster.
     """
-    if args.cluster is None:
-        yield jobs_of(args)
-        return
-    if args.jobs is not None:
+    if args.cluster is not None and args.jobs is not None:
         raise InputError("--jobs: expected without --cluster, which has workers of its own")
-    from biped.ensemble.cluster import cluster_at
+    from biped.ensemble.campaign import workers_at
 
-    with cluster_at(args.cluster, getattr(args, "same_platform", False), warn) as cluster:
-        yield cluster
+    jobs = jobs_of(args) if args.cluster is None else None
+    with workers_at(jobs, args.cluster, getattr(args, "same_platform", False), warn) as workers:
+        yield workers
 
 
 def reason_of(args: argparse.Namespace) -> str | None:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from biped.base.errors import InputError
+from biped.base.progress import Told
 from biped.ensemble.backend import Jobs, at_most
 from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
@@ -119,6 +120,30 @@ def rows_of(plan: Plan, indices: Iterable[int], jobs: Jobs, keep: Keep | None = 
         _engine(plan.scenario)
     with workers(Making(plan, keep), jobs, isinstance(jobs, int) and side_by_side(plan)) as carried_out:
         yield carried_out(indices, ordered=False, lost=partial(lost_row, plan))
+
+
+@contextmanager
+def workers_at(jobs: int | None, cluster: str | None, same: bool, tell: Told) -> Iterator[Jobs]:
+    """Who carries out: so many processes, or a cluster, which is let go when the block ends.
+
+    Args:
+        jobs: Number of processes; default: all cores.
+        cluster: Workers elsewhere instead; see `biped.ensemble.cluster.cluster_at`.
+        same: Whether workers on another kind of machine are refused.
+        tell: Told what a person should know of a cluster.
+
+    Raises:
+        InputError: There is no such cluster, or both are named.
+    """
+    if cluster is None:
+        yield cores() if jobs is None else jobs
+        return
+    if jobs is not None:
+        raise InputError("jobs: expected without cluster, which has workers of its own")
+    from biped.ensemble.cluster import cluster_at
+
+    with cluster_at(cluster, same, tell) as workers:
+        yield workers
 
 
 def side_by_side(plan: Plan) -> bool:

@@ -6,7 +6,7 @@ import json
 import zlib
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 from zipfile import BadZipFile
 
 import msgspec
@@ -14,6 +14,7 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import folder
+from biped.measure.logged import Columns, Logged
 from biped.robot.description import Robot, robot_at
 from biped.robot.ground import LEVEL, Profile, profile_from
 from biped.robot.topology import BASE, LEGS, N_CONSTRAINTS, N_POINTS, N_STOPS, NQ, NU
@@ -52,7 +53,7 @@ UNITS = {
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectory:
+class Trajectory(Logged):
     """One run.
 
     Attributes:
@@ -95,25 +96,20 @@ class Trajectory:
     ground: Profile = LEVEL
     changes: tuple[float, ...] = ()
 
-    def __len__(self) -> int:
-        return len(self.log)
+    @property
+    def columns(self) -> Columns:
+        """First column of each quantity, and its shape; the same for all runs."""
+        return COLUMNS
 
-    def column(self, name: str) -> np.ndarray:
-        """A quantity of `COLUMNS` as an array (n, *shape); a view."""
-        first, shape = COLUMNS[name]
-        if not shape:
-            return self.log[:, first]
-        return self.log[:, first : first + int(np.prod(shape))].reshape(len(self.log), *shape)
+    @property
+    def width(self) -> int:
+        """Columns of the log, a law's own signals aside."""
+        return WIDTH
 
     @property
     def units(self) -> dict[str, str]:
         """Unit of each array by its name; vectors of coordinates: torso x, z, pitch, then the joints."""
         return UNITS
-
-    @property
-    def time(self) -> np.ndarray:
-        """(n,) [s]."""
-        return self.column("time")
 
     @property
     def q(self) -> np.ndarray:
@@ -166,19 +162,9 @@ class Trajectory:
         return self.column("stop")
 
     @property
-    def signals(self) -> dict[str, np.ndarray]:
-        """What a law of the user's own logged: name to (n,), nan where it said nothing."""
-        return {name: self.log[:, WIDTH + i] for i, name in enumerate(self.signal_names)}
-
-    @property
     def flat(self) -> bool:
         """Whether it walked on level ground: no slope, no tiles, no steps."""
         return self.slope == 0.0 and self.ground.level
-
-    @property
-    def sound(self) -> np.ndarray:
-        """(n,) whether every number of a row is finite, a law's own signals aside."""
-        return np.all(np.isfinite(self.log[:, :WIDTH]), axis=1)
 
     @property
     def applied(self) -> np.ndarray:
@@ -200,11 +186,7 @@ class Trajectory:
         out[:, order_of(model, self.robot).joints] = self.q
         return out
 
-    def last(self, seconds: float) -> Trajectory:
-        """The end of the run as a trajectory of its own; times stay those of the run."""
-        return self.rows(slice(-max(1, round(seconds / self.tick)), None))
-
-    def rows(self, which: slice | np.ndarray, **changes: Any) -> Trajectory:
+    def rows(self, which: slice | np.ndarray, **changes: Any) -> Self:
         """Some rows as a trajectory of its own, with other attributes changed."""
         inferred = None if self.inferred is None else self.inferred[which]
         return replace(self, log=self.log[which], inferred=inferred, **changes)

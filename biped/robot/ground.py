@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from biped.base.jit import kernel
-from biped.scenario.keys import Ground, Steps, Tiles
+from biped.scenario.ground import Ground, Steps, Tiles
 from biped.scenario.vary import stream
 
 KNOTS = 1024

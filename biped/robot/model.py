@@ -27,7 +27,8 @@ from biped.robot.sizes import check_sizes
 from biped.robot.topology import BASE, NU, PARENT, POINT_LINK, THIGH, TORSO
 from biped.robot.tree import Tree, tree_of
 from biped.robot.trial import tried
-from biped.scenario.keys import Ground, Scenario, Simulation, Steps, Tiles, Truth
+from biped.scenario.ground import Ground, Steps, Tiles
+from biped.scenario.keys import Scenario, Simulation, Truth
 
 if TYPE_CHECKING:
     import pinocchio

@@ -10,8 +10,9 @@ from msgspec.structs import replace
 from biped.base.errors import InputError
 from biped.base.files import description_of, label, layered, read_toml
 from biped.base.text import echo
+from biped.scenario.actuation import Actuation
 from biped.scenario.gains import GAINS, OUT_OF_PLANE, Gains
-from biped.scenario.keys import Actuation, Backstep, Scenario, Sensing
+from biped.scenario.keys import Backstep, Scenario, Sensing
 from biped.scenario.origin import Origin
 from biped.scenario.section import Section
 from biped.scenario.valid import convert, known_keys

@@ -13,7 +13,8 @@ from typing import Any
 from biped.base.errors import InputError
 from biped.base.files import MOST_BYTES, URDF, folder, is_file, label, locate, merge, read_toml
 from biped.base.text import echo, said
-from biped.scenario.keys import Actuation, Randomise, Scenario, Start
+from biped.scenario.actuation import Actuation
+from biped.scenario.keys import Randomise, Scenario, Start
 from biped.scenario.laws import BUILT_IN
 from biped.scenario.section import LARGEST
 from biped.scenario.valid import Fail

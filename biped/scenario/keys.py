@@ -11,7 +11,9 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, field
 
+from biped.scenario.actuation import Actuation
 from biped.scenario.gains import Gains
+from biped.scenario.ground import Ground
 from biped.scenario.robot import Described
 from biped.scenario.section import (
     Count,
@@ -25,7 +27,6 @@ from biped.scenario.section import (
     Real,
     Section,
     Seven,
-    Six,
 )  # fmt: skip
 from biped.scenario.senses import Encoders, Estimator, Gyro, Switches
 from biped.scenario.standard import Standard
@@ -51,121 +52,6 @@ class Start(Section, frozen=True):
     contacts: Annotated[tuple[Name, ...], Meta(max_length=16)] | None = None
     settle: bool = True
     jitter: NonNegative = 0.0
-
-
-class Tiles(Section, frozen=True):
-    """Tiles of unequal height, one after another along the way; beyond the last the ground is level again.
-
-    Attributes:
-        height: [m] Heights lie evenly between minus and plus this, drawn from the run's seed; 0: there are no tiles.
-        length: [m] of a tile, more than its ramp.
-        ramp: [m] over which the ground passes to the height of the next tile, in a straight line.
-        start: [m] where the first begins, beyond the feet; a posture stands at 0.
-        number: How many.
-    """
-
-    height: Annotated[float, Meta(ge=0, le=10)] = 0.0
-    length: Annotated[float, Meta(ge=0.01, le=1000)] = 0.5
-    ramp: Annotated[float, Meta(ge=0.001, le=1000)] = 0.05
-    start: Real = 1.0
-    number: Annotated[int, Meta(ge=1, le=400)] = 100
-
-
-class Steps(Section, frozen=True):
-    """Equal steps, one after another.
-
-    Attributes:
-        rise: [m] of each, negative for steps down; 0: there are no steps.
-        run: [m] from one to the next, more than the ramp.
-        ramp: [m] over which the ground passes to the next height, in a straight line.
-        start: [m] where the first begins, beyond the feet; a posture stands at 0.
-        number: How many.
-        back: Whether as many lead back from where they end.
-    """
-
-    rise: Annotated[float, Meta(ge=-10, le=10)] = 0.0
-    run: Annotated[float, Meta(ge=0.01, le=1000)] = 0.5
-    ramp: Annotated[float, Meta(ge=0.001, le=1000)] = 0.05
-    start: Real = 1.0
-    number: Annotated[int, Meta(ge=1, le=50)] = 1
-    back: bool = False
-
-
-class Ground(Section, frozen=True):
-    """The ground.
-
-    Attributes:
-        slope: Degrees, uphill positive.
-        tiles: Tiles of unequal height on it.
-        steps: Steps on it.
-        side_slope: Degrees, rising to the left; of robots that move in space.
-        angles: What Q_d's absolute angles are measured from: the direction of gravity or the slope's normal.
-        friction: Coefficient of Coulomb friction.
-        contact_time: Time constant [s] of MuJoCo's contacts and knee stops (solref), at least two time steps.
-        damping_ratio: Their damping ratio.
-    """
-
-    slope: Annotated[float, Meta(gt=-45, lt=45)] = 0.0
-    tiles: Tiles = Tiles()
-    steps: Steps = Steps()
-    side_slope: Annotated[float, Meta(gt=-45, lt=45)] = 0.0
-    angles: Literal["gravity", "slope"] = "gravity"
-    friction: Annotated[float, Meta(ge=0, le=1e6)] = 3.0
-    contact_time: Annotated[float, Meta(gt=0, le=1000)] = 0.004
-    damping_ratio: Annotated[float, Meta(ge=1e-6, le=1e6)] = 1.0
-
-
-class Pushing(Section, frozen=True):
-    """What the controller takes the ground for that only pushes (`actuation.contacts = "pushing"`; docs/pushing.md).
-
-    Attributes:
-        friction: Coefficient of friction it counts on.
-        approach: Time constant τ [s] within which a point that comes near enters the wanted motion.
-        reach: Height η [m] over which a point's force fades out.
-        yielding: Acceleration σ [m/s²] off the ground over which a force fades out.
-        regularisation: ε [1/(kg m²)], the price of torques.
-    """
-
-    friction: Positive = 1.0
-    approach: Positive = 0.02
-    reach: Positive = 0.002
-    yielding: Positive = 8.0
-    regularisation: Positive = 1e-3
-
-
-class Actuation(Section, frozen=True):
-    """How Q_d becomes torques.
-
-    Attributes:
-        mode: `joint` torques by (3.15), or Q_d itself as `generalized` forces, which no robot can do.
-        contacts: Rows of A: candidates that pass the release test (`released`), or all that are `touching`; or ground
-            that only pushes (`pushing`), with the torque limits inside the problem.
-        pushing: What the last of these takes the ground for.
-        release_force: Pull [N] beyond which a touching point is not a constraint.
-        torque_limit: [N m] of every joint, or six limits: hip, knee, ankle, right then left.
-        limit: What happens beyond the limit: `clip`, or the `bounded` form of (3.13), a QP in the ticks where a limit
-            is exceeded.
-        solver: Who solves the bounded form: the exact `active_set`, or a package, for comparison.
-        null_torque: u_0 (6,) [N m] of (4.7), the torques preferred where the solution is not unique.
-        single_tangential: One tangential row per flat foot instead of two that say the same.
-        rank_tolerance: Relative size below which a row of C is dependent on others.
-        lag: Time constant [s] of the actuators' first-order response; 0: torques follow at once.
-        motors: Keep torques within the torque-speed line of the robot's motors too.
-    """
-
-    mode: Literal["joint", "generalized"] = "joint"
-    contacts: Literal["released", "touching", "pushing"] = "released"
-    pushing: Pushing = Pushing()
-    release_force: NonNegative = 150.0
-    # (A fixed-length tuple of constrained numbers in a union crashes msgspec 0.22.)
-    torque_limit: Positive | Annotated[tuple[Positive, ...], Meta(min_length=6, max_length=6)] = 200.0
-    limit: Literal["clip", "bounded"] = "clip"
-    solver: Literal["active_set", "daqp", "quadprog", "osqp"] = "active_set"
-    null_torque: Six | None = None
-    single_tangential: bool = False
-    rank_tolerance: Annotated[float, Meta(gt=0, lt=1)] = 1e-4
-    lag: Hold = 0.0
-    motors: bool = False
 
 
 class Sensing(Section, frozen=True):

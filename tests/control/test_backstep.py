@@ -10,7 +10,9 @@ import pytest
 from biped.control.backstep import step_back
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
-from biped.scenario.keys import Actuation, Backstep, Ground, Scenario
+from biped.scenario.actuation import Actuation
+from biped.scenario.ground import Ground
+from biped.scenario.keys import Backstep, Scenario
 from biped.scenario.reading import read_scenario
 from tests.ticks import Bench, states
 

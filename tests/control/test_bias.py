@@ -4,7 +4,9 @@ import numpy as np
 import pinocchio
 import pytest
 
-from biped.scenario.keys import Actuation, Ground, Scenario
+from biped.scenario.actuation import Actuation
+from biped.scenario.ground import Ground
+from biped.scenario.keys import Scenario
 from tests.ticks import Bench, states
 
 

@@ -7,7 +7,8 @@ import pytest
 from msgspec.structs import replace
 from scipy.optimize import lsq_linear, nnls
 
-from biped.scenario.keys import Actuation, Pushing, Scenario
+from biped.scenario.actuation import Actuation, Pushing
+from biped.scenario.keys import Scenario
 from tests.ticks import Bench, E, dynamics, jdot_v, states
 
 PUSHING = Actuation(torque_limit=1e9, contacts="pushing")

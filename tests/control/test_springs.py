@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from biped.scenario.keys import Actuation, Ground, Scenario
+from biped.scenario.actuation import Actuation
+from biped.scenario.ground import Ground
+from biped.scenario.keys import Scenario
 from tests.ticks import OFFSET, Bench, S, states
 
 TABLE_3_2 = {  # normal gait: k_d1, k_d2 … k_d4 by leg state 1 … 4

@@ -21,7 +21,9 @@ from biped.measure.trajectory import Trajectory
 from biped.robot.ground import profile_of
 from biped.robot.model import compile_foreign, gravity
 from biped.robot.tree import motion
-from biped.scenario.keys import Actuation, Fall, Ground, Scenario, Start, Steps, Tiles
+from biped.scenario.actuation import Actuation
+from biped.scenario.ground import Ground, Steps, Tiles
+from biped.scenario.keys import Fall, Scenario, Start
 from biped.scenario.reading import read_scenario
 
 ENGINES = {"mujoco": foreign, "home": home}

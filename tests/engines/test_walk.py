@@ -9,21 +9,20 @@ import pytest
 from biped.engines import home
 from biped.engines import mujoco as engine
 from biped.ensemble.plan import Plan
+from biped.scenario.actuation import Actuation
 from biped.scenario.gains import Gains
+from biped.scenario.ground import Ground, Tiles
 from biped.scenario.keys import (
-    Actuation,
     ActuationChange,
     Backstep,
     Change,
     Fall,
-    Ground,
     Push,
     Randomise,
     Scenario,
     Sensors,
     Simulation,
     Start,
-    Tiles,
     Truth,
 )
 from biped.scenario.senses import Encoders, Estimator, Gyro, Switches

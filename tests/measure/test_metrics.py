@@ -20,7 +20,9 @@ from biped.measure.metrics.walking import walked
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import compile_foreign
 from biped.robot.tree import motion
-from biped.scenario.keys import Actuation, Ground, Scenario, Simulation, Start, Truth
+from biped.scenario.actuation import Actuation
+from biped.scenario.ground import Ground
+from biped.scenario.keys import Scenario, Simulation, Start, Truth
 from biped.scenario.metrics import METRICS
 from tests.runs import SCENARIOS, made, mirrored, synthetic, tree
 from tests.ticks import HUMAN

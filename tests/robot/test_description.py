@@ -12,7 +12,8 @@ from biped.ensemble.plan import Plan
 from biped.robot.description import robot_at
 from biped.robot.model import tree_at
 from biped.robot.topology import CHAINS, INWARD, PARENT, POINT_LINK
-from biped.scenario.keys import Actuation, Backstep, Scenario
+from biped.scenario.actuation import Actuation
+from biped.scenario.keys import Backstep, Scenario
 from biped.scenario.reading import read_scenario, to_toml
 from tests.robot.toy import DESCRIPTION, make, shuffled_human
 

@@ -19,7 +19,8 @@ from biped.robot.tree import (
     from_absolute,
     motion,
 )
-from biped.scenario.keys import Ground, Scenario, Simulation, Start, Truth
+from biped.scenario.ground import Ground
+from biped.scenario.keys import Scenario, Simulation, Start, Truth
 
 HUMAN = folder("models") / "human.xml"
 TREE = tree_at(HUMAN)

@@ -12,7 +12,8 @@ from biped.robot.description import robot_at
 from biped.robot.model import believed_model, compile_foreign, tree_at, true_tree
 from biped.robot.topology import BASE, NQ, SHANK, THIGH
 from biped.robot.tree import Tree
-from biped.scenario.keys import Ground, Scenario, Truth
+from biped.scenario.ground import Ground
+from biped.scenario.keys import Scenario, Truth
 
 ROBOT = folder("models") / "robot.xml"
 TREE = tree_at(ROBOT)

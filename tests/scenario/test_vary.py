@@ -8,7 +8,8 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.ensemble.plan import Plan
-from biped.scenario.keys import Distribution, Ground, Randomise, Scenario
+from biped.scenario.ground import Ground
+from biped.scenario.keys import Distribution, Randomise, Scenario
 from biped.scenario.valid import MOST_RUNS
 from biped.scenario.vary import DRAW, Points, drawn, points_of, run_seed, with_values
 

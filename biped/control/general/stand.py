@@ -17,6 +17,7 @@ from biped.control.general.law import Setup
 from biped.control.general.regulator import Regulator
 from biped.control.general.sensed import Sensed
 from biped.robot.general.facts import General
+from biped.robot.general.legs import above
 
 SWAY = 1.5
 """Frequency of the centre of mass's return / that of its fall, sqrt(g / height)."""
@@ -108,26 +109,17 @@ class Stand:
 
 def trunk_inertia(model: mujoco.MjModel, data: mujoco.MjData, robot: General) -> np.ndarray:
     """(3, 3) [kg m²] inertia of all that is not a leg about the middle of the hips, in the world's frame."""
-    chains = [_above(model, foot.on[0]) for foot in robot.feet]
+    chains = [above(model, foot.on[0]) for foot in robot.feet]
     shared = set(chains[0]) & set(chains[1])
     tops = [next(body for body in reversed(chain) if body not in shared) for chain in chains]
     middle = np.mean([data.xanchor[model.body_jntadr[top]] for top in tops], axis=0)
     out = np.zeros((3, 3))
     for i in range(1, model.nbody):
-        if not set(_above(model, i)) & set(tops):
+        if not set(above(model, i)) & set(tops):
             axes, away = data.ximat[i].reshape(3, 3), data.xipos[i] - middle
             out += axes @ np.diag(model.body_inertia[i]) @ axes.T
             out += model.body_mass[i] * (away @ away * np.eye(3) - np.outer(away, away))
     return out
-
-
-def _above(model: mujoco.MjModel, body: int) -> list[int]:
-    """A body and all that it hangs on."""
-    chain = []
-    while body > 0:
-        chain.append(body)
-        body = int(model.body_parentid[body])
-    return chain
 
 
 def _rotation(turn: np.ndarray) -> np.ndarray:

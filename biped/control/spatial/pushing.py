@@ -193,20 +193,26 @@ def _prices(c, n):
 
 
 @kernel
+def _add_contacts(work, G, sign, n, F):
+    """Adds what the points' forces in work x do along the coordinates, through the directions G, with a sign."""
+    for i in range(n - LEGS):
+        s = sign * work["x"][0, i]
+        if s != 0.0:
+            up, across, t = work["up"][i], work["across"][i], s * work["slope"][i]
+            first = LEG * (up // LANES)
+            for j in range(BASE):
+                F[j] += s * G[j, up] + t * G[j, across]
+            for j in range(BASE, BASE + LEG):
+                F[first + j] += s * G[j, up] + t * G[j, across]
+
+
+@kernel
 def _wanted_forces(c, n):
     """Writes M q̈_d + h = Q_d + Gᵀc_d into `wanted`."""
     work, A, F = c["work"], c["at"]["A"], c["work"]["wanted"]
     for j in range(N):
         F[j] = c["tick"]["Q_d"][j]
-    for i in range(n - LEGS):
-        s = work["x"][0, i]
-        if s != 0.0:
-            up, across, t = work["up"][i], work["across"][i], s * work["slope"][i]
-            first = LEG * (up // LANES)
-            for j in range(BASE):
-                F[j] += s * A[j, up] + t * A[j, across]
-            for j in range(BASE, BASE + LEG):
-                F[first + j] += s * A[j, up] + t * A[j, across]
+    _add_contacts(work, A, 1.0, n, F)
     for leg in range(LEGS):
         F[BASE + LEG * leg + KNEE] -= work["x"][0, n - LEGS + leg]
 
@@ -227,15 +233,7 @@ def _nearest_forces(c, n):
     for i in range(n):
         work["H"][i, i] += work["price"][i]
     tick["changes"][1] = _solve(c, n, memory["pressed"])
-    for i in range(n - LEGS):
-        s = work["x"][0, i]
-        if s != 0.0:
-            up, across, t = work["up"][i], work["across"][i], s * work["slope"][i]
-            first = LEG * (up // LANES)
-            for j in range(BASE):
-                F[j] -= s * C[j, up] + t * C[j, across]
-            for j in range(BASE, BASE + LEG):
-                F[first + j] -= s * C[j, up] + t * C[j, across]
+    _add_contacts(work, C, -1.0, n, F)
     for leg in range(LEGS):
         s = work["x"][0, n - LEGS + leg]
         if s != 0.0:

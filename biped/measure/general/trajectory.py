@@ -8,12 +8,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import msgspec
 import mujoco
 import numpy as np
 
+from biped.measure.logged import Logged
 from biped.robot.general.facts import General
 
 NEAR = 0.001
@@ -51,7 +52,7 @@ def width_of(robot: General) -> int:
 
 
 @dataclass(frozen=True, eq=False)
-class GeneralTrajectory:
+class GeneralTrajectory(Logged):
     """One run.
 
     Attributes:
@@ -88,9 +89,6 @@ class GeneralTrajectory:
     signal_names: tuple[str, ...] = ()
     traceback: str = ""
 
-    def __len__(self) -> int:
-        return len(self.log)
-
     @cached_property
     def columns(self) -> dict[str, tuple[int, tuple[int, ...]]]:
         """First column of each quantity, and its shape."""
@@ -101,22 +99,10 @@ class GeneralTrajectory:
         """Columns of the log, a law's own signals aside."""
         return width_of(self.robot)
 
-    def column(self, name: str) -> np.ndarray:
-        """A quantity as an array (n, *shape); a view."""
-        first, shape = self.columns[name]
-        if not shape:
-            return self.log[:, first]
-        return self.log[:, first : first + math.prod(shape)].reshape(len(self.log), *shape)
-
     @property
     def units(self) -> dict[str, str]:
         """Unit of each array by its name."""
         return UNITS
-
-    @property
-    def time(self) -> np.ndarray:
-        """(n,) [s]."""
-        return self.column("time")
 
     @property
     def q(self) -> np.ndarray:
@@ -194,16 +180,6 @@ class GeneralTrajectory:
         return self.column("given")
 
     @property
-    def signals(self) -> dict[str, np.ndarray]:
-        """What a law logged: name to (n,), nan where it said nothing."""
-        return {name: self.log[:, self.width + i] for i, name in enumerate(self.signal_names)}
-
-    @property
-    def sound(self) -> np.ndarray:
-        """(n,) whether every number of a row is finite, a law's own signals aside."""
-        return np.all(np.isfinite(self.log[:, : self.width]), axis=1)
-
-    @property
     def turn(self) -> np.ndarray:
         """(n, 3, 3) axes of the base, as columns."""
         w, x, y, z = self.base[:, 3:].T
@@ -228,11 +204,7 @@ class GeneralTrajectory:
         """(n, nq) coordinates as a MuJoCo model of the robot has them."""
         return self.q
 
-    def last(self, seconds: float) -> GeneralTrajectory:
-        """The end of the run as a trajectory of its own; times stay those of the run."""
-        return self.rows(slice(-max(1, round(seconds / self.tick)), None))
-
-    def rows(self, which: slice | np.ndarray, **changes: Any) -> GeneralTrajectory:
+    def rows(self, which: slice | np.ndarray, **changes: Any) -> Self:
         """Some rows as a trajectory of its own, with other attributes changed."""
         return replace(self, log=self.log[which], **changes)
 

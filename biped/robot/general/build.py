@@ -15,7 +15,8 @@ from biped.robot.general.facts import Drive, General
 from biped.robot.general.recognise import robot_of
 from biped.robot.general.spec import complete, is_urdf
 from biped.robot.model import GRAVITY
-from biped.scenario.keys import Ground, Scenario, Simulation
+from biped.scenario.ground import Ground
+from biped.scenario.keys import Scenario, Simulation
 from biped.scenario.robot import Described
 
 Command = Literal["torque", "position", "velocity", "generalized"]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,8 +12,10 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import label, nearest
+from biped.robot.general.base import base_of, ground_of
 from biped.robot.general.drives import drives_of
 from biped.robot.general.facts import FootParts, General
+from biped.robot.general.legs import above, leg_length, pitching
 from biped.robot.general.soles import FLAT, points_of
 from biped.robot.general.spec import parsed
 from biped.robot.safety import examine, packaged
@@ -22,10 +23,6 @@ from biped.robot.sizes import check_sizes
 from biped.robot.trial import tried
 from biped.scenario.robot import Described, Foot
 
-_HINGE, _SLIDE, _FREE = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_FREE
-_STRAIGHT = 1e-6
-_PITCHES = 0.7
-"""Share of a hinge's axis along y from which it turns in the plane of walking."""
 FEET = 2
 
 
@@ -83,8 +80,8 @@ def _recognised(path: Path, model: mujoco.MjModel, table: Described) -> Looked:
     faults: list[str] = []
     start = _start(model, table, faults)
     drives = drives_of(model, table, faults)
-    ground = _ground(model, table, faults)
-    base = _base(model, table, faults)
+    ground = ground_of(model, table, faults)
+    base = base_of(model, table, faults)
     if base is None or ground is None:
         return Looked(None, tuple(faults))
     number, columns, planar = base
@@ -116,7 +113,7 @@ def _recognised(path: Path, model: mujoco.MjModel, table: Described) -> Looked:
         drives=drives,
         feet=feet,
         ground=ground,
-        leg=table.leg or _leg(model, data, number, feet[0], feet[1]),
+        leg=table.leg or leg_length(model, data, number, feet[0], feet[1]),
         start=start,
         starts=tuple(model.key(i).name for i in range(model.nkey)),
         walked=table.walked,
@@ -146,74 +143,11 @@ def _postures(model: mujoco.MjModel, start: str) -> list[mujoco.MjData]:
     return out
 
 
-def _ground(model: mujoco.MjModel, table: Described, faults: list[str]) -> int | None:
-    planes = [g for g in range(model.ngeom) if model.geom_type[g] == mujoco.mjtGeom.mjGEOM_PLANE]
-    if table.ground:
-        planes = [g for g in range(model.ngeom) if model.geom(g).name == table.ground]
-    if len(planes) != 1:
-        names = ", ".join(model.geom(g).name or f"geom {g}" for g in planes)
-        faults.append(f"ground: expected one plane of the world, got {names or f'no geom {table.ground!r}'}; write "
-                      "[robot] ground = the name of its geom")  # fmt: skip
-        return None
-    (ground,) = planes
-    level = abs(model.geom_pos[ground, 2]) < _STRAIGHT and np.abs(model.geom_quat[ground, 1:3]).max() < _STRAIGHT
-    if model.geom_bodyid[ground] != 0 or model.geom_type[ground] != mujoco.mjtGeom.mjGEOM_PLANE or not level:
-        faults.append(f"ground: geom '{model.geom(ground).name}': expected the level plane z = 0 of the world (a slope "
-                      "is set in the scenario)")  # fmt: skip
-        return None
-    return ground
-
-
-def _base(model: mujoco.MjModel, table: Described, faults: list[str]) -> tuple[int, tuple[int, ...], bool] | None:
-    """Number of the base, where its coordinates stand in v, whether it is planar."""
-    roots = [b for b in range(1, model.nbody) if model.body_parentid[b] == 0]
-    wanted = table.base.body
-    if wanted:
-        names = [model.body(b).name for b in range(1, model.nbody)]
-        if wanted not in names:
-            faults.append(f"base.body: no body '{wanted}'; {nearest(wanted, names)}")
-            return None
-        roots = [names.index(wanted) + 1]
-    found = [(b, *moved) for b in roots if (moved := _moved(model, b)) is not None]
-    if len(found) == 1:
-        return found[0]
-    if found:
-        names = ", ".join(model.body(b).name for b, *_ in found)
-        faults.append(f"base: several bodies move freely ({names}); write [robot.base] body = …")
-    else:
-        first = f"body '{model.body(roots[0]).name}'" if roots else "a body"
-        faults.append(f"base: nothing moves freely; write <freejoint/> in {first}, or in the plane slides along x and "
-                      "z and a hinge about y")  # fmt: skip
-    return None
-
-
-def _moved(model: mujoco.MjModel, body: int) -> tuple[tuple[int, ...], bool] | None:
-    """Where the coordinates of a base stand in v, and whether it is planar; None if the body is none."""
-    if model.body_parentid[body] != 0:
-        return None
-    joints = range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body])
-    kinds = [mujoco.mjtJoint(model.jnt_type[j]) for j in joints]
-    if kinds == [_FREE]:
-        first = int(model.jnt_dofadr[joints[0]])
-        return tuple(range(first, first + 6)), False
-    places: dict[str, int] = {}
-    for joint, kind in zip(joints, kinds, strict=True):
-        axis = model.jnt_axis[joint]
-        if kind == _SLIDE and axis[0] > 1.0 - _STRAIGHT:
-            places["x"] = int(model.jnt_dofadr[joint])
-        elif kind == _SLIDE and axis[2] > 1.0 - _STRAIGHT:
-            places["z"] = int(model.jnt_dofadr[joint])
-        elif kind == _HINGE and abs(axis[1]) > 1.0 - _STRAIGHT:
-            places["pitch"] = int(model.jnt_dofadr[joint])
-    if len(joints) == 3 and len(places) == 3:
-        return (places["x"], places["z"], places["pitch"]), True
-    return None
-
-
 def _feet(
     model: mujoco.MjModel, data: mujoco.MjData, base: int, ground: int, table: Described, faults: list[str]
 ) -> tuple[FootParts, ...]:
-    touching = [g for g in range(model.ngeom) if model.geom_bodyid[g] > 0 and _touches(model, g, ground)]
+    pairs = {frozenset((int(model.pair_geom1[i]), int(model.pair_geom2[i]))) for i in range(model.npair)}
+    touching = [g for g in range(model.ngeom) if model.geom_bodyid[g] > 0 and _touches(model, pairs, g, ground)]
     if not touching:
         faults.append("feet: no geom can touch the ground; expected contype and conaffinity that meet the ground's, or "
                       "<contact><pair geom1=… geom2=…/></contact>")  # fmt: skip
@@ -236,9 +170,8 @@ def _feet(
     return tuple(_foot(model, data, base, *part, faults) for part in parts)
 
 
-def _touches(model: mujoco.MjModel, geom: int, ground: int) -> bool:
-    """Whether a geom meets the ground."""
-    pairs = {frozenset((int(model.pair_geom1[i]), int(model.pair_geom2[i]))) for i in range(model.npair)}
+def _touches(model: mujoco.MjModel, pairs: set[frozenset[int]], geom: int, ground: int) -> bool:
+    """Whether a geom meets the ground, by what it is or as one of the file's pairs."""
     a, b = (model.geom_contype[geom], model.geom_conaffinity[geom]), (
         model.geom_contype[ground], model.geom_conaffinity[ground])  # fmt: skip
     return bool(a[0] & b[1] or b[0] & a[1]) or frozenset((geom, ground)) in pairs
@@ -256,19 +189,10 @@ def _lowest_bodies(model: mujoco.MjModel, data: mujoco.MjData, base: int, touchi
     standing = sorted(body for body, z in low.items() if z < min(low.values()) + 0.5 * FLAT)
     groups: list[list[int]] = []
     for body in standing:
-        above = _above(model, body)
-        home = next((group for group in groups if group[0] in above), None)
+        chain = above(model, body)
+        home = next((group for group in groups if group[0] in chain), None)
         groups.append([body]) if home is None else home.append(body)
     return groups
-
-
-def _above(model: mujoco.MjModel, body: int) -> list[int]:
-    """A body and all that it hangs on, outward first."""
-    chain = []
-    while body > 0:
-        chain.append(body)
-        body = int(model.body_parentid[body])
-    return chain
 
 
 def _named(
@@ -326,32 +250,11 @@ def _foot(
                 points.append(tuple((turn.T @ (place - data.xpos[body])).tolist()))
     if base in on:
         faults.append(f"foot '{name}': is the base itself; write [[robot.foot]] with what stands on the ground")
-    joints = _pitching(model, data, base, on[0]) if on else ()
+    joints = pitching(model, data, base, on[0]) if on else ()
     return FootParts(
         name=name, bodies=tuple(dict.fromkeys(on)), geoms=tuple(geoms), on=tuple(on), points=tuple(points),
         joints=joints, pitching=tuple(model.joint(j).name for j in joints),
     )  # fmt: skip
-
-
-def _pitching(model: mujoco.MjModel, data: mujoco.MjData, base: int, foot: int) -> tuple[int, ...]:
-    """The last three joints between base and foot that turn about y, outward."""
-    chain = [body for body in reversed(_above(model, foot)) if body != base]
-    joints = [j for body in chain
-              for j in range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body])]  # fmt: skip
-    legs = [j for j in joints if model.jnt_type[j] == _HINGE and abs(data.xaxis[j, 1]) > _PITCHES]
-    children = {int(model.body_parentid[b]) for b in range(1, model.nbody)}
-    shared = [j for j in legs if _branches(model, int(model.jnt_bodyid[j]), children)]
-    return tuple(j for j in legs if j not in shared)[-3:]
-
-
-def _branches(model: mujoco.MjModel, body: int, parents: set[int]) -> bool:
-    """Whether more than one chain hangs on a body: it belongs to the trunk."""
-    while body in parents:
-        below = [b for b in range(1, model.nbody) if model.body_parentid[b] == body]
-        if len(below) > 1:
-            return True
-        (body,) = below
-    return False
 
 
 def _top(model: mujoco.MjModel, data: mujoco.MjData, base: int) -> tuple[float, float, float]:
@@ -362,22 +265,6 @@ def _top(model: mujoco.MjModel, data: mujoco.MjData, base: int) -> tuple[float, 
     up = high - float(data.xpos[base, 2])
     x, y, z = (up * data.xmat[base].reshape(3, 3)[2]).tolist()
     return x, y, z
-
-
-def _leg(model: mujoco.MjModel, data: mujoco.MjData, base: int, foot: FootParts, other: FootParts) -> float:
-    """[m] from hip to sole along the joints: the hip is the first joint that the other leg does not hang on."""
-    shared = set(_above(model, other.bodies[0])) | {base}
-    chain = [body for body in reversed(_above(model, foot.bodies[0])) if body not in shared]
-    anchors = [data.xanchor[j] for body in chain
-               for j in range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body])]  # fmt: skip
-    if not anchors:
-        return float(data.subtree_com[base, 2])
-    sole = min(
-        float((data.xpos[body] + data.xmat[body].reshape(3, 3) @ place)[2])
-        for body, place in zip(foot.on, foot.points, strict=True)
-    )
-    along = sum(float(np.linalg.norm(b - a)) for a, b in pairwise(anchors))
-    return along + float(anchors[-1][2]) - sole
 
 
 def _names(model: mujoco.MjModel, which: str) -> tuple[str, ...]:

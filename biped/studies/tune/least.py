@@ -20,6 +20,7 @@ from biped.studies.folders import folder_for
 from biped.studies.planned import title_of
 from biped.studies.tune.evaluate import Outcome, Study, Task, by_condition, workers
 from biped.studies.tune.space import Candidate
+from biped.studies.tune.tuned import nothing_after
 
 Record = dict[str, Any]
 
@@ -45,10 +46,6 @@ class Least(NamedTuple):
         return {"scenario": self.scenario, "gait": self.gait, "folder": label(self.folder), "steps": self.steps}
 
 
-def _nothing(steps: list[Record], folder: Path) -> None:
-    """What is done after a step if nobody asks for more."""
-
-
 def least(
     name: str,
     gait: str,
@@ -56,7 +53,7 @@ def least(
     jobs: Jobs,
     out: Path | None,
     progress: Progress = silent,
-    after: Callable[[list[Record], Path], None] = _nothing,
+    after: Callable[[list[Record], Path], None] = nothing_after,
     tell: Told = unheard,
 ) -> Least:
     """Goes back from a found gait to a scenario's own; an interrupted way back in `out` is continued.

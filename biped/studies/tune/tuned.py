@@ -66,7 +66,7 @@ class Tuned(NamedTuple):
         }
 
 
-def _nothing(journal: list[Record], folder: Path) -> None:
+def nothing_after(journal: list[Record], folder: Path) -> None:
     """What is done after a generation if nobody asks for more."""
 
 
@@ -76,7 +76,7 @@ def tune(
     jobs: Jobs,
     out: Path | None,
     progress: Progress = silent,
-    after: Callable[[list[Record], Path], None] = _nothing,
+    after: Callable[[list[Record], Path], None] = nothing_after,
     tell: Told = unheard,
 ) -> Tuned:
     """Searches for the gait that a tuning scenario asks for; goes on where an interrupted search in `out` stopped.

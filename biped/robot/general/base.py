@@ -1,0 +1,77 @@
+"""What a robot stands on and what of it moves freely: the ground's plane and the base."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from biped.base.files import nearest
+from biped.scenario.robot import Described
+
+_HINGE, _SLIDE, _FREE = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_FREE
+_STRAIGHT = 1e-6
+
+
+def ground_of(model: mujoco.MjModel, table: Described, faults: list[str]) -> int | None:
+    """Number of the geom of the level plane; None, with a fault, where it is not clear."""
+    planes = [g for g in range(model.ngeom) if model.geom_type[g] == mujoco.mjtGeom.mjGEOM_PLANE]
+    if table.ground:
+        planes = [g for g in range(model.ngeom) if model.geom(g).name == table.ground]
+    if len(planes) != 1:
+        names = ", ".join(model.geom(g).name or f"geom {g}" for g in planes)
+        faults.append(f"ground: expected one plane of the world, got {names or f'no geom {table.ground!r}'}; write "
+                      "[robot] ground = the name of its geom")  # fmt: skip
+        return None
+    (ground,) = planes
+    level = abs(model.geom_pos[ground, 2]) < _STRAIGHT and np.abs(model.geom_quat[ground, 1:3]).max() < _STRAIGHT
+    if model.geom_bodyid[ground] != 0 or model.geom_type[ground] != mujoco.mjtGeom.mjGEOM_PLANE or not level:
+        faults.append(f"ground: geom '{model.geom(ground).name}': expected the level plane z = 0 of the world (a slope "
+                      "is set in the scenario)")  # fmt: skip
+        return None
+    return ground
+
+
+def base_of(model: mujoco.MjModel, table: Described, faults: list[str]) -> tuple[int, tuple[int, ...], bool] | None:
+    """Number of the base, where its coordinates stand in v, whether it is planar."""
+    roots = [b for b in range(1, model.nbody) if model.body_parentid[b] == 0]
+    wanted = table.base.body
+    if wanted:
+        names = [model.body(b).name for b in range(1, model.nbody)]
+        if wanted not in names:
+            faults.append(f"base.body: no body '{wanted}'; {nearest(wanted, names)}")
+            return None
+        roots = [names.index(wanted) + 1]
+    found = [(b, *moved) for b in roots if (moved := _moved(model, b)) is not None]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        names = ", ".join(model.body(b).name for b, *_ in found)
+        faults.append(f"base: several bodies move freely ({names}); write [robot.base] body = …")
+    else:
+        first = f"body '{model.body(roots[0]).name}'" if roots else "a body"
+        faults.append(f"base: nothing moves freely; write <freejoint/> in {first}, or in the plane slides along x and "
+                      "z and a hinge about y")  # fmt: skip
+    return None
+
+
+def _moved(model: mujoco.MjModel, body: int) -> tuple[tuple[int, ...], bool] | None:
+    """Where the coordinates of a base stand in v, and whether it is planar; None if the body is none."""
+    if model.body_parentid[body] != 0:
+        return None
+    joints = range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body])
+    kinds = [mujoco.mjtJoint(model.jnt_type[j]) for j in joints]
+    if kinds == [_FREE]:
+        first = int(model.jnt_dofadr[joints[0]])
+        return tuple(range(first, first + 6)), False
+    places: dict[str, int] = {}
+    for joint, kind in zip(joints, kinds, strict=True):
+        axis = model.jnt_axis[joint]
+        if kind == _SLIDE and axis[0] > 1.0 - _STRAIGHT:
+            places["x"] = int(model.jnt_dofadr[joint])
+        elif kind == _SLIDE and axis[2] > 1.0 - _STRAIGHT:
+            places["z"] = int(model.jnt_dofadr[joint])
+        elif kind == _HINGE and abs(axis[1]) > 1.0 - _STRAIGHT:
+            places["pitch"] = int(model.jnt_dofadr[joint])
+    if len(joints) == 3 and len(places) == 3:
+        return (places["x"], places["z"], places["pitch"]), True
+    return None

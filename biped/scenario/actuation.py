@@ -1,0 +1,62 @@
+"""How Q_d becomes torques: a table of a scenario file."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from msgspec import Meta
+
+from biped.scenario.section import Hold, NonNegative, Positive, Section, Six
+
+
+class Pushing(Section, frozen=True):
+    """What the controller takes the ground for that only pushes (`actuation.contacts = "pushing"`; docs/pushing.md).
+
+    Attributes:
+        friction: Coefficient of friction it counts on.
+        approach: Time constant τ [s] within which a point that comes near enters the wanted motion.
+        reach: Height η [m] over which a point's force fades out.
+        yielding: Acceleration σ [m/s²] off the ground over which a force fades out.
+        regularisation: ε [1/(kg m²)], the price of torques.
+    """
+
+    friction: Positive = 1.0
+    approach: Positive = 0.02
+    reach: Positive = 0.002
+    yielding: Positive = 8.0
+    regularisation: Positive = 1e-3
+
+
+class Actuation(Section, frozen=True):
+    """How Q_d becomes torques.
+
+    Attributes:
+        mode: `joint` torques by (3.15), or Q_d itself as `generalized` forces, which no robot can do.
+        contacts: Rows of A: candidates that pass the release test (`released`), or all that are `touching`; or ground
+            that only pushes (`pushing`), with the torque limits inside the problem.
+        pushing: What the last of these takes the ground for.
+        release_force: Pull [N] beyond which a touching point is not a constraint.
+        torque_limit: [N m] of every joint, or six limits: hip, knee, ankle, right then left.
+        limit: What happens beyond the limit: `clip`, or the `bounded` form of (3.13), a QP in the ticks where a limit
+            is exceeded.
+        solver: Who solves the bounded form: the exact `active_set`, or a package, for comparison.
+        null_torque: u_0 (6,) [N m] of (4.7), the torques preferred where the solution is not unique.
+        single_tangential: One tangential row per flat foot instead of two that say the same.
+        rank_tolerance: Relative size below which a row of C is dependent on others.
+        lag: Time constant [s] of the actuators' first-order response; 0: torques follow at once.
+        motors: Keep torques within the torque-speed line of the robot's motors too.
+    """
+
+    mode: Literal["joint", "generalized"] = "joint"
+    contacts: Literal["released", "touching", "pushing"] = "released"
+    pushing: Pushing = Pushing()
+    release_force: NonNegative = 150.0
+    # (A fixed-length tuple of constrained numbers in a union crashes msgspec 0.22.)
+    torque_limit: Positive | Annotated[tuple[Positive, ...], Meta(min_length=6, max_length=6)] = 200.0
+    limit: Literal["clip", "bounded"] = "clip"
+    solver: Literal["active_set", "daqp", "quadprog", "osqp"] = "active_set"
+    null_torque: Six | None = None
+    single_tangential: bool = False
+    rank_tolerance: Annotated[float, Meta(gt=0, lt=1)] = 1e-4
+    lag: Hold = 0.0
+    motors: bool = False
