@@ -76,9 +76,10 @@ def test_a_changed_result_fails_and_a_slow_one_is_reported(recorded, capsys):
     found = references.read(path)
     cost = found.costs["s"]
     assert cost.reason == "a test"
-    assert cost.metrics > cost.loop > 1.0
+    assert min(cost.metrics, cost.loop) > 0.0
 
-    found.costs["s"] = msgspec.structs.replace(cost, loop=cost.loop / 3.0)
+    # A hundredth, so that no noise of a shared machine makes up for it.
+    found.costs["s"] = msgspec.structs.replace(cost, loop=cost.loop / 100.0)
     references.write(path, found)
     assert main(["bench", "regress", *recorded, "--json"]) == 0, "slow is no failure"
     (timed,) = json.loads(capsys.readouterr().out)["scenarios"]
