@@ -23,6 +23,7 @@ def quick(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(parts, "REPEATS", 1)
     monkeypatch.setattr(throughput, "ENSEMBLE", 4)
+    monkeypatch.setattr(throughput, "STARTS", 1)
     monkeypatch.setattr(throughput, "COMMANDS", (["--help"],))
 
 
