@@ -58,14 +58,24 @@ class Standing:
             data.qpos[height_of(model, robot)] -= lowest(data, robot)
         return data.qpos.copy(), data.qvel.copy()
 
+    def foremost(self) -> float:
+        """[m] the foremost contact point of the latest start."""
+        mujoco.mj_kinematics(self.model, self._data)
+        return float(_points(self._data, self.robot)[:, 0].max())
+
+
+def _points(data: mujoco.MjData, robot: General) -> np.ndarray:
+    """(P, 3) [m] contact points; of data with kinematics."""
+    return np.array([
+        data.xpos[body] + data.xmat[body].reshape(3, 3) @ place
+        for foot in robot.feet
+        for body, place in zip(foot.on, foot.points, strict=True)
+    ])  # fmt: skip
+
 
 def lowest(data: mujoco.MjData, robot: General) -> float:
     """[m] height of the lowest contact point; of data with kinematics."""
-    return min(
-        float((data.xpos[body] + data.xmat[body].reshape(3, 3) @ place)[2])
-        for foot in robot.feet
-        for body, place in zip(foot.on, foot.points, strict=True)
-    )
+    return float(_points(data, robot)[:, 2].min())
 
 
 def height_of(model: mujoco.MjModel, robot: General) -> int:
