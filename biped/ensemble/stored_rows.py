@@ -78,7 +78,7 @@ class StoredRows(InPieces, Sequence[dict[str, Any]]):
 
 def _array(values: pyarrow.Array, name: str) -> np.ndarray:
     if TYPES.get(name) is object:
-        return np.array([plain(text) for text in values.to_pylist()], dtype=object)
+        return np.array([None if text is None else plain(text) for text in values.to_pylist()], dtype=object)
     return values.to_numpy(zero_copy_only=False).astype(TYPES.get(name, float), copy=False)
 
 

@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from biped.base.json import dumps
+from biped.cli.main import main
+from biped.ensemble.columns import InPieces
 from biped.ensemble.rows import Row
+from biped.ensemble.stored_rows import StoredRows
 from biped.ensemble.table import records, schema_of, table
 from biped.scenario.keys import Scenario
+from biped.show.terminal import signals_of
+from biped.studies import making
+from tests.cases import ENSEMBLE, write
 
 
 def test_signals_of_rows_come_back_and_need_no_names_beforehand():
@@ -17,3 +26,34 @@ def test_signals_of_rows_come_back_and_need_no_names_beforehand():
     assert "signals" not in back[0]
     assert back[1]["signals"] == signals
     assert table(rows[:1], schema).schema == table(rows[1:], schema).schema
+
+
+def test_the_summary_of_a_large_campaign_reads_columns_and_no_rows(monkeypatch, tmp_path, capsys):
+    """What is printed of a campaign grows with its runs by a few columns, not by a record of every run."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(making, "LARGE", 4)
+    write("e.toml", ENSEMBLE)
+
+    def refused(*_):
+        raise AssertionError("a row was read")
+
+    monkeypatch.setattr(StoredRows, "__iter__", refused)
+    assert main(["run", "e.toml", "--out", "x", "--jobs", "1"]) in (0, 1)
+    assert "walked" in capsys.readouterr().out
+
+
+def test_signals_are_told_alike_of_rows_and_of_columns():
+    one = {"error": {"mean": 0.5, "min": 0.0, "max": 1.0}}
+    two = {"error": {"mean": 1.5, "min": -1.0, "max": 2.0}, "b": {"mean": 2.0, "min": 2.0, "max": 2.0}}
+    nothing = {"error": {"mean": None, "min": None, "max": None}}
+
+    class Stored(InPieces, tuple):
+        __slots__ = ()
+
+        def batches(self, names):
+            yield {name: np.array([row[name] for row in self], dtype=object) for name in names}
+
+    told = {"error": {"mean": 1.0, "min": -1.0, "max": 2.0}, "b": {"mean": 2.0, "min": 2.0, "max": 2.0}}
+    assert signals_of([{}, {"signals": one}, {"signals": two}, {"signals": nothing}]) == told
+    assert signals_of(Stored([{"signals": None}, {"signals": dumps(one)}, {"signals": dumps(two)}])) == told
+    assert signals_of(Stored([{"signals": np.nan}])) == {}
