@@ -70,9 +70,10 @@ def test_a_million_rows_in_little_memory(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write("e.toml", ENSEMBLE)
     synthetic(Path("x"))
-    for argv in (["run", "x/scenario.toml", "--out", "x", "--jobs", "1"], ["report", "x"], ["plot", "x"]):
+    for argv in (["run", "x/scenario.toml", "--out", "x", "--jobs", "1"], ["report", "x"],
+                 ["report", "x", "--html", "page.html"], ["plot", "x"]):  # fmt: skip
         most, seconds, clock = memory(*argv)
-        print(argv[0], round(most), "MB,", round(seconds, 1), "s of CPU,", round(clock, 1), "s by the clock")
+        print(*argv, round(most), "MB,", round(seconds, 1), "s of CPU,", round(clock, 1), "s by the clock")
         assert most < MOST, argv
     assert len(list(Path("x", FOLDER).glob("*.parquet"))) < 10
     result = json.loads(Path("x/result.json").read_text())

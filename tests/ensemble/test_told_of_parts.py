@@ -1,6 +1,8 @@
-"""What a law of a user's own logged, in the table of a campaign that is kept in parts."""
+"""What is told and shown of a campaign that is kept in parts: from columns, and from groups of rows."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import numpy as np
 
@@ -8,9 +10,10 @@ from biped.base.json import dumps
 from biped.cli.main import main
 from biped.ensemble.columns import InPieces
 from biped.ensemble.rows import Row
-from biped.ensemble.stored_rows import StoredRows
+from biped.ensemble.stored_rows import StoredRows, stored_rows
 from biped.ensemble.table import records, schema_of, table
 from biped.scenario.keys import Scenario
+from biped.show.replay import of_numbers
 from biped.show.terminal import signals_of
 from biped.studies import making
 from tests.cases import ENSEMBLE, write
@@ -57,3 +60,14 @@ def test_signals_are_told_alike_of_rows_and_of_columns():
     assert signals_of([{}, {"signals": one}, {"signals": two}, {"signals": nothing}]) == told
     assert signals_of(Stored([{"signals": None}, {"signals": dumps(one)}, {"signals": dumps(two)}])) == told
     assert signals_of(Stored([{"signals": np.nan}])) == {}
+
+
+def test_some_rows_of_many_are_read_a_group_at_a_time(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(making, "LARGE", 4)
+    write("e.toml", ENSEMBLE)
+    assert main(["run", "e.toml", "--out", "x", "--jobs", "1"]) in (0, 1)
+    rows = stored_rows(Path("x"), 6)
+    assert dumps(rows.of({5, 0, 3, 99})) == dumps([rows[0], rows[3], rows[5]])
+    monkeypatch.setattr(StoredRows, "__getitem__", None)
+    assert sorted(of_numbers(rows, [1, 4])) == [1, 4]
