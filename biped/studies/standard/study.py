@@ -219,8 +219,17 @@ def _plan(test: Trial, word: str, changes: Sequence[str], value: float) -> Plan:
 
 
 def _unit(plan: Plan, of: str) -> float:
-    tree = tree_at(plan.model)
-    return {"si": 1.0, "weight": float(tree.mass.sum()) * GRAVITY, "leg": float(tree.leg)}[of]
+    if of == "si":
+        return 1.0
+    if plan.scenario.robot is None:
+        tree = tree_at(plan.model)
+        mass, leg = float(tree.mass.sum()), float(tree.leg)
+    else:
+        from biped.robot.general.recognise import robot_of
+
+        robot = robot_of(plan.model, plan.scenario.robot)
+        mass, leg = robot.mass, robot.leg
+    return mass * GRAVITY if of == "weight" else leg
 
 
 def _quoted(word: str) -> str:
