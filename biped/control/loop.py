@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from biped.base.jit import kernel
+from biped.base.jit import inner_kernel
 from biped.control.changes import bring_up_to_date
 from biped.control.estimator import Inference, infer, judged
 from biped.control.tick import law_tick
@@ -50,7 +50,7 @@ class Control(NamedTuple):
     estimator: tuple[Inference, ...]
 
 
-@kernel
+@inner_kernel
 def measure(k, true_q, true_v, noise, past, resolution, q, v):
     """Writes what the sensors make of the state at tick k: late, noisy, rounded.
 
@@ -78,7 +78,7 @@ def measure(k, true_q, true_v, noise, past, resolution, q, v):
             q[j] = np.rint(q[j] / resolution) * resolution
 
 
-@kernel
+@inner_kernel
 def within_line(line, v, u, log, k):
     """Brings torques u (6,) within the motors' torque-speed line, where there is one (`Control.line`), and logs them.
 
@@ -92,7 +92,7 @@ def within_line(line, v, u, log, k):
         log[k, U + j] = u[j]
 
 
-@kernel
+@inner_kernel
 def control_tick(control, q, v, applied, log, k):
     """Measures, decides, and moves the actuators of tick k.
 

@@ -7,7 +7,7 @@ free unknowns that was right in the last problem usually is in the next one, whi
 
 from __future__ import annotations
 
-from biped.base.jit import kernel
+from biped.base.jit import inner_kernel, kernel
 from biped.numerics.lanes import LANES, added, load, store
 
 MOST = 200
@@ -62,7 +62,7 @@ def nonnegative(H, f, n, free, order, L, x, y):
     return MOST
 
 
-@kernel
+@inner_kernel
 def _multipliers(H, f, n, free, x, y):
     """Fills y with H x - f, and zero where free."""
     blocks = f.shape[1] // LANES
@@ -76,7 +76,7 @@ def _multipliers(H, f, n, free, x, y):
         y[0, i] = 0.0 if free[i] else -y[0, i]
 
 
-@kernel
+@inner_kernel
 def _solve_free(H, f, n, free, order, L, x):
     """Fills x with the solution of H x = f among the free unknowns, zero elsewhere.
 

@@ -18,6 +18,7 @@ from biped.numerics.lanes import (
     load_few,
     lone,
     over,
+    placed,
     plus,
     squared,
     store,
@@ -81,9 +82,26 @@ def test_the_first_of_the_largest_is_found():
     rows = list(rng.normal(size=(300, LANES))) + list(rng.integers(0, 3, (300, LANES)).astype(float))
     rows += [np.zeros(LANES), -np.ones(LANES), *np.eye(LANES)]
     for x in rows:
-        wanted = int(np.argmax(np.maximum(x, 0.0)))
-        assert _largest(x[None]) == lanes._plain_largest(x) == wanted
+        sizes = np.maximum(x, 0.0)
+        assert _largest(x[None]) == lanes._plain_largest(x) == (sizes.max(), np.argmax(sizes))
     x = np.full(LANES, np.nan)
-    assert 0 <= _largest(x[None]) < LANES
+    assert _largest(x[None]) == lanes._plain_largest(x) == (0.0, 0)
     x[[4, 7]] = 2.0, np.inf
-    assert _largest(x[None]) == lanes._plain_largest(x) == 7
+    assert _largest(x[None]) == lanes._plain_largest(x) == (np.inf, 7)
+
+
+@kernel
+def _placed(a, lane, f, out):
+    store(out, 0, placed(load(a, 0), lane, f))
+    store(out, 1, placed(load(a, 0), 3, f))
+
+
+def test_one_lane_is_replaced():
+    a, out = np.random.default_rng(1).normal(size=(1, LANES)), np.zeros((2, LANES))
+    for lane in range(LANES):
+        _placed(a, lane, 7.0, out)
+        for row, at in enumerate((lane, 3)):
+            wanted = a[0].copy()
+            wanted[at] = 7.0
+            np.testing.assert_array_equal(out[row], wanted)
+            np.testing.assert_array_equal(lanes._plain_placed(a[0], at, 7.0), wanted)

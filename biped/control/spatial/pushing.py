@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from biped.base.jit import kernel
+from biped.base.jit import inner_kernel, kernel
 from biped.control.spatial.record import DIRECTIONS, EDGES, N_EDGES
 from biped.control.spatial.reduced import (
     FORCES,
@@ -32,7 +32,7 @@ _MOST_CHANGES = 30
 _SLACK_OF_LIMIT = 1e-9
 
 
-@kernel
+@inner_kernel
 def unilateral_rows(c, m):
     """Lists the forces that count: least accelerations along them, and how far what exerts them is from pushing.
 
@@ -129,7 +129,7 @@ def _solve(c, n, remembered):
     return changes
 
 
-@kernel
+@inner_kernel
 def wanted_motion(c, m, n):
     """The first problem: leaves its ground forces c_d in work x, what is left over of the inequalities in work y."""
     work, tick = c["work"], c["tick"]
@@ -206,7 +206,7 @@ def _add_contacts(work, G, sign, n, F):
                 F[first + j] += s * G[j, up] + t * G[j, across]
 
 
-@kernel
+@inner_kernel
 def _wanted_forces(c, n):
     """Writes M q̈_d + h = Q_d + Gᵀc_d into `wanted`."""
     work, A, F = c["work"], c["at"]["A"], c["work"]["wanted"]
@@ -264,7 +264,7 @@ def _change_limits(c):
     return which >= 0
 
 
-@kernel
+@inner_kernel
 def pushing_torques(c, m):
     """Writes the joint torques u (12,) [N m] for the record's Q_d; returns whether one of them is at its limit.
 
