@@ -173,8 +173,8 @@ def _constraint_forces(rows, rank):
     # A row's part along a finished one is taken from all that follow at once: they do not wait for each other.
     for s in range(rank):
         x = load(V, s)
-        T[s, s] = math.sqrt(total(times(x, x)))
-        x = times(everywhere(1.0 / T[s, s]), x)
+        T[s, s] = 1.0 / math.sqrt(total(times(x, x)))  # its inverse
+        x = times(everywhere(T[s, s]), x)
         store(V, s, x)
         z[s] = total(times(x, left))
         left = added(left, -z[s], x)
@@ -186,13 +186,13 @@ def _constraint_forces(rows, rank):
         f = z[s]
         for t in range(s + 1, rank):
             f -= T[s, t] * z[t]
-        z[s] = f / T[s, s]
+        z[s] = f * T[s, s]
     force = everywhere(0.0)
     for s in range(rank):
         f = z[s]
         for t in range(s):
             f -= T[t, s] * z[t]
-        z[s] = f / T[s, s]
+        z[s] = f * T[s, s]
         force = added(force, z[s], load(V, s))
     store(rows["force"], 0, force)
 

@@ -124,7 +124,7 @@ _PUSH = np.dtype(
         ("least", "f8", (1, LANES)), ("away", "f8", (1, LANES)), ("rho", "f8", (1, LANES)),
         ("wanted_force", "f8", (1, LANES)), ("slack", "f8", (1, LANES)),
         ("force", "f8", (1, LANES)), ("price", "f8", (1, LANES)),
-        ("H", "f8", (N_ROWS, LANES)), ("f", "f8", (1, LANES)), ("order", "i8", N_ROWS),
+        ("H", "f8", (N_ROWS, LANES)), ("f", "f8", (1, LANES)), ("order", "i8", N_ROWS), ("U", "f8", (N_ROWS, LANES)),
     ],
     align=True,
 )  # fmt: skip

@@ -78,7 +78,7 @@ def _reduce(c, n):
     """Fills H (n, n) of the forces that count and breaks its ties; f holds what the weighed `forces` do along them."""
     work = c["work"]
     H, f, D, row, x, stop = work["H"], work["f"], work["D"], work["row"][0], work["forces"], work["stop"]
-    up, across, slope, edges = work["up"], work["across"], work["slope"], n - LEGS
+    up, across, slope, edges, mu = work["up"], work["across"], work["slope"], n - LEGS, c["actuation"]["friction"]
     factor(c, work["soft"])
     weigh_points(c)
     weigh_stops(c)
@@ -86,12 +86,17 @@ def _reduce(c, n):
     products(c, x)
     top = 0.0
     for i in range(edges):
-        for leg in range(LEGS):
-            s = added(load(D, LEGS * up[i] + leg), slope[i], load(D, LEGS * across[i] + leg))
-            store(work["row"], leg, s)
-        for j in range(i + 1):
-            H[i, j] = row[up[j]] + slope[j] * row[across[j]]
-            H[j, i] = H[i, j]
+        for leg in range(up[i] // LANES + 1):
+            if work["standing"][leg]:
+                s = added(load(D, LEGS * up[i] + leg), slope[i], load(D, LEGS * across[i] + leg))
+                store(work["row"], leg, s)
+        for j in range(0, i + 1, EDGES):  # the four edges of a point; those after i are written again
+            lane = up[j]
+            rise, x_part, y_part = row[lane], mu * row[lane + 1], mu * row[lane + 2]
+            H[i, j] = H[j, i] = rise + x_part
+            H[i, j + 1] = H[j + 1, i] = rise - x_part
+            H[i, j + 2] = H[j + 2, i] = rise + y_part
+            H[i, j + 3] = H[j + 3, i] = rise - y_part
         top = max(top, H[i, i])
         f[0, i] = D[FORCES, up[i]] + slope[i] * D[FORCES, across[i]]
     for leg in range(LEGS):
@@ -123,7 +128,7 @@ def _solve(c, n, remembered):
     kept, free = work["kept"], work["free"]
     for i in range(n):
         free[i] = remembered[kept[i]]
-    changes = nonnegative(work["H"], work["f"], n, free, work["order"], work["L"], work["x"], work["y"])
+    changes = nonnegative(work["H"], work["f"], n, free, work["order"], work["U"], work["L"], work["x"], work["y"])
     for i in range(n):
         remembered[kept[i]] = free[i]
     return changes
