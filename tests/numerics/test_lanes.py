@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from biped.base.jit import kernel
+from biped.base.jit import COMPILED, kernel, numba
 from biped.numerics import lanes
 from biped.numerics.lanes import (
     FEW,
@@ -48,6 +48,28 @@ def test_every_function(seed):
         np.testing.assert_array_equal(out[row], expected)
     assert result == lanes._plain_total(x)
     assert result == pytest.approx(x.sum(), rel=1e-13)
+
+
+def _carried(a, out):
+    x = load(a, 0)
+    for row in range(1, a.shape[0]):
+        x = squared(x, load(a, row))
+    store(out, 0, x)
+
+
+@pytest.mark.skipif(not COMPILED, reason="nothing is compiled")
+def test_lanes_are_as_wide_as_registers_in_loops_too():
+    """As one vector of twelve a loop hands them from turn to turn one number at a time."""
+    a, out = np.random.default_rng(2).normal(size=(5, LANES)), np.zeros((1, LANES))
+    compiled = numba().njit(_carried)
+    compiled(a, out)
+    wanted = a[0]
+    for row in a[1:]:
+        wanted = wanted + row * row
+    np.testing.assert_array_equal(out[0], wanted)
+    (code,) = compiled.inspect_llvm().values()
+    assert "<8 x double>" in code
+    assert f"<{LANES} x double>" not in code
 
 
 @kernel
