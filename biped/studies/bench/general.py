@@ -26,7 +26,7 @@ from biped.studies.bench.scenes import SceneCost
 REPEATS = 5
 ROBOTS: dict[str, tuple[str, ...]] = {
     "walk in space": ("spatial/level",),
-    "walk in space, Q_d itself": ("spatial/generalized", "duration=10.0"),
+    "walk in space, Q_d itself": ("spatial/generalized", "duration=10.0", "window.end=10.0"),
     "human, thesis's law in Python": ("any/walk",),
     "walker2d stands": ("any/walker2d",),
     "humanoid stands": ("any/humanoid",),
