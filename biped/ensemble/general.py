@@ -59,7 +59,7 @@ class GeneralRuns:
                     f"ground.{name}: expected none: they are for planar bipeds of seven links, which model '{s.model}' "
                     "is not", f"ground.{name}",
                 )  # fmt: skip
-        standing.start(s.start, None)
+        standing.start(s.start, s.ground, None)
 
     def run(
         self, s: Scenario, index: int, seed: int, values: dict[str, Any], origin: Origin, law: Factory | None
@@ -67,7 +67,7 @@ class GeneralRuns:
         """A run, concrete; arguments as in `biped.robot.run.Run`."""
         standing = self._at(s)
         noise = stream(seed, "start.jitter") if s.start.jitter > 0.0 else None
-        q, v = standing.start(s.start, noise)
+        q, v = standing.start(s.start, s.ground, noise)
         gains = read_gains(locate("controllers", s.controller, "controller"), s.gains) if s.controller else s.gains
         s = msgspec.structs.replace(s, push=self._pushes(s, standing.robot))
         return Run(s, self.model(s), gains, index, seed, values, q, v, None, None, origin, law)
