@@ -29,7 +29,7 @@ class Standard(Section, frozen=True):
         shows: Metrics, at the largest value that holds.
         family: Whether it is for gaits alone that have `[[speeds]]`, whose range bounds the search.
         gaits: Which gaits it is for; default: all.
-        space: Whether it is for gaits of bipeds that move in space, with [frontal] and [axial]; or of those in the plane.
+        space: Whether it is for gaits of bipeds that move in space ([frontal] and [axial]); or of those in the plane.
     """
 
     title: Name
