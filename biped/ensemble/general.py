@@ -56,7 +56,7 @@ class GeneralRuns:
                 f"ground.side_slope: expected 0: model '{s.model}' moves in the plane", "ground.side_slope"
             )
         check_truth(s.truth, standing.robot)
-        standing.start(s.start, None)
+        standing.start(s.start, s.ground, None)
         self._beyond_the_feet(s, standing)
 
     def _beyond_the_feet(self, s: Scenario, standing: Standing) -> None:
@@ -84,7 +84,7 @@ class GeneralRuns:
         """A run, concrete; arguments as in `biped.robot.run.Run`."""
         standing = self._at(s)
         noise = stream(seed, "start.jitter") if s.start.jitter > 0.0 else None
-        q, v = standing.start(s.start, noise)
+        q, v = standing.start(s.start, s.ground, noise)
         gains = read_gains(locate("controllers", s.controller, "controller"), s.gains) if s.controller else s.gains
         s = msgspec.structs.replace(s, push=self._pushes(s, standing.robot))
         return Run(s, self.model(s), gains, index, seed, values, q, v, None, None, origin, law)
