@@ -53,7 +53,8 @@ class GeneralRuns:
             raise InputError(
                 f"ground.side_slope: expected 0: model '{s.model}' moves in the plane", "ground.side_slope"
             )
-        for name, there in (("tiles", s.ground.tiles.height > 0.0), ("steps", s.ground.steps.rise != 0.0)):
+        uneven = ("tiles", s.ground.tiles.height > 0.0), ("steps", s.ground.steps.rise != 0.0)
+        for name, there in (*uneven, ("seat", s.ground.seat.height > 0.0)):
             if there:
                 raise InputError(
                     f"ground.{name}: expected none: they are for planar bipeds of seven links, which model '{s.model}' "
