@@ -123,7 +123,7 @@ class Kernel(Deferred):
 
     def _dispatcher(self) -> Any:
         with cached():
-            return numba().njit(**self._options)(self.py_func)
+            return _apart(numba().njit(**self._options)(self.py_func))
 
     def __call__(self, *arguments: Any) -> Any:
         """Calls it."""
@@ -164,6 +164,17 @@ class Kernel(Deferred):
     def __reduce__(self) -> str:
         """Processes hand a kernel to each other by name."""
         return self.py_func.__qualname__
+
+
+def _apart(dispatcher: Any) -> Any:
+    """A dispatcher whose code is kept in files of its process's own.
+
+    numba numbers the files of a function: two processes that compile it for different types at the same moment both
+    write number 1, and the index, whoever of them writes it last, may give one's types the other's code.
+    """
+    kept = dispatcher._cache._cache_file
+    kept._data_name_pattern = kept._data_name_pattern.replace("{number", f"{os.urandom(6).hex()}.{{number")
+    return dispatcher
 
 
 def kernel(
