@@ -55,8 +55,13 @@ class GeneralRuns:
             raise InputError(
                 f"ground.side_slope: expected 0: model '{s.model}' moves in the plane", "ground.side_slope"
             )
+        if s.ground.seat.height > 0.0:
+            raise InputError(
+                f"ground.seat: expected none: it is for planar bipeds of seven links, which model '{s.model}' is not",
+                "ground.seat",
+            )
         check_truth(s.truth, standing.robot)
-        standing.start(s.start, None)
+        standing.start(s.start, s.ground, None)
         self._beyond_the_feet(s, standing)
 
     def _beyond_the_feet(self, s: Scenario, standing: Standing) -> None:
@@ -84,7 +89,7 @@ class GeneralRuns:
         """A run, concrete; arguments as in `biped.robot.run.Run`."""
         standing = self._at(s)
         noise = stream(seed, "start.jitter") if s.start.jitter > 0.0 else None
-        q, v = standing.start(s.start, noise)
+        q, v = standing.start(s.start, s.ground, noise)
         gains = read_gains(locate("controllers", s.controller, "controller"), s.gains) if s.controller else s.gains
         s = msgspec.structs.replace(s, push=self._pushes(s, standing.robot))
         return Run(s, self.model(s), gains, index, seed, values, q, v, None, None, origin, law)

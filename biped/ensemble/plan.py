@@ -294,6 +294,8 @@ class Plan:
 
     def _settled(self, s: Scenario) -> np.ndarray:
         start, points = s.start, robot_at(self._model(s.model)[0]).points
+        if start.upright:
+            raise InputError(f"start.upright: expected false: model '{s.model}' moves in the plane", "start.upright")
         key = s.model, start, s.truth.length
         if key not in self._starts:
             if start.q is not None:

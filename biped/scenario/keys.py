@@ -44,6 +44,8 @@ class Start(Section, frozen=True):
             names for the posture (none for q).
         settle: Project the posture onto the ground: the least change of the angles.
         jitter: Standard deviation [rad] on the seven angles, after settling; the biped is then set down.
+        upright: On a slope, the body of a posture of level ground is as upright as there and the legs reach down to
+            where the feet were; of robots with a free base.
     """
 
     posture: Name = "flat"
@@ -52,6 +54,7 @@ class Start(Section, frozen=True):
     contacts: Annotated[tuple[Name, ...], Meta(max_length=16)] | None = None
     settle: bool = True
     jitter: NonNegative = 0.0
+    upright: bool = False
 
 
 class Sensing(Section, frozen=True):
@@ -222,7 +225,7 @@ class Window(Section, frozen=True):
 
 
 class Bound(Section, frozen=True):
-    """What a metric is expected to be: the mean of the runs that walked, but `falls`, `walked` and `stood` count runs.
+    """What a metric is expected to be: the mean of the runs that walked; `falls`, `walked`, `stood`, `sat` count runs.
 
     Attributes:
         min: Smallest value.

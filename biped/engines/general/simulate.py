@@ -56,6 +56,11 @@ def simulate(run: Run, watch: Watch | None = None) -> GeneralTrajectory:
     return _Simulation(run, watch).drive()
 
 
+def loop_of(run: Run) -> str:
+    """How a run's ticks are looped over: compiled, or in Python."""
+    return "in Python" if _Simulation(run, None).plant is None else "compiled"
+
+
 class _Simulation:
     """One run."""
 
