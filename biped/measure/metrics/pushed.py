@@ -88,7 +88,8 @@ def _turns(last: Impact, start: float, force: Sequence[float], tick: float) -> b
 
 def impulses(t: Trajectory) -> list[Impulse]:
     """The pushes of a run; those that touch or overlap in time are one. What lies beyond its end is not counted."""
-    spans = [(start, end, (forward, up)) for start, end, forward, up, _ in t.pushes]
+    # What is seen of a robot in space from its side has pushes to the left besides.
+    spans = [(start, end, (force[0], force[-1])) for start, end, *force, _ in t.pushes]
     return [Impulse(start, end, *impulse) for start, end, impulse in merged(spans, len(t) * t.tick, t.tick)]
 
 
