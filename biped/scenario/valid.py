@@ -18,6 +18,7 @@ from biped.scenario.laws import own_law
 from biped.scenario.metrics import METRICS
 from biped.scenario.pushing import MOST_PIECES, PIECE, count
 from biped.scenario.robot import Foot
+from biped.scenario.truth import Part
 
 MOST_STEPS = 100_000_000
 """Physics steps of the longest run: a day at 1 kHz."""
@@ -32,7 +33,7 @@ MOST_VALUES = 100_000
 MOST_DIGITS = 2**63
 """Beyond it lies no whole number that a file can mean."""
 
-LISTS: dict[str, type] = {"push": Push, "change": Change, "foot": Foot}
+LISTS: dict[str, type] = {"push": Push, "change": Change, "foot": Foot, "part": Part}
 """Lists of tables, and what each of their tables is."""
 
 Fail = Callable[[str, str], InputError]
@@ -180,6 +181,7 @@ def possible(s: Scenario, fail: Fail) -> None:
     _changing_pushes(s, fail)
     _follow_one_another(s, fail)
     _ramps(s, fail)
+    _seat(s, fail)
     start, end = s.interval
     for key, given in (("window.start", s.window.start), ("window.end", s.window.end)):
         if given is not None and given > s.duration:
@@ -237,6 +239,11 @@ def possible(s: Scenario, fail: Fail) -> None:
 
 def _sensed(s: Scenario, fail: Fail) -> None:
     """Rejects an estimator without its sensors, sensors without it, and noise on what nobody measures."""
+    if s.robot is not None:
+        return  # its gyro is read as it is, and what it has not is refused by name
+    for key, there in (("sensors.zero_error", s.sensors.zero_error > 0.0), ("truth.part", s.truth.part)):
+        if there:
+            raise fail(key, f"belongs to robots of any kind (docs/robots.md), which model '{s.model}' is not here")
     names = ("encoders", "gyro", "switches")
     there = [name for name in names if getattr(s.sensors, name) is not None]
     if s.estimator is None:
@@ -299,6 +306,13 @@ def _ramps(s: Scenario, fail: Fail) -> None:
     ):
         if there and length <= ramp:
             raise fail(key, f"expected more than the ramp of {ramp:g} m, got {length:g}")
+
+
+def _seat(s: Scenario, fail: Fail) -> None:
+    """Rejects a seat where nothing could sit on it."""
+    if s.ground.seat.height > 0.0 and s.engine == "home":
+        raise fail("ground.seat.height", "expected 0: at home nothing but toes and heels meets anything; a seat needs "
+                   "engine = 'mujoco'")  # fmt: skip
 
 
 def _follow_one_another(s: Scenario, fail: Fail) -> None:

@@ -37,15 +37,36 @@ def _clearance(t: GeneralTrajectory, span: slice) -> float:
         for start, end in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
             if end - start >= least:
                 quarter = (end - start) // 4
-                height = t.point[span][start + quarter : end - quarter, feet == foot, 2].min()
+                height = t.above[span][start + quarter : end - quarter, feet == foot].min()
                 lowest = float(np.fmin(lowest, height))
     return lowest
 
 
 def extrapolated(t: GeneralTrajectory) -> np.ndarray:
     """(n, 2) [m] extrapolated centre of mass (Hof): where a foot would have to be for it to come to rest above."""
-    height = np.maximum(t.com[:, 2], 1e-3)
+    height = np.maximum(t.com[:, 2] - t.ground.height(t.com[:, 0]), 1e-3)
     return t.com[:, :2] + t.com_velocity[:, :2] * np.sqrt(height / GRAVITY)[:, None]
+
+
+def outline(points: np.ndarray) -> np.ndarray:
+    """(k, 2) corners of the convex hull of points (n, 2) [m], anticlockwise from the rearmost (Andrew's chain)."""
+    places = sorted({(float(x), float(y)) for x, y in points})
+    if len(places) < 3:
+        return np.array(places).reshape(-1, 2)
+    half: list[list[tuple[float, float]]] = []
+    for way in (places, places[::-1]):
+        chain: list[tuple[float, float]] = []
+        for place in way:
+            while len(chain) > 1 and _turn(chain[-2], chain[-1], place) <= 0.0:
+                chain.pop()
+            chain.append(place)
+        half.append(chain[:-1])
+    return np.array(half[0] + half[1])
+
+
+def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
+    """Twice the area of a triangle; positive if a, b, c go round anticlockwise."""
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 def margin_of_stability(t: GeneralTrajectory, span: slice) -> float:

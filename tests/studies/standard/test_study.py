@@ -77,6 +77,31 @@ def test_values_are_in_the_robots_own_units(gait, model):
     assert ground.start == pytest.approx(1.2 * tree.leg)
 
 
+def test_values_are_in_the_units_of_a_robot_in_space():
+    (push,) = trials_of(["space_push_sideways"])
+    force = study._plan(push, "human3d", [], 0.5).run(0).scenario.push[0].force
+    assert force == pytest.approx((0.0, 0.5 * 75.0 * GRAVITY, 0.0))
+    (slope,) = trials_of(["space_slope_sideways"])
+    assert study._plan(slope, "human3d", [], 2.5).run(0).scenario.ground.side_slope == 2.5
+
+
+def test_gaits_in_space_have_tests_of_their_own():
+    (level,), (space,) = trials_of(["level"]), trials_of(["space_level"])
+    assert study._asked_of(level.standard, "human3d") is None
+    assert study._asked_of(space.standard, "human3d") is space.standard
+    assert study._asked_of(space.standard, "calm") is None
+
+
+def test_a_gait_in_space_from_command_to_table(tmp_path, capsys):
+    sets = ["--set", "randomise.runs=1", "--set", "duration=1.0", "--set", "window.start=0.2", "--jobs", "1"]
+    code, told = command(capsys, "standard", "human3d", "calm", "--test", "space_level", *sets,
+                         "--out", str(tmp_path / "s"))  # fmt: skip
+    assert code == 0
+    (one, none) = told["standings"]
+    assert none["tried"] == []
+    assert {"heading", "drift", "step_width"} <= set(one["tried"][0]["numbers"])
+
+
 def test_who_is_asked_what():
     (speed,), (stop,), (level,) = (trials_of([name]) for name in ("speed", "stop", "level"))
     family = study._asked_of(speed.standard, "robust")
