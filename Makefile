@@ -12,6 +12,8 @@ KERNEL_TESTS := tests/control tests/engines/rigid tests/numerics tests/engines/t
 	tests/robot/test_posture.py tests/base/test_kernels.py::test_compiled_kernels_do_what_they_do_as_plain_python
 # One BLAS thread: 9x9 problems gain nothing from more and can lose milliseconds.
 export OPENBLAS_NUM_THREADS := 1
+# Tests on all cores; one that is done takes over from another. `make test ABREAST=` runs them one after another.
+ABREAST := -n auto --dist worksteal
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 LOCK = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
 	--custom-compile-command 'make lock'
@@ -42,14 +44,14 @@ run: setup ## walk: the thesis's normal gait in MuJoCo, numbers and a recording
 view: setup ## the newest recording in the rerun viewer
 	$(BIN)/biped view
 
-test: tools ## the default tests (minutes)
-	$(BIN)/python -m pytest
+test: tools ## the default tests (minutes), side by side on all cores
+	$(BIN)/python -m pytest $(ABREAST)
 
 test-all: tools ## every test, the slow ones too
-	$(BIN)/python -m pytest -m "slow or not slow"
+	$(BIN)/python -m pytest $(ABREAST) -m "slow or not slow"
 
 stress: tools ## extremes: steps, contacts, masses, starts, pushes, sensors; random physical models
-	$(BIN)/python -m pytest tests/test_stress.py tests/test_properties.py -m "slow or not slow"
+	$(BIN)/python -m pytest $(ABREAST) tests/test_stress.py tests/test_properties.py -m "slow or not slow"
 
 fuzz: tools ## ten thousand hostile scenarios, gaits, models, command lines, results folders and journals
 	$(BIN)/python -m tests.fuzz

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import time
+import weakref
 from pathlib import Path
 
 import pytest
 
 from tests.fuzz.cases import case
-from tests.fuzz.harness import fault
+from tests.fuzz.harness import SECONDS, fault
 from tests.fuzz.words import quoted
 
 SEED = 2011
@@ -51,20 +53,39 @@ def test_the_harness_notices(monkeypatch):
     from biped.cli.commands import list as listing
     from tests.fuzz.cases import Case
 
-    def tried(command) -> str:
+    def tried(command, seconds: float = SECONDS) -> str:
         monkeypatch.setattr(listing, "command", command)
-        return fault(Case(("list",), {"a": b""}), seconds=0.5)[1] or ""
+        return fault(Case(("list",), {"a": b""}), seconds)[1] or ""
 
     def hang(_):
         while True:
             pass
+
+    def hang_in_a_callback(_):
+        """The first signal comes where Python drops what it raises."""
+
+        class Kept:
+            pass
+
+        kept = Kept()
+        began = time.process_time()
+
+        def busy(_):
+            while time.process_time() < began + 0.7:
+                pass
+
+        watch = weakref.ref(kept, busy)
+        del kept
+        assert watch() is None
+        hang(None)
 
     def prints(text, code=0):
         return lambda _: print(text) or code
 
     assert tried(lambda _: 0) == ""
     assert "ZeroDivisionError" in tried(lambda _: 1 / 0)
-    assert "no answer" in tried(hang)
+    assert "no answer" in tried(hang, seconds=0.5)
+    assert "no answer" in tried(hang_in_a_callback, seconds=0.5)
     assert "control character" in tried(prints("\x1b[2J"))
     assert "exit code 3" in tried(prints("", 3))
     assert "paragraph" in tried(prints("", 2))

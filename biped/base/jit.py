@@ -123,7 +123,7 @@ class Kernel(Deferred):
 
     def _dispatcher(self) -> Any:
         with cached():
-            return numba().njit(**self._options)(self.py_func)
+            return _apart(numba().njit(**self._options)(self.py_func))
 
     def __call__(self, *arguments: Any) -> Any:
         """Calls it."""
@@ -166,8 +166,23 @@ class Kernel(Deferred):
         return self.py_func.__qualname__
 
 
+def _apart(dispatcher: Any) -> Any:
+    """A dispatcher whose code is kept in files of its process's own.
+
+    numba numbers the files of a function: two processes that compile it for different types at the same moment both
+    write number 1, and the index, whoever of them writes it last, may give one's types the other's code.
+    """
+    kept = dispatcher._cache._cache_file
+    kept._data_name_pattern = kept._data_name_pattern.replace("{number", f"{os.urandom(6).hex()}.{{number")
+    return dispatcher
+
+
 def kernel(
-    function: Callable[..., Any], signature: Any = None, alone: bool = False, entry: bool = False
+    function: Callable[..., Any],
+    signature: Any = None,
+    alone: bool = False,
+    entry: bool = False,
+    within: bool = False,
 ) -> Callable[..., Any]:
     """Compile a function that allocates nothing.
 
@@ -180,10 +195,12 @@ def kernel(
         alone: Whether Python's other threads go on while it runs (it holds no interpreter lock); for long calls.
         entry: Whether Python calls it a few times a run: then it is kept as object code, which is loaded in a tenth of
             the time that numba takes; but a call takes 20 µs.
+        within: Whether its code always becomes part of the kernel that calls it: an array is handed over as seven
+            numbers or more, a tuple of them as hundreds, one by one; for what a loop calls at one place.
     """
     if not COMPILED:
         return function
-    options = {"cache": True, "error_model": "numpy", "_nrt": False, "nogil": alone}
+    options = {"cache": True, "error_model": "numpy", "_nrt": False, "nogil": alone, "forceinline": within}
     if signature is None:
         return Kernel(function, options, entry)
     with cached():
@@ -192,6 +209,9 @@ def kernel(
 
 entry_kernel = partial(kernel, entry=True)
 """A kernel that Python calls a few times a run."""
+
+inner_kernel = partial(kernel, within=True)
+"""A kernel that becomes part of whatever kernel calls it."""
 
 long_kernel = partial(kernel, alone=True, entry=True)
 """A kernel that runs for milliseconds: threads run such side by side."""

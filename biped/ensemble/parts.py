@@ -9,11 +9,13 @@ anew, in order, into a few large files: the same bytes whoever made them in what
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from hashlib import blake2b
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
+
+import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import label
@@ -228,18 +230,22 @@ def missing(pieces: Sequence[Piece], total: int) -> list[range]:
     return [*out, range(reached, total)] if reached < total else out
 
 
-def rows_of(pieces: Sequence[Piece], columns: Sequence[str] | None = None) -> Iterator[pyarrow.RecordBatch]:
+def rows_of(
+    pieces: Sequence[Piece], columns: Sequence[str] | None = None, among: Collection[int] | None = None
+) -> Iterator[pyarrow.RecordBatch]:
     """Rows of pieces, in their order, a group at a time.
 
     Args:
         pieces: Which.
         columns: Names of columns; those that a file lacks are left out. Default: all.
+        among: Numbers of the runs wanted; groups without any of them are not read. Default: all.
 
     Raises:
         InputError: A file is damaged.
     """
     import pyarrow as pa
 
+    numbers = None if among is None else np.array(sorted(among), dtype=np.int64)
     for part, first, last in pieces:
         at = part.first
         try:
@@ -247,10 +253,12 @@ def rows_of(pieces: Sequence[Piece], columns: Sequence[str] | None = None) -> It
                 named = None if columns is None else [name for name in columns if name in file.schema_arrow.names]
                 for group in range(file.metadata.num_row_groups):
                     count = file.metadata.row_group(group).num_rows
-                    if at + count > first and at <= last:
+                    low, high = max(first, at), min(last + 1, at + count)
+                    mine = None if numbers is None else numbers[(numbers >= low) & (numbers < high)] - at
+                    if high > low and (mine is None or mine.size):
                         rows = file.read_row_group(group, columns=named, use_threads=False)
-                        cut = max(first - at, 0)
-                        yield from rows.slice(cut, min(last + 1 - at, count) - cut).combine_chunks().to_batches()
+                        rows = rows.slice(low - at, high - low) if mine is None else rows.take(mine)
+                        yield from rows.combine_chunks().to_batches()
                     at += count
         except (OSError, pa.ArrowException, ValueError) as error:
             why = " ".join(str(error).split())[:200]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -49,9 +49,17 @@ class StoredRows(InPieces, Sequence[dict[str, Any]]):
     def __iter__(self) -> Iterator[dict[str, Any]]:
         return self._records(self.pieces)
 
+    def of(self, numbers: Collection[int]) -> list[dict[str, Any]]:
+        """The rows of some runs, each group of rows read once.
+
+        Args:
+            numbers: Of the runs; those that are not there are left out.
+        """
+        return list(self._records(self.pieces, numbers))
+
     @staticmethod
-    def _records(pieces: Sequence[Piece]) -> Iterator[dict[str, Any]]:
-        for batch in rows_of(pieces):
+    def _records(pieces: Sequence[Piece], among: Collection[int] | None = None) -> Iterator[dict[str, Any]]:
+        for batch in rows_of(pieces, among=among):
             for record in records(batch):
                 yield _harmless(record)
 
@@ -78,7 +86,7 @@ class StoredRows(InPieces, Sequence[dict[str, Any]]):
 
 def _array(values: pyarrow.Array, name: str) -> np.ndarray:
     if TYPES.get(name) is object:
-        return np.array([plain(text) for text in values.to_pylist()], dtype=object)
+        return np.array([None if text is None else plain(text) for text in values.to_pylist()], dtype=object)
     return values.to_numpy(zero_copy_only=False).astype(TYPES.get(name, float), copy=False)
 
 

@@ -15,6 +15,7 @@ from biped.control.believed import believed_forces
 from biped.ensemble import campaign
 from biped.ensemble.columns import batches, smallest
 from biped.ensemble.plan import Plan
+from biped.ensemble.stored_rows import StoredRows
 from biped.measure.signals import seen
 from biped.measure.trajectory import Trajectory
 from biped.scenario.laws import own_law
@@ -87,6 +88,8 @@ def spread(rows: Sequence[Mapping[str, Any]], most: int) -> list[int]:
 
 def of_numbers(rows: Sequence[Mapping[str, Any]], numbers: Collection[int]) -> dict[int, Mapping[str, Any]]:
     """The rows of some runs, by their numbers."""
+    if isinstance(rows, StoredRows):
+        return {row["index"]: row for row in rows.of(numbers)}
     found, at = {}, 0
     for columns in batches(rows, ["index"]):
         for place in np.flatnonzero(np.isin(columns["index"], list(numbers))):

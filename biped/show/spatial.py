@@ -13,7 +13,7 @@ import numpy as np
 from biped.measure.pushes import Shown, pushes_of
 from biped.measure.signals import centre_of_mass
 from biped.measure.trajectory import Trajectory
-from biped.robot.ground import LEVEL, Profile
+from biped.robot.ground import Profile
 from biped.robot.tree import motion
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def tilt(t: AnyTrajectory) -> np.ndarray:
 
 def ground(t: AnyTrajectory) -> Profile:
     """The line of the ground."""
-    return t.ground if isinstance(t, Trajectory) else LEVEL
+    return t.ground
 
 
 def pushes(t: AnyTrajectory) -> list[Shown]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import sys
 from collections import Counter
@@ -93,14 +94,18 @@ def show_result(result: Mapping[str, Any], description: str) -> None:
 
 def signals_of(runs: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, float]]:
     """What a law of the user's own logged: mean, smallest and largest over the runs that have it, by name."""
-    found: dict[str, dict[str, float]] = {}
-    for name in dict.fromkeys(name for run in runs for name in run.get("signals") or {}):
-        there = [run["signals"][name] for run in runs if run.get("signals") and real(run["signals"][name]["mean"])]
-        if there:
-            mean = sum(one["mean"] for one in there) / len(there)
-            least, most = min(one["min"] for one in there), max(one["max"] for one in there)
-            found[name] = {"mean": mean, "min": least, "max": most}
-    return found
+    told: dict[str, tuple[int, float, float, float]] = {}
+    for columns in batches(runs, ("signals",)):
+        for logged in columns["signals"]:
+            if not isinstance(logged, str | dict):  # nothing was logged
+                continue
+            for name, one in (json.loads(logged) if isinstance(logged, str) else logged).items():
+                if real(one["mean"]):
+                    count, total, least, most = told.get(name, (0, 0.0, math.inf, -math.inf))
+                    told[name] = count + 1, total + one["mean"], min(least, one["min"]), max(most, one["max"])
+    return {
+        name: {"mean": total / count, "min": least, "max": most} for name, (count, total, least, most) in told.items()
+    }
 
 
 def push_words(numbers: Mapping[str, Any]) -> str:

@@ -173,6 +173,18 @@ def test_threads_that_call_a_kernel_for_the_first_time_all_get_it(own_folder):
     assert sorted(found) == list(range(8))
 
 
+def test_processes_that_compile_a_kernel_at_the_same_time_keep_their_code_apart(tmp_path, monkeypatch):
+    """Each has read the index before the other wrote it: neither's file is the other's, whoever writes the index."""
+    from numba.core import config
+
+    monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path))
+    for argument in (1.0, 1):
+        made = Kernel(number.py_func, number._options, False)
+        monkeypatch.setattr(made.made._cache._cache_file, "_load_index", dict)
+        made(argument)
+    assert len(list(tmp_path.rglob("*.nbc"))) == 2
+
+
 def test_a_kernel_is_handed_to_other_processes_by_name():
     import pickle
 

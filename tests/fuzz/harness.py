@@ -24,6 +24,8 @@ from tests.fuzz.cases import Case
 
 SECONDS = 10
 """[s] of CPU time that a tiny case may take."""
+AGAIN = 0.5
+"""[s] after which a case that was told to stop, and did not, is told again."""
 MEMORY = 1_000_000
 """[kB]"""
 LONG_RUN, MANY_RUNS, MANY_CHECKS = 4000, 12, 3000
@@ -61,21 +63,30 @@ def tiny() -> Iterator[None]:
 
 @contextlib.contextmanager
 def limited(seconds: float) -> Iterator[None]:
-    """Stops what takes more CPU time than it may, or sleeps for minutes."""
+    """Stops what takes more CPU time than it may, or sleeps for minutes.
+
+    The signal may come in a callback of the garbage collector, where Python drops what is raised: it comes again.
+    """
 
     def stop(*_):
         raise HungError
 
+    def dropped(what):
+        if what.exc_type is not HungError:
+            reported(what)
+
     kinds = ((signal.SIGPROF, signal.ITIMER_PROF, seconds), (signal.SIGALRM, signal.ITIMER_REAL, 30 * seconds))
+    reported, sys.unraisablehook = sys.unraisablehook, dropped
     before = [signal.signal(number, stop) for number, _, _ in kinds]
     for _, timer, most in kinds:
-        signal.setitimer(timer, most)
+        signal.setitimer(timer, most, AGAIN)
     try:
         yield
     finally:
         for (number, timer, _), handler in zip(kinds, before, strict=True):
             signal.setitimer(timer, 0)
             signal.signal(number, handler)
+        sys.unraisablehook = reported
 
 
 def files(folder: Path) -> dict[str, bytes]:

@@ -37,14 +37,14 @@ def _clearance(t: GeneralTrajectory, span: slice) -> float:
         for start, end in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
             if end - start >= least:
                 quarter = (end - start) // 4
-                height = t.point[span][start + quarter : end - quarter, feet == foot, 2].min()
+                height = t.above[span][start + quarter : end - quarter, feet == foot].min()
                 lowest = float(np.fmin(lowest, height))
     return lowest
 
 
 def extrapolated(t: GeneralTrajectory) -> np.ndarray:
     """(n, 2) [m] extrapolated centre of mass (Hof): where a foot would have to be for it to come to rest above."""
-    height = np.maximum(t.com[:, 2], 1e-3)
+    height = np.maximum(t.com[:, 2] - t.ground.height(t.com[:, 0]), 1e-3)
     return t.com[:, :2] + t.com_velocity[:, :2] * np.sqrt(height / GRAVITY)[:, None]
 
 

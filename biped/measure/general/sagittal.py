@@ -154,7 +154,7 @@ def sagittal(t: GeneralTrajectory) -> Sagittal:
         pushes=t.pushes,
         end=t.end, cause=t.cause,
         robot=Seen(tuple(Side(leg, (f"{leg}_toe", f"{leg}_heel")) for leg in t.robot.legs), t.robot.shown),
-        tree=Body(np.array([t.robot.mass]), t.robot.leg), signal_names=t.signal_names,
+        tree=Body(np.array([t.robot.mass]), t.robot.leg), signal_names=t.signal_names, ground=t.ground,
     )  # fmt: skip
 
 

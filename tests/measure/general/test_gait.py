@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -35,7 +37,7 @@ def test_width_and_margin_are_across_the_way(walk):
     assert found["step_width"] == pytest.approx(np.mean(widths), abs=0.02)
     assert found["cross_over"] == 0.0
     least = []
-    for (a, foot), (b, _) in zip(steps, steps[1:], strict=False):
+    for (a, foot), (b, _) in pairwise(steps):
         rows = np.arange(a, b)[walk.down[a:b].sum(axis=1) == 1]
         outer = walk.point[rows, 4 * foot : 4 * foot + 4, 1] * (-1.0, 1.0)[foot]
         least.append((outer.max(axis=1) - extrapolated(walk)[rows, 1] * (-1.0, 1.0)[foot]).min())

@@ -54,7 +54,9 @@ def test_the_benchmark_prints_one_json_object_and_keeps_its_promises(capsys):
         assert (name in report["skipped"]) == (find_spec(module) is None)
 
 
-def test_the_quick_benchmark_prints_every_method_and_draws_all_figures(tmp_path, capsys):
+def test_the_quick_benchmark_prints_every_method_and_draws_all_figures(tmp_path, capsys, monkeypatch):
+    small = tuple(problem for problem in mechanisms.PROBLEMS if problem.name in (PENDULUM, FOUR_BARS))
+    monkeypatch.setattr(mechanisms, "PROBLEMS", small)
     assert main(["bench", "mechanisms", "--quick", "--out", str(tmp_path / "figures")]) == 0
     out = capsys.readouterr().out
     for method in ("RK4", "RK8", "MuJoCo connect", "Pinocchio proximal"):

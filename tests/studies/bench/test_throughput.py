@@ -7,16 +7,20 @@ import numpy as np
 import pytest
 
 from biped.engines import home
+from biped.engines.general import simulate as general
 from biped.engines.mujoco import simulate
 from biped.engines.native import native
 from biped.ensemble.plan import Plan
+from biped.measure.metrics import measure
 from biped.robot.model import compile_foreign
 from biped.scenario.keys import Push, Scenario, Simulation, Start
 from biped.scenario.reading import read_scenario
 from biped.show.replay import record_runs
+from biped.studies.bench import scenes
 from biped.studies.bench.features import BASE, FEATURES, prices
+from biped.studies.bench.general import ROBOTS, general_cost, replay_of, replayed
 from biped.studies.bench.inner import steps
-from biped.studies.bench.parts import _again, contact_costs, tick_parts
+from biped.studies.bench.parts import _again, contact_costs, replay
 from biped.studies.bench.rigid import STRIDE, _states, _touch, rigid_parts
 from biped.studies.bench.scenes import SCENES, scene_cost
 from biped.studies.bench.throughput import ensemble_costs
@@ -30,21 +34,15 @@ def walked():
     return run, simulate(run)
 
 
-def test_parts_add_up_to_the_closed_loop(walked):
-    parts = tick_parts(*walked)
-    named = ("steps", "tree", "torques", "decisions", "set_up")
-    assert sum(parts[name] for name in (*named, "loop")) == pytest.approx(parts["closed_loop"])
-    assert all(parts[name] > 0.0 for name in named)
-
-
 def test_parts_of_the_home_engine_add_up_to_its_closed_loop():
     run = Plan(Scenario(engine="home", duration=0.5, start=Start(posture="heel_toe"))).run(0)
     parts = rigid_parts(run, 1)
     whole = ("law", "new_forces", "evaluations", "rest")
     assert sum(parts[name] for name in whole) == pytest.approx(parts["closed_loop"])
-    one = sum(parts[name] for name in ("places", "masses", "rows", "solutions"))
-    assert all(value > 0.0 for name, value in parts.items() if name != "rest")
-    assert one < parts["closed_loop"]
+    one = ("places", "masses", "rows", "solutions")
+    assert parts.keys() == {"closed_loop", *whole, *one}
+    # `rest` and `rows` are differences of measured times: on a busy machine they may be anything.
+    assert all(value > 0.0 for name, value in parts.items() if name not in ("rest", "rows"))
 
 
 def test_states_of_the_home_engines_bench_move_as_the_run_did():
@@ -62,11 +60,11 @@ def test_states_of_the_home_engines_bench_move_as_the_run_did():
     np.testing.assert_allclose(records["motion"]["v_dot"][steady], theirs, atol=0.05 * np.abs(theirs).max())
 
 
-def test_a_campaign_costs_more_than_its_steps():
+def test_what_a_campaign_costs_is_that_of_the_whole_command():
     cost = ensemble_costs("level_normal", 2, 2)
     assert (cost["runs"], cost["jobs"]) == (2, 2)
-    assert cost["ratio"] > 1.0
     assert cost["cpu"] > 0.0
+    assert cost["runs_per_second"] == pytest.approx(2.0 / cost["wall"])
 
 
 def test_bare_steps_in_compiled_code_are_the_same_steps(walked):
@@ -125,13 +123,31 @@ def test_a_scene_without_the_home_engine_compiles_no_kernel_of_it(priced):
     assert [name for name in priced["home engine"]["only_kernels"] if name.startswith("engines.rigid.")]
 
 
-def test_a_scene_costs_more_than_its_steps_and_says_how_it_is_looped_over(walked):
-    cost = scene_cost(walked[0], 1)
-    assert cost.loop == "compiled"
-    assert (cost.end, cost.ticks) == (walked[1].end, len(walked[1]))
-    assert cost.closed_loop > cost.steps > 0.0
-    assert cost.strict == pytest.approx((cost.closed_loop + cost.metrics) / cost.steps)
-    assert cost.strict >= cost.with_metrics
+def test_a_scene_is_priced_by_the_tick_and_says_how_it_is_looped_over(walked, monkeypatch):
+    """On a clock that goes on by what is done: 3 µs a tick of a run, 2 of bare steps and handing over, 1 of handing."""
+    run, trajectory = walked
+    ticks, spent = len(trajectory), [0.0]
+
+    def taking(work, price):
+        def done(*arguments):
+            spent[0] += 1e-6 * ticks * price(*arguments)
+            return work(*arguments)
+
+        return done
+
+    def clock(work):
+        before = spent[0]
+        work()
+        return spent[0] - before
+
+    monkeypatch.setattr(scenes, "clock", clock)
+    monkeypatch.setattr(scenes, "simulate", taking(simulate, lambda run: 3.0))
+    monkeypatch.setattr(scenes, "measure", taking(measure, lambda *_: 0.5))
+    monkeypatch.setattr(scenes, "replay", taking(replay, lambda run, trajectory, step=True: 2.0 if step else 1.0))
+    monkeypatch.setattr(scenes, "strict", lambda *_: 0.5e-6 * ticks)
+    cost = scene_cost(run, 1)
+    assert (cost.loop, cost.end, cost.ticks) == ("compiled", trajectory.end, ticks)
+    assert cost[3:] == pytest.approx((1.0, 0.5, 3.0, 0.5, 3.5, 7.0))
 
 
 def test_bare_steps_are_pushed_and_divided_as_those_of_the_run():
@@ -148,6 +164,34 @@ def test_bare_steps_are_pushed_and_divided_as_those_of_the_run():
             again.taken[:] = again.given[k]
             mujoco.mj_step(again.model, again.data, again.substeps)
     np.testing.assert_array_equal(again.data.qpos, trajectory.q[-1])
+
+
+@pytest.mark.parametrize("name", ["any/human", "any/walker2d"])
+def test_bare_steps_of_robots_of_any_kind_are_those_of_the_run(name):
+    """Pushed, and with what its law commanded, the run without its law ends in the same place."""
+    run = Plan(read_scenario(name, ["duration=1.4"])).run(1)
+    trajectory, replay = general.simulate(run), replay_of(run)
+    assert len(replay.spans) > 1
+    before = replay._replace(
+        commanded=replay.commanded[: len(trajectory) - 1],
+        spans=[(first, min(last, len(trajectory) - 1), pushed) for first, last, pushed in replay.spans],
+    )
+    data = replayed(before)
+    np.testing.assert_array_equal(data.qpos, trajectory.q[-1])
+
+
+def test_a_run_of_a_robot_of_any_kind_costs_more_than_its_steps():
+    run = Plan(read_scenario("any/walker2d", ["duration=1.3"])).run(0)
+    cost = general_cost(run, 1)
+    assert cost.loop == "in Python"
+    assert cost.ticks == 1300
+    assert cost.closed_loop > cost.physics >= cost.steps > 0.0
+    assert cost.strict >= cost.with_metrics > 1.0
+
+
+def test_runs_of_robots_of_any_kind_are_of_such_robots():
+    for name, *changes in ROBOTS.values():
+        assert Plan(read_scenario(name, changes)).scenario.robot is not None
 
 
 def test_every_scene_is_valid_and_in_mujoco():
