@@ -37,6 +37,7 @@ from biped.robot.topology import (
     POINT_LEG,
     SEGMENTS,
     STOP_ROW,
+    TOE,
 )  # fmt: skip
 from biped.robot.weighing import coupled, factor_from_feet, factor_torso, weigh, weigh_torso
 
@@ -66,8 +67,11 @@ def unilateral_rows(c, q, v):
         point_row(at, i, 0, n)
         point_row(at, i, 1, t[:NQ])
         if belief["perturbed"]:
+            # Two rows that say the same of a flat foot, each wrong in its own way, would say that shear between toe and
+            # heel turns the leg: a foot that is asked once cannot contradict itself.
+            whose = i + 1 if c["actuation"]["single_tangential"] and i in TOE else i
             perturb_row(c, n, belief["row_factor"][2 * i])
-            perturb_row(c, t[:NQ], belief["row_factor"][2 * i + 1])
+            perturb_row(c, t[:NQ], belief["row_factor"][2 * whose + 1])
         speed = 0.0
         for j in range(NQ):
             speed += n[j] * v[j]

@@ -16,6 +16,7 @@ from biped.engines.loop import Physics, drive
 from biped.engines.native import native as native_of
 from biped.engines.native import without_clock
 from biped.engines.planes import lay, planes_of
+from biped.engines.seat import log_seat, seated
 from biped.measure.trajectory import Trajectory
 from biped.robot.description import robot_at
 from biped.robot.ground import profile_of
@@ -57,6 +58,8 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
     where = order.points, robot.contact.radius, order.contacts, order.stops
     pyramid = max(s.ground.friction, _LEAST_FRICTION) if s.simulation.cone == "pyramidal" else 0.0
 
+    seat = (seated(data, order, round(s.duration * s.simulation.control_rate)),) if s.ground.seat.height > 0.0 else ()
+
     pushing = np.zeros((model.nbody - 1, 2))
 
     def push(forces: np.ndarray) -> None:
@@ -76,6 +79,9 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
         if log_of_step is None:  # not all runs are stepped from Python
             log_of_step = bound(log_forces, log, 0, data.efc_force, place, *where, pyramid, planes)
         log_of_step(log, k, data.efc_force, place, *where, pyramid, planes)
+        if seat:
+            log_seat(seat, log, k, data.efc_force, place, order.points, robot.contact.radius, order.stops, pyramid,
+                     planes)  # fmt: skip
         if watch is not None:
             watch(model, data, pushing)
 
@@ -89,7 +95,7 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
 
             plant = Plant(
                 native.step, model._address, data._address, data._address + native.nefc, data._address + native.force,
-                substeps, data.qpos, data.qvel, applied, place, *where, pyramid, native.kinematics, planes,
+                substeps, data.qpos, data.qvel, applied, place, *where, pyramid, native.kinematics, planes, seat,
             )  # fmt: skip
             walk = partial(walk_plant, plant)
         physics = Physics(foreign.tree, data.qpos, data.qvel, applied, bodies, push, step, walk)
@@ -117,6 +123,8 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
     if watch is None and ground.level:  # who looked on may still look
         foreign.spare.append(data)
     sampled = substeps > 1 or s.simulation.integrator == "RK4"
+    for one in seat:
+        trajectory = replace(trajectory, seat=s.ground.seat, seat_force=one.force[: len(trajectory)])
     return replace(trajectory, warnings=warnings, sampled=sampled)
 
 

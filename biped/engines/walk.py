@@ -11,6 +11,7 @@ from biped.base.jit import long_kernel
 from biped.control.loop import control_tick
 from biped.engines.forces import log_forces
 from biped.engines.planes import Planes, lay
+from biped.engines.seat import Seated, log_seat
 
 
 class Plant(NamedTuple):
@@ -34,6 +35,7 @@ class Plant(NamedTuple):
         pyramid: Coefficient of friction of a pyramidal cone; 0 for an elliptic one.
         kinematics: Address of mj_kinematics.
         planes: The ground below the points.
+        seat: What can be sat on, (`Seated`,), or (): a tuple's length is part of its type.
     """
 
     step: int
@@ -53,6 +55,7 @@ class Plant(NamedTuple):
     pyramid: float
     kinematics: int
     planes: Planes
+    seat: tuple[Seated, ...]
 
 
 @long_kernel
@@ -81,4 +84,6 @@ def walk_plant(plant, control, log, first, last):
         force = doubles_at(plant.force, int32_at(plant.nefc))
         log_forces(log, k, force, plant.place, plant.points, plant.radius, plant.contacts, plant.stops, plant.pyramid,
                    plant.planes)  # fmt: skip
+        log_seat(plant.seat, log, k, force, plant.place, plant.points, plant.radius, plant.stops, plant.pyramid,
+                 plant.planes)  # fmt: skip
     return 0, last

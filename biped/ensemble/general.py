@@ -55,6 +55,11 @@ class GeneralRuns:
             raise InputError(
                 f"ground.side_slope: expected 0: model '{s.model}' moves in the plane", "ground.side_slope"
             )
+        if s.ground.seat.height > 0.0:
+            raise InputError(
+                f"ground.seat: expected none: it is for planar bipeds of seven links, which model '{s.model}' is not",
+                "ground.seat",
+            )
         check_truth(s.truth, standing.robot)
         standing.start(s.start, s.ground, None)
         self._beyond_the_feet(s, standing)

@@ -21,6 +21,7 @@ from biped.measure.trajectory import COLUMNS, WIDTH, Trajectory
 from biped.robot.description import Robot
 from biped.robot.ground import profile_from
 from biped.robot.tree import Tree
+from biped.scenario.ground import Seat
 
 if TYPE_CHECKING:
     from biped.measure.stored import AnyTrajectory
@@ -75,6 +76,7 @@ def _about(trajectory: Trajectory) -> dict[str, Any]:
         "tree": {name: value.tolist() for name, value in trajectory.tree._asdict().items()},
         **({"changes": trajectory.changes} if trajectory.changes else {}),
         **({} if trajectory.ground.level else {"ground": [values.tolist() for values in trajectory.ground]}),
+        **({} if trajectory.seat is None else {"seat": msgspec.to_builtins(trajectory.seat)}),
     }  # fmt: skip
 
 
@@ -116,6 +118,7 @@ def load(path: Path) -> AnyTrajectory:
         about["pushes"] = tuple(tuple(push) for push in about["pushes"])
         about["changes"] = tuple(about.get("changes", ()))
         about["ground"] = profile_from(about.get("ground"))
+        about["seat"] = msgspec.convert(about["seat"], Seat) if "seat" in about else None
         return Trajectory(log=log, **about)
     except (OSError, EOFError, KeyError, TypeError, ValueError, AttributeError, OverflowError, MemoryError,
             RecursionError, lzma.LZMAError, msgspec.ValidationError) as error:  # fmt: skip

@@ -25,6 +25,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         doubtful: Whether a sentinel failed.
         walked: Whether it walked (`biped.measure.metrics`).
         stood: 1 if it stood still in the window.
+        sat: 1 if it sat still in the window.
         time: [s] simulated.
         distance: [m] along the ground.
         speed: [m/s] mean over the window.
@@ -64,6 +65,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         constraint_switches: [1/s] changes of the rows in A.
         peak_force: [N] largest normal force of a point.
         support: Mean normal ground force / weight.
+        seat_load: Mean normal force of the seat / weight; nan without a seat.
         centre_of_pressure: Mean place under a foot, 0 heel … 1 toe.
         slip: [m/m] sliding of loaded points per distance.
         penetration: [m] deepest point.
@@ -104,6 +106,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     doubtful: bool = False
     walked: bool
     stood: int
+    sat: int = 0
     time: float
     distance: float = NAN
     speed: float = NAN
@@ -143,6 +146,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     constraint_switches: float = NAN
     peak_force: float = NAN
     support: float = NAN
+    seat_load: float = NAN
     centre_of_pressure: float = NAN
     slip: float = NAN
     penetration: float = NAN

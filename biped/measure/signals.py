@@ -54,6 +54,15 @@ def stick(trajectory: Trajectory, rows: np.ndarray) -> np.ndarray:
     return np.stack([*parts, middle + (pose.com[:, 0] - middle) / _COM, centre_of_mass(trajectory)[rows]], axis=1)
 
 
+def corners_of(trajectory: Trajectory) -> np.ndarray:
+    """(4, 2) [m] corners of what a run can sit on, along and normal to the ground; (0, 2) without a seat."""
+    seat = trajectory.seat
+    if seat is None:
+        return np.empty((0, 2))
+    front, back = seat.front, seat.front - seat.depth
+    return np.array([(back, 0.0), (back, seat.height), (front, seat.height), (front, 0.0)])
+
+
 def limbs(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Joints (n, 7, 2) of the links, toes and heels (n, 4, 2), and the torso's upper end (n, 2) [m]."""
     if not isinstance(trajectory, Trajectory):

@@ -19,6 +19,7 @@ from biped.robot.description import Robot, robot_at
 from biped.robot.ground import LEVEL, Profile, profile_from
 from biped.robot.topology import BASE, LEGS, N_CONSTRAINTS, N_POINTS, N_STOPS, NQ, NU
 from biped.robot.tree import Tree
+from biped.scenario.ground import Seat
 
 if TYPE_CHECKING:
     import mujoco
@@ -76,6 +77,9 @@ class Trajectory(Logged):
         traceback: Where a law of the user's own raised; empty if it did not.
         ground: Heights of the ground along the slope.
         changes: When changes of the scenario began [s].
+        seat: What it could sit on; None without a seat.
+        seat_force: (n, 3) of the seat on the pelvis in the step after each row: along the ground and normal to it [N],
+            and its moment about the torso's origin [N m]; None likewise, and of a run that was kept packed.
     """
 
     log: np.ndarray
@@ -95,6 +99,8 @@ class Trajectory(Logged):
     traceback: str = ""
     ground: Profile = LEVEL
     changes: tuple[float, ...] = ()
+    seat: Seat | None = None
+    seat_force: np.ndarray | None = None
 
     @property
     def columns(self) -> Columns:
@@ -189,7 +195,8 @@ class Trajectory(Logged):
     def rows(self, which: slice | np.ndarray, **changes: Any) -> Self:
         """Some rows as a trajectory of its own, with other attributes changed."""
         inferred = None if self.inferred is None else self.inferred[which]
-        return replace(self, log=self.log[which], inferred=inferred, **changes)
+        seat_force = None if self.seat_force is None else self.seat_force[which]
+        return replace(self, log=self.log[which], inferred=inferred, seat_force=seat_force, **changes)
 
     def save(self, path: Path) -> None:
         """Writes the arrays by name, and all else as JSON, into one npz file; the same bytes for the same run."""
@@ -203,6 +210,8 @@ class Trajectory(Logged):
         arrays: dict[str, Any] = {name: self.column(name) for name in COLUMNS}
         if self.inferred is not None:
             arrays["inferred"] = self.inferred
+        if self.seat is not None:
+            rest["seat"], arrays["seat_force"] = msgspec.to_builtins(self.seat), self.seat_force
         if self.signal_names:
             rest["signal_names"], arrays["signals"] = self.signal_names, self.log[:, WIDTH:]
         if self.traceback:
@@ -228,6 +237,7 @@ class Trajectory(Logged):
                 names = (*COLUMNS, *(("signals",) if "signal_names" in rest else ()))
                 log = np.hstack([file[name].reshape(n, -1) for name in names])
                 inferred = np.array(file["inferred"], dtype=float).reshape(n, 4) if "inferred" in file else None
+                seat_force = np.array(file["seat_force"], dtype=float).reshape(n, 3) if "seat" in rest else None
             told = rest.pop("robot", None)  # what was saved before trajectories said so was the human's
             rest["robot"] = robot_at(folder("models") / "human.xml") if told is None else msgspec.convert(told, Robot)
             rest["tree"] = Tree(**{name: np.array(value, dtype=float) for name, value in rest["tree"].items()})
@@ -236,7 +246,8 @@ class Trajectory(Logged):
             rest["pushes"] = tuple(tuple(push) for push in rest["pushes"])
             rest["changes"] = tuple(rest.get("changes", ()))
             rest["ground"] = profile_from(rest.get("ground"))
-            loaded = cls(log=log, inferred=inferred, **rest)
+            rest["seat"] = msgspec.convert(rest["seat"], Seat) if "seat" in rest else None
+            loaded = cls(log=log, inferred=inferred, seat_force=seat_force, **rest)
             shape = (n, WIDTH + len(loaded.signal_names))
             if log.shape != shape or log.dtype != np.float64 or n == 0 or not loaded.tick > 0.0:
                 raise ValueError(f"arrays of {log.shape}, {log.dtype}")

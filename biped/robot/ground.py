@@ -13,11 +13,14 @@ import numpy as np
 from msgspec import structs
 
 from biped.base.jit import kernel
-from biped.scenario.ground import Ground, Steps, Tiles
+from biped.scenario.ground import Ground, Seat, Steps, Tiles
 from biped.scenario.vary import stream
 
 KNOTS = 1024
 """Most corners of a ground: `biped.scenario.keys` bounds the numbers of tiles and steps."""
+
+SEAT_WIDTH = 0.25
+"""[m] half of it, across the way; nothing depends on it but what is seen."""
 
 GROUND = np.dtype([("count", "i8"), ("x", "f8", KNOTS), ("z", "f8", KNOTS)], align=True)
 """`Profile` as kernels read it; without corners the ground is level."""
@@ -83,6 +86,12 @@ def slabs(profile: Profile, first: int, last: int, each: float) -> Slabs:
     middle = np.stack([0.5 * (x[1:] + x[:-1]), 0.5 * (z[1:] + z[:-1])], axis=1)
     odd = np.floor(middle[:, 0] / each).astype(int) % 2 == 1
     return Slabs(middle, np.hypot(dx, dz), np.arctan2(dz, dx), odd)
+
+
+def box_of(seat: Seat) -> tuple[np.ndarray, np.ndarray]:
+    """Middle (3,) and half sides (3,) [m] of a seat's box."""
+    half = np.array([0.5 * seat.depth, SEAT_WIDTH, 0.5 * seat.height])
+    return np.array([seat.front - half[0], 0.0, half[2]]), half
 
 
 LEVEL = Profile(np.empty(0), np.empty(0))

@@ -20,7 +20,7 @@ from biped.base.errors import InputError
 from biped.base.files import description_of, label, nearest
 from biped.robot.check import check_model, check_parts
 from biped.robot.description import Robot, robot_at
-from biped.robot.ground import is_level, levelled
+from biped.robot.ground import box_of, is_level, levelled
 from biped.robot.order import Order, order_of
 from biped.robot.safety import examine, packaged
 from biped.robot.sizes import check_sizes
@@ -35,7 +35,8 @@ if TYPE_CHECKING:
 
 GRAVITY = 9.81
 """[m/s²]"""
-
+SEAT, PELVIS = "seat", "pelvis on the seat"
+"""Geoms of a scenario's seat."""
 # Without a handler every MuJoCo warning is appended to MUJOCO_LOG.TXT in the user's folder; the engine reports them.
 mujoco.set_mju_user_warning(lambda message: None)
 
@@ -209,6 +210,8 @@ def _compiled(
         spec.joint(stop).solref_limit = solref
     if not level:
         _add_planes(spec)
+    if ground.seat.height > 0.0:
+        _add_seat(spec, ground, robot)
     for actuator, limit in zip(robot.actuators, limits, strict=True):
         spec.actuator(actuator).ctrlrange = [-limit, limit]
     model = spec.compile()
@@ -224,6 +227,26 @@ def _add_planes(spec: mujoco.MjSpec) -> None:
         plane = spec.worldbody.add_geom(name=plane_below(pair.name), type=mujoco.mjtGeom.mjGEOM_PLANE)
         plane.size, plane.group, plane.contype, plane.conaffinity = [0.0, 0.0, 0.05], 5, 0, 0
         pair.geomname1 = plane.name
+
+
+def _add_seat(spec: mujoco.MjSpec, ground: Ground, robot: Robot) -> None:
+    """Puts a box on the ground and a sphere about the hips, which meets it.
+
+    The sphere is the torso's: MuJoCo lists contacts by the bodies that meet, those of the feet after it.
+    """
+    seat, torso = ground.seat, spec.body(robot.base.link)
+    hip = spec.body(robot.leg[0].links[0]).pos
+    box = spec.worldbody.add_geom(name=SEAT, type=mujoco.mjtGeom.mjGEOM_BOX)
+    box.pos, box.size = box_of(seat)
+    pelvis = torso.add_geom(name=PELVIS, type=mujoco.mjtGeom.mjGEOM_SPHERE)
+    pelvis.size, pelvis.pos, pelvis.mass, pelvis.group = [seat.pelvis, 0.0, 0.0], [hip[0], 0.0, hip[2]], 0.0, 3
+    for geom in (box, pelvis):
+        geom.contype, geom.conaffinity = 0, 0
+    box.rgba = [0.72, 0.63, 0.52, 1.0]
+    pair = spec.add_pair(name=SEAT, geomname1=SEAT, geomname2=PELVIS)
+    pair.condim = 3
+    pair.friction = [ground.friction, ground.friction, 0.005, 0.0001, 0.0001]
+    pair.solref = [ground.contact_time, ground.damping_ratio]
 
 
 def plane_below(point: str) -> str:

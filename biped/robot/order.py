@@ -41,7 +41,7 @@ class Order(NamedTuple):
 def order_of(model: mujoco.MjModel, robot: Robot) -> Order:
     """The order of a compiled model file that has passed its check."""
     joints = np.array([model.joint(joint).dofadr[0] for joint in robot.joints])
-    pairs = [robot.points.index(model.pair(i).name) for i in range(model.npair)]
+    pairs = [robot.points.index(name) for i in range(model.npair) if (name := model.pair(i).name) in robot.points]
     return Order(
         joints=joints,
         actuators=np.array([model.actuator(motor).id for motor in robot.actuators]),

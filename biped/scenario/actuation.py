@@ -41,7 +41,8 @@ class Actuation(Section, frozen=True):
             is exceeded.
         solver: Who solves the bounded form: the exact `active_set`, or a package, for comparison.
         null_torque: u_0 (6,) [N m] of (4.7), the torques preferred where the solution is not unique.
-        single_tangential: One tangential row per flat foot instead of two that say the same.
+        single_tangential: One tangential row per flat foot instead of two that say the same; on ground that only
+            pushes, the toe's is the heel's, whatever is wrong with that.
         rank_tolerance: Relative size below which a row of C is dependent on others.
         lag: Time constant [s] of the actuators' first-order response; 0: torques follow at once.
         motors: Keep torques within the torque-speed line of the robot's motors too.

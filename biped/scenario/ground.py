@@ -47,6 +47,22 @@ class Steps(Section, frozen=True):
     back: bool = False
 
 
+class Seat(Section, frozen=True):
+    """A box to sit on. It meets the pelvis alone, a sphere about the hips: legs pass through it.
+
+    Attributes:
+        height: [m] of its top above the ground; 0: there is none.
+        front: [m] where its front edge is along the ground; a posture stands at 0.
+        depth: [m] from there to the edge behind.
+        pelvis: [m] radius of the sphere.
+    """
+
+    height: Annotated[float, Meta(ge=0, le=10)] = 0.0
+    front: Real = -0.15
+    depth: Annotated[float, Meta(ge=0.01, le=100)] = 0.5
+    pelvis: Annotated[float, Meta(ge=0.001, le=1)] = 0.08
+
+
 class Ground(Section, frozen=True):
     """The ground.
 
@@ -54,6 +70,7 @@ class Ground(Section, frozen=True):
         slope: Degrees, uphill positive.
         tiles: Tiles of unequal height on it.
         steps: Steps on it.
+        seat: Something on it to sit on; MuJoCo's, of bipeds in the plane.
         side_slope: Degrees, rising to the left; of robots that move in space.
         angles: What Q_d's absolute angles are measured from: the direction of gravity or the slope's normal.
         friction: Coefficient of Coulomb friction.
@@ -64,6 +81,7 @@ class Ground(Section, frozen=True):
     slope: Annotated[float, Meta(gt=-45, lt=45)] = 0.0
     tiles: Tiles = Tiles()
     steps: Steps = Steps()
+    seat: Seat = Seat()
     side_slope: Annotated[float, Meta(gt=-45, lt=45)] = 0.0
     angles: Literal["gravity", "slope"] = "gravity"
     friction: Annotated[float, Meta(ge=0, le=1e6)] = 3.0

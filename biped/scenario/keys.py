@@ -225,7 +225,7 @@ class Window(Section, frozen=True):
 
 
 class Bound(Section, frozen=True):
-    """What a metric is expected to be: the mean of the runs that walked, but `falls`, `walked` and `stood` count runs.
+    """What a metric is expected to be: the mean of the runs that walked; `falls`, `walked`, `stood`, `sat` count runs.
 
     Attributes:
         min: Smallest value.

@@ -62,6 +62,8 @@ _ALL = (
     Metric("walked", "", _WALKED, "count", table="engines", better="more"),
     Metric("stood", "", "runs that stood still in the window: no foot strike, torso within 0.1 m of its mean place, "
            "on ground that bears the weight", "count"),
+    Metric("sat", "", "runs that sat still in the window: at least half the weight on the seat, the rest on the "
+           "ground, torso within 0.1 m of its mean place", "count"),
     Metric("time", "s", "simulated"),
     Metric("distance", "m", "travelled by the torso along the ground"),
     Metric("speed", "m/s", "mean over the window", table="head", better="more"),
@@ -111,6 +113,7 @@ _ALL = (
     Metric("constraint_switches", "1/s", "changes of the set of rows in A", table="run", better="less"),
     Metric("peak_force", "N", "largest normal force of a point", table="run", better="less"),
     Metric("support", "", "mean normal ground force / weight", table="run"),
+    Metric("seat_load", "", "mean normal force of the seat / weight, where there is one"),
     Metric("centre_of_pressure", "", "mean place of the ground force under a foot, 0 heel … 1 toe"),
     Metric("slip", "", "sliding of loaded points / distance travelled", table="run", better="less"),
     Metric("penetration", "m", "deepest point", table="run", better="less"),

@@ -51,14 +51,14 @@ class Condition(Section, frozen=True):
         runs: Runs of each gait in each generation.
         weight: Of its mean cost among the conditions.
         speed: [m/s] wanted.
-        goal: What the gait should do in its window, walk or stand.
+        goal: What the gait should do in its window: walk, stand or sit.
     """
 
     set: dict[str, Any] = field(default_factory=dict)
     runs: Count = 4
     weight: Positive = 1.0
     speed: Positive | None = None
-    goal: Literal["walked", "stood"] = "walked"
+    goal: Literal["walked", "stood", "sat"] = "walked"
 
 
 class Stage(Section, frozen=True):

@@ -181,6 +181,7 @@ def possible(s: Scenario, fail: Fail) -> None:
     _changing_pushes(s, fail)
     _follow_one_another(s, fail)
     _ramps(s, fail)
+    _seat(s, fail)
     start, end = s.interval
     for key, given in (("window.start", s.window.start), ("window.end", s.window.end)):
         if given is not None and given > s.duration:
@@ -305,6 +306,13 @@ def _ramps(s: Scenario, fail: Fail) -> None:
     ):
         if there and length <= ramp:
             raise fail(key, f"expected more than the ramp of {ramp:g} m, got {length:g}")
+
+
+def _seat(s: Scenario, fail: Fail) -> None:
+    """Rejects a seat where nothing could sit on it."""
+    if s.ground.seat.height > 0.0 and s.engine == "home":
+        raise fail("ground.seat.height", "expected 0: at home nothing but toes and heels meets anything; a seat needs "
+                   "engine = 'mujoco'")  # fmt: skip
 
 
 def _follow_one_another(s: Scenario, fail: Fail) -> None:

@@ -13,7 +13,8 @@ import numpy as np
 from biped.measure.pushes import Shown, pushes_of
 from biped.measure.signals import centre_of_mass
 from biped.measure.trajectory import Trajectory
-from biped.robot.ground import Profile
+from biped.robot.ground import Profile, box_of
+from biped.robot.topology import THIGH
 from biped.robot.tree import motion
 
 if TYPE_CHECKING:
@@ -64,6 +65,20 @@ def tilt(t: AnyTrajectory) -> np.ndarray:
 def ground(t: AnyTrajectory) -> Profile:
     """The line of the ground."""
     return t.ground
+
+
+def seat(t: AnyTrajectory) -> tuple[np.ndarray, np.ndarray] | None:
+    """Middle (3,) and half sides (3,) [m] of what a run can sit on; None if there is nothing."""
+    return box_of(t.seat) if isinstance(t, Trajectory) and t.seat is not None else None
+
+
+def seated(t: AnyTrajectory, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Where the seat bears the pelvis (m, 1, 3) [m], in rows (m,), and its force (n, 1, 3) [N]; none without a seat."""
+    if not isinstance(t, Trajectory) or t.seat is None or t.seat_force is None:
+        return np.empty((len(rows), 0, 3)), np.empty((len(t), 0, 3))
+    place = lift(motion(t.tree, t.q[rows], t.v[rows]).joint[:, THIGH[0] : THIGH[0] + 1])
+    place[..., 2] -= t.seat.pelvis
+    return place, lift(t.seat_force[:, None, :2])
 
 
 def pushes(t: AnyTrajectory) -> list[Shown]:

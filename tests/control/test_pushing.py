@@ -8,7 +8,7 @@ from msgspec.structs import replace
 from scipy.optimize import lsq_linear, nnls
 
 from biped.scenario.actuation import Actuation, Pushing
-from biped.scenario.keys import Scenario
+from biped.scenario.keys import Randomise, Scenario
 from tests.ticks import Bench, E, dynamics, jdot_v, states
 
 PUSHING = Actuation(torque_limit=1e9, contacts="pushing")
@@ -54,6 +54,26 @@ def test_the_wanted_motion_is_gauss_s_on_ground_that_pushes():
         seen.add(tuple(c["push"]["wanted_force"][0, :10] > 0.0))
     assert worst < 1e-6  # MuJoCo's J̇v is a central difference
     assert len(seen) > 40
+
+
+@pytest.mark.parametrize("single", [False, True])
+def test_a_foot_that_is_asked_once_cannot_contradict_itself(single):
+    """Equal and opposite shear at the toe and heel of a flat foot moves nothing; believed of a wrong A, it did."""
+    wrong = Randomise(controller_constraints=0.1)
+    bench = Bench(Scenario(actuation=replace(PUSHING, single_tangential=single), randomise=wrong))
+    right = Bench(Scenario(actuation=replace(PUSHING, single_tangential=single)))
+    most = 0.0
+    for q, v in states(100, 5):
+        for ankle, at in ((5, (3, 4)), (8, (6, 7))):  # both feet flat: only then do the two say the same
+            q[ankle] = -q[2] - q[list(at)].sum()
+        for one in (bench, right):
+            one.tick(q, v)
+        G, true = bench.c["rows"]["A"][:, :8], right.c["rows"]["A"][:, :8]
+        shear = [(G[:, k] - G[:, k + 1]) - (G[:, k + 2] - G[:, k + 3]) for k in (0, 4)]
+        known = [(true[:, k] - true[:, k + 1]) - (true[:, k + 2] - true[:, k + 3]) for k in (0, 4)]
+        assert np.abs(known).max() < 1e-12
+        most = max(most, np.abs(shear).max())
+    assert most < 1e-12 if single else most > 0.05
 
 
 @pytest.mark.parametrize("limit", [1e9, 60.0, (90.0, 60.0, 30.0, 90.0, 60.0, 30.0)])

@@ -88,6 +88,7 @@ class Sagittal:
     signal_names: tuple[str, ...]
     inferred: None = None
     ground: Profile = LEVEL
+    seat: None = None
 
     def __len__(self) -> int:
         return len(self.time)

@@ -64,9 +64,9 @@ def measure(t: Trajectory, window: tuple[float, float]) -> dict[str, Any]:
         window: [s] start and end of the interval that means are taken over; a run that ended before it has nan there.
 
     Returns:
-        Name to number; `falls`, `diverged`, `doubtful`, `walked` and `stood` are 0 or 1. `per_joint` holds peak and
-        mean torque of hip, knee and ankle, `leg_states` the commonest cycle of leg states and its share of all cycles,
-        `signals` mean, smallest and largest of what a law of the user's own logged.
+        Name to number; `falls`, `diverged`, `doubtful`, `walked`, `stood` and `sat` are 0 or 1. `per_joint` holds
+        peak and mean torque of hip, knee and ankle, `leg_states` the commonest cycle of leg states and its share of all
+        cycles, `signals` mean, smallest and largest of what a law of the user's own logged.
     """
     return assess(t, window).numbers
 

@@ -36,6 +36,7 @@ def contact(t: Trajectory, sums: Sums) -> dict[str, float]:
     weight = float(t.tree.mass.sum()) * -gravity(t.slope)[1]
     return {
         "support": float(w["normal"] / int(w["rows"]) / weight),
+        **({} if t.seat_force is None else {"seat_load": float(w["sat"] / int(w["rows"]) / weight)}),
         "centre_of_pressure": float(w["pressure"] / w["pressed"]) if w["pressed"] else math.nan,
         "slip": float(w["sliding"] * t.tick / travelled(sums)),
         "clearance": _clearance(t, sums),

@@ -20,6 +20,7 @@ def outcome_of(t: Ended, numbers: dict[str, Any]) -> dict[str, int]:
         "doubtful": int(t.end == "doubtful"),
         "walked": int(up and walking.walked(numbers, len(t) * t.tick, t.robot.walked)),
         "stood": int(up and walking.stood(numbers)),
+        "sat": int(up and walking.sat(numbers)),
     }
 
 

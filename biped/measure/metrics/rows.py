@@ -47,7 +47,7 @@ def larger(best, x):
 
 
 @inner_kernel
-def add_row(s, at, before, log, point, pushes, k):
+def add_row(s, at, before, log, point, pushes, seat, k):
     """Adds row k, and the step that leads to it.
 
     Args:
@@ -57,6 +57,8 @@ def add_row(s, at, before, log, point, pushes, k):
         log: (n, WIDTH).
         point: (n, 4, 2) [m] places of the contact points; row k is written.
         pushes: (m, 5) first row, last row + 1, force along and normal to the ground [N], link.
+        seat: (n, 3) of a seat: force along and normal to the ground [N], moment about the torso's origin [N m]; (0, 3)
+            without one.
         k: Number of the row.
 
     Returns:
@@ -89,12 +91,14 @@ def add_row(s, at, before, log, point, pushes, k):
     if k == 0:
         run["energy"][0], run["momentum"][0] = moving + rest, momentum
     else:
-        _add_step(s, at, before, log[k - 1], line, pushes, k - 1)
+        _add_step(s, at, before, log[k - 1], line, pushes, seat, k - 1)
         gained = moving + rest - run["energy"][0] - run["given"]
         run["nowhere"] = gained if k == 1 else larger(run["nowhere"], gained)
     run["energy"][1], run["momentum"][1] = moving + rest, momentum
     if told["first"] <= k < told["last"]:
         _add_to_window(s, at, log, k)
+        if seat.shape[0] > 0:
+            s["window"]["sat"] += seat[k, 1]
     return fast
 
 
@@ -107,7 +111,7 @@ def _too_fast(told, squared, turning, way):
 
 
 @inner_kernel
-def _add_step(s, at, before, was, line, pushes, k):
+def _add_step(s, at, before, was, line, pushes, seat, k):
     """Adds the step from row k to the next: work, energy put in, impulse of the ground."""
     told, run, tree = s["told"], s["run"], s["tree"]
     column, count = (Q_D, NQ) if told["generalized"] else (U, NU)
@@ -134,6 +138,10 @@ def _add_step(s, at, before, was, line, pushes, k):
         if fx != 0.0 or fz != 0.0:
             x, z = before["point"][i, 0], before["point"][i, 1]
             ground += _power(at, before, was, line, FOOT[POINT_LEG[i]], x, z, fx, fz)
+    if seat.shape[0] > 0:
+        run["impulse"] += seat[k, 1]
+        for i, j in enumerate((X, Z, PITCH)):
+            ground += seat[k, i] * 0.5 * (was[V + j] + line[V + j])
     run["work"] += actuators + pushing + others + ground
     run["put_in"] += abs(actuators) + abs(pushing)
     run["given"] += given

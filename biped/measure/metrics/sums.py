@@ -50,6 +50,7 @@ _WINDOW = np.dtype(
         ("torque", "f8", NU), ("torque_most", "f8", NU), ("power_most", "f8", NU), ("jumps", "f8"), ("saturated", "i8"),
         ("net", "f8"), ("absolute", "f8"), ("positive", "f8"), ("peak", "f8"),  # powers
         ("ground_power", "f8"), ("normal", "f8"), ("sliding", "f8"), ("pressure", "f8"), ("pressed", "i8"),
+        ("sat", "f8"),  # normal forces of a seat
     ],
     align=True,
 )  # fmt: skip
@@ -107,7 +108,8 @@ def add_up(t: Trajectory, window: tuple[float, float]) -> Sums:
         sums["tree"][0][name] = value
     set_ground(sums["ground"][0], t.ground)
     point = np.empty((len(t), N_POINTS, 2))
-    fast = _add_rows(sums, np.ascontiguousarray(t.log), point, _pushes(t))
+    seat = np.empty((0, 3)) if t.seat_force is None else np.ascontiguousarray(t.seat_force)
+    fast = _add_rows(sums, np.ascontiguousarray(t.log), point, _pushes(t), seat)
     rows = max(1, fast)
     last = min(last, rows)
     span = slice(first, last) if last - first > 1 else None
@@ -126,12 +128,12 @@ def _pushes(t: Trajectory) -> np.ndarray:
 
 
 @entry_kernel
-def _add_rows(sums, log, point, pushes):
+def _add_rows(sums, log, point, pushes, seat):
     """Adds rows up to the first that is too fast, and returns its number; that of rows if there is none."""
     s = sums[0]
     s["run"]["depth"] = s["run"]["normal"] = -math.inf
     for k in range(log.shape[0]):
         at, before = (s["even"], s["odd"]) if k % 2 == 0 else (s["odd"], s["even"])
-        if add_row(s, at, before, log, point, pushes, k):
+        if add_row(s, at, before, log, point, pushes, seat, k):
             return k
     return log.shape[0]

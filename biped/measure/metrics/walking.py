@@ -1,4 +1,4 @@
-"""What walking and standing are: of a run that stayed up and whose sentinels hold, from its numbers.
+"""What walking, standing and sitting are: of a run that stayed up and whose sentinels hold, from its numbers.
 
 A walker goes forward, by steps of one leg after the other, on ground that bears its weight. The bounds stand clear of
 what walks here show (all shipped scenarios and the four gaits at home): support 0.97 … 1.02, in the air for at most
@@ -21,7 +21,9 @@ SUPPORT = (0.8, 1.2)
 FLIGHT = 0.2
 """Share of the window that it may be in the air: walking has no flight, running has more."""
 STILL = 0.1
-"""[m] that a standing biped's torso may sway either way."""
+"""[m] that a standing or sitting biped's torso may sway either way."""
+SEATED, UNSEATED = 0.5, 0.01
+"""Least share of its weight that a sitter gives to the seat, and most that somebody who stands leaves there."""
 
 
 def walked(numbers: Mapping[str, Any], seconds: float, least: Walked) -> bool:
@@ -38,10 +40,18 @@ def walked(numbers: Mapping[str, Any], seconds: float, least: Walked) -> bool:
 
 def stood(numbers: Mapping[str, Any]) -> bool:
     """Whether a run that stayed up stood still in the window: without a step, its torso no further than `STILL`."""
-    return _borne(numbers) is None and numbers["steps"] == 0 and numbers["strayed"] < STILL
+    still = numbers["steps"] == 0 and numbers["strayed"] < STILL
+    return _borne(numbers) is None and still and not _real(numbers["seat_load"]) > UNSEATED
 
 
-TOLD_BY = ("end", "cause", "walked", "stood", "flight", "support", "alternation")
+def sat(numbers: Mapping[str, Any]) -> bool:
+    """Whether a run that stayed up sat still in the window: most of its weight on the seat, the rest on its feet."""
+    seated = _real(numbers["seat_load"])
+    borne = SUPPORT[0] <= seated + _real(numbers["support"]) <= SUPPORT[1]
+    return seated >= SEATED and borne and numbers["strayed"] < STILL
+
+
+TOLD_BY = ("end", "cause", "walked", "stood", "sat", "flight", "support", "alternation")
 """What of a row `outcome` looks at."""
 
 
@@ -59,6 +69,8 @@ def outcome(run: Mapping[str, Any]) -> str:
         return "walked"
     if run["stood"]:
         return "stood still"
+    if run.get("sat"):
+        return "sat still"
     return f"stayed up without walking: {_no_steps(run) or 'too slow'}"
 
 

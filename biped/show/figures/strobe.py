@@ -10,7 +10,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
-from biped.measure.signals import limbs
+from biped.measure.signals import corners_of, limbs
 from biped.measure.trajectory import Trajectory
 from biped.robot.topology import CHAINS
 from biped.show.figures.style import LEFT, RIGHT, TRUNK, figure
@@ -45,6 +45,8 @@ def strobe(trajectory: Trajectory, title: str) -> Figure:
     axes.set_ylim(bottom, top)
     axes.fill_between(way[:, 0], floor, bottom, color="#E5E7EB", linewidth=0.0)
     axes.plot(way[:, 0], floor, color="#4B5563", linewidth=1.2)
+    if len(seat := corners_of(trajectory)):
+        axes.add_patch(Polygon(seat @ turn, facecolor="#D6CBBD", edgecolor="#4B5563", linewidth=0.8))
     _sticks(axes, joint, point, torso, np.arange(0, len(trajectory), max(1, round(_STICKS / trajectory.tick))))
     for row in body_rows(trajectory):
         _body(axes, joint[row], point[row], torso[row], leg, shown.head)

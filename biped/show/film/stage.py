@@ -25,6 +25,7 @@ _GEOMS = 600
 _TILE, _REACH, _WIDTH = 0.5, 7.0, 0.5
 _WALL, _FAR = (0.91, 0.93, 0.95, 1.0), 9.0
 _LIGHT, _DARK, _MARK = (0.80, 0.82, 0.80, 1.0), (0.69, 0.72, 0.71, 1.0), (0.2, 0.22, 0.24, 1.0)
+_SEAT = (0.72, 0.63, 0.52, 1.0)
 _FORCE, _PUSHED, _GHOST = (0.0, 0.62, 0.45, 1.0), (0.80, 0.3, 0.62, 1.0), (0.55, 0.57, 0.6, 0.35)
 _WEIGHT, _PUSH = 0.6, 1.0 / 400.0
 """[m] of a force of one body weight; [m/N] of a push."""
@@ -154,6 +155,10 @@ class Stage:
             place = np.array([float(metre), middle - width, float(ground.height(np.array(metre)))])
             self._add(box, (0.008, 0.06, 0.004), place + np.array([0.0, 0.06, 0.0]), _MARK)
             self._add(box, (0.004, 0.004, 0.002), place + np.array([0.0, 0.0, -0.05]), _MARK, f"{metre} m")
+        for walker in self._shown:
+            seat = spatial.seat(walker.run)
+            if seat is not None:
+                self._add(box, seat[1], seat[0] + np.array([0.0, walker.lane, 0.0]), _SEAT)
         # What is behind: as bright whatever shines on it.
         self._add(box, (40.0, 0.01, 40.0), np.array([along, _FAR, 0.0]), _WALL)
         self.scene.geoms[self.scene.ngeom - 1].emission = 1.0
@@ -165,6 +170,10 @@ class Stage:
         for point, vector in zip(spatial.points(run, row), force, strict=True):
             start = point + np.array([0.0, walker.lane + (_ASIDE if isinstance(run, Trajectory) else 0.0), 0.0])
             self._arrow(start, start + _WEIGHT * vector, 0.02, _FORCE)
+        place, seated = spatial.seated(run, np.array([row]))
+        for point, vector in zip(place[0], means(seated[row : row + each], np.array([0]))[0], strict=True):
+            start = point + np.array([0.0, walker.lane + _ASIDE, 0.0])
+            self._arrow(start, start + _WEIGHT / (spatial.mass(run) * GRAVITY) * vector, 0.02, _FORCE)
 
     def _pushes(self, walker: Walker, data: mujoco.MjData, row: int) -> None:
         """Pushes that act now, as arrows that end at the pushed body."""

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from biped.measure.signals import finite, means, stick
+from biped.measure.signals import corners_of, finite, means, stick
 from biped.measure.trajectory import Trajectory
 from biped.robot.model import GRAVITY
 
@@ -36,6 +36,7 @@ class Frames(NamedTuple):
         pushes: (start, end, forward [N], up [N], body).
         legs: What people call the legs.
         ground: (k, 2) [m] the ground's line around the walk, likewise turned.
+        seat: (4, 2) [m] corners of what it can sit on, likewise turned; (0, 2) without a seat.
     """
 
     time: np.ndarray
@@ -47,6 +48,7 @@ class Frames(NamedTuple):
     pushes: tuple[tuple[float, float, float, float, str], ...]
     legs: tuple[str, ...]
     ground: np.ndarray
+    seat: np.ndarray
 
     def data(self) -> dict[str, Any]:
         """As the page's script reads it: places in `UNIT`, relative to the torso's foot point, forces in 1/1000."""
@@ -93,6 +95,7 @@ def frames_of(trajectory: Trajectory) -> Frames:
         pushes=trajectory.pushes,
         legs=trajectory.robot.legs,
         ground=np.stack(trajectory.ground.between(along.min() - reach, along.max() + reach), axis=1) @ turn,
+        seat=corners_of(trajectory) @ turn,
     )
 
 

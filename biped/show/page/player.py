@@ -99,6 +99,9 @@ def _ground(frames: Frames, low: float, high: float) -> Markup:
         if half % 2 == 0:
             words = f"{half // 2} m".replace("-", "−")
             marks.append(tag("text", words, x=place, y=round(depth + 0.16, 3), text_anchor="middle"))
+    if len(frames.seat):
+        corners = " ".join(f"{x:.3f},{-z:.3f}" for x, z in frames.seat)
+        marks.append(tag("polygon", points=corners, class_="seat"))
     return tag("g", *marks)
 
 

@@ -7,6 +7,7 @@ that in the viewer gravity is vertical and the ground rises.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -32,6 +33,7 @@ _TILE = 0.5
 _MARGIN = 1.0
 _SLAB = 0.04
 _LIGHT, _DARK, _MARK = (222, 224, 220), (196, 200, 197), (255, 255, 255)
+_SEAT = (184, 161, 133)
 _FORCE, _PUSHED, _CENTRE, _BELIEVED = (0, 158, 115), (245, 110, 170), (60, 60, 66), (230, 159, 0)
 # Forces and the centre of mass are drawn [m] on the viewer's side, where limbs and trunk do not hide them.
 _BESIDE, _ASIDE = -0.07, -0.14
@@ -62,6 +64,7 @@ def log_scene(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -
     if placed.run.ghost:
         return
     _log_ground(recording, placed)
+    _log_seat(recording, placed, rows)
     _log_forces(recording, placed, rows, spatial.forces(placed.run.trajectory))
     believed = placed.run.believed(placed.run.trajectory)
     if believed is not None:
@@ -104,6 +107,21 @@ def _log_ground(recording: rr.RecordingStream, placed: Placed) -> None:
         ),
         static=True,
     )
+
+
+def _log_seat(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -> None:
+    """What there is to sit on, and how it bears the pelvis."""
+    trajectory = placed.run.trajectory
+    box = spatial.seat(trajectory)
+    if box is None:
+        return
+    middle, half = box
+    solid = rr.components.FillMode.Solid
+    boxes = rr.Boxes3D(half_sizes=[half], centers=[middle], colors=_SEAT, fill_mode=solid)
+    recording.log(placed.entity("scene", "seat"), boxes, static=True)
+    place, force = spatial.seated(trajectory, rows)
+    place[..., 1] -= half[1]  # on the viewer's side of the box
+    _log_arrows(recording, placed, rows, "seat_force", force, place, {"radii": 0.022, "colors": _FORCE})
 
 
 def _log_eye(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -> None:
@@ -151,15 +169,23 @@ def _log_forces(
     recording: rr.RecordingStream, placed: Placed, rows: np.ndarray, forces: np.ndarray, believed: bool = False
 ) -> None:
     """Contact forces (n, P, 3) [N] as arrows from their points, means over each picture."""
-    trajectory = placed.run.trajectory
-    force = means(forces, rows)
-    scale = BODY_WEIGHT / (spatial.mass(trajectory) * GRAVITY)
-    loaded = np.linalg.norm(force, axis=2) > _FAINT  # (m, 4)
     origin = contact_points(placed, rows)
-    path = placed.entity("scene", "believed_force" if believed else "contact_force")
     if believed:
         origin += _NEARER
     style = {"radii": 0.012, "colors": _BELIEVED} if believed else {"radii": 0.022, "colors": _FORCE}
+    _log_arrows(recording, placed, rows, "believed_force" if believed else "contact_force", forces, origin, style)
+
+
+def _log_arrows(
+    recording: rr.RecordingStream, placed: Placed, rows: np.ndarray, name: str, forces: np.ndarray,
+    origin: np.ndarray, style: dict[str, Any],
+) -> None:  # fmt: skip
+    """Forces (n, P, 3) [N], means over each picture, as arrows from places (m, P, 3) [m]."""
+    trajectory = placed.run.trajectory
+    force = means(forces, rows)
+    scale = BODY_WEIGHT / (spatial.mass(trajectory) * GRAVITY)
+    loaded = np.linalg.norm(force, axis=2) > _FAINT  # (m, P)
+    path = placed.entity("scene", name)
     recording.log(path, rr.Arrows3D.from_fields(**style), static=True)
     recording.send_columns(
         path,
