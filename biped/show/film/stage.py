@@ -119,7 +119,7 @@ class Stage:
     def _row(walker: Walker, time: float) -> int:
         return int(np.clip(round((time - walker.run.time[0]) / walker.run.tick), 0, len(walker.run) - 1))
 
-    def _add(self, kind: mujoco.mjtGeom, size: Sequence[float], place: np.ndarray, colour: Sequence[float],
+    def _add(self, kind: mujoco.mjtGeom, size: Sequence[float] | np.ndarray, place: np.ndarray, colour: Sequence[float],
              label: str = "", turn: np.ndarray = _UPRIGHT) -> None:  # fmt: skip
         if self.scene.ngeom >= self.scene.maxgeom:
             return
