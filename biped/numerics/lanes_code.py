@@ -124,7 +124,8 @@ def _places(context, builder, kind, array, row, lanes):
 
 def _loaded(kind_of_array, kind):
     def code(context, builder, signature, arguments):
-        places = _places(context, builder, signature.args[0], *arguments, kind)
+        array, row = arguments
+        places = _places(context, builder, signature.args[0], array, row, kind)
         return _joined(builder, (builder.load(place, align=8) for place in places))
 
     return kind(kind_of_array, types.int64), code

@@ -45,7 +45,7 @@ def test_every_name_is_measured():
     steps = ["first_step", "second_step", "third_step", "fourth_step"]
     general = ["duty", "step_duration", "step_width", "cross_over", "margin_of_stability", "heading", "drift"]
     assert sorted(missing) == sorted(
-        ["alternation", "stopping_distance", *motors, "beyond_line", *posture, *pushes, *steps, *general]
+        ["alternation", "stopping_distance", "seat_load", *motors, "beyond_line", *posture, *pushes, *steps, *general]
     )
 
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from biped.measure.general.gait import foot_places, headings, strikes_of, travelled
+from biped.measure.general.gait import courses, foot_places, strikes_of, travelled
 from biped.measure.general.trajectory import GeneralTrajectory
 from biped.measure.metrics.rows import LOADED
 from biped.robot.model import GRAVITY
@@ -74,7 +74,7 @@ def margin_of_stability(t: GeneralTrajectory, span: slice) -> float:
 
     The mean over steps of the least in each; of a robot that takes none, the least.
     """
-    heading = headings(t)
+    heading = courses(t)
     aside = np.stack([-np.sin(heading), np.cos(heading)], axis=1)
     reach = (t.point[:, :, :2] * aside[:, None]).sum(axis=2)
     at = (extrapolated(t) * aside).sum(axis=1)
@@ -82,10 +82,12 @@ def margin_of_stability(t: GeneralTrajectory, span: slice) -> float:
     left = np.where(touching, reach, -np.inf).max(axis=1) - at
     right = at - np.where(touching, reach, np.inf).min(axis=1)
     margin = np.where(touching.any(axis=1), np.minimum(left, right), np.nan)
-    single = t.down.sum(axis=1) == 1
+    # By what touches, as the edges are: a foot a hair above the ground is down, but bounds nothing.
+    standing = np.stack([touching[:, t.robot.of_foot == foot].any(axis=1) for foot in range(len(t.robot.feet))], axis=1)
+    single = standing.sum(axis=1) == 1
     if single[span].any():
         # On one foot only its outer edge bounds it: beyond the inner one the other foot comes down.
-        foot = np.argmax(t.down, axis=1)
+        foot = np.argmax(standing, axis=1)
         middle = (foot_places(t)[:, :, :2] * aside[:, None]).sum(axis=2)
         outer_left = np.take_along_axis(middle, foot[:, None], 1)[:, 0] > middle.mean(axis=1)
         margin = np.where(single, np.where(outer_left, left, right), margin)

@@ -13,6 +13,7 @@ from biped.robot.general.build import frame
 from biped.robot.general.facts import General
 from biped.robot.general.recognise import robot_of
 from biped.robot.general.spec import parsed
+from biped.robot.general.upright import contact_points, stand_upright
 from biped.scenario.ground import Ground
 from biped.scenario.keys import Start
 from biped.scenario.robot import Described
@@ -67,34 +68,23 @@ class Standing:
             data.qpos[height_of(model, robot)] -= lowest(data, robot)
         return data.qpos.copy(), data.qvel.copy()
 
-    def foremost(self) -> float:
-        """[m] the foremost contact point of the latest start."""
-        mujoco.mj_kinematics(self.model, self._data)
-        return float(_points(self._data, self.robot)[:, 0].max())
-
     def _stand_upright(self, ground: Ground) -> None:
         """Stands the posture up on a slope."""
         if self.robot.planar:
             raise InputError(f"start.upright: expected false: model {label(self._path)} moves in the plane", _UPRIGHT)
         if ground.slope == 0.0 and ground.side_slope == 0.0:
             return
-        from biped.robot.general.upright import stand_upright
-
         stand_upright(self.model, self._data, self.robot, frame(ground.slope, ground.side_slope))
 
-
-def _points(data: mujoco.MjData, robot: General) -> np.ndarray:
-    """(P, 3) [m] contact points; of data with kinematics."""
-    return np.array([
-        data.xpos[body] + data.xmat[body].reshape(3, 3) @ place
-        for foot in robot.feet
-        for body, place in zip(foot.on, foot.points, strict=True)
-    ])  # fmt: skip
+    def foremost(self) -> float:
+        """[m] the foremost contact point of the latest start."""
+        mujoco.mj_kinematics(self.model, self._data)
+        return float(contact_points(self._data, self.robot)[:, 0].max())
 
 
 def lowest(data: mujoco.MjData, robot: General) -> float:
     """[m] height of the lowest contact point; of data with kinematics."""
-    return float(_points(data, robot)[:, 2].min())
+    return float(contact_points(data, robot)[:, 2].min())
 
 
 def height_of(model: mujoco.MjModel, robot: General) -> int:

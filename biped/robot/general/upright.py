@@ -32,7 +32,7 @@ def stand_upright(model: mujoco.MjModel, data: mujoco.MjData, robot: General, fr
         InputError: The legs cannot reach.
     """
     mujoco.mj_kinematics(model, data)
-    wanted = _points(data, robot)
+    wanted = contact_points(data, robot)
     middle = wanted.mean(axis=0)
     middle[2] = wanted[:, 2].min()
     first = int(model.jnt_qposadr[model.body_jntadr[robot.base_number]])
@@ -42,14 +42,14 @@ def stand_upright(model: mujoco.MjModel, data: mujoco.MjData, robot: General, fr
     mujoco.mju_mulQuat(out, turn, data.qpos[first + 3 : first + 7])
     data.qpos[first + 3 : first + 7] = out
     _reach(model, data, robot, wanted, frame[:, 2])
-    if float(np.linalg.norm(_points(data, robot) - wanted, axis=1).max()) > _FURTHEST:
+    if float(np.linalg.norm(contact_points(data, robot) - wanted, axis=1).max()) > _FURTHEST:
         raise InputError(
             "start.upright: the legs cannot reach the slope with the body upright; expected a gentler slope, or false",
             "start.upright",
         )
 
 
-def _points(data: mujoco.MjData, robot: General) -> np.ndarray:
+def contact_points(data: mujoco.MjData, robot: General) -> np.ndarray:
     """(P, 3) [m] contact points; of data with kinematics."""
     return np.array([
         data.xpos[body] + data.xmat[body].reshape(3, 3) @ place
@@ -75,7 +75,7 @@ def _reach(model: mujoco.MjModel, data: mujoco.MjData, robot: General, wanted: n
         data.qpos[base : base + 3], data.qpos[places] = at[:3], at[3:]
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
-        now = _points(data, robot)
+        now = contact_points(data, robot)
         J = np.empty((len(now), 3, len(columns)))
         for p, (point, body) in enumerate(zip(now, bodies, strict=True)):
             mujoco.mj_jac(model, data, rows, None, point, body)

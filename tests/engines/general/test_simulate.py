@@ -200,3 +200,17 @@ def test_a_model_without_the_humans_parts_is_general_with_a_law_of_ones_own(tmp_
     assert s.ground.friction == 1.0
     write("s.toml", 'model = "human"\nlaw = "l.py:Law"\n')
     assert read_scenario("s.toml", looking=True).robot is None
+
+
+def test_a_urdf_stands():
+    """The shipped one, pushed as hard as its scenario ever does, on its steepest slopes."""
+    push = "push=[{at=0.3,duration=0.2,force=[10.0,10.0,-10.0]}]"
+    changes = ("duration=1.5", push, "randomise={}", "ground.slope=2", "ground.side_slope=-2")
+    t = simulate(plan_of("any/urdf", changes).run(0))
+    numbers = assess(t, (0.0, 1.5)).numbers
+    assert t.end == "completed"
+    assert numbers["stood"]
+    assert len(t.robot.drives) == 10
+    assert t.robot.mass == pytest.approx(16.0)
+    assert [len(foot.points) for foot in t.robot.feet] == [4, 4]
+    assert max(numbers["energy_residual"], numbers["momentum_residual"]) < 1e-2

@@ -9,10 +9,12 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.cli.main import main
+from biped.ensemble.campaign import simulate
 from biped.robot.model import GRAVITY, tree_at
 from biped.scenario.metrics import METRICS
 from biped.show.page import write_page
 from biped.show.standing import lines_of, markdown
+from biped.studies.planned import plan_of
 from biped.studies.standard import study
 from biped.studies.standard.search import Tried
 from biped.studies.standard.study import standard, trials_of
@@ -246,3 +248,33 @@ def test_the_page(here):
     Path("found/standard.json").write_text('{"gaits": 3}', encoding="utf-8")
     with pytest.raises(InputError, match="expected what biped standard writes"):
         write_page([Path("found")], Path("other.html"), "Tests")
+
+
+STANDS = """description = "How large a push walker2d stands"
+model = "walker2d"
+law = "stand"
+duration = 1.6
+push = [{ at = 0.5, duration = 0.2, force = [0.0, 0.0] }]
+randomise.runs = 2
+[standard]
+title = "push forward for 0.2 s"
+goal = "stood"
+key = "push.0.force.0"
+of = "weight"
+first = 0.02
+step = 0.5
+last = 1.02
+resolution = 0.25
+times = 0.2
+unit = "N s"
+"""
+
+
+def test_a_robot_of_any_kind_in_units_of_its_own(here):
+    Path("stands.toml").write_text(STANDS, encoding="utf-8")
+    (standing,) = standard(["normal"], ["stands.toml"], [], 1, Path("out")).standings
+    robot = simulate(plan_of("stands.toml", []).run(0)).robot
+    assert standing.scale == pytest.approx(robot.mass * GRAVITY)
+    assert standing.tried[0].reached == 2, "the easiest push is stood"
+    assert standing.limit is not None
+    assert standing.limit.fails_at is not None, "a push of the robot's weight is not"
