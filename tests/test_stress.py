@@ -129,7 +129,7 @@ def test_a_sensor_that_fails(monkeypatch, bad):
 
     def broken(self, *arguments):
         made(self, *arguments)
-        self.noise[150:, 1, 4] = bad
+        self.noise[1, 150:, 4] = bad
 
     monkeypatch.setattr(Sensors, "__init__", broken)
     t = run("sensors.angle_noise=1e-6")

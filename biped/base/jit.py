@@ -178,7 +178,11 @@ def _apart(dispatcher: Any) -> Any:
 
 
 def kernel(
-    function: Callable[..., Any], signature: Any = None, alone: bool = False, entry: bool = False
+    function: Callable[..., Any],
+    signature: Any = None,
+    alone: bool = False,
+    entry: bool = False,
+    within: bool = False,
 ) -> Callable[..., Any]:
     """Compile a function that allocates nothing.
 
@@ -191,10 +195,12 @@ def kernel(
         alone: Whether Python's other threads go on while it runs (it holds no interpreter lock); for long calls.
         entry: Whether Python calls it a few times a run: then it is kept as object code, which is loaded in a tenth of
             the time that numba takes; but a call takes 20 µs.
+        within: Whether its code always becomes part of the kernel that calls it: an array is handed over as seven
+            numbers or more, a tuple of them as hundreds, one by one; for what a loop calls at one place.
     """
     if not COMPILED:
         return function
-    options = {"cache": True, "error_model": "numpy", "_nrt": False, "nogil": alone}
+    options = {"cache": True, "error_model": "numpy", "_nrt": False, "nogil": alone, "forceinline": within}
     if signature is None:
         return Kernel(function, options, entry)
     with cached():
@@ -203,6 +209,9 @@ def kernel(
 
 entry_kernel = partial(kernel, entry=True)
 """A kernel that Python calls a few times a run."""
+
+inner_kernel = partial(kernel, within=True)
+"""A kernel that becomes part of whatever kernel calls it."""
 
 long_kernel = partial(kernel, alone=True, entry=True)
 """A kernel that runs for milliseconds: threads run such side by side."""

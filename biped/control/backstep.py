@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import math
 
-from biped.base.jit import kernel
+from biped.base.jit import inner_kernel
 from biped.robot.leg_states import EXTENDED, FIRST_IN_AIR
 from biped.robot.model import GRAVITY
 from biped.robot.topology import LEGS, N_POINTS, X, Z
 
 
-@kernel
+@inner_kernel
 def step_back(c, q, v):
     """Writes whether the walker falls back into the record, and if so the extended state for legs in the air.
 

@@ -7,7 +7,7 @@ release test keeps a row only "when imposed on the robot": a point whose normal 
 
 from __future__ import annotations
 
-from biped.base.jit import kernel
+from biped.base.jit import inner_kernel, kernel
 from biped.numerics.factor import factor_rows, least_squares, transposed_minimum_norm
 from biped.numerics.triangular import cholesky, solve_transposed, solve_upper, weigh_rows
 from biped.robot.kinematics import bias_forces, point_row
@@ -28,7 +28,7 @@ from biped.robot.topology import (
 NO_ROW = -1
 
 
-@kernel
+@inner_kernel
 def candidates(c, q):
     """Marks the points that touch and the knees that are at their stop: the constraints that may be imposed."""
     tick, sensing = c["tick"], c["sensing"]

@@ -19,10 +19,10 @@ from __future__ import annotations
 
 import math
 
-from biped.base.jit import kernel
+from biped.base.jit import inner_kernel, kernel
 from biped.control.allocation import clip_torques
 from biped.control.constraints import NO_ROW, candidates
-from biped.numerics.lanes import added, everywhere, largest, load, plus, squared, store, times, total
+from biped.numerics.lanes import added, everywhere, largest, load, placed, plus, squared, store, times, total
 from biped.robot.kinematics import bias_forces, point_row
 from biped.robot.topology import BASE, HEEL, KNEE, N_POINTS, N_ROWS, N_STOPS, NQ, NU, STOP_ROW
 from biped.robot.weighing import factor_from_feet, factor_torso, weigh, weigh_torso
@@ -30,7 +30,7 @@ from biped.robot.weighing import factor_from_feet, factor_torso, weigh, weigh_to
 Q_LANE = N_ROWS
 
 
-@kernel
+@inner_kernel
 def floating_torques(c, M, q):
     """Writes the joint torques u (6,) [N m] for the record's Q_d.
 
@@ -45,16 +45,17 @@ def floating_torques(c, M, q):
     tick, actuation, rows = c["tick"], c["actuation"], c["rows"]
     active = tick["active"]
     candidates(c, q)
+    # What is written number by number is read as lanes only after the factor, when it has arrived.
     _rows_in_lanes(c)
-    factor_from_feet(M, rows["spring"], rows["L"])
+    tick["rows"] = _keep(c)
     if actuation["release"]:
         bias_forces(c["tree"], c["at"], c["belief"]["gravity"], tick["h"])
         for j in range(NQ):
             rows["A"][j, Q_LANE] = tick["Q_d"][j] - tick["h"][j]
+    factor_from_feet(M, rows["spring"], rows["L"])
     weigh(rows["A"], rows["L"], rows["C"])
     while True:
-        tick["rows"] = _keep(c)
-        tick["rank"] = _independent_rows(rows, actuation["tolerance"])
+        tick["rank"] = _independent_rows(rows, actuation["tolerance"], tick["rows"])
         if actuation["release"] == 0 or tick["rows"] == 0:
             break
         _constraint_forces(rows, tick["rank"])
@@ -65,6 +66,7 @@ def floating_torques(c, M, q):
         if drop == NO_ROW:
             break
         active[drop] = 0
+        tick["rows"] = _keep(c)
     _least_torques(c, M)
     return clip_torques(c)
 
@@ -109,28 +111,14 @@ def _keep(c):
 
 
 @kernel
-def _longest(rows):
-    """Square and number of the longest row that has not been a pivot; 0 and anyone if none has a length."""
-    at = largest(times(load(rows["norm"], 0), load(rows["free"], 0)))
-    return rows["norm"][0, at] * rows["free"][0, at], at
-
-
-@kernel
-def _free_all(free):
-    """Says that no row has been a pivot."""
-    for i in range(N_ROWS):
-        free[0, i] = 1.0
-
-
-@kernel
-def _independent_rows(rows, tolerance):
+def _independent_rows(rows, tolerance, count):
     """Orthonormalises rows of C, always the longest remainder next, and takes them from `free`; returns their number.
 
-    A row is dependent once its remainder is below `tolerance` times the longest row. V keeps, step by step, every
-    row's part along the pivot: C = VᵀQ with orthonormal rows Q.
+    A row is dependent once its remainder is below `tolerance` times the longest row; `count` rows are kept. V keeps,
+    step by step, every row's part along the pivot: C = VᵀQ with orthonormal rows Q.
     """
-    C, E, V, kept, norm, free = rows["C"], rows["E"], rows["V"], rows["kept"], rows["norm"], rows["free"]
-    mask = load(kept, 0)
+    C, E, V = rows["C"], rows["E"], rows["V"]
+    mask, free = load(rows["kept"], 0), everywhere(1.0)
     zero = everywhere(0.0)
     a = b = c = zero
     for j in range(0, NQ, 3):
@@ -139,16 +127,14 @@ def _independent_rows(rows, tolerance):
         store(E, j + 1, y)
         store(E, j + 2, z)
         a, b, c = squared(a, x), squared(b, y), squared(c, z)
-    store(norm, 0, plus(plus(a, b), c))
-    _free_all(free)
-    least = 0.0
-    for step in range(NQ):
-        best, p = _longest(rows)
-        if step == 0:
+    least, rank = 0.0, 0
+    while rank < NQ:
+        best, p = largest(times(plus(plus(a, b), c), free))
+        if rank == 0:
             least = tolerance * tolerance * best
         if not best > least:
-            return step
-        free[0, p] = 0.0
+            break
+        free = placed(free, p, 0.0)
         scale = 1.0 / math.sqrt(best)
         a = b = c = zero
         for j in range(0, NQ, 3):
@@ -156,7 +142,10 @@ def _independent_rows(rows, tolerance):
             b = added(b, E[j + 1, p], load(E, j + 1))
             c = added(c, E[j + 2, p], load(E, j + 2))
         along = times(everywhere(scale), plus(plus(a, b), c))
-        store(V, step, along)
+        store(V, rank, along)
+        rank += 1
+        if rank == count:
+            break  # nothing is left of any row
         a = b = c = zero
         for j in range(0, NQ, 3):
             x = added(load(E, j), -scale * E[j, p], along)
@@ -166,8 +155,8 @@ def _independent_rows(rows, tolerance):
             store(E, j + 1, y)
             store(E, j + 2, z)
             a, b, c = squared(a, x), squared(b, y), squared(c, z)
-        store(norm, 0, plus(plus(a, b), c))
-    return NQ
+    store(rows["free"], 0, free)
+    return rank
 
 
 @kernel
@@ -181,27 +170,29 @@ def _constraint_forces(rows, rank):
     for j in range(NQ):
         left = added(left, -C[j, Q_LANE], load(C, j))
     left = times(left, load(rows["kept"], 0))
+    # A row's part along a finished one is taken from all that follow at once: they do not wait for each other.
     for s in range(rank):
         x = load(V, s)
-        for t in range(s):
-            T[t, s] = total(times(x, load(V, t)))
-            x = added(x, -T[t, s], load(V, t))
-        T[s, s] = math.sqrt(total(times(x, x)))
-        x = times(everywhere(1.0 / T[s, s]), x)
+        T[s, s] = 1.0 / math.sqrt(total(times(x, x)))  # its inverse
+        x = times(everywhere(T[s, s]), x)
         store(V, s, x)
         z[s] = total(times(x, left))
         left = added(left, -z[s], x)
+        for t in range(s + 1, rank):
+            y = load(V, t)
+            T[s, t] = total(times(y, x))
+            store(V, t, added(y, -T[s, t], x))
     for s in range(rank - 1, -1, -1):
         f = z[s]
         for t in range(s + 1, rank):
             f -= T[s, t] * z[t]
-        z[s] = f / T[s, s]
+        z[s] = f * T[s, s]
     force = everywhere(0.0)
     for s in range(rank):
         f = z[s]
         for t in range(s):
             f -= T[t, s] * z[t]
-        z[s] = f / T[s, s]
+        z[s] = f * T[s, s]
         force = added(force, z[s], load(V, s))
     store(rows["force"], 0, force)
 
@@ -210,21 +201,15 @@ def _constraint_forces(rows, rank):
 def _least_torques(c, M):
     """Writes u for the rows that are not `free`."""
     rows, actuation, Q_d, u = c["rows"], c["actuation"], c["tick"]["Q_d"], c["tick"]["u"]
-    A, D, Y, kept, free = rows["A"], rows["D"], rows["Y"], rows["kept"], rows["free"]
-    for i in range(N_ROWS):
-        kept[0, i] = 1.0 - free[0, i]
-    _free_all(free)
-    kept[0, Q_LANE] = 1.0
-    mask = load(kept, 0)
-    for j in range(NQ):
-        A[j, Q_LANE] = Q_d[j]
-    if actuation["use_u_0"]:
-        for j in range(NU):
-            A[BASE + j, Q_LANE] -= actuation["u_0"][j]
+    A, D, Y = rows["A"], rows["D"], rows["Y"]
+    mask = added(everywhere(1.0), -1.0, load(rows["free"], 0))
     for j in range(BASE):
-        store(D, j, times(mask, load(A, j)))
+        store(D, j, placed(times(mask, load(A, j)), Q_LANE, Q_d[j]))
     for j in range(NU):
-        store(Y, j, times(mask, load(A, BASE + j)))
+        wanted = Q_d[BASE + j]
+        if actuation["use_u_0"]:
+            wanted -= actuation["u_0"][j]
+        store(Y, j, placed(times(mask, load(A, BASE + j)), Q_LANE, wanted))
     reached = _float(rows, M, actuation["tolerance"])
     _shorten(rows, c["tick"]["rank"] - reached)
     for j in range(NU):
@@ -240,19 +225,19 @@ def _float(rows, M, tolerance):
     Rows are combined so that the floating parts of the pivots are orthonormal in the metric of M_bb⁻¹ = (SᵀS)⁻¹, and
     those of all others zero.
     """
-    D, Y, S, norm, free = rows["D"], rows["Y"], rows["S"], rows["norm"], rows["free"]
+    D, Y, S = rows["D"], rows["Y"], rows["S"]
     factor_torso(M, S)
     weigh_torso(S, D)
     x, y, z = load(D, 0), load(D, 1), load(D, 2)
+    free = placed(everywhere(1.0), Q_LANE, 0.0)
     least, reached = 0.0, 0
     for step in range(BASE):
-        store(norm, 0, squared(squared(times(x, x), y), z))
-        best, p = _longest(rows)
+        best, p = largest(times(squared(squared(times(x, x), y), z), free))
         if step == 0:
             least = tolerance * tolerance * best
         if not best > least:
             break
-        free[0, p] = 0.0
+        free = placed(free, p, 0.0)
         reached += 1
         scale = 1.0 / math.sqrt(best)
         ex, ey, ez = scale * D[0, p], scale * D[1, p], scale * D[2, p]
@@ -263,6 +248,7 @@ def _float(rows, M, tolerance):
         store(D, 2, z)
         for j in range(NU):
             store(Y, j, added(load(Y, j), -scale * Y[j, p], along))
+    store(rows["free"], 0, free)
     if reached < BASE:
         # (With three, nothing of Q_b is left for the torso to accelerate by.)
         a_x = -D[0, Q_LANE] / S[0, 0]
@@ -276,25 +262,19 @@ def _float(rows, M, tolerance):
 @kernel
 def _shorten(rows, count):
     """Takes from u what the `count` rows that are left, whose floating parts are zero, can give without it."""
-    Y, norm, free = rows["Y"], rows["norm"], rows["free"]
-    a = b = everywhere(0.0)
-    for j in range(0, NU, 2):
-        a, b = squared(a, load(Y, j)), squared(b, load(Y, j + 1))
-    store(norm, 0, plus(a, b))
+    Y, free = rows["Y"], load(rows["free"], 0)
     for _ in range(count):
-        best, p = _longest(rows)
+        a = b = everywhere(0.0)
+        for j in range(0, NU, 2):
+            a, b = squared(a, load(Y, j)), squared(b, load(Y, j + 1))
+        best, p = largest(times(plus(a, b), free))
         if not best > 0.0:
             return
-        free[0, p] = 0.0
+        free = placed(free, p, 0.0)
         scale = 1.0 / math.sqrt(best)
         a = b = everywhere(0.0)
         for j in range(0, NU, 2):
             a, b = added(a, Y[j, p], load(Y, j)), added(b, Y[j + 1, p], load(Y, j + 1))
         along = times(everywhere(scale), plus(a, b))
-        a = b = everywhere(0.0)
-        for j in range(0, NU, 2):
-            x, y = added(load(Y, j), -scale * Y[j, p], along), added(load(Y, j + 1), -scale * Y[j + 1, p], along)
-            store(Y, j, x)
-            store(Y, j + 1, y)
-            a, b = squared(a, x), squared(b, y)
-        store(norm, 0, plus(a, b))
+        for j in range(NU):
+            store(Y, j, added(load(Y, j), -scale * Y[j, p], along))

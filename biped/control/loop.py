@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from biped.base.jit import kernel
+from biped.base.jit import inner_kernel
 from biped.control.changes import bring_up_to_date
 from biped.control.estimator import Inference, infer, judged
 from biped.control.tick import law_tick
@@ -22,7 +22,8 @@ class Control(NamedTuple):
         changes: (n,) `biped.control.changes.CHANGE`.
         q: (9,) measured joint coordinates [m, rad]; the true ones where nothing is between.
         v: (9,) measured joint velocities.
-        noise: (n, 2, 9) added to the measurements of each tick; empty without sensors.
+        noise: (2, n, 9) added, times `deviation`, to the measurements of each tick; empty without sensors.
+        deviation: (2, 9) of coordinates and velocities.
         past: (delay + 1, 2, 9) latest true coordinates and velocities.
         resolution: [rad] of measured angles; 0: exact.
         wanted: (6,) u or (9,) Q_d of the latest tick, live.
@@ -39,6 +40,7 @@ class Control(NamedTuple):
     q: np.ndarray
     v: np.ndarray
     noise: np.ndarray
+    deviation: np.ndarray
     past: np.ndarray
     resolution: float
     wanted: np.ndarray
@@ -50,15 +52,16 @@ class Control(NamedTuple):
     estimator: tuple[Inference, ...]
 
 
-@kernel
-def measure(k, true_q, true_v, noise, past, resolution, q, v):
+@inner_kernel
+def measure(k, true_q, true_v, noise, deviation, past, resolution, q, v):
     """Writes what the sensors make of the state at tick k: late, noisy, rounded.
 
     Args:
         k: Number of the tick.
         true_q: (9,) joint coordinates [m, rad].
         true_v: (9,) joint velocities.
-        noise: (n, 2, 9) added to coordinates and velocities.
+        noise: (2, n, 9) added, times `deviation`, to coordinates and velocities.
+        deviation: (2, 9) of both.
         past: (delay + 1, 2, 9) latest true coordinates and velocities; at the start all are those of the start.
         resolution: [rad] of the angles; 0: exact.
         q: (9,) measured coordinates, overwritten.
@@ -72,13 +75,13 @@ def measure(k, true_q, true_v, noise, past, resolution, q, v):
             past[at, 1, j] = true_v[j]
     oldest = (k + 1) % size
     for j in range(NQ):
-        q[j] = past[oldest, 0, j] + noise[k, 0, j]
-        v[j] = past[oldest, 1, j] + noise[k, 1, j]
+        q[j] = past[oldest, 0, j] + noise[0, k, j] * deviation[0, j]
+        v[j] = past[oldest, 1, j] + noise[1, k, j] * deviation[1, j]
         if resolution > 0.0 and j >= PITCH:
             q[j] = np.rint(q[j] / resolution) * resolution
 
 
-@kernel
+@inner_kernel
 def within_line(line, v, u, log, k):
     """Brings torques u (6,) within the motors' torque-speed line, where there is one (`Control.line`), and logs them.
 
@@ -92,7 +95,7 @@ def within_line(line, v, u, log, k):
         log[k, U + j] = u[j]
 
 
-@kernel
+@inner_kernel
 def control_tick(control, q, v, applied, log, k):
     """Measures, decides, and moves the actuators of tick k.
 
@@ -107,9 +110,9 @@ def control_tick(control, q, v, applied, log, k):
     Returns:
         A status of `biped.control.tick`; the actuators have only moved if it is GOING.
     """
-    measured = control.noise.shape[0] > 0
+    measured = control.noise.size > 0
     if measured:
-        measure(k, q, v, control.noise, control.past, control.resolution, control.q, control.v)
+        measure(k, q, v, control.noise, control.deviation, control.past, control.resolution, control.q, control.v)
     infer(control.estimator, control.record, q, v, log, k, control.q, control.v)
     bring_up_to_date(control.record, control.changes, k)
     status = law_tick(control.record, control.q, control.v, log, k, k * control.tick, control.pushing)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-from biped.base.jit import kernel
+from biped.base.jit import inner_kernel
 from biped.robot.leg_states import EXTENDED, PUSH_OFF, STANCE, SWING
 from biped.robot.topology import HEEL, KNEE, LEGS, THIGH, TOE
 
 
-@kernel
+@inner_kernel
 def leg_states(c, q):
     """Writes the state of the right and the left leg (an index of `biped.robot.leg_states`) into the record.
 

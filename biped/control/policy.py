@@ -152,7 +152,7 @@ def everything_of(sensed: AnySensed) -> np.ndarray:
         [
             sensed.q,
             sensed.v,
-            sensed.points[:, 2],
+            sensed.height,
             sensed.touching,
             sensed.com,
             sensed.com_velocity,

@@ -124,7 +124,7 @@ def wanted_motion(c):
     for k in range(N_ROWS):
         f[0, k] = push["least"][0, k] - H[k, Q_LANE]
     push["changes"][0] = nonnegative(
-        H, f, N_ROWS, push["held"], push["order"], c["work"]["L"], push["wanted_force"], push["slack"]
+        H, f, N_ROWS, push["held"], push["order"], push["U"], c["work"]["L"], push["wanted_force"], push["slack"]
     )
 
 
@@ -168,7 +168,9 @@ def _nearest_forces(c):
     for k in range(N_ROWS):
         H[k, k] += push["price"][0, k]
         f[0, k] = H[k, Q_LANE]
-    push["changes"][1] = nonnegative(H, f, N_ROWS, push["pressed"], push["order"], c["work"]["L"], force, rows["kept"])
+    push["changes"][1] = nonnegative(
+        H, f, N_ROWS, push["pressed"], push["order"], push["U"], c["work"]["L"], force, rows["kept"]
+    )
     left = times(everywhere(-1.0), load(force, 0))
     for j in range(NQ):
         x[j] = C[j, Q_LANE] + total(times(left, load(C, j)))

@@ -102,7 +102,7 @@ _WORK = np.dtype(
 _ROWS = np.dtype(
     [
         ("A", "f8", (NQ, LANES)), ("C", "f8", (NQ, LANES)), ("E", "f8", (NQ, LANES)),  # columns of rows of A
-        ("b_v", "f8", (1, LANES)), ("kept", "f8", (1, LANES)), ("norm", "f8", (1, LANES)), ("force", "f8", (1, LANES)),
+        ("b_v", "f8", (1, LANES)), ("kept", "f8", (1, LANES)), ("force", "f8", (1, LANES)),
         ("free", "f8", (1, LANES)),  # 1: not yet a pivot
         ("V", "f8", (NQ, LANES)), ("T", "f8", (NQ, NQ)), ("z", "f8", NQ),
         ("spring", "f8", NU), ("L", "f8", (NQ, NQ)), ("S", "f8", (BASE, BASE)),
@@ -124,7 +124,7 @@ _PUSH = np.dtype(
         ("least", "f8", (1, LANES)), ("away", "f8", (1, LANES)), ("rho", "f8", (1, LANES)),
         ("wanted_force", "f8", (1, LANES)), ("slack", "f8", (1, LANES)),
         ("force", "f8", (1, LANES)), ("price", "f8", (1, LANES)),
-        ("H", "f8", (N_ROWS, LANES)), ("f", "f8", (1, LANES)), ("order", "i8", N_ROWS),
+        ("H", "f8", (N_ROWS, LANES)), ("f", "f8", (1, LANES)), ("order", "i8", N_ROWS), ("U", "f8", (N_ROWS, LANES)),
     ],
     align=True,
 )  # fmt: skip

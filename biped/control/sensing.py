@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from biped.base.jit import kernel
+from biped.base.jit import inner_kernel, kernel
 from biped.robot.ground import height_below
 from biped.robot.kinematics import biases_on_links, forward, link_angles, points_on_links
 from biped.robot.topology import HEEL, LINK_DOF, N_LINKS, N_POINTS, X, Z
 
 
-@kernel
+@inner_kernel
 def sense_links(c, q, v):
     """Fills the record's places, counted from the torso's origin, and the heights of the points.
 
@@ -37,7 +37,7 @@ def sense_links_in(c, J, q, v):
     _heights(c, q)
 
 
-@kernel
+@inner_kernel
 def _heights(c, q):
     height, switches, point = c["tick"]["height"], c["switches"], c["at"]["point"]
     for i in range(N_POINTS):

@@ -9,6 +9,7 @@ import numpy as np
 
 from biped.control.loop import measure
 from biped.robot.run import Run
+from biped.robot.topology import NQ, PITCH
 from biped.scenario.vary import stream
 
 
@@ -24,7 +25,8 @@ class Sensors:
     Attributes:
         q: (9,) measured joint coordinates, live.
         v: (9,) measured joint velocities, live.
-        noise: (count, 2, 9) what is added to coordinates and velocities.
+        noise: (2, count, 9) normal numbers of coordinates and velocities; by `deviation` they are what is added.
+        deviation: (2, 9) [m, rad; m/s, rad/s].
         past: (delay + 1, 2, 9) latest true coordinates and velocities.
         resolution: [rad] of the angles; 0: exact.
     """
@@ -35,12 +37,15 @@ class Sensors:
         self._true_q, self._true_v = q, v
         self.q, self.v = np.array(q), np.array(v)
         rng = stream(run.seed, "sensors")
-        self.noise = np.empty((count, 2, 9))
-        self.noise[:, 0] = rng.standard_normal((count, 9)) * ([sensors.height_noise] * 2 + [sensors.angle_noise] * 7)
-        self.noise[:, 1] = rng.standard_normal((count, 9)) * ([0.0] * 2 + [sensors.rate_noise] * 7)
+        self.noise = rng.standard_normal((2, count, 9))
+        self.deviation = np.array([
+            [sensors.height_noise] * PITCH + [sensors.angle_noise] * (NQ - PITCH),
+            [0.0] * PITCH + [sensors.rate_noise] * (NQ - PITCH),
+        ])  # fmt: skip
         self.past = np.zeros((round(sensors.delay * s.simulation.control_rate) + 1, 2, 9))
         self.resolution = float(sensors.quantisation)
 
     def measure(self, k: int) -> None:
         """Updates the measurements at control tick k."""
-        measure(k, self._true_q, self._true_v, self.noise, self.past, self.resolution, self.q, self.v)
+        past, resolution = self.past, self.resolution
+        measure(k, self._true_q, self._true_v, self.noise, self.deviation, past, resolution, self.q, self.v)

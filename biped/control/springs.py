@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-from biped.base.jit import kernel
+from biped.base.jit import inner_kernel
 from biped.robot.leg_states import EXTENDED
 from biped.robot.topology import ANKLE, HIP, KNEE, LEGS, PITCH, THIGH, TORSO, X, Z
 
 
-@kernel
+@inner_kernel
 def desired_forces(c, q, v):
     """Writes Q_d (9,) [N, N m] into the record from link angles, leg states and gains.
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from biped.base.jit import kernel
+from biped.base.jit import inner_kernel, kernel
 from biped.control.allocation import joint_torques
 from biped.control.backstep import step_back
 from biped.control.bounded import EXACT, bounded_torques
@@ -25,7 +25,7 @@ GOING, LOW, TILTED, NOT_FINITE = 0, 1, 2, 3
 """What a tick reports: the run goes on, the torso is too low, it leans too far, a number is not finite."""
 
 
-@kernel
+@inner_kernel
 def fallen(c, q, v):
     """Whether a state is one in which a run ends: GOING, LOW, TILTED or NOT_FINITE."""
     fall = c["fall"]
@@ -39,7 +39,7 @@ def fallen(c, q, v):
     return GOING
 
 
-@kernel
+@inner_kernel
 def sense(record, q, v, first):
     """Believed contacts and leg states, from sensed links; returns GOING, LOW, TILTED or NOT_FINITE."""
     c = record[0]
@@ -63,7 +63,7 @@ def sense_in(record, J, q, v, first):
     return sense(record, q, v, first)
 
 
-@kernel
+@inner_kernel
 def log_tick(record, q, v, log, k, time):
     """Writes row k of the log, except the ground forces, which belong to the step that follows."""
     c = record[0]
@@ -85,7 +85,7 @@ def log_tick(record, q, v, log, k, time):
         line[HEIGHT + j] = tick["height"][j]
 
 
-@kernel
+@inner_kernel
 def thesis_tick(record, q, v, log, k, time):
     """The thesis's control law for one tick; u or Q_d is left in the record.
 
@@ -116,7 +116,7 @@ def thesis_tick_in(record, M, J, q, v, log, k, time):
     return _decide(record, M, q, v, log, k, time, ())
 
 
-@kernel
+@inner_kernel
 def _decide(record, M, q, v, log, k, time, pushing):
     status = sense(record, q, v, k == 0)
     if status == NOT_FINITE:
@@ -133,7 +133,7 @@ def _decide(record, M, q, v, log, k, time, pushing):
     return status
 
 
-@kernel
+@inner_kernel
 def law_tick(record, q, v, log, k, time, pushing):
     """`thesis_tick` or `pushing_tick`, for loops that are compiled with the one that a run asks for, and not the other.
 
@@ -155,7 +155,7 @@ def law_tick(record, q, v, log, k, time, pushing):
     return pushing_tick(record, q, v, log, k, time)
 
 
-@kernel
+@inner_kernel
 def pushing_tick(record, q, v, log, k, time):
     """As `thesis_tick`, with joint torques for ground that only pushes; compiled only where a run asks for it."""
     c = record[0]

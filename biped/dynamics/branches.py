@@ -9,6 +9,9 @@ import numpy as np
 from biped.dynamics.rank import TIGHT, Place
 from biped.dynamics.system import ConstrainedSystem
 
+CONTRADICTED = 1e-6
+"""Part of q that constraints may be off by where they are nearest to being satisfied."""
+
 BRANCHLESS = 1e-6
 """Part of b_v that no acceleration gives, above which no motion has the velocity."""
 
@@ -30,6 +33,11 @@ def obstacle(system: ConstrainedSystem, t: float, place: Place, v: np.ndarray) -
 
 def _obstacle(system: ConstrainedSystem, t: float, place: Place, v: np.ndarray) -> str | None:
     e = system.evaluate(t, place.q, v)
+    if place.left > CONTRADICTED * (1.0 + np.abs(place.q).max()):
+        return (
+            "the constraints cannot all be satisfied: near the start nothing brings them closer than "
+            f"{place.left:.2g} (rows of length one), where Φ = {e.phi}"
+        )
     length = np.linalg.norm(e.A, axis=1)
     length[length <= TIGHT * length.max()] = np.inf
     U, s, V = np.linalg.svd(e.A / length[:, None])

@@ -25,7 +25,7 @@ def check_derivatives(system: ConstrainedSystem, t: float, q: ArrayLike, v: Arra
     Raises:
         InputError: A function disagrees; the message names it, the entry and both values.
     """
-    q, v = np.array(q, dtype=float), np.array(v, dtype=float)
+    q, v = system.state("q", q), system.state("v", v)
     e = system.evaluate(t, q, v)
     columns = [
         (system.evaluate(t, q + dq, v).phi - system.evaluate(t, q - dq, v).phi) / (2 * STEP)

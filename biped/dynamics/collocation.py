@@ -1,5 +1,7 @@
 """Gauss's nodes on the unit interval and what they integrate and interpolate: one step across a singular position."""
 
+from functools import cache
+
 import numpy as np
 from numpy.polynomial import legendre
 
@@ -38,6 +40,7 @@ def _poorer(c: np.ndarray, kept: tuple[int, ...]) -> np.ndarray:
     return weights
 
 
+@cache
 def table() -> np.ndarray:
     """(2s + 4, s) everything that a leap needs, in one array; `INTEGRAL` … `ERROR` are the rows of its parts.
 

@@ -1,10 +1,12 @@
 """What the system says in one state, and its constraints factored by the means that suit them."""
 
+import numpy as np
+
 from biped.base.jit import kernel
 from biped.dynamics.compiled import shared
 from biped.dynamics.linalg import SAFE_RATIO, apply_w, choose_rows, factor
 from biped.dynamics.orthogonal import dot
-from biped.dynamics.room import B_Q, B_V, EVALUATED, LAG, PHI, PLACE, RANK, RATIO, SPEED, Q
+from biped.dynamics.room import B_Q, B_V, EVALUATED, LAG, PHI, PLACE, RANK, RATIO, SPEED, Q, largest
 from biped.dynamics.sparse import SPARSE_RATIO, activate, clear, factor_sparse, row_products, solve_sparse
 
 
@@ -67,16 +69,23 @@ def find_power(f, t, p, s, room):
 
 
 @kernel
+def product(x, room, out):
+    """Out = A x, of the stage."""
+    A = room.A
+    if room.sparse.use.shape[0] > 0:
+        row_products(A, x, room.sparse.A, out)
+    else:
+        for i in range(out.shape[0]):
+            out[i] = dot(A[i], x)
+
+
+@kernel
 def find_lag(room):
     """room.r[LAG] = b_q − A v, of the stage."""
-    A, v, b_q, lag = room.A, room.c[SPEED], room.r[B_Q], room.r[LAG]
-    if room.sparse.use.shape[0] > 0:
-        row_products(A, v, room.sparse.A, lag)
-        for i in range(lag.shape[0]):
-            lag[i] = b_q[i] - lag[i]
-    else:
-        for i in range(lag.shape[0]):
-            lag[i] = b_q[i] - dot(A[i], v)
+    b_q, lag = room.r[B_Q], room.r[LAG]
+    product(room.c[SPEED], room, lag)
+    for i in range(lag.shape[0]):
+        lag[i] = b_q[i] - lag[i]
 
 
 @kernel
@@ -95,16 +104,17 @@ def factor_any(room):
 def apply(b, room, out):
     """Out = W b, see `linalg.apply_w`."""
     if room.factors.rank[1] == 2:
-        for i in range(out.shape[0]):
-            out[i] = 0.0
-        solve_sparse(room.M, room.A, out, b, room.factors.ratio[0], room.sparse, out)
+        solve_sparse(room.M, room.A, out[:0], b[:0], b, room.factors.ratio[0], room.sparse, out[:0], out)
     else:
         apply_w(b, room.factors, out)
 
 
 @kernel
 def resolve(choosing, room):
-    """Factor what was just evaluated and find Φ̇; False if the mass matrix is not positive definite."""
+    """Factor what was just evaluated and find Φ̇; False if M is not positive definite, or Φ, A or b_q no number.
+
+    A row that is no number would be taken for a dependent one, and dropped without a word.
+    """
     done = factor_any(room)
     w, seen = room.factors, room.seen
     if done and choosing and w.use[1] < min(w.T.shape[0], w.T.shape[1]) and not w.ratio[0] > SAFE_RATIO:
@@ -116,4 +126,5 @@ def resolve(choosing, room):
         find_lag(room)
         seen[RATIO] = min(seen[RATIO], w.ratio[0])
         seen[RANK] = min(seen[RANK], w.rank[0])
+        done = np.isfinite(largest(room.r[PHI]) + largest(room.r[LAG]))
     return done

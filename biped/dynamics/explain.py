@@ -42,6 +42,11 @@ def explain(
     for name, values in zip(e._fields, e, strict=True):
         if not np.isfinite(values).all():
             return f"{where} {name} is not finite: {name} = {values}, q = {q}, v = {v}"
+    events = np.zeros(len(system.events))
+    system.functions[8](t, q, v, system.p, events)
+    if np.isnan(events).any():
+        name = system.events[int(np.argmax(np.isnan(events)))]
+        return f"{where} the event {name} is not a number, q = {q}, v = {v}"
     if code == codes.INDEFINITE:
         least = np.linalg.eigvalsh(e.M)[0]
         return f"{where} the mass matrix is not positive definite: smallest eigenvalue {least:.3g}, q = {q}"

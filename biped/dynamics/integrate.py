@@ -63,7 +63,14 @@ def integrate(
         InputError: A size, step or duration cannot be used, or the mass matrix is not symmetric.
         RunError: The motion could not be carried to its end; the message has time, quantity and cause.
     """
-    q, v = _state(system, "q", q), _state(system, "v", v)
+    if not isinstance(system, ConstrainedSystem):
+        raise InputError(f"integrate needs a ConstrainedSystem, not {system!r}")
+    if not isinstance(scheme, Scheme):
+        raise InputError(f"{system.name}: the scheme must be EULER, RK4, RK8 or derived from one, not {scheme!r}")
+    optional = {"dt": dt, "sampling": sampling, "rank": rank}
+    _numbers(system, duration=duration, t=t, every=every, **{k: x for k, x in optional.items() if x is not None})
+    q, v = system.state("q", q), system.state("v", v)
+    system.try_out(t, q, v)
     dt, every = _sampling(system, dt, sampling, every)
     steps = _steps(system, duration, dt, t, every)
     _check_start(system, t, q, v, scheme)
@@ -114,16 +121,13 @@ def compiled_march() -> Any:
     return kernel(march.march, signature)
 
 
-def _state(system: ConstrainedSystem, name: str, value: ArrayLike) -> np.ndarray:
-    try:
-        array = np.array(value, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{system.name}: {name} must be {system.n} numbers: {error}") from error
-    if array.shape != (system.n,):
-        raise InputError(f"{system.name}: {name} must have shape ({system.n},), not {array.shape}")
-    if not np.isfinite(array).all():
-        raise InputError(f"{system.name}: {name} must be finite at the start, not {array}")
-    return array
+def _numbers(system: ConstrainedSystem, **given: object) -> None:
+    """Refuse what is given as a number and is none."""
+    for name, value in given.items():
+        if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
+            raise InputError(f"{system.name}: {name} must be a number, not {value!r}")
+        if name in ("every", "rank") and not isinstance(value, (int, np.integer)):
+            raise InputError(f"{system.name}: {name} must be a whole number, not {value!r}")
 
 
 def _sampling(system: ConstrainedSystem, dt: float | None, sampling: float | None, every: int) -> tuple[float, int]:

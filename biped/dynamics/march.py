@@ -3,7 +3,7 @@
 import numpy as np
 
 from biped.base.jit import kernel
-from biped.dynamics.codes import EVENT, OK, SPILLED, TOO_MANY_RETRIES, UNSETTLED
+from biped.dynamics.codes import EVENT, NOT_FINITE, OK, SPILLED, TOO_MANY_RETRIES, UNSETTLED
 from biped.dynamics.events import happened, locate
 from biped.dynamics.orthogonal import copy
 from biped.dynamics.reference import refer
@@ -90,6 +90,10 @@ def march(mass, force, phi, A, b_q, b_v, potential, power, event, p, grid, setti
             copy(room.c[SPEED], v)
             return code, ts
         f.event(t + step, room.c[PLACE], room.c[SPEED], p, room.event[1])
+        if np.isnan(largest(room.event[0]) + largest(room.event[1])):
+            copy(room.c[PLACE], q)
+            copy(room.c[SPEED], v)
+            return NOT_FINITE, t + step
         if happened(room.event[0], room.event[1]):
             code, step = locate(f, t, p, step, ratio, rank, settings, tableau, q, v, room)
             if code != OK:

@@ -1,5 +1,8 @@
 """Which entries of M and A are ever filled, and the order of elimination that keeps it cheap."""
 
+from functools import lru_cache
+from heapq import heapify, heappop, heappush
+
 import numpy as np
 
 from biped.dynamics.sparse import Sparse, dense
@@ -10,6 +13,9 @@ LEAST_SIZE = 40
 
 LEAST_GAIN = 4.0
 """How many times fewer operations make up for the indirection."""
+
+WRITTEN = ("values", "x", "size", "use")
+"""What a run writes to."""
 
 
 def find(system: ConstrainedSystem, t: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -34,14 +40,20 @@ def plan(M: np.ndarray, A: np.ndarray) -> Sparse:
         M: (n, n) where M may be filled.
         A: (m, n) where A may be filled.
     """
-    m, n = A.shape
+    found = _planned(M.tobytes(), A.tobytes(), A.shape)
+    return dense() if found is None else found._replace(**{name: getattr(found, name).copy() for name in WRITTEN})
+
+
+@lru_cache(maxsize=32)
+def _planned(M_filled: bytes, A_filled: bytes, shape: tuple[int, int]) -> Sparse | None:
+    m, n = shape
+    M = np.frombuffer(M_filled, bool).reshape(n, n)
+    A = np.frombuffer(A_filled, bool).reshape(m, n)
     full = n**3 / 3 + m * n * (n + m) + m**3 / 3
     if n + m < LEAST_SIZE or LEAST_GAIN * (M.sum() ** 2 / n + A.sum() ** 2 / max(m, 1)) > full:
-        return dense()
+        return None
     order, columns = _eliminate(M, A, full)
-    if not order:
-        return dense()
-    return _lay_out(M, A, order, columns)
+    return _lay_out(M, A, order, columns) if order else None
 
 
 def _eliminate(M: np.ndarray, A: np.ndarray, full: float) -> tuple[list[int], list[list[int]]]:
@@ -59,8 +71,12 @@ def _eliminate(M: np.ndarray, A: np.ndarray, full: float) -> tuple[list[int], li
     needed_by = [[n + int(i) for i in np.flatnonzero(A[:, j])] for j in range(n)]
     ready = set(range(n)) | {n + i for i in range(m) if waits[n + i] == 0}
     order, columns, work = [], [], 0.0
-    while ready:
-        node = min(ready, key=lambda x: (len(near[x]), x))
+    queue = [(len(near[x]), x) for x in ready]
+    heapify(queue)
+    while queue:
+        degree, node = heappop(queue)
+        if node not in ready or degree != len(near[node]):
+            continue  # it has been eliminated, or stands elsewhere in the queue since its neighbours have changed
         ready.remove(node)
         left = near[node]
         work += (len(left) + 1.0) ** 2
@@ -69,11 +85,14 @@ def _eliminate(M: np.ndarray, A: np.ndarray, full: float) -> tuple[list[int], li
         for other in left:
             near[other] |= left
             near[other] -= {node, other}
+            if other in ready:
+                heappush(queue, (len(near[other]), other))
         if node < n:
             for row in needed_by[node]:
                 waits[row] -= 1
                 if waits[row] == 0:
                     ready.add(row)
+                    heappush(queue, (len(near[row]), row))
         order.append(node)
         columns.append([int(x) for x in left])
     return order, columns
@@ -86,6 +105,7 @@ def _lay_out(M: np.ndarray, A: np.ndarray, order: list[int], columns: list[list[
     place[order] = np.arange(N)
     rows = [np.sort(place[column]) if column else np.zeros(0, np.int64) for column in columns]
     start = np.concatenate(([0], np.cumsum([len(r) for r in rows])))
+    count = N + int(start[-1])
     at = {(int(i), k): N + int(start[k]) + a for k, r in enumerate(rows) for a, i in enumerate(r)}
     at |= {(k, k): k for k in range(N)}
     target = [at[int(r[a]), int(r[b])] for r in rows for a in range(len(r)) for b in range(a)]
@@ -94,17 +114,20 @@ def _lay_out(M: np.ndarray, A: np.ndarray, order: list[int], columns: list[list[
         return at[max(place[i], place[j]), min(place[i], place[j])]
 
     def entries(filled: np.ndarray, first: int) -> np.ndarray:
-        """Places of entries and where they go; of those above M's diagonal only the places."""
+        """Places of entries and where they go; those above M's diagonal behind all others."""
         kept = np.argwhere(filled)
-        to = [goes(first + i, j) if first or i >= j else -1 for i, j in kept]
-        return np.ascontiguousarray(np.column_stack((kept, np.array(to, np.int64).reshape(-1))))
+        to = [goes(first + i, j) if first or i >= j else count for i, j in kept]
+        return np.ascontiguousarray(np.column_stack((kept, np.array(to, np.int64).reshape(-1))).astype(np.uint64))
 
     return Sparse(
         M=entries(M, 0),
         A=entries(A, n),
-        index=np.concatenate([place, start, *rows, target]).astype(np.int64),
-        values=np.zeros(N + int(start[-1])),
-        x=np.zeros((2, N)),
+        place=place.astype(np.uint64),
+        start=start,
+        row=np.concatenate(rows).astype(np.uint64),
+        target=np.array(target, np.uint64),
+        values=np.zeros(count + 1),
+        x=np.zeros((2, N, 2)),
         size=np.zeros(N),
         use=np.where(np.arange(N) < n, 1.0, -1.0),
     )

@@ -5,12 +5,13 @@ import numpy as np
 from biped.base.jit import kernel
 from biped.dynamics.codes import INDEFINITE, NOT_PROJECTED, OK
 from biped.dynamics.compiled import shared
-from biped.dynamics.evaluate import apply, evaluate, find_lag, renew, resolve
-from biped.dynamics.room import LAG, MOVE, PHI, PLACE, SPEED, largest
+from biped.dynamics.evaluate import apply, evaluate, find_lag, product, renew, resolve
+from biped.dynamics.room import AIM, LAG, MOVE, PHI, PLACE, SPEED, largest
 
 PROJECTIONS = 30  # Newton iterations of a projection
 PROJECTED_TO = 1e-14  # and the relative motion of q that ends them
 ROUNDING = 4e-16  # relative error of Φ and Φ̇ as they are computed
+PLAIN = 0.1  # pivot ratio below which what a place is off by makes itself felt by its square
 
 
 @kernel
@@ -23,9 +24,31 @@ def is_noise(moved, size, ratio, power):
     return moved * ratio**power <= ROUNDING * (1.0 + size)
 
 
+@kernel
+def find_move(away, room):
+    """room.c[MOVE] = what takes the place of the stage, subtracted, onto Φ = 0.
+
+    Of all such motions the least one, or, of a place that has been moved by `away` (n,), the one that leaves it
+    nearest to where it was before: what was moved along the constraints for nothing is taken back.
+    """
+    move = room.c[MOVE]
+    if away.shape[0] == 0:
+        apply(room.r[PHI], room, move)
+        return
+    product(away, room, room.r[AIM])
+    for i in range(room.r.shape[1]):
+        room.r[AIM, i] = room.r[PHI, i] - room.r[AIM, i]
+    apply(room.r[AIM], room, move)
+    for i in range(move.shape[0]):
+        move[i] += away[i]
+
+
 @shared
-def project(gentle, choosing, f, t, p, room):
+def project(gentle, choosing, away, within, f, t, p, room):
     """Newton iterations, from a state just evaluated and factored, onto Φ = 0 and Φ̇ = 0.
+
+    `away` (n,) is what the place has been moved by already (`find_move`), and is kept so; empty: nothing that counts.
+    `within` is the relative motion of q that ends the iterations where nothing singular is near; 0: to rounding.
 
     Beside a singular position the start of a step, which the step before left as it is, has the better velocities:
     `gentle` leaves them where their correction is rounding. A stage or a node has not, and what it does not lose
@@ -36,12 +59,12 @@ def project(gentle, choosing, f, t, p, room):
     """
     before, size = np.inf, 0.0
     for iteration in range(PROJECTIONS + 1):
-        apply(room.r[PHI], room, room.c[MOVE])
+        find_move(away, room)
         moved, ratio = largest(room.c[MOVE]), room.factors.ratio[0]
         size = max(size, moved)
         # Close to a singularity rounding alone moves q by more than the tolerance: stop there, too.
         if (
-            moved <= PROJECTED_TO * (1.0 + largest(room.c[PLACE]))
+            moved <= max(PROJECTED_TO, within * min(1.0, (ratio / PLAIN) ** 4)) * (1.0 + largest(room.c[PLACE]))
             or is_noise(moved, largest(room.c[PLACE]), ratio, 1)
             or 0.5 * before <= moved < 1e-6
         ):
@@ -56,6 +79,8 @@ def project(gentle, choosing, f, t, p, room):
             return NOT_PROJECTED, size
         for i in range(room.c.shape[1]):
             room.c[PLACE, i] -= room.c[MOVE, i]
+        for i in range(away.shape[0]):
+            away[i] -= room.c[MOVE, i]
         before = moved
         evaluate(f, t, p, room)
         if not resolve(choosing, room):

@@ -31,6 +31,7 @@ class Place(NamedTuple):
 
     rank: int  # of the constraints there
     q: np.ndarray  # (n,)
+    left: float  # what the constraints are off by where no motion brings them nearer, rows of length one
 
 
 def structural_rank(
@@ -44,8 +45,8 @@ def structural_rank(
     full = min(system.m, system.n)
     if full == 0 or _plainly_independent(system, t, q, v, K):
         return full, None
-    here, rank = _on_constraints(system, t, q)
-    place = Place(rank, here)
+    here, rank, left = _on_constraints(system, t, q)
+    place = Place(rank, here, left)
     rng = np.random.default_rng(0)
     size = max(np.abs(q).max(), 1.0)
     for beside in BESIDE:
@@ -62,11 +63,11 @@ def _plainly_independent(system: ConstrainedSystem, t: float, q: np.ndarray, v: 
     if system.m > system.n:
         return False
     e = system.evaluate(t, q, v)
-    off = np.zeros(system.n)
+    off, none = np.zeros(system.n), np.zeros(0)
     if K is not None and K.use.size:
         ratio = factor_sparse(e.M, e.A, K)
         if ratio > SAFE_RATIO:
-            solve_sparse(e.M, e.A, off, e.phi, ratio, K, off)
+            solve_sparse(e.M, e.A, none, none, e.phi, ratio, K, none, off)
     else:
         w = workspace(system.n, system.m)
         ratio = float(w.ratio[0]) if factor(e.M, e.A, w) and w.rank[0] == system.m else 0.0
@@ -86,17 +87,18 @@ def _spectrum(system: ConstrainedSystem, t: float, q: np.ndarray) -> tuple[np.nd
         U, s, V = np.linalg.svd(C / length[:, None], full_matrices=False)
     except np.linalg.LinAlgError:
         return None
-    return e.phi / length, R, U, s, V
+    # A row of zeros has no length: what it is off by, it stays off by.
+    return np.where(np.isinf(length), e.phi, e.phi / length), R, U, s, V
 
 
-def _on_constraints(system: ConstrainedSystem, t: float, q: np.ndarray) -> tuple[np.ndarray, int]:
-    """The state projected onto the constraints, and their rank there."""
-    share = LOOSE
+def _on_constraints(system: ConstrainedSystem, t: float, q: np.ndarray) -> tuple[np.ndarray, int, float]:
+    """The state projected onto the constraints, their rank there, and what is left of Φ if it came to rest."""
+    share, left = LOOSE, 0.0
     q, rank = q.copy(), min(system.m, system.n)
     for _ in range(NEWTON):
         found = _spectrum(system, t, q)
         if found is None or not np.isfinite(found[0]).all():
-            return q, rank
+            return q, rank, 0.0
         phi, R, U, s, V = found
         # What the state is off the constraints by turns rows by about as much: no reason to call them independent.
         rank = int((s > share * max(s[0], 1e-300)).sum())
@@ -104,9 +106,10 @@ def _on_constraints(system: ConstrainedSystem, t: float, q: np.ndarray) -> tuple
         q -= x
         moved = np.abs(x).max() / max(np.abs(q).max(), 1.0)
         if share == TIGHT and moved < TIGHT:
+            left = float(np.abs(phi).max())
             break
         share = min(max(3.0 * moved, TIGHT), LOOSE)
-    return q, rank
+    return q, rank, left
 
 
 def _tangent(system: ConstrainedSystem, t: float, q: np.ndarray, direction: np.ndarray) -> np.ndarray:

@@ -45,12 +45,12 @@ def reactions(system: ConstrainedSystem, t: np.ndarray, q: np.ndarray, v: np.nda
 
 def _few(e: Evaluation, K: Sparse) -> tuple[np.ndarray, np.ndarray] | None:
     """v̇ and λ where M and A have few entries; None if they cannot be trusted."""
-    n = e.Q.size
+    n, none = e.Q.size, np.zeros(0)
     if spilled(e.M, K.M) or spilled(e.A, K.A) or not factor_sparse(e.M, e.A, K) > SPARSE_RATIO:
         return None
     acceleration = np.zeros(n)
-    solve_sparse(e.M, e.A, e.Q, e.b_v, 0.0, K, acceleration)
-    return acceleration, -K.x[0, K.index[n : n + e.b_v.size]]
+    solve_sparse(e.M, e.A, e.Q, e.b_v, 0.0 * e.b_v, 0.0, K, acceleration, none)
+    return acceleration, -K.x[0, K.place[n:], 0]
 
 
 def _full(e: Evaluation, rank: int) -> tuple[np.ndarray, np.ndarray]:

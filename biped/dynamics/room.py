@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from biped.base.jit import kernel
-from biped.dynamics.collocation import table
+from biped.dynamics.collocation import NODES, table
 from biped.dynamics.orthogonal import Workspace, copy, workspace
 from biped.dynamics.reference import by_reference
 from biped.dynamics.sparse import Sparse, dense
@@ -56,8 +56,8 @@ Q, ACCELERATION, MOVE, PLACE, SPEED, FIX_Q, FIX_V, LAST_Q, LAST_V = range(9)
 """Rows of `Room.c`: Q, M⁻¹Q, W times something, q and v of a stage, −WΦ and −WΦ̇ of the step's start, and where a step
 ended that is being improved."""
 
-PHI, B_Q, B_V, LAG = range(4)
-"""Rows of `Room.r`: Φ, b_q, b_v (then what C⁺ is applied to), and b_q − A v = −Φ̇, of a stage."""
+PHI, B_Q, B_V, LAG, AIM = range(5)
+"""Rows of `Room.r`: Φ, b_q, b_v (then what C⁺ is applied to), b_q − A v = −Φ̇, and scratch, of a stage."""
 
 RATIO, RANK, EVALUATED, SPLIT, REFUSED, FIRED, LEAPT = range(7)
 """Places of `Room.seen`: smallest pivot ratio and rank since the last sample, counts, the event that happened."""
@@ -70,7 +70,8 @@ class Room(NamedTuple):
     M: np.ndarray  # (n, n)
     A: np.ndarray  # (m, n)
     c: np.ndarray  # (9, n) vectors of coordinates
-    r: np.ndarray  # (4, m) vectors of rows
+    r: np.ndarray  # (5, m) vectors of rows
+    away: np.ndarray  # (s, n) what the nodes of a leap have been moved by, onto the constraints
     rate: np.ndarray  # (2, s, n) q̇ and v̇ of the stages
     weights: np.ndarray  # (3, s) of the rates in the step taken, and in two estimates of its error
     power: np.ndarray  # (s + 1, k) [W] of every force that is accounted for, at the stages; last: their work [J]
@@ -83,7 +84,8 @@ class Room(NamedTuple):
 
 def room(n: int, m: int, stages: int, powers: int = 0, events: int = 0, K: Sparse | None = None) -> Room:
     """Room for a system of n coordinates and m constraints under a scheme of so many stages."""
-    shapes = ((n, n), (m, n), (9, n), (4, m), (2, stages, n), (3, stages), (stages + 1, powers), (3, events))
+    shapes = [(n, n), (m, n), (9, n), (5, m), (NODES, n)]
+    shapes += [(2, stages, n), (3, stages), (stages + 1, powers), (3, events)]
     arrays = [np.zeros(shape) for shape in shapes]
     return Room._make(
         [*arrays, np.array([1.0, m, 0, 0, 0, 0, 0]), table(), workspace(n, m), dense() if K is None else K]

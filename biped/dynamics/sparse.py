@@ -26,21 +26,27 @@ SPARSE_RATIO = 1e-6
 
 @by_reference
 class Sparse(NamedTuple):
-    """Where K is not zero and what its factors are; N = n + m places, none for a mechanism treated as full."""
+    """Where K is not zero and what its factors are; N = n + m places, none for a mechanism treated as full.
 
-    M: np.ndarray  # (·, 3) places (i, j) of M that are filled, and where each goes in `values`; −1 above the diagonal
+    What arrays are indexed by has no sign: of a number that might be negative every use would be checked.
+    """
+
+    M: np.ndarray  # (·, 3) places (i, j) of M that are filled, and where each goes in `values`: above the diagonal last
     A: np.ndarray  # (·, 3) places (i, j) of A that are filled, and where each goes in `values`
-    index: np.ndarray  # place of each node, first entry of each column of L, place of each entry, `target`
-    values: np.ndarray  # (N + ·,) D, then the columns of L
-    x: np.ndarray  # (2, N) a solution and its residual
+    place: np.ndarray  # (N,) of each node in the order of elimination
+    start: np.ndarray  # (N + 1,) first entry of each column of L
+    row: np.ndarray  # (·,) place of each entry of L
+    target: np.ndarray  # (·,) where in `values` each product of two entries of a column goes
+    values: np.ndarray  # (N + · + 1,) D, then the columns of L, then what is above the diagonal of M
+    x: np.ndarray  # (2, N, 2) two solutions and their residuals
     size: np.ndarray  # (N,) sum of the magnitudes that a pivot was made of
     use: np.ndarray  # (N,) by node: 1 a coordinate, −1 a constraint in use, 0 one that is not
 
 
 def dense() -> Sparse:
     """Nothing known about zeros."""
-    at, none = np.zeros((0, 3), np.int64), np.zeros(0)
-    return Sparse(at, at, np.zeros(0, np.int64), none, np.zeros((2, 0)), none, none)
+    at, places, none = np.zeros((0, 3), np.uint64), np.zeros(0, np.uint64), np.zeros(0)
+    return Sparse(at, at, places, np.zeros(0, np.int64), places, places, none, np.zeros((2, 0, 2)), none, none)
 
 
 @kernel
@@ -53,39 +59,46 @@ def activate(rows, count, K):
 
 
 @kernel
-def factor_sparse(M, A, K):
-    """Factor K with the rows of A in use; return the smallest pivot ratio, 0 if a pivot has the wrong sign."""
+def fill(M, A, K):
+    """Write K into `values`, and the sign that each pivot should have into x[1, :, 0]."""
     n, N = M.shape[0], K.use.shape[0]
-    values, size, use, signs, in_M, in_A = K.values, K.size, K.use, K.x[1], K.M, K.A
-    place, start = K.index[:N], K.index[N : 2 * N + 1]
-    row, target = K.index[2 * N + 1 : N + 1 + values.shape[0]], K.index[N + 1 + values.shape[0] :]
+    values, size, use, signs, place, in_M, in_A = K.values, K.size, K.use, K.x[1], K.place, K.M, K.A
+    rows = use[n:]
     for e in range(values.shape[0]):
         values[e] = 0.0
     for e in range(in_M.shape[0]):
-        if in_M[e, 2] >= 0:
-            values[in_M[e, 2]] = M[in_M[e, 0], in_M[e, 1]]
+        values[in_M[e, 2]] = M[in_M[e, 0], in_M[e, 1]]
     for e in range(in_A.shape[0]):
-        if use[n + in_A[e, 0]] != 0.0:
+        if rows[in_A[e, 0]] != 0.0:
             values[in_A[e, 2]] = A[in_A[e, 0], in_A[e, 1]]
     for k in range(N):
         size[k] = abs(values[k])
     for i in range(N):
-        signs[place[i]] = use[i]
+        signs[place[i], 0] = use[i]
         if use[i] == 0.0:
             values[place[i]] = -1.0
             size[place[i]] = 1.0
+
+
+@kernel
+def factor_sparse(M, A, K):
+    """Factor K with the rows of A in use; return the smallest pivot ratio, 0 if a pivot has the wrong sign."""
+    N = K.use.shape[0]
+    values, size, signs, start, row, target = K.values, K.size, K.x[1], K.start, K.row, K.target
+    fill(M, A, K)
     least, t = 1.0, 0
     for k in range(N):
         pivot = values[k]
         share = abs(pivot) / size[k]
         # A constraint's diagonal is made of squares with a minus: its pivot is negative, a coordinate's positive.
-        if not (share > 1e-14) or (pivot > 0.0) != (signs[k] > 0.0):
+        if not (share > 1e-14) or (pivot > 0.0) != (signs[k, 0] > 0.0):
             return 0.0
         if pivot < 0.0:
             least = min(least, share)
         first, last = N + start[k], N + start[k + 1]
+        inverse = 1.0 / pivot
         for a in range(first, last):
-            l = values[a] / pivot
+            l = values[a] * inverse
             term = l * values[a]
             i = row[a - N]
             values[i] -= term
@@ -94,62 +107,91 @@ def factor_sparse(M, A, K):
                 values[target[t]] -= l * values[b]
                 t += 1
         for a in range(first, last):
-            values[a] /= pivot
+            values[a] *= inverse
     return np.sqrt(least)
 
 
 @kernel
 def substitute(x, K):
-    """Overwrite x (N,), in the order of elimination, with K⁻¹x."""
+    """Overwrite both columns of x (N, 2), in the order of elimination, with K⁻¹x: two cost hardly more than one."""
     N = x.shape[0]
-    values, start, row = K.values, K.index[N : 2 * N + 1], K.index[2 * N + 1 :]
+    values, start, row = K.values, K.start, K.row
     for k in range(N):
+        one, two = x[k, 0], x[k, 1]
         for a in range(start[k], start[k + 1]):
-            x[row[a]] -= values[N + a] * x[k]
+            i, l = row[a], values[N + a]
+            x[i, 0] -= l * one
+            x[i, 1] -= l * two
     for k in range(N - 1, -1, -1):
-        s = x[k] / values[k]
+        one, two = x[k, 0] / values[k], x[k, 1] / values[k]
         for a in range(start[k], start[k + 1]):
-            s -= values[N + a] * x[row[a]]
-        x[k] = s
+            i, l = row[a], values[N + a]
+            one -= l * x[i, 0]
+            two -= l * x[i, 1]
+        x[k, 0], x[k, 1] = one, two
 
 
 @kernel
-def load(top, bottom, K, x):
-    """Write the right-hand side (top (n,), bottom (m,) of the rows in use) into x (N,)."""
-    n = top.shape[0]
-    index, use = K.index, K.use
-    for i in range(n):
-        x[index[i]] = top[i]
-    for i in range(bottom.shape[0]):
-        x[index[n + i]] = bottom[i] if use[n + i] != 0.0 else 0.0
+def load(top, first, second, K, x):
+    """Write the right-hand sides (top (n,), first (m,)) and (0, second (m,)) into x (N, 2); an empty one is zero."""
+    n = x.shape[0] - second.shape[0]
+    place, use = K.place, K.use
+    for k in range(x.shape[0]):
+        x[k, 0] = x[k, 1] = 0.0
+    for i in range(top.shape[0]):
+        x[place[i], 0] = top[i]
+    for i in range(first.shape[0]):
+        if use[n + i] != 0.0:
+            x[place[n + i], 0] = first[i]
+    for i in range(second.shape[0]):
+        if use[n + i] != 0.0:
+            x[place[n + i], 1] = second[i]
 
 
 @kernel
-def solve_sparse(M, A, top, bottom, ratio, K, out):
-    """Out = the x (n,) of M x + Aᵀμ = top, A x = bottom; `out` may be `top`. μ is left in K.x[0].
+def refine(M, A, K):
+    """Improve both solutions in x[0] by their residuals, which x[1] (N, 2) holds as far as the right-hand sides."""
+    x, r, place, in_M, in_A = K.x[0], K.x[1], K.place, K.M, K.A
+    n = M.shape[0]
+    nodes, rows = place[n:], K.use[n:]
+    for e in range(in_M.shape[0]):
+        value, i, j = M[in_M[e, 0], in_M[e, 1]], place[in_M[e, 0]], place[in_M[e, 1]]
+        for c in range(2):
+            r[i, c] -= value * x[j, c]
+    for e in range(in_A.shape[0]):
+        if rows[in_A[e, 0]] != 0.0:
+            value, i, j = A[in_A[e, 0], in_A[e, 1]], nodes[in_A[e, 0]], place[in_A[e, 1]]
+            for c in range(2):
+                r[i, c] -= value * x[j, c]
+                r[j, c] -= value * x[i, c]
+    substitute(r, K)
+    for k in range(x.shape[0]):
+        for c in range(2):
+            x[k, c] += r[k, c]
 
-    The solution is refined where the pivot ratio of the factors calls for it.
+
+@kernel
+def take(c, K, out):
+    """Out = the coordinates of one of the two solutions."""
+    x, place = K.x[0], K.place
+    for i in range(out.shape[0]):
+        out[i] = x[place[i], c]
+
+
+@kernel
+def solve_sparse(M, A, top, first, second, ratio, K, out, other):
+    """Out = the x (n,) of M x + Aᵀμ = top, A x = first, and other = that of M x + Aᵀμ = 0, A x = second.
+
+    The first μ is left in K.x[0, :, 0]. What is not wanted is left empty, `top` and `first` too where they are zero.
+    Solutions are refined where the pivot ratio of the factors calls for it.
     """
-    n = top.shape[0]
-    x, r, index, use, in_M, in_A = K.x[0], K.x[1], K.index, K.use, K.M, K.A
-    load(top, bottom, K, x)
-    substitute(x, K)
+    load(top, first, second, K, K.x[0])
+    substitute(K.x[0], K)
     if ratio < REFINED:
-        load(top, bottom, K, r)
-        for e in range(in_M.shape[0]):
-            i, j = in_M[e, 0], in_M[e, 1]
-            r[index[i]] -= M[i, j] * x[index[j]]
-        for e in range(in_A.shape[0]):
-            if use[n + in_A[e, 0]] != 0.0:
-                value = A[in_A[e, 0], in_A[e, 1]]
-                i, j = index[n + in_A[e, 0]], index[in_A[e, 1]]
-                r[i] -= value * x[j]
-                r[j] -= value * x[i]
-        substitute(r, K)
-        for k in range(x.shape[0]):
-            x[k] += r[k]
-    for i in range(n):
-        out[i] = x[index[i]]
+        load(top, first, second, K, K.x[1])
+        refine(M, A, K)
+    take(0, K, out)
+    take(1, K, other)
 
 
 @kernel

@@ -36,9 +36,9 @@ def enter_stage(s, step, tableau, q, v, room):
 
 @kernel
 def find_acceleration(s, settings, room):
-    """Rates of stage s from its evaluation: v and v̇."""
+    """Rates of stage s from its evaluation: v and v̇. With few entries room.c[MOVE] = −WΦ̇ comes with them."""
     w, A, free, move, b_v = room.factors, room.A, room.c[ACCELERATION], room.c[MOVE], room.r[B_V]
-    rate = room.rate[1, s]
+    rate, lag = room.rate[1, s], room.r[LAG]
     copy(room.c[SPEED], room.rate[0, s])
     sparse = w.rank[1] == 2
     if not sparse:
@@ -47,9 +47,9 @@ def find_acceleration(s, settings, room):
             b_v[i] -= dot(A[i], free)
     if settings.correction == BAUMGARTE:
         for i in range(b_v.shape[0]):
-            b_v[i] += 2.0 * settings.alpha * room.r[LAG, i] - settings.beta**2 * room.r[PHI, i]
+            b_v[i] += 2.0 * settings.alpha * lag[i] - settings.beta**2 * room.r[PHI, i]
     if sparse:
-        solve_sparse(room.M, A, room.c[Q], b_v, w.ratio[0], room.sparse, rate)
+        solve_sparse(room.M, A, room.c[Q], b_v, lag, w.ratio[0], room.sparse, rate, move)
     else:
         apply_w(b_v, w, move)
         for i in range(rate.shape[0]):
@@ -62,7 +62,8 @@ def find_rates(s, settings, room):
     find_acceleration(s, settings, room)
     if settings.correction == EMBEDDED:
         move, rate = room.c[MOVE], room.rate[0, s]
-        apply(room.r[LAG], room, move)
+        if room.factors.rank[1] != 2:
+            apply_w(room.r[LAG], room.factors, move)
         for i in range(move.shape[0]):
             rate[i] += move[i]
         if s == 0:
@@ -103,7 +104,7 @@ def begin(f, t, p, settings, energy, q, v, room):
         return INDEFINITE, size, energy
     settled = room.factors.ratio[0] < settings.settle
     if settings.correction == PROJECTED or settled:
-        code, size = project(True, True, f, t, p, room)
+        code, size = project(True, True, room.c[PLACE, :0], 0.0, f, t, p, room)
         if code != OK:
             return code, size, energy
     if settings.energy:
@@ -154,7 +155,7 @@ def attempt(watching, f, t, p, step, ratio, rank, settings, tableau, q, v, room)
         if watching and (most > rank or is_near(min(ratio, nearest), highest, settings)):
             return NOT_LEAPT, ts, nearest, most, here
         if here < settings.settle:
-            code, _ = project(False, False, f, ts, p, room)
+            code, _ = project(False, False, room.c[PLACE, :0], 0.0, f, ts, p, room)
             if code != OK and settings.rtol > 0.0:
                 return code, ts, nearest, most, here
             if code != OK:  # a fixed step takes the stage as it came

@@ -1,5 +1,6 @@
 """A constrained mechanical system, as a few plain functions."""
 
+import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -8,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import float64, njit, types
 from numba.core.errors import NumbaError
+from numpy.typing import ArrayLike
 
 from biped.base.errors import InputError
 from biped.base.jit import cached
@@ -104,16 +106,25 @@ class ConstrainedSystem:
 
     def __post_init__(self) -> None:
         """Refuse sizes that make no sense and constraints without their functions."""
+        for name in ("n", "m"):
+            if not isinstance(getattr(self, name), (int, np.integer)):
+                raise InputError(f"{self.name}: {name} must be a whole number, not {getattr(self, name)!r}")
         if self.n < 1 or self.m < 0:
             raise InputError(f"{self.name}: n must be at least 1 and m at least 0, not n={self.n}, m={self.m}")
         missing = [name for name in ("phi", "A", "b_v") if getattr(self, name) is _nothing]
         if self.m > 0 and "A" in missing:
             raise InputError(f"{self.name}: {self.m} constraints need the functions phi, A and b_v")
+        for name, names in (("power", "powers"), ("event", "events")):
+            if (getattr(self, name) is _nothing) != (len(getattr(self, names)) == 0):
+                raise InputError(f"{self.name}: the function {name} and the names in {names} need each other")
 
     @cached_property
     def p(self) -> np.ndarray:
         """The parameters as the functions get them, (k,)."""
-        p = np.ascontiguousarray(self.params, dtype=float).ravel()
+        try:
+            p = np.ascontiguousarray(self.params, dtype=float).ravel()
+        except (TypeError, ValueError) as error:
+            raise InputError(f"{self.name}: params must be numbers, not {self.params}") from error
         if not np.isfinite(p).all():
             raise InputError(f"{self.name}: params must be finite, not {p}")
         return p
@@ -140,6 +151,52 @@ class ConstrainedSystem:
         if not self.compiled:
             return tuple(chosen.values())
         return tuple(_compile(self.name, name, chosen[name]) for name in SIGNATURES)
+
+    def state(self, name: str, value: ArrayLike) -> np.ndarray:
+        """(n,) coordinates or velocities as floats, called `name` in messages.
+
+        Raises:
+            InputError: They are not n finite numbers.
+        """
+        try:
+            array = np.array(value)
+            array = np.array(array, dtype=complex if np.iscomplexobj(array) else float)
+        except (TypeError, ValueError) as error:
+            raise InputError(f"{self.name}: {name} must be {self.n} numbers: {error}") from error
+        if array.shape != (self.n,):
+            raise InputError(f"{self.name}: {name} must have shape ({self.n},), not {array.shape}")
+        if np.iscomplexobj(array) or not np.isfinite(array).all():
+            raise InputError(f"{self.name}: {name} must be finite at the start, not {array}")
+        return array
+
+    def try_out(self, t: float, q: np.ndarray, v: np.ndarray) -> None:
+        """Call every function once as plain Python, which looks where it reads and writes; compiled code does not.
+
+        Raises:
+            InputError: A function takes other arguments, or goes beyond its arrays.
+        """
+        n, m, shapes = self.n, self.m, {"power": len(self.powers), "event": len(self.events), "force": self.n}
+        functions = tuple(getattr(self, name) for name in SIGNATURES)
+        known = (functions, n, m, self.p.size, *shapes.values())
+        if known in _TRIED:
+            return
+        for name, function in zip(SIGNATURES, functions, strict=True):
+            plain = getattr(function, "py_func", function)
+            shape = {"mass": (n, n), "A": (m, n)}.get(name, shapes.get(name, m))
+            arguments = [t, q.copy(), v.copy(), self.p] + ([np.zeros(shape)] if name != "potential" else [])
+            wanted = "(t, q, v, p)" if name == "potential" else "(t, q, v, p, out)"
+            try:
+                inspect.signature(plain).bind(*arguments)
+            except TypeError as error:
+                raise InputError(f"{self.name}: the function {name} must take {wanted}: {error}") from error
+            try:
+                plain(*arguments)
+            except IndexError as error:
+                raise InputError(
+                    f"{self.name}: the function {name} goes beyond its arrays: q and v have {n} numbers, "
+                    f"p {self.p.size}, out {shape}: {error}"
+                ) from error
+        _TRIED.add(known)
 
     def with_params(self, params: Sequence[float] | np.ndarray) -> "ConstrainedSystem":
         """The same system with other parameters; nothing is compiled again."""
@@ -169,6 +226,7 @@ class ConstrainedSystem:
         return float(0.5 * v @ self.evaluate(t, q, v).M @ v + self.potential_energy(t, q, v))
 
 
+_TRIED: set[tuple[Any, ...]] = set()
 _COMPILED: dict[tuple[Callable[..., Any], str], Callable[..., Any]] = {}
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from biped.base.jit import kernel
+from biped.base.jit import inner_kernel
 from biped.engines.planes import above, turned
 from biped.measure.trajectory import FORCE, STOP, Q
 from biped.robot.topology import KNEE
 
 
-@kernel
+@inner_kernel
 def log_forces(log, k, efc_force, place, points, radius, contacts, stops, pyramid, planes):
     """Writes the forces of ground and knee stops in the physics step that began at row k.
 

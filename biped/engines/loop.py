@@ -164,11 +164,11 @@ def _sensors(run: Run, physics: Physics, count: int) -> Sensors | None:
     return Sensors(run, physics.q, physics.v, count)
 
 
-def _between(sensors: Sensors | None) -> tuple[np.ndarray, np.ndarray, float]:
-    """Noise, past and resolution of sensors, or nothing of each."""
+def _between(sensors: Sensors | None) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Noise, its deviation, past and resolution of sensors, or nothing of each."""
     if sensors is None:
-        return np.empty((0, 2, 9)), np.empty((0, 2, 9)), 0.0
-    return sensors.noise, sensors.past, sensors.resolution
+        return np.empty((2, 0, NQ)), np.empty((2, NQ)), np.empty((0, 2, NQ)), 0.0
+    return sensors.noise, sensors.deviation, sensors.past, sensors.resolution
 
 
 def _in_python(

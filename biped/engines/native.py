@@ -47,12 +47,14 @@ class Halves(NamedTuple):
     """What compiled code needs in order to step a model by halves, with a law between them.
 
     Attributes:
+        step: Address of mj_step.
         step1: Address of mj_step1.
         step2: Address of mj_step2.
         nefc: As of `Native`.
         force: As of `Native`.
     """
 
+    step: int
     step1: int
     step2: int
     nefc: int
@@ -104,7 +106,7 @@ def halves(model: mujoco.MjModel) -> Halves | None:
     except (_Unavailable, AttributeError):
         return None
     first, second = steps
-    return Halves(first, second, native.nefc, native.force)
+    return Halves(native.step, first, second, native.nefc, native.force)
 
 
 _reasons: WeakKeyDictionary[mujoco.MjModel, str] = WeakKeyDictionary()

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from biped.base.jit import kernel
+from biped.base.jit import inner_kernel, kernel
 from biped.measure.trajectory import FORCE
 from biped.robot.description import Robot
 from biped.robot.ground import GROUND, Profile, height_below, piece_below, rise_of, set_ground
@@ -66,7 +66,7 @@ def lay(planes, at, points):
         planes.turn[plane, 0], planes.turn[plane, 2] = math.cos(half), math.sin(half)
 
 
-@kernel
+@inner_kernel
 def above(planes, place, points, i):
     """Distance [m] of point i from the ground in the latest step, as MuJoCo finds it, to the last bit."""
     point = points[i]
@@ -78,7 +78,7 @@ def above(planes, place, points, i):
     return x * axes[2] + y * axes[5] + z * axes[8]
 
 
-@kernel
+@inner_kernel
 def turned(planes, i, line):
     """Turns the force on point i in a row of the log from the plane's directions into the slope's."""
     axes = planes.axes[planes.geoms[i]]

@@ -13,7 +13,9 @@ from biped.base.text import said
 from biped.robot.general.build import limits_of
 from biped.robot.general.facts import General
 from biped.robot.general.posture import Standing
+from biped.robot.general.truth import check_truth
 from biped.robot.given import Factory
+from biped.robot.ground import first_of, profile_of
 from biped.robot.run import Run
 from biped.scenario.gait import read_gains
 from biped.scenario.keys import Scenario
@@ -53,14 +55,33 @@ class GeneralRuns:
             raise InputError(
                 f"ground.side_slope: expected 0: model '{s.model}' moves in the plane", "ground.side_slope"
             )
-        uneven = ("tiles", s.ground.tiles.height > 0.0), ("steps", s.ground.steps.rise != 0.0)
-        for name, there in (*uneven, ("seat", s.ground.seat.height > 0.0)):
-            if there:
-                raise InputError(
-                    f"ground.{name}: expected none: they are for planar bipeds of seven links, which model '{s.model}' "
-                    "is not", f"ground.{name}",
-                )  # fmt: skip
-        standing.start(s.start, None)
+        if s.ground.seat.height > 0.0:
+            raise InputError(
+                f"ground.seat: expected none: it is for planar bipeds of seven links, which model '{s.model}' is not",
+                "ground.seat",
+            )
+        check_truth(s.truth, standing.robot)
+        standing.start(s.start, s.ground, None)
+        self._beyond_the_feet(s, standing)
+
+    def _beyond_the_feet(self, s: Scenario, standing: Standing) -> None:
+        """Makes sure that the robot starts on the level, which the first tile or step lies beyond.
+
+        Raises:
+            InputError: It does not, or the law senses level ground.
+        """
+        profile = profile_of(s.ground, 0)
+        if profile.level:
+            return
+        which = first_of(s.ground)
+        if s.law == "spatial":
+            raise InputError(f"ground.{which}: expected none: the law 'spatial' walks on level ground and slopes",
+                             f"ground.{which}")  # fmt: skip
+        if profile.x[0] <= (foremost := standing.foremost()):
+            raise InputError(
+                f"ground.{which}.start: expected a place beyond the feet, the foremost point of which stands at "
+                f"{foremost:.3f} m, got {profile.x[0]:g}", f"ground.{which}.start",
+            )  # fmt: skip
 
     def run(
         self, s: Scenario, index: int, seed: int, values: dict[str, Any], origin: Origin, law: Factory | None
@@ -68,7 +89,7 @@ class GeneralRuns:
         """A run, concrete; arguments as in `biped.robot.run.Run`."""
         standing = self._at(s)
         noise = stream(seed, "start.jitter") if s.start.jitter > 0.0 else None
-        q, v = standing.start(s.start, noise)
+        q, v = standing.start(s.start, s.ground, noise)
         gains = read_gains(locate("controllers", s.controller, "controller"), s.gains) if s.controller else s.gains
         s = msgspec.structs.replace(s, push=self._pushes(s, standing.robot))
         return Run(s, self.model(s), gains, index, seed, values, q, v, None, None, origin, law)

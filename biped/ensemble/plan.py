@@ -16,7 +16,7 @@ from biped.base.files import locate, nearest
 from biped.base.text import echo, said
 from biped.robot.description import robot_at
 from biped.robot.given import Factory
-from biped.robot.ground import profile_of
+from biped.robot.ground import first_of, profile_of
 from biped.robot.model import bodies_of, posture_of, tree_at, true_tree
 from biped.robot.posture import project
 from biped.robot.run import Run
@@ -271,11 +271,10 @@ class Plan:
             return
         foremost = float(motion(self._true_tree(s), q, np.zeros(NQ)).point[..., 0].max())
         if profile.x[0] <= foremost:
-            tiles, steps = s.ground.tiles, s.ground.steps
-            which = "tiles" if tiles.height > 0.0 and tiles.start == profile.x[0] else "steps"
+            which = first_of(s.ground)
             raise InputError(
                 f"ground.{which}.start: expected a place beyond the feet, the foremost point of which stands at "
-                f"{foremost:.3f} m, got {(tiles if which == 'tiles' else steps).start:g}",
+                f"{foremost:.3f} m, got {profile.x[0]:g}",
                 f"ground.{which}.start",
             )
 
@@ -295,6 +294,8 @@ class Plan:
 
     def _settled(self, s: Scenario) -> np.ndarray:
         start, points = s.start, robot_at(self._model(s.model)[0]).points
+        if start.upright:
+            raise InputError(f"start.upright: expected false: model '{s.model}' moves in the plane", "start.upright")
         key = s.model, start, s.truth.length
         if key not in self._starts:
             if start.q is not None:

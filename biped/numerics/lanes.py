@@ -32,7 +32,15 @@ def _plain_lone(f):
 
 
 def _plain_largest(x):
-    return int(np.argmax(np.where(x > 0.0, x, 0.0)))
+    sizes = np.where(x > 0.0, x, 0.0)
+    lane = int(np.argmax(sizes))
+    return float(sizes[lane]), lane
+
+
+def _plain_placed(x, lane, f):
+    out = np.array(x)
+    out[lane] = f
+    return out
 
 
 load = intrinsic(_CODE, "load") if COMPILED else lambda array, row: np.array(array.reshape(-1, LANES)[row])
@@ -60,4 +68,7 @@ squared = intrinsic(_CODE, "squared") if COMPILED else lambda x, y: x + y * y
 total = intrinsic(_CODE, "total") if COMPILED else _plain_total
 """(x): the sum of all lanes."""
 largest = intrinsic(_CODE, "largest") if COMPILED else _plain_largest
-"""(x): the first of the lanes with the largest number; what is not positive, or no number, counts as zero."""
+"""(x): the largest number and the first lane that has it; what is not positive, or no number, counts as zero."""
+placed = intrinsic(_CODE, "placed") if COMPILED else _plain_placed
+"""(x, lane, f): x with a number f in one lane. Without memory: a processor waits for what it has written by numbers and
+reads as lanes."""

@@ -7,7 +7,7 @@ free unknowns that was right in the last problem usually is in the next one, whi
 
 from __future__ import annotations
 
-from biped.base.jit import kernel
+from biped.base.jit import inner_kernel, kernel
 from biped.numerics.lanes import LANES, added, load, store
 
 MOST = 200
@@ -16,7 +16,7 @@ _PATIENCE = 3
 
 
 @kernel
-def nonnegative(H, f, n, free, order, L, x, y):
+def nonnegative(H, f, n, free, order, U, L, x, y):
     """Solves min ½ xᵀHx - fᵀx, x >= 0. Vectors are rows of `biped.numerics.lanes`, of which the first n numbers count.
 
     Args:
@@ -25,6 +25,7 @@ def nonnegative(H, f, n, free, order, L, x, y):
         n: Number of unknowns.
         free: (>= n,) 0 or 1: the unknowns believed to be positive, and on return those that may be.
         order: (>= n,) integers, work.
+        U: (>= n, lanes) work.
         L: (>= n, >= n) work.
         x: (1, lanes) result.
         y: (1, lanes) its multipliers H x - f, zero where free, else non-negative.
@@ -39,8 +40,8 @@ def nonnegative(H, f, n, free, order, L, x, y):
         top = max(top, abs(f[0, i]))
     tiny = 1e-13 * top
     for turn in range(MOST):
-        _solve_free(H, f, n, free, order, L, x)
-        _multipliers(H, f, n, free, x, y)
+        m = _solve_free(H, f, n, free, order, U, L, x)
+        _multipliers(H, f, n, m, free, order, x, y)
         wrong, last = 0, -1
         for i in range(n):
             if (free[i] and x[0, i] < 0.0) or y[0, i] < -tiny:
@@ -62,26 +63,28 @@ def nonnegative(H, f, n, free, order, L, x, y):
     return MOST
 
 
-@kernel
-def _multipliers(H, f, n, free, x, y):
-    """Fills y with H x - f, and zero where free."""
+@inner_kernel
+def _multipliers(H, f, n, m, free, order, x, y):
+    """Fills y with H x - f, and zero where free; of the m free ones `order` tells which they are."""
     blocks = f.shape[1] // LANES
     for block in range((n + LANES - 1) // LANES):
         s = load(f, block)
-        for j in range(n):
-            if free[j]:
-                s = added(s, -x[0, j], load(H, blocks * j + block))
+        for a in range(m):
+            j = order[a]
+            s = added(s, -x[0, j], load(H, blocks * j + block))
         store(y, block, s)
     for i in range(n):
         y[0, i] = 0.0 if free[i] else -y[0, i]
 
 
-@kernel
-def _solve_free(H, f, n, free, order, L, x):
-    """Fills x with the solution of H x = f among the free unknowns, zero elsewhere.
+@inner_kernel
+def _solve_free(H, f, n, free, order, U, L, x):
+    """Fills x with the solution of H x = f among the free unknowns, zero elsewhere; returns how many they are.
 
-    The free part of H is L D Lᵀ; of the work space the lower triangle holds L, the diagonal D⁻¹ and the upper one L D.
+    The free part of H is L D Lᵀ: rows of D Lᵀ stand in U, in the lanes that they have in H; of the work space L the
+    diagonal holds D⁻¹.
     """
+    blocks = f.shape[1] // LANES
     m = 0
     for i in range(n):
         x[0, i] = 0.0
@@ -90,20 +93,20 @@ def _solve_free(H, f, n, free, order, L, x):
             m += 1
     for a in range(m):
         i = order[a]
-        s, p = f[0, i], H[i, i]
-        least = 1e-14 * p
-        for b in range(a):
-            t = H[i, order[b]]
-            for k in range(b):
-                t -= L[k, a] * L[b, k]
-            L[b, a] = t
-            L[a, b] = t * L[b, b]
-            p -= t * L[a, b]
-            s -= L[a, b] * x[0, order[b]]
-        L[a, a] = 1.0 / max(p, least)
+        s = f[0, i]
+        for k in range(a):
+            L[a, k] = U[k, i] * L[k, k]
+            s -= L[a, k] * x[0, order[k]]
         x[0, i] = s
+        for block in range(i // LANES, (n + LANES - 1) // LANES):  # lanes before its own nobody asks for
+            u = load(H, blocks * i + block)
+            for k in range(a):
+                u = added(u, -L[a, k], load(U, blocks * k + block))
+            store(U, blocks * a + block, u)
+        L[a, a] = 1.0 / max(U[a, i], 1e-14 * H[i, i])
     for a in range(m - 1, -1, -1):
         s = x[0, order[a]] * L[a, a]
         for k in range(a + 1, m):
             s -= L[k, a] * x[0, order[k]]
         x[0, order[a]] = s
+    return m

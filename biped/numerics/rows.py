@@ -10,19 +10,31 @@ from __future__ import annotations
 import math
 
 from biped.base.jit import kernel
-from biped.numerics.lanes import added, everywhere, few, largest, load, load_few, over, plus, squared, store, times
+from biped.numerics.lanes import (
+    added,
+    everywhere,
+    few,
+    largest,
+    load,
+    load_few,
+    over,
+    placed,
+    plus,
+    squared,
+    store,
+    times,
+)
 
 
 @kernel
-def factor_lanes(C, kept, count, tolerance, norm, pivot, V, tau):
+def factor_lanes(C, kept, count, tolerance, pivot, V, tau):
     """Replaces C by C H, in the lanes that are no rows too.
 
     Args:
         C: (n, lanes); on return the first `count` numbers of a row are its row of L.
-        kept: (1, lanes) 1 for rows, 0 for all else; overwritten with what is left of it.
+        kept: (1, lanes) 1 for rows, 0 for all else.
         count: Number of rows.
         tolerance: A row is dependent once its remainder is below this fraction of the longest row.
-        norm: (1, lanes) work.
         pivot: (>= count,) integers: the lanes of the rows in the order of L.
         V: (>= count, >= n) the reflectors, V[i, j] for j > i; V[i, i] = 1 is not written.
         tau: (>= count,) their factors.
@@ -34,18 +46,15 @@ def factor_lanes(C, kept, count, tolerance, norm, pivot, V, tau):
     s = everywhere(0.0)
     for j in range(n):
         s = squared(s, load(C, j))
-    least = 0.0
+    least, left = 0.0, load(kept, 0)
     for i in range(count):
-        s = times(s, load(kept, 0))
-        store(norm, 0, s)
-        p = largest(s)
-        best = norm[0, p]
+        best, p = largest(times(s, left))
         if i == 0:
             least = tolerance * tolerance * best
         if not best > least:
             return False
         pivot[i] = p
-        kept[0, p] = 0.0
+        left = placed(left, p, 0.0)
         x = C[i, p]
         beta = -math.sqrt(best) if x > 0.0 else math.sqrt(best)
         tau[i] = (beta - x) / beta

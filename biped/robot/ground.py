@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from msgspec import structs
 
 from biped.base.jit import kernel
 from biped.scenario.ground import Ground, Seat, Steps, Tiles
@@ -44,6 +45,13 @@ class Profile(NamedTuple):
     def height(self, x: np.ndarray) -> np.ndarray:
         """Heights [m] of the ground at places x [m] of any shape."""
         return np.zeros(np.shape(x)) if self.level else np.interp(x, self.x, self.z)
+
+    def rise(self, x: np.ndarray) -> np.ndarray:
+        """dz/dx of the pieces at places x [m] of any shape; at a corner, of the piece that begins there."""
+        if self.level:
+            return np.zeros(np.shape(x))
+        rises = np.concatenate([[0.0], np.diff(self.z) / np.diff(self.x), [0.0]])
+        return rises[np.searchsorted(self.x, x, side="right")]
 
     def between(self, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
         """Places and heights [m] of the ground from one place to another, with all corners between: what is drawn."""
@@ -87,6 +95,22 @@ def box_of(seat: Seat) -> tuple[np.ndarray, np.ndarray]:
 
 
 LEVEL = Profile(np.empty(0), np.empty(0))
+
+
+def is_level(ground: Ground) -> bool:
+    """Whether a scenario's ground has no height but 0."""
+    return ground.tiles.height == 0.0 and ground.steps.rise == 0.0
+
+
+def levelled(ground: Ground) -> Ground:
+    """The same ground without heights along the way."""
+    return structs.replace(ground, tiles=Tiles(), steps=Steps())
+
+
+def first_of(ground: Ground) -> str:
+    """Which begins first on a ground that is not level: `tiles` or `steps`."""
+    tiles, steps = ground.tiles, ground.steps
+    return "tiles" if tiles.height > 0.0 and (steps.rise == 0.0 or tiles.start <= steps.start) else "steps"
 
 
 def profile_of(ground: Ground, seed: int) -> Profile:

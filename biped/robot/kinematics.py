@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from biped.base.jit import kernel
+from biped.base.jit import inner_kernel, kernel
 from biped.numerics.sines import sines
 from biped.robot.topology import (
     BASE,
@@ -66,7 +66,7 @@ PLACES = np.dtype(
 """Where everything is and how it moves; places count from wherever the torso's was said to be."""
 
 
-@kernel
+@inner_kernel
 def link_angles(q, v, at):
     """Fills the links' absolute angles, with their sines and cosines, and rates."""
     angle, rate = at["angle"], at["rate"]
@@ -92,7 +92,7 @@ def _ride(cos, sin, rate, place, velocity, bias, offset, out, out_velocity, out_
     out_bias[1] = bias[1] - rate * rate * z
 
 
-@kernel
+@inner_kernel
 def forward(tree, q, v, x, z, at):
     """Forward kinematics of one configuration.
 
@@ -166,7 +166,7 @@ def biases_on_links(tree, at):
             at["point_bias"][i, axis] = bias[k, axis] - rate[k] * rate[k] * (at["point"][i, axis] - joint[k, axis])
 
 
-@kernel
+@inner_kernel
 def bias_forces(tree, at, gravity, h):
     """Fills h (9,) [N, N m], gravity (2,) [m/s²] included, for the configuration that `at` holds."""
     mass, joint, com, com_bias = tree["mass"], at["joint"], at["com"], at["com_bias"]
@@ -191,7 +191,7 @@ def bias_forces(tree, at, gravity, h):
     h[Z] = fz
 
 
-@kernel
+@inner_kernel
 def mass_matrix(tree, at, M):
     """Fills M (9, 9), upper triangle, for the configuration that `at` holds, places counted from the torso's origin."""
     joint, com, mass = at["joint"], at["com"], tree["mass"]

@@ -15,20 +15,19 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import mujoco
 import numpy as np
-from msgspec import structs
 
 from biped.base.errors import InputError
 from biped.base.files import description_of, label, nearest
 from biped.robot.check import check_model, check_parts
 from biped.robot.description import Robot, robot_at
-from biped.robot.ground import box_of
+from biped.robot.ground import box_of, is_level, levelled
 from biped.robot.order import Order, order_of
 from biped.robot.safety import examine, packaged
 from biped.robot.sizes import check_sizes
 from biped.robot.topology import BASE, NU, PARENT, POINT_LINK, THIGH, TORSO
 from biped.robot.tree import Tree, tree_of
 from biped.robot.trial import tried
-from biped.scenario.ground import Ground, Steps, Tiles
+from biped.scenario.ground import Ground
 from biped.scenario.keys import Scenario, Simulation, Truth
 
 if TYPE_CHECKING:
@@ -167,10 +166,9 @@ def compile_foreign(path: Path, scenario: Scenario, visuals: bool = False) -> Fo
         visuals: Keep geoms that are only looked at.
     """
     s = scenario
-    level = s.ground.tiles.height == 0.0 and s.ground.steps.rise == 0.0
+    level = is_level(s.ground)
     # Heights along the way are no part of the model: only that there are any.
-    ground = structs.replace(s.ground, tiles=Tiles(), steps=Steps())
-    return _compiled(*_version(path), ground, level, s.simulation, s.truth, torque_limits(s), visuals)
+    return _compiled(*_version(path), levelled(s.ground), level, s.simulation, s.truth, torque_limits(s), visuals)
 
 
 @lru_cache(maxsize=8)

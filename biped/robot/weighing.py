@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from biped.base.jit import kernel
+from biped.base.jit import inner_kernel, kernel
 from biped.numerics.lanes import added, everywhere, few, load, load_few, store, times
 from biped.robot.topology import BASE, HIP, NQ, X
 
@@ -22,7 +22,7 @@ def coupled(i, j):
     return not (j >= HIP[0] and j < HIP[1] and i >= HIP[1])
 
 
-@kernel
+@inner_kernel
 def _factor_leg(M, spring, L, hip, floor):
     """Writes the rows of L of the leg whose hip's coordinate is given."""
     knee, ankle = hip + 1, hip + 2
@@ -74,7 +74,7 @@ def factor_from_feet(M, spring, L):
     L[0, 0] = math.sqrt(max(_left(M, L, 0, 0), floor))
 
 
-@kernel
+@inner_kernel
 def factor_torso(M, S):
     """Writes the lower S (3, 3) of M_bb = SᵀS, of the torso's coordinates with rigid joints."""
     floor = _FLOOR * M[X, X]
@@ -86,7 +86,7 @@ def factor_torso(M, S):
     S[0, 0] = math.sqrt(max(M[0, 0] - S[2, 0] * S[2, 0] - S[1, 0] * S[1, 0], floor))
 
 
-@kernel
+@inner_kernel
 def weigh_torso(S, D):
     """Replaces the torso's part of rows D (3, lanes) by D S⁻¹."""
     z = times(everywhere(1.0 / S[2, 2]), load(D, 2))
@@ -97,7 +97,7 @@ def weigh_torso(S, D):
     store(D, 2, z)
 
 
-@kernel
+@inner_kernel
 def _weigh_leg(A, L, C, hip):
     """Fills the part of C = A L⁻¹ of the leg whose hip's coordinate is given."""
     knee, ankle = hip + 1, hip + 2

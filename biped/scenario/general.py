@@ -17,6 +17,8 @@ from biped.scenario.actuation import Actuation
 from biped.scenario.keys import Randomise, Scenario, Start
 from biped.scenario.laws import BUILT_IN
 from biped.scenario.section import LARGEST
+from biped.scenario.senses import Sensors
+from biped.scenario.truth import Truth
 from biped.scenario.valid import Fail
 
 KIND = "general"
@@ -27,9 +29,11 @@ HABITS: dict[str, Any] = {
     "actuation": {"torque_limit": LARGEST},
 }
 """Keys and their values where nobody says: no gait, the robot's own start and limits."""
-_THESIS = ("sensing", "backstep", "change", "sensors", "estimator", "truth")
+_THESIS = ("sensing", "backstep", "change", "estimator")
 """Sections of the thesis's law, or of the seven links."""
 _ACTUATION = tuple(key for key in Actuation.__struct_fields__ if key not in ("torque_limit", "lag"))
+_SENSORS = ("encoders", "switches")
+_TRUTH = ("mass", "inertia", "length", "hip_mass")
 _START = ("q", "v", "contacts")
 _RANDOM = ("controller_mass_matrix", "controller_constraints")
 
@@ -96,13 +100,14 @@ def possible_general(s: Scenario, fail: Fail) -> None:
     """Rejects keys that belong to the thesis's law or to seven links, by name."""
     if s.engine != "mujoco":
         raise fail("engine", f"expected 'mujoco': '{s.engine}' has seven links; got '{s.engine}'")
-    if s.law in BUILT_IN and BUILT_IN[s.law].thesis:
-        return
-    plain = Scenario()
-    found = [key for key in _THESIS if getattr(s, key) != getattr(plain, key)]
-    found += [f"actuation.{key}" for key in _ACTUATION if getattr(s.actuation, key) != getattr(Actuation(), key)]
-    found += [f"start.{key}" for key in _START if getattr(s.start, key) != getattr(Start(), key)]
-    found += [f"randomise.{key}" for key in _RANDOM if getattr(s.randomise, key) != getattr(Randomise(), key)]
+    refused = {"sensors": (_SENSORS, Sensors()), "truth": (_TRUTH, Truth())}
+    if s.law not in BUILT_IN or not BUILT_IN[s.law].thesis:
+        refused |= {"": (_THESIS, Scenario()), "actuation": (_ACTUATION, Actuation()), "start": (_START, Start()),
+                    "randomise": (_RANDOM, Randomise())}  # fmt: skip
+    found = []
+    for section, (keys, plain) in refused.items():
+        said_so = getattr(s, section) if section else s
+        found += [f"{section}.{key}".lstrip(".") for key in keys if getattr(said_so, key) != getattr(plain, key)]
     if found:
         raise fail(found[0], "belongs to the thesis's law and its seven links; a general robot "
                    f"takes none of: {said(', '.join(found))}")  # fmt: skip

@@ -26,10 +26,10 @@ from biped.scenario.section import (
     Positive,
     Real,
     Section,
-    Seven,
 )  # fmt: skip
-from biped.scenario.senses import Encoders, Estimator, Gyro, Switches
+from biped.scenario.senses import Estimator, Sensors
 from biped.scenario.standard import Standard
+from biped.scenario.truth import Truth
 from biped.scenario.tune import Tune
 
 
@@ -44,6 +44,8 @@ class Start(Section, frozen=True):
             names for the posture (none for q).
         settle: Project the posture onto the ground: the least change of the angles.
         jitter: Standard deviation [rad] on the seven angles, after settling; the biped is then set down.
+        upright: On a slope, the body of a posture of level ground is as upright as there and the legs reach down to
+            where the feet were; of robots with a free base.
     """
 
     posture: Name = "flat"
@@ -52,6 +54,7 @@ class Start(Section, frozen=True):
     contacts: Annotated[tuple[Name, ...], Meta(max_length=16)] | None = None
     settle: bool = True
     jitter: NonNegative = 0.0
+    upright: bool = False
 
 
 class Sensing(Section, frozen=True):
@@ -152,53 +155,6 @@ class Fall(Section, frozen=True):
 
     height: Annotated[float, Meta(gt=0, lt=1)] = 0.7
     tilt: Annotated[float, Meta(gt=0, le=180)] = 60.0
-
-
-class Sensors(Section, frozen=True):
-    """What stands between the biped and the controller's measurements; all zero: nothing does.
-
-    Encoders, gyro and switches are those of a robot whose posture an `[estimator]` infers.
-
-    Attributes:
-        angle_noise: Standard deviation [rad] of white noise on the seven joint coordinates that are angles.
-        rate_noise: The same on their rates [rad/s].
-        height_noise: The same on the torso's x and z [m].
-        delay: [s], rounded to control ticks, of which there may be 100,000.
-        quantisation: Resolution [rad] of the angles.
-        encoders: Of the joints; default: none.
-        gyro: Of the torso; default: none.
-        switches: Of toes and heels; default: none.
-    """
-
-    angle_noise: NonNegative = 0.0
-    rate_noise: NonNegative = 0.0
-    height_noise: NonNegative = 0.0
-    delay: Hold = 0.0
-    quantisation: NonNegative = 0.0
-    encoders: Encoders | None = None
-    gyro: Gyro | None = None
-    switches: Switches | None = None
-
-
-class Truth(Section, frozen=True):
-    """How the biped that walks differs from the model file that the controller knows: factors of each link.
-
-    Links are torso, right thigh, shank, foot, left thigh, shank, foot. A length scales everything placed along the
-    link; inertias follow masses and lengths (m l²) and are scaled by their own factor on top.
-
-    Attributes:
-        mass: Factors of the masses.
-        inertia: Factors of the moments of inertia beyond what mass and length imply.
-        length: Factors of the lengths.
-        joint_damping: [N m s/rad] added to hips, knees and ankles.
-        hip_mass: [kg] that the torso carries on the hip's axis besides: of an arm that guides the robot, for example.
-    """
-
-    mass: Seven = (1.0,) * 7
-    inertia: Seven = (1.0,) * 7
-    length: Seven = (1.0,) * 7
-    joint_damping: NonNegative = 0.0
-    hip_mass: NonNegative = 0.0
 
 
 class Distribution(Section, frozen=True):

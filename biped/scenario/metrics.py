@@ -91,7 +91,7 @@ _ALL = (
     Metric("flight", "", "share of the window with neither", show="share", table="engines", better="less"),
     Metric("duty", "", "share of the window that a foot is on the ground; of general robots", show="share"),
     Metric("step_duration", "s", "from foot strike to foot strike; of general robots"),
-    Metric("step_width", "m", "from foot to foot across the heading at foot strike; of robots that move in space"),
+    Metric("step_width", "m", "from foot to foot across the way walked, at foot strike; of robots that move in space"),
     Metric("cross_over", "", "share of foot strikes beyond the other foot; likewise", show="share", better="less"),
     Metric("margin_of_stability", "m", "from the extrapolated centre of mass sideways to the edge of what it stands "
            "on, least of each step; likewise", better="more"),

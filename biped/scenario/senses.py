@@ -1,4 +1,4 @@
-"""The sensors of a robot that knows its posture only through them, and what infers it: tables of a scenario file.
+"""What is measured of a robot, and what infers its posture where that is not: tables of a scenario file.
 
 The defaults are chapter IV's robot's; a scenario asks for them by an empty table, `[sensors.gyro]`.
 """
@@ -52,6 +52,36 @@ class Switches(Section, frozen=True):
     force: Positive = 5.0
     release: NonNegative = 2.0
     debounce: Hold = 0.0
+
+
+class Sensors(Section, frozen=True):
+    """What stands between the biped and the controller's measurements; all zero: nothing does.
+
+    Encoders, gyro and switches are those of a robot whose posture an `[estimator]` infers. A robot of any kind has no
+    encoders and switches; its gyro measures how its base turns, and its noises are those of base and joints.
+
+    Attributes:
+        angle_noise: Standard deviation [rad] of white noise on the seven joint coordinates that are angles; of a robot
+            of any kind, on hinges and the orientation of its base.
+        rate_noise: The same on their rates [rad/s].
+        height_noise: The same on the torso's x and z [m]; of a robot of any kind, on the place of its base.
+        delay: [s], rounded to control ticks, of which there may be 100,000.
+        quantisation: Resolution [rad] of the angles; of a robot of any kind, of its joints.
+        zero_error: Standard deviation [rad] of each joint's zero, drawn once a run; of a robot of any kind.
+        encoders: Of the joints; default: none.
+        gyro: Of the torso; default: none.
+        switches: Of toes and heels; default: none.
+    """
+
+    angle_noise: NonNegative = 0.0
+    rate_noise: NonNegative = 0.0
+    height_noise: NonNegative = 0.0
+    delay: Hold = 0.0
+    quantisation: NonNegative = 0.0
+    zero_error: NonNegative = 0.0
+    encoders: Encoders | None = None
+    gyro: Gyro | None = None
+    switches: Switches | None = None
 
 
 class Estimator(Section, frozen=True):

@@ -29,6 +29,7 @@ class Standard(Section, frozen=True):
         shows: Metrics, at the largest value that holds.
         family: Whether it is for gaits alone that have `[[speeds]]`, whose range bounds the search.
         gaits: Which gaits it is for; default: all.
+        space: Whether it is for gaits of bipeds that move in space ([frontal] and [axial]); or of those in the plane.
     """
 
     title: Name
@@ -46,3 +47,4 @@ class Standard(Section, frozen=True):
     shows: tuple[Name, ...] = ()
     family: bool = False
     gaits: tuple[Name, ...] = ()
+    space: bool = False

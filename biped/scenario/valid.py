@@ -18,6 +18,7 @@ from biped.scenario.laws import own_law
 from biped.scenario.metrics import METRICS
 from biped.scenario.pushing import MOST_PIECES, PIECE, count
 from biped.scenario.robot import Foot
+from biped.scenario.truth import Part
 
 MOST_STEPS = 100_000_000
 """Physics steps of the longest run: a day at 1 kHz."""
@@ -32,7 +33,7 @@ MOST_VALUES = 100_000
 MOST_DIGITS = 2**63
 """Beyond it lies no whole number that a file can mean."""
 
-LISTS: dict[str, type] = {"push": Push, "change": Change, "foot": Foot}
+LISTS: dict[str, type] = {"push": Push, "change": Change, "foot": Foot, "part": Part}
 """Lists of tables, and what each of their tables is."""
 
 Fail = Callable[[str, str], InputError]
@@ -238,6 +239,11 @@ def possible(s: Scenario, fail: Fail) -> None:
 
 def _sensed(s: Scenario, fail: Fail) -> None:
     """Rejects an estimator without its sensors, sensors without it, and noise on what nobody measures."""
+    if s.robot is not None:
+        return  # its gyro is read as it is, and what it has not is refused by name
+    for key, there in (("sensors.zero_error", s.sensors.zero_error > 0.0), ("truth.part", s.truth.part)):
+        if there:
+            raise fail(key, f"belongs to robots of any kind (docs/robots.md), which model '{s.model}' is not here")
     names = ("encoders", "gyro", "switches")
     there = [name for name in names if getattr(s.sensors, name) is not None]
     if s.estimator is None:

@@ -15,7 +15,7 @@ from biped.base.errors import InputError
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import PLANE, Plan
 from biped.robot.description import robot_at
-from biped.robot.ground import LEVEL, Profile, profile_of, slabs
+from biped.robot.ground import Profile, profile_of, slabs
 from biped.robot.run import Run
 from biped.show.web import has_display
 
@@ -125,7 +125,7 @@ def _engine(run: Run) -> tuple[Callable[..., AnyTrajectory], str, Profile]:
     from biped.engines.general.simulate import simulate as general
     from biped.robot.general.recognise import robot_of
 
-    return general, robot_of(run.model, run.scenario.robot).base, LEVEL
+    return general, robot_of(run.model, run.scenario.robot).base, profile_of(run.scenario.ground, run.seed)
 
 
 def _launcher() -> Callable[..., Any]:

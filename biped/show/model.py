@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import mujoco
+from msgspec import structs
 
+from biped.robot.ground import levelled
 from biped.scenario.keys import Scenario
 
 
@@ -14,7 +16,8 @@ def shown_model(path: Path, scenario: Scenario) -> mujoco.MjModel:
     if scenario.robot is not None:
         from biped.robot.general.build import compiled
 
-        return compiled(path, scenario, "torque")
+        # Heights along the way are drawn by themselves.
+        return compiled(path, structs.replace(scenario, ground=levelled(scenario.ground)), "torque")
     from biped.robot.model import compile_foreign
 
     return compile_foreign(path, scenario, visuals=True).model

@@ -13,7 +13,7 @@ import numpy as np
 from biped.measure.pushes import Shown, pushes_of
 from biped.measure.signals import centre_of_mass
 from biped.measure.trajectory import Trajectory
-from biped.robot.ground import LEVEL, Profile, box_of
+from biped.robot.ground import Profile, box_of
 from biped.robot.topology import THIGH
 from biped.robot.tree import motion
 
@@ -64,7 +64,7 @@ def tilt(t: AnyTrajectory) -> np.ndarray:
 
 def ground(t: AnyTrajectory) -> Profile:
     """The line of the ground."""
-    return t.ground if isinstance(t, Trajectory) else LEVEL
+    return t.ground
 
 
 def seat(t: AnyTrajectory) -> tuple[np.ndarray, np.ndarray] | None:

@@ -32,7 +32,7 @@ class Law(Thesis):
         q, v = sensed.q, sensed.v
         self.time, self.q, self.v, self.M, self.h = sensed.time, q, v, sensed.M, sensed.h
         self.angle, self.rate = links(q) + np.pi * np.array([0.5, 0.5, 0.5, 0.0, 0.5, 0.5, 0.0]), links(v)
-        near = sensed.points[:, 2] < self.sensing.contact_height
+        near = sensed.height < self.sensing.contact_height
         self.believe(near)
         self.state = [self.leg_state(leg) for leg in range(2)]
         stops = [-q[knee] < self.sensing.knee_angle for knee in KNEES]

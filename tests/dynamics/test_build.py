@@ -10,6 +10,26 @@ from biped.dynamics.check import check_derivatives
 from biped.dynamics.mechanisms import slider_crank
 
 
+def test_bodies_and_motions_of_others_are_refused():
+    mine, other = Plane(name="mine"), Plane(name="other")
+    rod = {"mass": 1.0, "inertia": 1.0, "at": (0, 0)}
+    body, foreign = mine.body("rod", **rod), other.body("rod", **rod)
+    joint = mine.hinge("foot", GROUND, (0, 0), body, (0, 0))
+    for wrong, name in ((foreign, "rod"), ("rod", "rod")):
+        with pytest.raises(InputError, match=f"mine: {name} is not a body of this mechanism"):
+            mine.hinge("h", GROUND, (0, 0), wrong, (0, 0))
+        with pytest.raises(InputError, match=f"mine: {name} is not a body of this mechanism"):
+            mine.torque("t", wrong, torque=1.0)
+    motion = integrate(other.system, other.q, other.v, duration=0.1, dt=0.1)
+    with pytest.raises(InputError, match="the motion is that of other"):
+        mine.joint_forces(motion, joint)
+    with pytest.raises(InputError, match="foot is not a joint of this mechanism"):
+        other.joint_forces(motion, joint)
+    for change in ({"mass": "1"}, {"at": "ab"}, {"mass": None}):
+        with pytest.raises(InputError, match=r"mass must be|at must have"):
+            mine.body("second", **{**rod, **change})
+
+
 class SliderCrank:
     """The thesis's slider-crank, a little way from its start, as bodies and joints."""
 

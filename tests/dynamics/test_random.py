@@ -1,5 +1,8 @@
 """Random mechanisms: each ends with an answer that keeps its energy and its constraints, or with an error."""
 
+from collections import Counter
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 
@@ -54,64 +57,71 @@ class Rod:
         self.body, self.length = body, length
 
 
-def verdict(seed):
-    """`answer` or `error`; anything else is a failure of the promise."""
+class Outcome(NamedTuple):
+    """How one of them ended."""
+
+    how: str  # an answer, or why not
+    energy: float = 0.0  # gained or lost, as a part of what moves
+    off: float = 0.0  # largest |Φ| [m]
+
+
+REFUSED = {
+    "no motion has there": "a velocity that no branch has",
+    "at rest in a singular position": "at rest where no motion goes",
+}
+
+
+EXPECTED = ("an answer", *REFUSED.values(), "stopped in motion")
+
+
+def run(seed):
     plane = build(seed)
-    system = plane.system
+    start = plane.q, velocities(plane, seed)
+    return integrate(plane.system, *start, duration=DURATION, sampling=0.1, scheme=RK8.adaptive(TOLERANCE))
+
+
+def outcome(seed):
+    """An answer within its bounds, or how it was refused; an error that says neither when nor what is a failure."""
     try:
-        r = integrate(
-            system, plane.q, velocities(plane, seed), duration=DURATION, sampling=0.1, scheme=RK8.adaptive(TOLERANCE)
-        )
+        r = run(seed)
     except InputError as error:
-        return "error" if "singular position" in str(error) else "an error that does not say what"
+        return Outcome(next(why for said, why in REFUSED.items() if said in str(error)))
     except RunError as error:
-        return "error" if "at t = " in str(error) else "an error that does not say when"
+        return Outcome("stopped in motion" if "at t = " in str(error) else "an error that does not say when")
     moving = max(np.ptp(r.potential), r.kinetic.max(), 1e-6 * np.abs(r.potential).max(), 1e-6)
-    assert r.phi[1:].max() < CONSTRAINED, seed
-    assert np.abs(r.energy - r.energy[0]).max() < CONSERVED * moving, seed
-    return "answer"
+    found = Outcome("an answer", np.abs(r.energy - r.energy[0]).max() / moving, r.phi[1:].max())
+    assert found.off < CONSTRAINED, seed
+    assert found.energy < CONSERVED, seed
+    return found
 
 
 def test_forty_random_mechanisms():
-    verdicts = [verdict(seed) for seed in range(40)]
-    assert set(verdicts) <= {"answer", "error"}
-    assert verdicts.count("answer") >= 34
+    counts = Counter(outcome(seed).how for seed in range(40))
+    assert set(counts) <= {*EXPECTED}
+    assert counts["an answer"] >= 34
 
 
-@pytest.mark.parametrize("seed", [188, 295, 337])
-def test_a_singular_start_that_no_branch_goes_on_from_is_an_error(seed):
-    """A v = 0 alone let them start: 0.6 J and 21 J were lost without a word, and 337 crept for ever."""
-    plane = build(seed)
-    with pytest.raises(InputError, match="no motion has there"):
-        integrate(
-            plane.system,
-            plane.q,
-            velocities(plane, seed),
-            duration=DURATION,
-            sampling=0.1,
-            scheme=RK8.adaptive(TOLERANCE),
-        )
-    assert verdict(seed) == "error"
+@pytest.mark.parametrize(
+    ("seed", "why"),
+    [(seed, "no motion has there") for seed in (188, 295, 337)]
+    + [(seed, "at rest in a singular position") for seed in (25, 156, 362, 484)],
+)
+def test_a_singular_start_that_no_motion_goes_on_from_is_an_error(seed, why):
+    """A v = 0 alone let them start: 188 and 295 lost 0.6 J and 21 J without a word, 337 crept for ever.
 
-
-@pytest.mark.parametrize("seed", [25, 156, 362, 484])
-def test_a_rest_that_no_branch_is_known_to_leave_is_an_error(seed):
-    """484 fell onto a branch, and lost 1.4e-6 J by it; the others crept, or stood under a load that nothing bears."""
-    plane = build(seed)
-    with pytest.raises(InputError, match="at rest in a singular position"):
-        integrate(
-            plane.system,
-            plane.q,
-            velocities(plane, seed),
-            duration=DURATION,
-            sampling=0.1,
-            scheme=RK8.adaptive(TOLERANCE),
-        )
-    assert verdict(seed) == "error"
+    At rest 484 fell onto a branch, and lost 1.4e-6 J by it; the others crept, or stood under a load that nothing bears.
+    """
+    with pytest.raises(InputError, match=why):
+        run(seed)
 
 
 @pytest.mark.slow
 def test_ten_thousand_random_mechanisms():
-    verdicts = [verdict(seed) for seed in range(10_000)]
-    assert set(verdicts) <= {"answer", "error"}
-    assert verdicts.count("answer") >= 8500
+    """With `-s` it says how they end, how far off the worst answers are, and which stop on the way."""
+    found = [outcome(seed) for seed in range(10_000)]
+    counts = Counter(x.how for x in found)
+    print(dict(counts), "energy", max(x.energy for x in found), "off", max(x.off for x in found), "m")
+    print("stopped:", [seed for seed, x in enumerate(found) if x.how == "stopped in motion"])
+    assert set(counts) <= {*EXPECTED}
+    assert counts["an answer"] >= 8500
+    assert counts["stopped in motion"] <= 30

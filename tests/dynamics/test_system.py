@@ -205,6 +205,12 @@ START = {"q": [1.0, 0.0], "v": [0.0, 0.0], "duration": 1.0, "dt": 1e-2}
         ({"t": 1e20}, "do not go into"),
         ({"dt": 1e-9, "duration": 1000.0}, "do not fit in memory"),
         ({"every": 0}, "every must be at least 1"),
+        ({"every": 2.5}, "every must be a whole number"),
+        ({"rank": 0.5}, "rank must be a whole number"),
+        ({"rank": "1"}, "rank must be a number, not '1'"),
+        ({"duration": "1"}, "duration must be a number"),
+        ({"dt": "a"}, "dt must be a number"),
+        ({"q": [1j, 0.0]}, "q must be finite"),
         ({"scheme": RK4.energy_scaled()}, None),
     ],
 )
@@ -215,6 +221,13 @@ def test_inputs_that_make_no_sense_are_refused(change, message):
         system, message = replace(system, potential=BEAD.potential), "needs a potential"
     with pytest.raises(InputError, match=message):
         integrate(system, q, v, **options)
+
+
+def test_what_is_no_system_or_scheme_is_refused():
+    with pytest.raises(InputError, match="needs a ConstrainedSystem"):
+        integrate(bead_mass, [1.0, 0.0], [0.0, 0.0], duration=1.0, dt=0.1)
+    with pytest.raises(InputError, match="the scheme must be EULER, RK4, RK8 or derived from one, not 'RK8'"):
+        integrate(pendulum.pendulum(), **START, scheme="RK8")
 
 
 def test_schemes_refuse_what_makes_no_sense():
@@ -236,6 +249,99 @@ def test_sizes_that_make_no_sense_are_refused(n, m):
 def test_constraints_without_functions_are_refused():
     with pytest.raises(InputError, match="need the functions phi, A and b_v"):
         ConstrainedSystem(n=2, m=1, mass=bead_mass, force=no_force)
+
+
+def test_sizes_and_parameters_that_are_no_numbers_are_refused():
+    with pytest.raises(InputError, match=r"n must be a whole number, not 2\.0"):
+        ConstrainedSystem(n=2.0, m=0, mass=bead_mass, force=no_force)
+    with pytest.raises(InputError, match="params must be numbers"):
+        integrate(pendulum.pendulum().with_params(("a", 1.0, 9.81)), **START)
+
+
+def first_of_two(t, q, v, p, out):
+    out[1] = q[0]
+
+
+def without_out(t, q, v, p):
+    return q
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"phi": first_of_two}, r"the function phi goes beyond its arrays: .* out 1"),
+        ({"params": (1.0, 1.0)}, r"the function force goes beyond its arrays: .* p 2"),
+        ({"force": without_out}, r"the function force must take \(t, q, v, p, out\)"),
+    ],
+)
+def test_a_function_that_goes_beyond_its_arrays_is_named(change, message):
+    """Compiled it would read and write whatever lies there."""
+    with pytest.raises(InputError, match=message):
+        integrate(replace(pendulum.pendulum(), **change), **START)
+
+
+@pytest.mark.parametrize("change", [{"events": ("low",)}, {"event": no_force}, {"powers": ("a",)}, {"power": no_force}])
+def test_events_and_powers_need_function_and_names(change):
+    with pytest.raises(InputError, match="need each other"):
+        replace(pendulum.pendulum(), **change)
+
+
+def test_differences_of_a_state_of_another_size_are_refused():
+    with pytest.raises(InputError, match=r"q must have shape \(2,\)"):
+        check_derivatives(pendulum.pendulum(), 0.0, [1.0, 2.0, 3.0], [1.0, 2.0])
+
+
+def never(t, q, v, p, out):
+    if t > 0.3:
+        out[0] = np.nan
+
+
+def never_a_row(t, q, v, p, out):
+    out[0, 0], out[0, 1] = q[0], q[1]
+    if t > 0.3:
+        out[0, 0] = np.nan
+
+
+@pytest.mark.parametrize("scheme", [RK4, RK8, RK8.adaptive(1e-8)], ids=lambda s: s.name)
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"A": never_a_row}, r"t = 0\.3\d* s (A is not finite|no step passes)"),
+        ({"phi": never}, r"t = 0\.3\d* s (phi is not finite|no step passes)"),
+        ({"b_v": never}, r"t = 0\.3\d* s (b_v is not finite|no step passes)"),
+        ({"event": never, "events": ("low",)}, r"t = 0\.3\d* s the event low is not a number"),
+    ],
+    ids=["A", "phi", "b_v", "event"],
+)
+def test_what_is_not_a_number_is_named(change, message, scheme):
+    """A row of A that is none was taken for a dependent one, and an event that is none never happened."""
+    with pytest.raises(RunError, match=message):
+        integrate(replace(pendulum.pendulum(), **change), **{**START, "dt": 1e-2}, scheme=scheme)
+
+
+def two_lengths(t, q, v, p, out):
+    out[0] = 0.5 * (q[0] ** 2 + q[1] ** 2 - 1.0)
+    out[1] = 0.5 * (q[0] ** 2 + q[1] ** 2 - 1.21)
+
+
+def twice(t, q, v, p, out):
+    out[0, 0] = out[1, 0] = q[0]
+    out[0, 1] = out[1, 1] = q[1]
+
+
+def twice_b_v(t, q, v, p, out):
+    out[0] = out[1] = -(v[0] ** 2 + v[1] ** 2)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"m": 2, "phi": two_lengths, "A": twice, "b_v": twice_b_v}, {"phi": two_lengths, "m": 2, "A": no_force}],
+    ids=["two lengths of one rod", "rows of zeros"],
+)
+def test_rows_that_contradict_each_other_are_refused(change):
+    """The best of what cannot be was simulated without a word."""
+    with pytest.raises(InputError, match="the constraints cannot all be satisfied"):
+        integrate(replace(pendulum.pendulum(), **change), **START)
 
 
 def negative_mass(t, q, v, p, M):

@@ -26,8 +26,8 @@ def solved(B, d, free=None):
     n = B.shape[1]
     x, y = np.zeros((1, wide(n))), np.zeros((1, wide(n)))
     free = np.zeros(n, np.uint8) if free is None else free
-    order, work = np.zeros(n, np.int64), np.zeros((n, n))
-    changes = nonnegative(lanes(B.T @ B), lanes(B.T @ d), n, free, order, work, x, y)
+    order, rows, work = np.zeros(n, np.int64), np.full((n, wide(n)), np.nan), np.zeros((n, n))
+    changes = nonnegative(lanes(B.T @ B), lanes(B.T @ d), n, free, order, rows, work, x, y)
     assert not x[0, n:].any()
     return x[0, :n], y[0, :n], changes, free
 
@@ -67,8 +67,8 @@ def test_nearly_dependent_columns_that_circle_still_end():
         H = B.T @ B
         H += 1e-12 * H.max() * np.eye(10)
         f, x, y = B.T @ (5.0 * rng.normal(size=9)), np.zeros((1, LANES)), np.zeros((1, LANES))
-        free, order, work = np.zeros(10, np.uint8), np.zeros(10, np.int64), np.zeros((10, 10))
-        assert nonnegative(lanes(H), lanes(f), 10, free, order, work, x, y) < MOST
+        free, order = np.zeros(10, np.uint8), np.zeros(10, np.int64)
+        assert nonnegative(lanes(H), lanes(f), 10, free, order, np.zeros((10, LANES)), np.zeros((10, 10)), x, y) < MOST
         x = x[0, :10]
         slack = B.T @ (B @ x) - f
         assert slack.min() > -1e-7 * np.abs(f).max()

@@ -18,8 +18,8 @@ def factored(rows: np.ndarray, lanes: list[int], tolerance: float = 1e-10):
     C[:, lanes] = rows.T
     given, kept = C.copy(), np.zeros((1, LANES))
     kept[0, lanes] = 1.0
-    norm, pivot, V, tau = np.zeros((1, LANES)), np.zeros(N, np.int64), np.zeros((N, N)), np.zeros(N)
-    independent = factor_lanes(C, kept, m, tolerance, norm, pivot, V, tau)
+    pivot, V, tau = np.zeros(N, np.int64), np.zeros((N, N)), np.zeros(N)
+    independent = factor_lanes(C, kept, m, tolerance, pivot, V, tau)
     return independent, given, C, pivot[:m], V, tau
 
 

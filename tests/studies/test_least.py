@@ -6,7 +6,10 @@ import json
 import math
 
 import pytest
+from msgspec.structs import replace
 
+from biped.base.errors import InputError
+from biped.base.files import locate
 from biped.cli.main import main
 from biped.scenario.gains import Gains
 from biped.scenario.gait import read_gains
@@ -51,6 +54,20 @@ def test_gaits_differ_in_single_numbers_and_mix(files):
     half = way.mixed(found, origin, ["k_d2.1"])
     assert half.k_d2 == origin.k_d2
     assert half.theta_b == 80.0
+
+
+def test_gaits_in_space_differ_out_of_the_plane_too():
+    origin, found = (read_gains(locate("controllers", name, ""), Gains()) for name in ("human3d_start", "human3d"))
+    names = way.different(origin, found)
+    assert {"frontal.k_d2.0", "frontal.placement.velocity", "axial.b_d1", "k_d3.0"} <= set(names)
+    assert "axial.theta_b" not in names  # 0 in both
+    assert way.mixed(found, origin, names) == origin
+    half = way.mixed(found, origin, ["frontal.placement.velocity"])
+    assert half.frontal is not None
+    assert found.frontal is not None
+    assert half.frontal.placement == replace(found.frontal.placement, velocity=0.31)
+    with pytest.raises(InputError, match="two in space"):
+        way.different(origin, read_gains(locate("controllers", "calm", ""), Gains()))
 
 
 def test_what_is_missed_least_goes_first(files, monkeypatch):

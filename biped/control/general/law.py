@@ -33,7 +33,7 @@ class Setup:
         scenario: The scenario.
         gains: Of its gait file, if it names one; otherwise each is None.
         robot: What the robot is: names of its coordinates, actuators and feet.
-        model: A copy of what MuJoCo steps.
+        model: A copy of what MuJoCo steps, as the model file says it and on level ground.
         path: The model file.
         tick: [s] between calls.
         torque_limit: (nu,) [N m].

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from biped.robot.general.facts import General
+from biped.robot.ground import LEVEL, Profile
 
 
 class Touch(NamedTuple):
@@ -52,6 +53,7 @@ class Sensed:
         model: What is stepped.
         data: Its state, with what `mj_step1` computes.
         robot: What it is.
+        ground: The line of the ground.
 
     Attributes:
         time: [s].
@@ -63,8 +65,8 @@ class Sensed:
         ground_force: (P, 3) [N] on them, in the latest step.
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: General):
-        self._model, self._data, self.robot = model, data, robot
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: General, ground: Profile = LEVEL):
+        self._model, self._data, self.robot, self._ground = model, data, robot, ground
         self.time = 0.0
         self.q, self.v = _read_only(data.qpos), _read_only(data.qvel)
         self.gravity = _read_only(model.opt.gravity)
@@ -104,6 +106,12 @@ class Sensed:
         """(P, 3) [m] contact points of both feet."""
         turn = self._data.xmat[self._on].reshape(-1, 3, 3)
         return self._data.xpos[self._on] + np.einsum("pij,pj->pi", turn, self._places)
+
+    @cached_property
+    def height(self) -> np.ndarray:
+        """(P,) [m] of the contact points above the ground below them."""
+        points = self.points
+        return points[:, 2] - self._ground.height(points[:, 0])
 
     @cached_property
     def point_velocity(self) -> np.ndarray:

@@ -77,8 +77,8 @@ class Stand:
 
     def torques(self, sensed: Sensed) -> np.ndarray:
         """(nu,) [N m]."""
-        points = sensed.points
-        low = points[:, 2] < points[:, 2].min() + _NEAR
+        points, height = sensed.points, sensed.height
+        low = height < height.min() + _NEAR
         force = np.zeros_like(points)
         force[low] = self._shared(self._wanted(sensed, points[low]), points[low] - sensed.com)
         q, v = sensed.q[self._places], sensed.v[self._columns]

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from biped.base.jit import kernel
+from biped.base.jit import inner_kernel
 from biped.control.spatial.topology import BASE, HEEL_END, KNEE, LEG, LEGS, TOE_END
 from biped.robot.leg_states import EXTENDED, PUSH_OFF, STANCE, SWING
 
 
-@kernel
+@inner_kernel
 def leg_states(c, q):
     """Writes the state of the right and the left leg into the record, as `biped.control.phase.leg_states` does."""
     memory, sensing, angle = c["memory"], c["sensing"], c["at"]["angle"]

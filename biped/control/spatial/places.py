@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from biped.base.jit import kernel
+from biped.base.jit import inner_kernel, kernel
 from biped.control.spatial.topology import (
     BASE,
     FOOT,
@@ -57,7 +57,7 @@ class Mechanics(NamedTuple):
     points: np.ndarray
 
 
-@kernel
+@inner_kernel
 def mass_blocks(c, m):
     """Fills the blocks of M: base, legs, and legs with base; both triangles."""
     at, M = c["at"], m.M
@@ -78,7 +78,7 @@ def mass_blocks(c, m):
                 k += 1
 
 
-@kernel
+@inner_kernel
 def _centre(c, m):
     """Centre of mass and, from the rows of M that push the whole walker, its velocity."""
     at = c["at"]
@@ -93,7 +93,7 @@ def _centre(c, m):
         at["com_velocity"][i] = s / c["belief"]["mass"]
 
 
-@kernel
+@inner_kernel
 def _angles(c, m):
     """Angles and rates of torso and thighs against the inertial frame, turned to the heading asked for."""
     at, tilt = c["at"], c["belief"]["tilt"]
@@ -117,7 +117,7 @@ def _angles(c, m):
             at["rate"][leg, 0], at["rate"][leg, 1], at["rate"][leg, 2] = pitching, side * rolling, side * turning
 
 
-@kernel
+@inner_kernel
 def heights(c, m):
     """Fills the heights of the contact points and the feet's middles."""
     at = c["at"]
@@ -131,7 +131,7 @@ def heights(c, m):
         at["height"][p] = m.place[m.points[p], 2]
 
 
-@kernel
+@inner_kernel
 def point_motion(c, m):
     """Fills what moves the contact points: Jacobians by column, J̇v, and how fast they rise."""
     at, A = c["at"], c["at"]["A"]
@@ -168,7 +168,7 @@ def point_motion(c, m):
             at["bias"][k, 2] = ly + rz * px - rx * pz + w[2] * vx - w[0] * vz
 
 
-@kernel
+@inner_kernel
 def sense_places(c, m):
     """Fills what leg states and Q_d are decided on."""
     mass_blocks(c, m)

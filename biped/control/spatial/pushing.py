@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from biped.base.jit import kernel
+from biped.base.jit import inner_kernel, kernel
 from biped.control.spatial.record import DIRECTIONS, EDGES, N_EDGES
 from biped.control.spatial.reduced import (
     FORCES,
@@ -32,7 +32,7 @@ _MOST_CHANGES = 30
 _SLACK_OF_LIMIT = 1e-9
 
 
-@kernel
+@inner_kernel
 def unilateral_rows(c, m):
     """Lists the forces that count: least accelerations along them, and how far what exerts them is from pushing.
 
@@ -78,7 +78,7 @@ def _reduce(c, n):
     """Fills H (n, n) of the forces that count and breaks its ties; f holds what the weighed `forces` do along them."""
     work = c["work"]
     H, f, D, row, x, stop = work["H"], work["f"], work["D"], work["row"][0], work["forces"], work["stop"]
-    up, across, slope, edges = work["up"], work["across"], work["slope"], n - LEGS
+    up, across, slope, edges, mu = work["up"], work["across"], work["slope"], n - LEGS, c["actuation"]["friction"]
     factor(c, work["soft"])
     weigh_points(c)
     weigh_stops(c)
@@ -86,12 +86,17 @@ def _reduce(c, n):
     products(c, x)
     top = 0.0
     for i in range(edges):
-        for leg in range(LEGS):
-            s = added(load(D, LEGS * up[i] + leg), slope[i], load(D, LEGS * across[i] + leg))
-            store(work["row"], leg, s)
-        for j in range(i + 1):
-            H[i, j] = row[up[j]] + slope[j] * row[across[j]]
-            H[j, i] = H[i, j]
+        for leg in range(up[i] // LANES + 1):
+            if work["standing"][leg]:
+                s = added(load(D, LEGS * up[i] + leg), slope[i], load(D, LEGS * across[i] + leg))
+                store(work["row"], leg, s)
+        for j in range(0, i + 1, EDGES):  # the four edges of a point; those after i are written again
+            lane = up[j]
+            rise, x_part, y_part = row[lane], mu * row[lane + 1], mu * row[lane + 2]
+            H[i, j] = H[j, i] = rise + x_part
+            H[i, j + 1] = H[j + 1, i] = rise - x_part
+            H[i, j + 2] = H[j + 2, i] = rise + y_part
+            H[i, j + 3] = H[j + 3, i] = rise - y_part
         top = max(top, H[i, i])
         f[0, i] = D[FORCES, up[i]] + slope[i] * D[FORCES, across[i]]
     for leg in range(LEGS):
@@ -123,13 +128,13 @@ def _solve(c, n, remembered):
     kept, free = work["kept"], work["free"]
     for i in range(n):
         free[i] = remembered[kept[i]]
-    changes = nonnegative(work["H"], work["f"], n, free, work["order"], work["L"], work["x"], work["y"])
+    changes = nonnegative(work["H"], work["f"], n, free, work["order"], work["U"], work["L"], work["x"], work["y"])
     for i in range(n):
         remembered[kept[i]] = free[i]
     return changes
 
 
-@kernel
+@inner_kernel
 def wanted_motion(c, m, n):
     """The first problem: leaves its ground forces c_d in work x, what is left over of the inequalities in work y."""
     work, tick = c["work"], c["tick"]
@@ -206,7 +211,7 @@ def _add_contacts(work, G, sign, n, F):
                 F[first + j] += s * G[j, up] + t * G[j, across]
 
 
-@kernel
+@inner_kernel
 def _wanted_forces(c, n):
     """Writes M q̈_d + h = Q_d + Gᵀc_d into `wanted`."""
     work, A, F = c["work"], c["at"]["A"], c["work"]["wanted"]
@@ -264,7 +269,7 @@ def _change_limits(c):
     return which >= 0
 
 
-@kernel
+@inner_kernel
 def pushing_torques(c, m):
     """Writes the joint torques u (12,) [N m] for the record's Q_d; returns whether one of them is at its limit.
 

@@ -92,7 +92,7 @@ _WORK = np.dtype(
         ("free", "u1", UNKNOWNS), ("order", "i8", UNKNOWNS),
         ("near", "u1", N_POINTS), ("standing", "u1", LEGS),  # points and legs that count
         ("row", "f8", (1, LEGS * LANES)), ("wanted", "f8", N), ("forces", "f8", N),
-        ("H", "f8", (WIDTH, WIDTH)), ("L", "f8", (WIDTH, WIDTH)),
+        ("H", "f8", (WIDTH, WIDTH)), ("U", "f8", (WIDTH, WIDTH)), ("L", "f8", (WIDTH, WIDTH)),
         ("f", "f8", (1, WIDTH)), ("x", "f8", (1, WIDTH)), ("y", "f8", (1, WIDTH)),
     ],
     align=True,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from biped.base.jit import kernel
+from biped.base.jit import inner_kernel, kernel
 from biped.control.spatial.topology import BASE, HIP_JOINTS, LEG, LEGS, SIDE, THIGH, TORSO
 from biped.robot.leg_states import EXTENDED, SWING
 
@@ -20,7 +20,7 @@ def _placed(c, leg):
     return gait["velocity"] * speed + gait["position"] * (y - c["belief"]["hip"])
 
 
-@kernel
+@inner_kernel
 def desired_forces(c, m):
     """Writes Q_d (18,) [N, N m] into the record from link angles, leg states and gains.
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from biped.base.jit import kernel
+from biped.base.jit import inner_kernel
 from biped.control.spatial.phase import leg_states
 from biped.control.spatial.places import believe_contacts, point_motion, sense_places
 from biped.control.spatial.pushing import pushing_torques
 from biped.control.spatial.springs import desired_forces
 
 
-@kernel
+@inner_kernel
 def spatial_tick(record, m, first):
     """The law for one tick; u or Q_d is left in the record.
 

@@ -143,6 +143,10 @@ class Mechanism:
             Force (K, 2 or 3) [N] in the world's axes, and moment about the joint's point on its second body, (K,)
             in the plane, (K, 3) in space [N m].
         """
+        if not any(joint is mine for mine in self.joints):
+            raise InputError(f"{self.name}: {getattr(joint, 'name', joint)} is not a joint of this mechanism")
+        if (motion.system.n, motion.system.m) != (self.system.n, self.system.m):
+            raise InputError(f"{self.name}: the motion is that of {motion.system.name}")
         body, sign = (joint.one, 1.0) if joint.one.first >= 0 else (joint.two, -1.0)
         own = slice(body.first, body.first + self.coordinates)
         load = np.zeros((len(motion.t), self.coordinates))
@@ -158,6 +162,12 @@ class Mechanism:
 
     def _place(self, body: Body, point: ArrayLike) -> list[Affine]:
         raise NotImplementedError
+
+    def _known(self, body: Body) -> Body:
+        """Refuse a body that is not one of this mechanism."""
+        if body is not GROUND and not any(body is mine for mine in self.bodies):
+            raise InputError(f"{self.name}: {getattr(body, 'name', body)} is not a body of this mechanism")
+        return body
 
     def _turned(self, body: Body, direction: np.ndarray) -> list[Affine]:
         """A direction that is fixed to a body."""
@@ -219,13 +229,16 @@ class Mechanism:
             self._steady += [(number, j, a * f) for j, a in x.items() if j != ONE and f != 0.0]
 
     def _numbers(self, what: str, x: ArrayLike) -> np.ndarray:
-        found = np.array(x, dtype=float)
+        try:
+            found = np.array(x, dtype=float)
+        except (TypeError, ValueError):
+            found = np.zeros(0)
         if found.shape != (self.dimensions,) or not np.isfinite(found).all():
             raise InputError(f"{self.name}: {what} must have {self.dimensions} finite numbers, not {x}")
         return found
 
     def _number(self, what: str, x: float, positive: bool = False) -> float:
-        if not np.isfinite(x):
+        if isinstance(x, bool) or not isinstance(x, (int, float, np.integer, np.floating)) or not np.isfinite(x):
             raise InputError(f"{self.name}: {what} must be finite numbers, not {x}")
         if positive and not x > 0.0:
             raise InputError(f"{self.name}: {what} must be positive, not {x}")

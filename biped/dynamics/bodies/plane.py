@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from biped.base.errors import InputError
 from biped.dynamics.bodies.affine import ONE, Affine, Row, inner, scaled
-from biped.dynamics.bodies.mechanism import Body, Joint, Mechanism
+from biped.dynamics.bodies.mechanism import GROUND, Body, Joint, Mechanism
 
 
 def _across(direction: np.ndarray) -> np.ndarray:
@@ -103,7 +103,7 @@ class Plane(Mechanism):
 
     def torque(self, name: str, body: Body, *, torque: float, damping: float = 0.0) -> None:
         """A torque [N m] on a body, less its spin times a damping [N m s]."""
-        if body.first < 0:
+        if self._known(body) is GROUND:
             raise InputError(f"{self.name}: torque {name} needs a body that moves")
         torque, damping = self._number("torque", torque), self._number("damping", damping)
         self._torques.append((self._force(name), body.first, torque, damping))
@@ -122,7 +122,7 @@ class Plane(Mechanism):
 
     def _place(self, body: Body, point: ArrayLike) -> list[Affine]:
         x, y = self._numbers("point", point)
-        if body.first < 0:
+        if self._known(body) is GROUND:
             return [{ONE: x}, {ONE: y}]
         i = body.first
         return [{i: 1.0, i + 2: x, i + 3: -y}, {i + 1: 1.0, i + 3: x, i + 2: y}]

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from biped.base.errors import InputError
 from biped.dynamics.bodies.affine import ONE, Affine, inner, scaled
-from biped.dynamics.bodies.mechanism import Body, Joint, Mechanism
+from biped.dynamics.bodies.mechanism import GROUND, Body, Joint, Mechanism
 
 SQUARE = 1e-9
 """How far from right angles the axes of a body may be given."""
@@ -101,7 +101,7 @@ class Space(Mechanism):
 
     def _place(self, body: Body, point: ArrayLike) -> list[Affine]:
         x = self._numbers("point", point)
-        if body.first < 0:
+        if self._known(body) is GROUND:
             return [{ONE: a} for a in x]
         i = body.first
         return [{i + k: 1.0, **{i + 3 + 3 * e + k: x[e] for e in range(3)}} for k in range(3)]

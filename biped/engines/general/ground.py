@@ -31,13 +31,18 @@ class Ground:
         model: What is stepped.
         data: Its state.
         robot: What it is.
+        planes: Numbers of the geoms that are ground, where it is not level.
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: General):
-        self._model, self._data, self._ground = model, data, robot.ground
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: General, planes: np.ndarray | None = None):
+        self._model, self._data = model, data
+        self._ground = np.zeros(model.ngeom, dtype=bool)
+        self._ground[robot.ground if planes is None else planes] = True
         of_body = np.full(model.nbody, -1)
         for number, foot in enumerate(robot.feet):
-            of_body[[model.geom_bodyid[geom] for geom in foot.geoms]] = number
+            # Where the ground is not level geoms have other numbers than in the file.
+            on = foot.bodies if planes is not None else [model.geom_bodyid[geom] for geom in foot.geoms]
+            of_body[list(on)] = number
         self._foot = of_body[model.geom_bodyid]
         self._other = np.array([robot.of_foot != foot for foot in range(len(robot.feet))])
         self._pyramidal = model.opt.cone == _PYRAMIDAL
@@ -48,8 +53,9 @@ class Ground:
         out = np.zeros(len(points), dtype=bool)
         contact = self._data.contact
         geoms = contact.geom
-        feet = np.where(geoms[:, 0] == self._ground, self._foot[geoms[:, 1]],
-                        np.where(geoms[:, 1] == self._ground, self._foot[geoms[:, 0]], -1))  # fmt: skip
+        ground = self._ground[geoms]
+        feet = np.where(ground[:, 0], self._foot[geoms[:, 1]],
+                        np.where(ground[:, 1], self._foot[geoms[:, 0]], -1))  # fmt: skip
         self._at = np.flatnonzero(feet >= 0)
         away = ((contact.pos[self._at, None] - points) ** 2).sum(axis=2)
         away[self._other[feet[self._at]]] = np.inf
@@ -64,7 +70,8 @@ class Ground:
         count = len(contact.dist)
         if count:
             local, geoms = self._local(contact, count), contact.geom
-            side = (geoms[:, 0] == self._ground) * 1.0 - (geoms[:, 1] == self._ground)
+            ground = self._ground[geoms]
+            side = ground[:, 0] * 1.0 - ground[:, 1]
             force = side[:, None] * (local[:, None] @ contact.frame.reshape(-1, 3, 3))[:, 0]
             total = force.sum(axis=0)
             np.add.at(point, self._nearest, force[self._at])

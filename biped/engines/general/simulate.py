@@ -9,18 +9,26 @@ from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
+from msgspec import structs
 
 from biped.control.general.law import Asked, Setup, command_of, maker_of
 from biped.control.general.sensed import Sensed
 from biped.control.law import Raised
 from biped.engines.general.account import Account
 from biped.engines.general.ground import Ground
+from biped.engines.general.notes import Notes
+from biped.engines.general.uneven import Uneven, own
+from biped.engines.general.upright import Upright
 from biped.engines.spans import push_spans
 from biped.measure.general.trajectory import GeneralTrajectory, columns_of, width_of
 from biped.robot.general.build import compiled, frame, limits_of
 from biped.robot.general.recognise import robot_of
+from biped.robot.general.truth import masses_of
+from biped.robot.ground import levelled, profile_of
 from biped.robot.run import Run
 from biped.scenario.pushing import pieces
+from biped.scenario.senses import Sensors
+from biped.scenario.truth import Truth
 
 if TYPE_CHECKING:
     from biped.engines.general.walk import Plant
@@ -30,8 +38,6 @@ Watch = Callable[[mujoco.MjModel, mujoco.MjData, np.ndarray], None]
 
 _SPLIT = ("Euler", "implicit", "implicitfast")
 """Integrators whose step has two halves, between which a law can be asked without computing anything twice."""
-_STILL = 0.2
-"""[m/s] below which a fall has no direction."""
 
 
 def simulate(run: Run, watch: Watch | None = None) -> GeneralTrajectory:
@@ -50,6 +56,11 @@ def simulate(run: Run, watch: Watch | None = None) -> GeneralTrajectory:
     return _Simulation(run, watch).drive()
 
 
+def loop_of(run: Run) -> str:
+    """How a run's ticks are looped over: compiled, or in Python."""
+    return "in Python" if _Simulation(run, None).plant is None else "compiled"
+
+
 class _Simulation:
     """One run."""
 
@@ -61,6 +72,9 @@ class _Simulation:
         make, name, file = maker_of(run)
         self.command = command_of(make, s, name)
         self.model = compiled(run.model, s, self.command)
+        self.profile = profile_of(s.ground, run.seed)
+        if not self.profile.level:
+            self.model = own(self.model)
         self.data = mujoco.MjData(self.model)
         self.data.qpos[:], self.data.qvel[:] = run.q, run.v
         self.tick = 1.0 / s.simulation.control_rate
@@ -68,11 +82,22 @@ class _Simulation:
         self.count = round(s.duration * s.simulation.control_rate)
         self.limits = limits_of(self.robot, s)
         size = self.model.nv if self.command == "generalized" else len(self.robot.drives)
-        setup = Setup(s, run.gains, self.robot, copy.copy(self.model), run.model, self.tick, self.limits.copy(),
+        # Of how the robot differs from its file a law knows nothing, nor what lies ahead on its way.
+        told = structs.replace(s, truth=Truth(), ground=levelled(s.ground))
+        known = self.model if s == told else compiled(run.model, told, self.command)
+        setup = Setup(s, run.gains, self.robot, copy.copy(known), run.model, self.tick, self.limits.copy(),
                       run.q.copy(), run.v.copy())  # fmt: skip
         self.law = Asked(make, name, file, setup, size, self.count)
-        self.sensed = Sensed(self.model, self.data, self.robot)
-        self.ground, self.account = Ground(self.model, self.data, self.robot), Account(self.model, self.data)
+        self.true = self.sensed = Sensed(self.model, self.data, self.robot, self.profile)
+        self.measured = None
+        if known is not self.model or s.sensors != Sensors():
+            from biped.control.general.measured import Measured
+
+            self.measured = Measured(run, copy.copy(known), self.robot, self.tick)
+            self.sensed = Sensed(self.measured.model, self.measured.data, self.robot, self.profile)
+        self.uneven = None if self.profile.level else Uneven(self.model, self.data, self.profile)
+        planes = None if self.uneven is None else self.uneven.planes
+        self.ground, self.account = Ground(self.model, self.data, self.robot, planes), Account(self.model, self.data)
         self.wanted = np.zeros(size)
         self.follow = 1.0 if s.actuation.lag == 0.0 else 1.0 - math.exp(-self.tick / s.actuation.lag)
         self.split = s.simulation.integrator in _SPLIT
@@ -80,24 +105,18 @@ class _Simulation:
             name: slice(first, first + math.prod(shape)) for name, (first, shape) in columns_of(self.robot).items()
         }
         self.log = np.zeros((self.count, width_of(self.robot)))
-        self.up = -np.array(self.model.opt.gravity) / np.linalg.norm(self.model.opt.gravity)
-        self.least = 0.0
-        legs = [foot.joints for foot in self.robot.feet]
-        self.anchors = [joints[min(i, len(joints) - 1)] if joints else 0 for joints in legs for i in range(3)]
-        self.without = [(3 * foot + i, foot) for foot, joints in enumerate(legs) for i in range(len(joints), 3)]
-        self.feet = self.robot.of_foot
+        self.notes = Notes(self.model, self.data, self.robot, self.parts)
+        self.upright = Upright(self.model, self.data, self.robot, s.fall, self.profile)
         self.plant = self._compiled() if watch is None and self.follow == 1.0 else None
 
     def _compiled(self) -> Plant | None:
         """What the compiled loop is handed, where the law has one."""
-        if self.s.law != "spatial" or not self.split:
+        if self.s.law != "spatial" or not self.split or self.measured is not None:
             return None
         from biped.engines.general.compiled import plant_of
 
-        mujoco.mj_kinematics(self.model, self.data)
-        self.least = self.s.fall.height * float(self.data.xipos[self.robot.base_number, 2])
-        return plant_of(self.law.law, self.model, self.data, self.robot, self.substeps, self.least, self.s.fall.tilt,
-                        columns_of(self.robot), self.anchors)  # fmt: skip
+        return plant_of(self.law.law, self.model, self.data, self.robot, self.substeps, self.upright.least,
+                        self.s.fall.tilt, columns_of(self.robot), self.notes.anchors)  # fmt: skip
 
     def _span(self, first: int, last: int) -> tuple[int, tuple[str, str] | None]:
         """Ticks first … last - 1 in the compiled loop: how many rows there are now, and how it ended if it did."""
@@ -109,7 +128,9 @@ class _Simulation:
         if status == NOT_FINITE:
             return k + 1, self._diverged(k)
         self.sensed.begin(k * self.tick)
-        return (k + 1, self._fallen(k, k * self.tick)) if status == FALLEN else (last, None)
+        if status != FALLEN:
+            return last, None
+        return k + 1, self.upright.fallen(self.sensed.com_velocity, k * self.tick)
 
     def _turned(self, force: tuple[float, ...]) -> np.ndarray:
         """(3,) [N] of a push in the ground's frame."""
@@ -150,20 +171,21 @@ class _Simulation:
 
     def _tick(self, k: int) -> tuple[str, str] | None:
         """One tick: senses, logs, judges, asks the law and steps; how it ended if it did."""
-        model, data, time = self.model, self.data, k * self.tick
-        if self.split:
-            mujoco.mj_step1(model, data)
-        else:
-            mujoco.mj_forward(model, data)
+        data, time = self.data, k * self.tick
+        self._first_half()
         line = self.log[k]
         if not (np.isfinite(data.qpos).all() and np.isfinite(data.qvel).all()):
             return self._diverged(k)
-        self.sensed.begin(time)
-        points = self.sensed.points
-        self.sensed.touching[:] = self.ground.touching(points)
-        self._note(line, time, points)
-        if (fallen := self._fallen(k, time)) is not None:
+        self.true.begin(time)
+        points = self.true.points
+        self.true.touching[:] = self.ground.touching(points)
+        self.notes.write(line, self.true, time)
+        if (fallen := self.upright.fallen(self.true.com_velocity, time)) is not None:
             return fallen
+        if self.measured is not None:
+            self.measured.measure(data.qpos, data.qvel)
+            self.sensed.begin(time)
+            self.sensed.touching[:] = self.true.touching
         wanted = self.law.ask(k, self.sensed)
         if self.command == "torque":
             wanted = np.clip(wanted, -self.limits, self.limits)
@@ -171,6 +193,15 @@ class _Simulation:
         (data.qfrc_applied if self.command == "generalized" else data.ctrl)[:] = self.wanted
         self._steps(line, points)
         return None
+
+    def _first_half(self) -> None:
+        """All of a step that comes before forces are asked for."""
+        if self.uneven is not None:
+            self.uneven.lay()
+        if self.split:
+            mujoco.mj_step1(self.model, self.data)
+        else:
+            mujoco.mj_forward(self.model, self.data)
 
     def _diverged(self, k: int) -> tuple[str, str]:
         """That a coordinate is not finite at tick k."""
@@ -186,7 +217,7 @@ class _Simulation:
         account.begin()
         for step in range(self.substeps):
             if step:
-                mujoco.mj_step1(model, data) if self.split else mujoco.mj_forward(model, data)
+                self._first_half()
                 self.ground.touching(points)
             account.before()
             if self.split:
@@ -206,51 +237,6 @@ class _Simulation:
         line[self.parts["ground_force"]] = total * share
         line[self.parts["u"]] = torque * share
         line[self.parts["work"]], line[self.parts["given"]] = account.work, account.given
-
-    def _note(self, line: np.ndarray, time: float, points: np.ndarray) -> None:
-        """Logs the state at a tick."""
-        data, base = self.data, self.robot.base_number
-        for name, values in (
-            ("time", time), ("q", data.qpos), ("v", data.qvel), ("point", points.ravel()),
-            ("contact", self.sensed.touching), ("com", self.sensed.com), ("com_velocity", self.sensed.com_velocity),
-            ("base", np.concatenate([data.xpos[base], data.xquat[base]])), ("energy", self._energy()),
-            ("figure", self._figure(points)),
-        ):  # fmt: skip
-            line[self.parts[name]] = values
-
-    def _figure(self, points: np.ndarray) -> np.ndarray:
-        """(21,) [m] joints of the legs and the trunk's end, for a stick figure."""
-        data, robot = self.data, self.robot
-        out = np.empty((7, 3))
-        out[:6] = data.xanchor[self.anchors]
-        for row, foot in self.without:  # a foot on no ankle
-            out[row] = points[self.feet == foot].mean(axis=0)
-        out[6] = data.xpos[robot.base_number] + data.xmat[robot.base_number].reshape(3, 3) @ robot.top
-        return out.ravel()
-
-    def _energy(self) -> float:
-        """[J] potential and kinetic; the rotors' included."""
-        mujoco.mj_energyPos(self.model, self.data)
-        mujoco.mj_energyVel(self.model, self.data)
-        return float(self.data.energy.sum())
-
-    def _fallen(self, k: int, time: float) -> tuple[str, str] | None:
-        """Whether the base is too low or leans too far."""
-        data, number, fall = self.data, self.robot.base_number, self.s.fall
-        height = float(data.xipos[number, 2])
-        if k == 0:
-            self.least = fall.height * height
-        axis = data.xmat[number].reshape(3, 3) @ self.robot.upright
-        lean = math.degrees(math.acos(float(np.clip(axis @ self.up, -1.0, 1.0))))
-        if height >= self.least and lean <= fall.tilt:
-            return None
-        # A base held upright over toppling legs falls the way it moves; otherwise the way it leans.
-        forward, left = (self.sensed.com_velocity if lean <= fall.tilt else axis)[:2]
-        if max(abs(forward), abs(left)) < _STILL:
-            return "fell", f"collapsed at {time:.3f} s"
-        if abs(left) > abs(forward):
-            return "fell", f"fell to the {'left' if left > 0.0 else 'right'} at {time:.3f} s"
-        return "fell", f"fell {'forward' if forward > 0.0 else 'backward'} at {time:.3f} s"
 
     def _trajectory(self, done: int, end: str, cause: str, trace: str) -> GeneralTrajectory:
         s, data = self.s, self.data
@@ -277,7 +263,8 @@ class _Simulation:
             end=end,
             cause=cause,
             warnings=warnings,
-            robot=self.robot,
+            robot=structs.replace(self.robot, masses=masses_of(s.truth, self.robot)),
+            ground=self.profile,
             sampled=not self.split,
             signal_names=self.law.signals.names,
             traceback=trace,

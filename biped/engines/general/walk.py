@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from biped.base.address import call, doubles_at, int32_at
-from biped.base.jit import kernel, long_kernel
+from biped.base.jit import inner_kernel, long_kernel
 from biped.control.spatial.places import Mechanics
 from biped.control.spatial.tick import spatial_tick
 from biped.control.spatial.topology import BASE, KNEE, LEG, LEGS, N_POINTS, NU, N
@@ -84,7 +84,7 @@ class Plant(NamedTuple):
     before: np.ndarray
 
 
-@kernel
+@inner_kernel
 def _status(plant):
     m = plant.mechanics
     for j in range(N):
@@ -96,7 +96,7 @@ def _status(plant):
     return GOING
 
 
-@kernel
+@inner_kernel
 def _note(plant, c, line, time):
     """Writes the state at a tick into its row."""
     m, at = plant.mechanics, plant.columns
@@ -126,7 +126,7 @@ def _note(plant, c, line, time):
     line[at[ENERGY]] = plant.energy[0] + plant.energy[1]
 
 
-@kernel
+@inner_kernel
 def _add_forces(plant, line, share):
     """Adds the ground's forces in the step that has been taken; stops come first among them, then points in order."""
     at, efc = plant.columns, doubles_at(plant.force, int32_at(plant.nefc))
@@ -144,7 +144,7 @@ def _add_forces(plant, line, share):
             row += 3
 
 
-@kernel
+@inner_kernel
 def _step(plant, line, share):
     """Takes one step, whose first half is done, and adds to the row what happens in it."""
     m, at, before = plant.mechanics, plant.columns, plant.before

@@ -99,7 +99,7 @@ _ROWS = np.dtype(
         ("independent", "u1"), ("count", "i8"),  # of the latest evaluation
         ("A", "f8", (NQ, LANES)), ("C", "f8", (NQ, LANES)), ("b_v", "f8", (1, LANES)), ("kept", "f8", (1, LANES)),
         ("spring", "f8", NU), ("L", "f8", (NQ, NQ)),  # M = LᵀL, with nothing added to it
-        ("V", "f8", (NQ, NQ)), ("tau", "f8", NQ), ("pivot", "i8", NQ), ("norm", "f8", (1, LANES)),
+        ("V", "f8", (NQ, NQ)), ("tau", "f8", NQ), ("pivot", "i8", NQ),
         ("speed", "f8", (1, LANES)), ("d", "f8", (LANES, FEW)), ("X", "f8", (NQ, FEW)),
     ],
     align=True,

@@ -44,7 +44,7 @@ def respond(w, q, v):
         A[j, F_LANE] = w["work"]["f"][j]
     factor_from_feet(w["system"]["M"], rows["spring"], L)
     weigh(A, L, C)
-    independent = factor_lanes(C, rows["kept"], m, RANK, rows["norm"], rows["pivot"], rows["V"], rows["tau"])
+    independent = factor_lanes(C, rows["kept"], m, RANK, rows["pivot"], rows["V"], rows["tau"])
     rows["independent"] = independent
     if not independent:
         return False

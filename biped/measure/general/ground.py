@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from biped.measure.general.gait import foot_places, headings, strikes_of, travelled
+from biped.measure.general.gait import courses, foot_places, strikes_of, travelled
 from biped.measure.general.trajectory import GeneralTrajectory
 from biped.measure.metrics.rows import LOADED
 from biped.robot.model import GRAVITY
@@ -37,15 +37,36 @@ def _clearance(t: GeneralTrajectory, span: slice) -> float:
         for start, end in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
             if end - start >= least:
                 quarter = (end - start) // 4
-                height = t.point[span][start + quarter : end - quarter, feet == foot, 2].min()
+                height = t.above[span][start + quarter : end - quarter, feet == foot].min()
                 lowest = float(np.fmin(lowest, height))
     return lowest
 
 
 def extrapolated(t: GeneralTrajectory) -> np.ndarray:
     """(n, 2) [m] extrapolated centre of mass (Hof): where a foot would have to be for it to come to rest above."""
-    height = np.maximum(t.com[:, 2], 1e-3)
+    height = np.maximum(t.com[:, 2] - t.ground.height(t.com[:, 0]), 1e-3)
     return t.com[:, :2] + t.com_velocity[:, :2] * np.sqrt(height / GRAVITY)[:, None]
+
+
+def outline(points: np.ndarray) -> np.ndarray:
+    """(k, 2) corners of the convex hull of points (n, 2) [m], anticlockwise from the rearmost (Andrew's chain)."""
+    places = sorted({(float(x), float(y)) for x, y in points})
+    if len(places) < 3:
+        return np.array(places).reshape(-1, 2)
+    half: list[list[tuple[float, float]]] = []
+    for way in (places, places[::-1]):
+        chain: list[tuple[float, float]] = []
+        for place in way:
+            while len(chain) > 1 and _turn(chain[-2], chain[-1], place) <= 0.0:
+                chain.pop()
+            chain.append(place)
+        half.append(chain[:-1])
+    return np.array(half[0] + half[1])
+
+
+def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
+    """Twice the area of a triangle; positive if a, b, c go round anticlockwise."""
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 def margin_of_stability(t: GeneralTrajectory, span: slice) -> float:
@@ -53,7 +74,7 @@ def margin_of_stability(t: GeneralTrajectory, span: slice) -> float:
 
     The mean over steps of the least in each; of a robot that takes none, the least.
     """
-    heading = headings(t)
+    heading = courses(t)
     aside = np.stack([-np.sin(heading), np.cos(heading)], axis=1)
     reach = (t.point[:, :, :2] * aside[:, None]).sum(axis=2)
     at = (extrapolated(t) * aside).sum(axis=1)
@@ -61,10 +82,12 @@ def margin_of_stability(t: GeneralTrajectory, span: slice) -> float:
     left = np.where(touching, reach, -np.inf).max(axis=1) - at
     right = at - np.where(touching, reach, np.inf).min(axis=1)
     margin = np.where(touching.any(axis=1), np.minimum(left, right), np.nan)
-    single = t.down.sum(axis=1) == 1
+    # By what touches, as the edges are: a foot a hair above the ground is down, but bounds nothing.
+    standing = np.stack([touching[:, t.robot.of_foot == foot].any(axis=1) for foot in range(len(t.robot.feet))], axis=1)
+    single = standing.sum(axis=1) == 1
     if single[span].any():
         # On one foot only its outer edge bounds it: beyond the inner one the other foot comes down.
-        foot = np.argmax(t.down, axis=1)
+        foot = np.argmax(standing, axis=1)
         middle = (foot_places(t)[:, :, :2] * aside[:, None]).sum(axis=2)
         outer_left = np.take_along_axis(middle, foot[:, None], 1)[:, 0] > middle.mean(axis=1)
         margin = np.where(single, np.where(outer_left, left, right), margin)

@@ -46,7 +46,7 @@ def _numbers(t: GeneralTrajectory, window: tuple[float, float]) -> dict[str, Any
     out["energy_residual"] = energy.residual(t)
     out["energy_from_nowhere"] = energy.from_nowhere(t)
     out["momentum_residual"] = energy.momentum_residual(t)
-    out["penetration"] = max(0.0, -float(t.point[:, :, 2].min()))
+    out["penetration"] = max(0.0, -float(t.above.min()))
     out["peak_force"] = float(t.force[:, :, 2].max())
     out["peak_torque"] = energy.heaviest(t)
     if t.pushes:

@@ -60,6 +60,7 @@ class Sagittal:
 
     Attributes:
         com_velocity: (n, 2) [m/s] of the centre of mass.
+        pushes: (start [s], end [s], force forward, to the left and up [N], body).
         own: (n, signals) what the law logged.
         place: (n, 12, 2) [m] hip, knee, ankle, toe, heel of each leg, the trunk's upper end, the centre of mass.
     """
@@ -79,7 +80,7 @@ class Sagittal:
     slope: float
     generalized: bool
     torque_limit: tuple[float, ...]
-    pushes: tuple[tuple[float, float, float, float, str], ...]
+    pushes: tuple[tuple[float, float, float, float, float, str], ...]
     end: str
     cause: str
     robot: Seen
@@ -146,16 +147,24 @@ def sagittal(t: GeneralTrajectory) -> Sagittal:
         names[column] = t.torque_limit[drive]
     v = np.gradient(q, t.tick, axis=0) if n > 1 else np.zeros_like(q)
     return Sagittal(
-        time=t.time, q=q, v=v, applied=applied, phase=np.where(t.down, 1.0, float(_SWING)),
+        time=t.time, q=q, v=v, applied=applied, phase=_phases(t),
         believed=believed.reshape(n, -1), active=np.zeros((n, N_CONSTRAINTS)), force=force.reshape(n, -1, 2),
         place=place, com_velocity=t.com_velocity[:, [0, 2]],
         own=t.log[:, t.width :], tick=t.tick, slope=t.slope, generalized=t.generalized,
         torque_limit=tuple(limit if limit < LARGEST else math.inf for limit in names),
-        pushes=tuple((start, end, forward, up, body) for start, end, forward, _, up, body in t.pushes),
+        pushes=t.pushes,
         end=t.end, cause=t.cause,
         robot=Seen(tuple(Side(leg, (f"{leg}_toe", f"{leg}_heel")) for leg in t.robot.legs), t.robot.shown),
-        tree=Body(np.array([t.robot.mass]), t.robot.leg), signal_names=t.signal_names,
+        tree=Body(np.array([t.robot.mass]), t.robot.leg), signal_names=t.signal_names, ground=t.ground,
     )  # fmt: skip
+
+
+def _phases(t: GeneralTrajectory) -> np.ndarray:
+    """(n, 2) leg states that a law logged as its own, or whether a foot is on the ground."""
+    names = [f"{leg}_state" for leg in t.robot.legs]
+    if all(name in t.signal_names for name in names):
+        return np.stack([t.signals[name] for name in names], axis=1)
+    return np.where(t.down, 1.0, float(_SWING))
 
 
 def _angles(t: GeneralTrajectory, place: np.ndarray) -> np.ndarray:

@@ -16,6 +16,7 @@ import numpy as np
 
 from biped.measure.logged import Logged
 from biped.robot.general.facts import General
+from biped.robot.ground import LEVEL, Profile, profile_from
 
 NEAR = 0.001
 """[m] above the ground within which a contact point is on it, as in `sensing.contact_height`."""
@@ -71,6 +72,7 @@ class GeneralTrajectory(Logged):
         sampled: Whether forces and works are those of the end of a step that has several stages.
         signal_names: Of what a law logged.
         traceback: Where a law of the user's own raised; empty if it did not.
+        ground: The line of the ground's height, the same all along y.
     """
 
     log: np.ndarray
@@ -88,6 +90,7 @@ class GeneralTrajectory(Logged):
     sampled: bool = False
     signal_names: tuple[str, ...] = ()
     traceback: str = ""
+    ground: Profile = LEVEL
 
     @cached_property
     def columns(self) -> dict[str, tuple[int, tuple[int, ...]]]:
@@ -192,8 +195,14 @@ class GeneralTrajectory(Logged):
     @property
     def down(self) -> np.ndarray:
         """(n, 2) whether each foot is on the ground: touches it, or is as near as a contact that chatters comes."""
-        feet, near = self.robot.of_foot, (self.contact > 0.0) | (self.point[:, :, 2] < NEAR)
+        feet, near = self.robot.of_foot, (self.contact > 0.0) | (self.above < NEAR)
         return np.stack([near[:, feet == i].any(axis=1) for i in range(len(self.robot.feet))], axis=1)
+
+    @property
+    def above(self) -> np.ndarray:
+        """(n, P) [m] of the contact points above the ground below them."""
+        point = self.point
+        return point[:, :, 2] - self.ground.height(point[:, :, 0])
 
     @property
     def power(self) -> np.ndarray:
@@ -211,7 +220,8 @@ class GeneralTrajectory(Logged):
     @property
     def about(self) -> dict[str, Any]:
         """All but the arrays, as JSON can hold it."""
-        return {
+        uneven = {} if self.ground.level else {"ground": [values.tolist() for values in self.ground]}
+        return uneven | {
             "kind": KIND, "tick": self.tick, "slope": self.slope, "side_slope": self.side_slope,
             "gravity": self.gravity, "generalized": self.generalized, "torque_limit": self.torque_limit,
             "pushes": self.pushes,
@@ -238,6 +248,7 @@ def made_of(about: dict[str, Any], log: np.ndarray) -> GeneralTrajectory:
     about = dict(about)
     about.pop("kind")
     about["robot"] = msgspec.convert(about["robot"], General)
+    about["ground"] = profile_from(about.pop("ground", None))
     for name in ("gravity", "torque_limit", "signal_names"):
         about[name] = tuple(about[name])
     about["pushes"] = tuple(tuple(push) for push in about["pushes"])

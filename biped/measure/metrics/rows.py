@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from biped.base.jit import kernel
+from biped.base.jit import inner_kernel
 from biped.measure.trajectory import ACTIVE, BELIEVED, FORCE, PHASE, Q_D, STOP, TIME, Q, U, V
 from biped.robot.ground import height_below
 from biped.robot.kinematics import forward
@@ -40,13 +40,13 @@ LOADED = 1.0
 """[N] of normal force from which a point counts as loaded."""
 
 
-@kernel
+@inner_kernel
 def larger(best, x):
     """The larger of two; a number that is none stays, and wins."""
     return best if x <= best or math.isnan(best) else x
 
 
-@kernel
+@inner_kernel
 def add_row(s, at, before, log, point, pushes, seat, k):
     """Adds row k, and the step that leads to it.
 
@@ -102,7 +102,7 @@ def add_row(s, at, before, log, point, pushes, seat, k):
     return fast
 
 
-@kernel
+@inner_kernel
 def _too_fast(told, squared, turning, way):
     """Whether squares of a link's speed and rate are beyond what energy there is, `way` [m] from the start."""
     mass, inertia = told["least_mass"], told["least_inertia"]
@@ -110,7 +110,7 @@ def _too_fast(told, squared, turning, way):
     return not (0.5 * mass * squared <= root * root and 0.5 * inertia * turning <= root * root)
 
 
-@kernel
+@inner_kernel
 def _add_step(s, at, before, was, line, pushes, seat, k):
     """Adds the step from row k to the next: work, energy put in, impulse of the ground."""
     told, run, tree = s["told"], s["run"], s["tree"]
@@ -148,7 +148,7 @@ def _add_step(s, at, before, was, line, pushes, seat, k):
     run["given_either_way"] += abs(given)
 
 
-@kernel
+@inner_kernel
 def _power(at, before, was, line, link, x, z, fx, fz):
     """Power [W] of a force at a place (x, z) of a link in the configuration `before`, at the step's mean velocity."""
     vx, vz = 0.5 * (was[V + X] + line[V + X]), 0.5 * (was[V + Z] + line[V + Z])
@@ -163,7 +163,7 @@ def _power(at, before, was, line, link, x, z, fx, fz):
     return fx * vx + fz * vz
 
 
-@kernel
+@inner_kernel
 def _add_to_window(s, at, log, k):
     """Adds row k to the sums over the window."""
     w, line, first = s["window"], log[k], k == s["told"]["first"]
@@ -190,7 +190,7 @@ def _add_to_window(s, at, log, k):
     _add_contacts(w, at, line)
 
 
-@kernel
+@inner_kernel
 def _add_changes(w, was, line):
     """Adds what changed since the row before: leg states, constraints, torques."""
     jump, changed = 0.0, 0
@@ -204,7 +204,7 @@ def _add_changes(w, was, line):
     w["jumps"] += jump
 
 
-@kernel
+@inner_kernel
 def _add_actuators(s, at, line):
     """Adds torques and powers; of generalized forces those of their springs, in whose places Q_d acts."""
     told, w = s["told"], s["window"]
@@ -235,14 +235,14 @@ def _add_actuators(s, at, line):
     w["net"] += abs(net)
 
 
-@kernel
+@inner_kernel
 def _add_power(w, power):
     w["absolute"] += abs(power)
     w["positive"] += max(power, 0.0)
     w["peak"] = larger(w["peak"], abs(power))
 
 
-@kernel
+@inner_kernel
 def _add_contacts(w, at, line):
     """Adds ground forces, their power, sliding and centres of pressure."""
     for leg in range(LEGS):

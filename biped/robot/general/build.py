@@ -14,9 +14,12 @@ from biped.base.errors import InputError
 from biped.robot.general.facts import Drive, General
 from biped.robot.general.recognise import robot_of
 from biped.robot.general.spec import complete, is_urdf
+from biped.robot.general.truth import apply_truth
+from biped.robot.general.uneven import give_planes, name_geoms, pairs_with_planes
+from biped.robot.ground import is_level, levelled
 from biped.robot.model import GRAVITY
 from biped.scenario.ground import Ground
-from biped.scenario.keys import Scenario, Simulation
+from biped.scenario.keys import Scenario, Simulation, Truth
 from biped.scenario.robot import Described
 
 Command = Literal["torque", "position", "velocity", "generalized"]
@@ -59,18 +62,26 @@ def compiled(path: Path, s: Scenario, command: Command) -> mujoco.MjModel:
     assert s.robot is not None
     robot = robot_of(path, s.robot)
     limits = tuple(limits_of(robot, s).tolist())
-    return _compiled(str(path), path.stat().st_mtime, s.robot, s.ground, s.simulation, limits, command)
+    level = is_level(s.ground)
+    # Heights along the way are no part of the model: only that there are any.
+    return _compiled(str(path), path.stat().st_mtime, s.robot, levelled(s.ground), level, s.simulation, s.truth, limits,
+                     command)  # fmt: skip
 
 
 @lru_cache(maxsize=8)
 def _compiled(
-    file: str, modified: float, table: Described, ground: Ground, simulation: Simulation, limits: tuple[float, ...],
-    command: Command,
+    file: str, modified: float, table: Described, ground: Ground, level: bool, simulation: Simulation, truth: Truth,
+    limits: tuple[float, ...], command: Command,
 ) -> mujoco.MjModel:  # fmt: skip
     path = Path(file)
     robot = robot_of(path, table)
     spec = mujoco.MjSpec.from_file(file)
     complete(spec, table, is_urdf(path))
+    if truth != Truth():
+        apply_truth(spec, truth, robot)
+    if not level:
+        name_geoms(spec)
+        give_planes(spec, robot)
     drives = {drive.name: (drive, limit) for drive, limit in zip(robot.drives, limits, strict=True)}
     for actuator in list(spec.actuators):
         if actuator.name in drives and command != "generalized":
@@ -87,7 +98,7 @@ def _compiled(
     option.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     model = spec.compile()
-    _lay(model, robot, ground)
+    _lay(model, robot, ground, level)
     return model
 
 
@@ -116,9 +127,13 @@ def _needs(drive: Drive, value: float, key: str) -> None:
         )  # fmt: skip
 
 
-def _lay(model: mujoco.MjModel, robot: General, ground: Ground) -> None:
+def _lay(model: mujoco.MjModel, robot: General, ground: Ground, level: bool) -> None:
     """Gives contacts with the ground the scenario's friction and stiffness, whatever the parts of the robot say."""
     solref, friction = [ground.contact_time, ground.damping_ratio], max(ground.friction, 1e-5)
+    if not level:
+        laid = pairs_with_planes(model)
+        model.pair_friction[laid, :2], model.pair_solref[laid] = friction, solref
+        return
     g = robot.ground
     model.geom_priority[g] = int(model.geom_priority.max()) + 1
     model.geom_friction[g, 0] = friction

@@ -9,11 +9,16 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import label, nearest
+from biped.robot.general.build import frame
 from biped.robot.general.facts import General
 from biped.robot.general.recognise import robot_of
 from biped.robot.general.spec import parsed
+from biped.robot.general.upright import contact_points, stand_upright
+from biped.scenario.ground import Ground
 from biped.scenario.keys import Start
 from biped.scenario.robot import Described
+
+_UPRIGHT = "start.upright"
 
 
 class Standing:
@@ -29,15 +34,18 @@ class Standing:
         self.model = parsed(path, table)[1]
         self._data = mujoco.MjData(self.model)
 
-    def start(self, start: Start, noise: np.random.Generator | None) -> tuple[np.ndarray, np.ndarray]:
+    def start(
+        self, start: Start, ground: Ground, noise: np.random.Generator | None
+    ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
         """Coordinates (nq,) and velocities (nv,) that a run starts with.
 
         Args:
             start: Which posture; "" is the robot's own.
+            ground: What it stands on.
             noise: Draws the deviations of its hinges and of its base's orientation; None: there are none.
 
         Raises:
-            InputError: There is no such keyframe.
+            InputError: There is no such keyframe, or the robot cannot stand so.
         """
         model, data, robot = self.model, self._data, self.robot
         mujoco.mj_resetData(model, data)
@@ -49,6 +57,8 @@ class Standing:
                     f"start.posture: model {label(self._path)} has no keyframe '{name}'; {hint}", "start.posture"
                 )
             mujoco.mj_resetDataKeyframe(model, data, robot.starts.index(name))
+        if start.upright:
+            self._stand_upright(ground)
         if noise is not None:
             turning = np.array([_turns(model, column) for column in range(model.nv)])
             deviation = np.where(turning, noise.standard_normal(model.nv) * start.jitter, 0.0)
@@ -58,14 +68,23 @@ class Standing:
             data.qpos[height_of(model, robot)] -= lowest(data, robot)
         return data.qpos.copy(), data.qvel.copy()
 
+    def _stand_upright(self, ground: Ground) -> None:
+        """Stands the posture up on a slope."""
+        if self.robot.planar:
+            raise InputError(f"start.upright: expected false: model {label(self._path)} moves in the plane", _UPRIGHT)
+        if ground.slope == 0.0 and ground.side_slope == 0.0:
+            return
+        stand_upright(self.model, self._data, self.robot, frame(ground.slope, ground.side_slope))
+
+    def foremost(self) -> float:
+        """[m] the foremost contact point of the latest start."""
+        mujoco.mj_kinematics(self.model, self._data)
+        return float(contact_points(self._data, self.robot)[:, 0].max())
+
 
 def lowest(data: mujoco.MjData, robot: General) -> float:
     """[m] height of the lowest contact point; of data with kinematics."""
-    return min(
-        float((data.xpos[body] + data.xmat[body].reshape(3, 3) @ place)[2])
-        for foot in robot.feet
-        for body, place in zip(foot.on, foot.points, strict=True)
-    )
+    return float(contact_points(data, robot)[:, 2].min())
 
 
 def height_of(model: mujoco.MjModel, robot: General) -> int:

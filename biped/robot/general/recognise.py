@@ -146,8 +146,8 @@ def _postures(model: mujoco.MjModel, start: str) -> list[mujoco.MjData]:
 def _feet(
     model: mujoco.MjModel, data: mujoco.MjData, base: int, ground: int, table: Described, faults: list[str]
 ) -> tuple[FootParts, ...]:
-    pairs = {frozenset((int(model.pair_geom1[i]), int(model.pair_geom2[i]))) for i in range(model.npair)}
-    touching = [g for g in range(model.ngeom) if model.geom_bodyid[g] > 0 and _touches(model, pairs, g, ground)]
+    pairs = pairs_of(model)
+    touching = [g for g in range(model.ngeom) if model.geom_bodyid[g] > 0 and touches(model, pairs, g, ground)]
     if not touching:
         faults.append("feet: no geom can touch the ground; expected contype and conaffinity that meet the ground's, or "
                       "<contact><pair geom1=… geom2=…/></contact>")  # fmt: skip
@@ -170,7 +170,12 @@ def _feet(
     return tuple(_foot(model, data, base, *part, faults) for part in parts)
 
 
-def _touches(model: mujoco.MjModel, pairs: set[frozenset[int]], geom: int, ground: int) -> bool:
+def pairs_of(model: mujoco.MjModel) -> set[frozenset[int]]:
+    """Geoms that the file says meet."""
+    return {frozenset((int(model.pair_geom1[i]), int(model.pair_geom2[i]))) for i in range(model.npair)}
+
+
+def touches(model: mujoco.MjModel, pairs: set[frozenset[int]], geom: int, ground: int) -> bool:
     """Whether a geom meets the ground, by what it is or as one of the file's pairs."""
     a, b = (model.geom_contype[geom], model.geom_conaffinity[geom]), (
         model.geom_contype[ground], model.geom_conaffinity[ground])  # fmt: skip

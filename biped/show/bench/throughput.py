@@ -21,12 +21,13 @@ def show(measured: Throughput) -> None:
         out.print(f"[bold]{part}[/bold] [dim]{unit}[/dim]")
         for key, value in getattr(measured, part).items():
             out.print(f"  {key!s:<36}{number(value)}")
-    if measured.scenes is not None:
-        out.print("[bold]scenes[/bold] [dim]µs a tick, and ratios; strict: to steps in compiled code[/dim]")
-        page = table(
-            ("physics", "steps", "loop", "metrics", "x physics", "x steps"), ("scene", "ticks are looped over")
-        )
-        for name, cost in measured.scenes.items():
+    for title, column, costs in (("scenes", "scene", measured.scenes), ("robots of any kind", "run", measured.robots)):
+        if costs is None:
+            continue
+        out.print(f"[bold]{title}[/bold] [dim]µs a tick, and ratios; strict: to steps in compiled code[/dim]")
+        words = (column, "ticks are looped over")
+        page = table((column, "physics", "steps", "loop", "metrics", "x physics", "x steps", words[1]), words)
+        for name, cost in costs.items():
             keys = ("physics", "steps", "closed_loop", "metrics", "with_metrics", "strict")
             page.add_row(name, *(number(cost[key]) for key in keys), cost["loop"])
         out.print(page)

@@ -65,7 +65,7 @@ class Frames(NamedTuple):
             "place": _packed((self.place - base[:, None]) / UNIT, "<i2"),
             "force": _packed(1e3 * self.force, "<i2"),
             "state": _packed(self.state, "u1"),
-            "pushes": [[round(value, 4) for value in push[:4]] for push in self.pushes],
+            "pushes": [[round(value, 4) for value in (*push[:3], push[-2])] for push in self.pushes],
         }
 
 

@@ -39,13 +39,18 @@ def chip(passed: bool, good: str = "✓ passed", bad: str = "✗ failed") -> Mar
 UNITS = {"slope": "°", "friction": "", "at": "s", "duration": "s", "speed": "m/s", "jitter": "rad", "lag": "s",
          "control_rate": "Hz", "timestep": "s", "torque_limit": "N m"}  # fmt: skip
 """Units of scenario keys by the last word of the key."""
+_WAYS = {"0": "forward", "1": "up, in space to the left", "2": "up"}
+"""Which way the components of a push go."""
 
 
 def _named(key: str) -> tuple[str, str]:
-    """A scenario key in words, and its unit: `push.0.force.0` is a push forward in N."""
+    """A scenario key in words, and its unit: `push.0.force.0` is a push forward in N.
+
+    (The second component is one up in the plane, and one to the left in space.)
+    """
     parts = key.split(".")
     if parts[0] == "push" and len(parts) == 4 and parts[2] == "force":
-        return f"push {'forward' if parts[3] == '0' else 'upward'}", "N"
+        return f"push {_WAYS.get(parts[3], parts[3])}", "N"
     if key.startswith("start: "):
         return key, "°"
     words = " ".join(part for part in parts if not part.isdigit())

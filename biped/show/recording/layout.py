@@ -1,17 +1,34 @@
-"""How the viewer opens: the walk from the side, lanes below it, verdict and curves on the right."""
+"""How the viewer opens: the walk from the side, lanes below it, verdict and curves on the right.
+
+A walker in space is seen from ahead and from above too.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
+from biped.measure.general.trajectory import GeneralTrajectory
+from biped.show.recording.footing import STEPS
 from biped.show.recording.recorded import Placed
 from biped.show.recording.series import SIGNAL, colour_word, curves
+
+if TYPE_CHECKING:
+    from biped.measure.stored import AnyTrajectory
 
 # The eye and what it looks at [m from the ground below]: it is seen from its right and walks rightwards.
 # Plots in which every run has a curve; the others are of the first run.
 _SHARED = ("velocity", "torso", "cost")
+# The eye of a smaller view is nearer, by this.
+_NEARER = 0.6
+# What hides the ground from above, or stands aside of where it belongs for being high.
+_ALOFT = ("body", "centre_of_mass", "trail", "contact_force")
+# What stays in sight once it was seen.
+_KEPT = ("trail", *STEPS)
 
 
 def layout(runs: list[Placed]) -> rrb.Blueprint:
@@ -54,31 +71,56 @@ def _whose(runs: list[Placed]) -> str:
     return ": " + ", ".join(f"{run.run.name} {colour_word(run.number)}" for run in runs)
 
 
-def _walk(runs: list[Placed]) -> rrb.Spatial3DView:
-    """The 3D view, seen from a frame that goes along with the first run.
-
-    (An eye that tracks an entity does not move when it is given a place of its own.)
-    """
+def _walk(runs: list[Placed]) -> rrb.Spatial3DView | rrb.Horizontal:
+    """The walk from its right; of a walker in space from ahead and from above beside that."""
     aside = max(run.lane for run in runs)
     shown = runs[0].run.trajectory.robot.shown
     target = np.array([shown.target[0], shown.target[1] + 0.5 * aside, shown.target[2]])
-    eye = target + (1.0 + 0.3 * aside) * (np.array(shown.eye) - shown.target)
+    away = (1.0 + 0.3 * aside) * (np.array(shown.eye) - shown.target)
+    side = _view(runs, "Walk", target, away, (0.0, 0.0, 1.0))
+    if not any(in_space(run.run.trajectory) for run in runs):
+        return side
+    far = float(np.linalg.norm(away))
+    ahead = _view(runs, "From ahead", target, _NEARER * far * np.array([1.0, 0.0, 0.12]), (0.0, 0.0, 1.0))
+    # A little from behind: straight down, "up" would be no direction.
+    low = target * [1.0, 1.0, 0.0]
+    above = _view(runs, "Steps, from above", low, far * np.array([-0.01, 0.0, 1.0]), (1.0, 0.0, 0.0), _ALOFT)
+    return rrb.Horizontal(side, rrb.Vertical(ahead, above), column_shares=[3, 2])
+
+
+def in_space(trajectory: AnyTrajectory) -> bool:
+    """Whether a run is one of a robot that moves in space."""
+    return isinstance(trajectory, GeneralTrajectory) and not trajectory.robot.planar
+
+
+def _view(
+    runs: list[Placed], name: str, target: np.ndarray, away: np.ndarray, up: tuple[float, float, float],
+    without: Sequence[str] = (),
+) -> rrb.Spatial3DView:  # fmt: skip
+    """A 3D view of `target` [m] from `away` [m] of it, from a frame that goes along with the first run.
+
+    Some entities of the scenes may be left out.
+
+    (An eye that tracks an entity does not move when it is given a place of its own.)
+    """
+    contents = [run.entity("scene") + "/**" for run in runs]
+    contents += ["- " + run.entity("scene", name) + "/**" for run in runs for name in without]
     past = rr.VisibleTimeRange(
         "time", start=rr.TimeRangeBoundary.infinite(), end=rr.TimeRangeBoundary.cursor_relative()
     )
     return rrb.Spatial3DView(
-        name="Walk",
+        name=name,
         origin=runs[0].entity("eye"),
-        contents=[run.entity("scene") + "/**" for run in runs],
+        contents=contents,
         background=rrb.Background(color=(232, 236, 241)),
         line_grid=rrb.LineGrid3D(visible=False),
         eye_controls=rrb.EyeControls3D(
             kind=rrb.Eye3DKind.Orbital,
-            position=eye,
+            position=target + away,
             look_target=target,
-            eye_up=[0.0, 0.0, 1.0],
+            eye_up=up,
         ),
-        overrides={run.entity("scene", "trail"): rrb.VisibleTimeRanges(past) for run in runs},
+        overrides={run.entity("scene", name): rrb.VisibleTimeRanges(past) for run in runs for name in _KEPT},
     )
 
 

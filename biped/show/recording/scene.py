@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 import rerun as rr
 
+from biped.measure.general.trajectory import GeneralTrajectory
 from biped.measure.signals import means
 from biped.measure.trajectory import Trajectory
 from biped.robot.ground import slabs
@@ -21,6 +22,7 @@ from biped.robot.topology import POINT_LINK
 from biped.robot.tree import motion
 from biped.show import spatial
 from biped.show.recording.body import drawn_geoms, mass_centres
+from biped.show.recording.footing import log_footing
 from biped.show.recording.recorded import LANE, Placed, times
 
 BODY_WEIGHT = 0.6
@@ -67,6 +69,8 @@ def log_scene(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -
     believed = placed.run.believed(placed.run.trajectory)
     if believed is not None:
         _log_forces(recording, placed, rows, spatial.lift(believed), believed=True)
+    if isinstance(placed.run.trajectory, GeneralTrajectory) and not placed.run.trajectory.robot.planar:
+        log_footing(recording, placed, placed.run.trajectory, rows)
     if placed.run.trajectory.pushes:
         _log_pushes(recording, placed, rows)
 
@@ -136,7 +140,9 @@ def _log_eye(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) ->
 def _log_centre(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -> None:
     """The centre of mass above the ground, and its trail up to now."""
     trajectory = placed.run.trajectory
-    place = spatial.centre(trajectory)[rows] + np.array([0.0, _ASIDE, 0.0])
+    place = spatial.centre(trajectory)[rows]
+    if isinstance(trajectory, Trajectory) or trajectory.robot.planar:
+        place[:, 1] += _ASIDE
     # Straight down is where gravity points, not where the slope's normal does.
     below = place - place[:, 2:] * spatial.plumb(trajectory)
     below[:, 2] += spatial.ground(trajectory).height(below[:, 0])

@@ -105,7 +105,7 @@ PROBLEMS = (
     ),
     chain(2, FOUR_BARS),
     chain(10),
-    replace(chain(40), steps=(0.05, 0.1 / 3, 0.025, 0.02, 0.01)),
+    replace(chain(40), steps=(0.1, 0.05, 0.1 / 3, 0.025, 0.02, 0.01)),
     Problem(
         SQUEEZER,
         _squeezer,

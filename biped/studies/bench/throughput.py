@@ -45,6 +45,7 @@ class Throughput(NamedTuple):
         campaign: Of an ensemble; see `ensemble_costs`.
         cold_start: CPU seconds by command.
         scenes: Costs by scene (`biped.studies.bench.scenes`); None if they were left out.
+        robots: Costs of robots of any kind (`biped.studies.bench.general`); None likewise.
         features: Prices by feature (`biped.studies.bench.features`); None likewise.
     """
 
@@ -55,6 +56,7 @@ class Throughput(NamedTuple):
     campaign: dict[str, float]
     cold_start: dict[str, float]
     scenes: dict[str, dict[str, Any]] | None
+    robots: dict[str, dict[str, Any]] | None
     features: dict[str, dict[str, Any]] | None
 
     def as_dict(self) -> dict[str, Any]:
@@ -153,12 +155,13 @@ def everything(quick: bool = False, recorder: Callable[..., None] | None = None)
     """Measures everything.
 
     Args:
-        quick: Leave out scenes of every kind, and the prices of features, which take a process each.
+        quick: Leave out scenes and robots of every kind, and the prices of features, which take a process each.
         recorder: Writes a run's recording; its price is left out without one (`biped.show.replay.record_runs`).
     """
     costs = compiled(), tick_costs(), home_costs(), contacts(), ensemble_costs(), cold_starts()
     if quick:
-        return Throughput(*costs, None, None)
+        return Throughput(*costs, None, None, None)
     from biped.studies.bench.features import prices
+    from biped.studies.bench.general import general_costs
 
-    return Throughput(*costs, scene_costs(), prices(recorder=recorder))
+    return Throughput(*costs, scene_costs(), general_costs(), prices(recorder=recorder))

@@ -7,10 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from biped.base.errors import RunError
+from biped.base.errors import InputError, RunError
 from biped.ensemble.backend import Jobs
 from biped.ensemble.campaign import simulate_planar
 from biped.ensemble.plan import Plan
+from biped.robot.ground import first_of, is_level
 from biped.robot.model import tree_at, true_tree
 from biped.scenario.vary import stream
 from biped.studies.planned import plan_of, title_of
@@ -178,10 +179,22 @@ def study(
         slices: Whether to cut the basin of attraction too, at the scenario's time step.
 
     Raises:
-        InputError: The scenario cannot be used.
+        InputError: The scenario cannot be used; its ground is not level.
         RunError: It has no steady gait to speak of anywhere.
     """
-    step = plan_of(name, changes).scenario.simulation.timestep
+    scenario = plan_of(name, changes).scenario
+    if scenario.robot is not None:
+        raise InputError(
+            "stability: expected a planar biped of seven links, with the thesis's law: its section is of their "
+            f"coordinates; model '{scenario.model}' is a robot of any kind here", "model",
+        )  # fmt: skip
+    if not is_level(scenario.ground):
+        which = first_of(scenario.ground)
+        raise InputError(
+            f"ground.{which}: expected none: strides return to one another on level ground and slopes alone",
+            f"ground.{which}",
+        )
+    step = scenario.simulation.timestep
     gaits = []
     for engine in engines:
         for factor in (1.0, 0.5):

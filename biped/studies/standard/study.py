@@ -16,8 +16,10 @@ from biped.base.progress import Progress, silent
 from biped.base.text import said
 from biped.ensemble.backend import Jobs
 from biped.ensemble.plan import Plan
+from biped.robot.general.recognise import robot_of
 from biped.robot.model import GRAVITY, tree_at
-from biped.scenario.gait import speeds_of
+from biped.scenario.gains import Gains
+from biped.scenario.gait import read_gains, speeds_of
 from biped.scenario.metrics import METRICS
 from biped.scenario.reading import read_scenario
 from biped.scenario.standard import Standard
@@ -151,6 +153,9 @@ def standard(
         InputError: Something the user wrote cannot be used; said before the first run.
     """
     tests = trials_of(asked)
+    if not asked:
+        there = {_in_space(word) for word in gaits}
+        tests = [test for test in tests if test.standard.space in there]
     shown = [_gait(word) for word in gaits]
     twice = [gait for gait in shown if shown.count(gait) > 1]
     if twice:
@@ -176,9 +181,14 @@ def _gait(word: str) -> str:
     return path.stem if Path(known).suffix else known
 
 
+def _in_space(word: str) -> bool:
+    """Whether a gait is one of a biped that moves in space."""
+    return read_gains(locate("controllers", word, "GAIT"), Gains()).frontal is not None
+
+
 def _asked_of(test: Standard, word: str) -> Standard | None:
     """What a test asks of a gait, of a family no speed that it does not have; None if it is not for the gait."""
-    if test.gaits and _gait(word) not in test.gaits:
+    if (test.gaits and _gait(word) not in test.gaits) or test.space != _in_space(word):
         return None
     if not test.family:
         return test
@@ -219,8 +229,14 @@ def _plan(test: Trial, word: str, changes: Sequence[str], value: float) -> Plan:
 
 
 def _unit(plan: Plan, of: str) -> float:
-    tree = tree_at(plan.model)
-    return {"si": 1.0, "weight": float(tree.mass.sum()) * GRAVITY, "leg": float(tree.leg)}[of]
+    general = plan.scenario.robot
+    if general is None:
+        tree = tree_at(plan.model)
+        mass, leg = float(tree.mass.sum()), float(tree.leg)
+    else:
+        robot = robot_of(plan.model, general)
+        mass, leg = robot.mass, robot.leg
+    return {"si": 1.0, "weight": mass * GRAVITY, "leg": leg}[of]
 
 
 def _quoted(word: str) -> str:

@@ -13,7 +13,7 @@ from biped.base.progress import Progress, Told, silent, unheard
 from biped.ensemble.backend import Jobs
 from biped.ensemble.folder import Folder
 from biped.ensemble.plan import Plan
-from biped.scenario.gains import Gains, number, single, with_numbers
+from biped.scenario.gains import GAINS, OUT_OF_PLANE, Gains, number, single, with_numbers
 from biped.scenario.gait import read_gains
 from biped.scenario.reading import read_scenario
 from biped.studies.folders import folder_for
@@ -93,8 +93,18 @@ def least(
 
 
 def different(origin: Gains, found: Gains) -> list[str]:
-    """Names of the single numbers in which two complete gaits differ."""
-    return [name for name in single() if number(origin, name) != number(found, name)]
+    """Names of the single numbers in which two complete gaits differ, out of the plane too where they have such.
+
+    Raises:
+        InputError: Only one of them has.
+    """
+    tables = [table for table in OUT_OF_PLANE if getattr(origin, table) is not None]
+    for table in OUT_OF_PLANE:
+        if (table in tables) != (getattr(found, table) is not None):
+            which = ("found", "scenario's own") if table in tables else ("scenario's own", "found")
+            raise InputError(f"gains.{table}: the {which[0]} gait has none and the {which[1]} one has; expected two "
+                             "gaits in the plane, or two in space", f"gains.{table}")  # fmt: skip
+    return [name for name in single([*GAINS, *tables]) if number(origin, name) != number(found, name)]
 
 
 def mixed(found: Gains, origin: Gains, back: Sequence[str]) -> Gains:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from biped.engines import home
+from biped.engines.general import simulate as general
 from biped.engines.mujoco import simulate
 from biped.engines.native import native
 from biped.ensemble.plan import Plan
@@ -17,6 +18,7 @@ from biped.scenario.reading import read_scenario
 from biped.show.replay import record_runs
 from biped.studies.bench import scenes
 from biped.studies.bench.features import BASE, FEATURES, prices
+from biped.studies.bench.general import ROBOTS, general_cost, replay_of, replayed
 from biped.studies.bench.inner import steps
 from biped.studies.bench.parts import _again, contact_costs, replay
 from biped.studies.bench.rigid import STRIDE, _states, _touch, rigid_parts
@@ -162,6 +164,34 @@ def test_bare_steps_are_pushed_and_divided_as_those_of_the_run():
             again.taken[:] = again.given[k]
             mujoco.mj_step(again.model, again.data, again.substeps)
     np.testing.assert_array_equal(again.data.qpos, trajectory.q[-1])
+
+
+@pytest.mark.parametrize("name", ["any/human", "any/walker2d"])
+def test_bare_steps_of_robots_of_any_kind_are_those_of_the_run(name):
+    """Pushed, and with what its law commanded, the run without its law ends in the same place."""
+    run = Plan(read_scenario(name, ["duration=1.4"])).run(1)
+    trajectory, replay = general.simulate(run), replay_of(run)
+    assert len(replay.spans) > 1
+    before = replay._replace(
+        commanded=replay.commanded[: len(trajectory) - 1],
+        spans=[(first, min(last, len(trajectory) - 1), pushed) for first, last, pushed in replay.spans],
+    )
+    data = replayed(before)
+    np.testing.assert_array_equal(data.qpos, trajectory.q[-1])
+
+
+def test_a_run_of_a_robot_of_any_kind_costs_more_than_its_steps():
+    run = Plan(read_scenario("any/walker2d", ["duration=1.3"])).run(0)
+    cost = general_cost(run, 1)
+    assert cost.loop == "in Python"
+    assert cost.ticks == 1300
+    assert cost.closed_loop > cost.physics >= cost.steps > 0.0
+    assert cost.strict >= cost.with_metrics > 1.0
+
+
+def test_runs_of_robots_of_any_kind_are_of_such_robots():
+    for name, *changes in ROBOTS.values():
+        assert Plan(read_scenario(name, changes)).scenario.robot is not None
 
 
 def test_every_scene_is_valid_and_in_mujoco():

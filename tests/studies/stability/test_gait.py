@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from biped.base.errors import RunError
+from biped.base.errors import InputError, RunError
 from biped.cli.main import main
 from biped.ensemble.campaign import simulate
 from biped.robot.tree import motion
@@ -148,6 +148,19 @@ def test_bad_calls(argv, capsys):
     answer = capsys.readouterr()
     assert answer.out == ""
     assert answer.err.startswith("biped: ")
+
+
+@pytest.mark.parametrize(
+    ("scenario", "changes", "words"),
+    [
+        (SLOW, ["ground.tiles.height=0.01"], r"ground.tiles: expected none: strides return to one another on level"),
+        (SLOW, ["ground.steps.rise=0.01"], r"ground.steps: expected none"),
+        ("any/walker2d", [], r"model 'walker2d' is a robot of any kind here"),
+    ],
+)  # fmt: skip
+def test_starts_are_on_level_ground_and_of_seven_links(scenario, changes, words):
+    with pytest.raises(InputError, match=words):
+        study(scenario, changes)
 
 
 def test_reference_command(capsys):

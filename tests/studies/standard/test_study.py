@@ -9,10 +9,12 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.cli.main import main
+from biped.ensemble.campaign import simulate
 from biped.robot.model import GRAVITY, tree_at
 from biped.scenario.metrics import METRICS
 from biped.show.page import write_page
 from biped.show.standing import lines_of, markdown
+from biped.studies.planned import plan_of
 from biped.studies.standard import study
 from biped.studies.standard.search import Tried
 from biped.studies.standard.study import standard, trials_of
@@ -75,6 +77,31 @@ def test_values_are_in_the_robots_own_units(gait, model):
     assert ground.height == pytest.approx(0.01 * tree.leg)
     assert ground.length == pytest.approx(0.6 * tree.leg)
     assert ground.start == pytest.approx(1.2 * tree.leg)
+
+
+def test_values_are_in_the_units_of_a_robot_in_space():
+    (push,) = trials_of(["space_push_sideways"])
+    force = study._plan(push, "human3d", [], 0.5).run(0).scenario.push[0].force
+    assert force == pytest.approx((0.0, 0.5 * 75.0 * GRAVITY, 0.0))
+    (slope,) = trials_of(["space_slope_sideways"])
+    assert study._plan(slope, "human3d", [], 2.5).run(0).scenario.ground.side_slope == 2.5
+
+
+def test_gaits_in_space_have_tests_of_their_own():
+    (level,), (space,) = trials_of(["level"]), trials_of(["space_level"])
+    assert study._asked_of(level.standard, "human3d") is None
+    assert study._asked_of(space.standard, "human3d") is space.standard
+    assert study._asked_of(space.standard, "calm") is None
+
+
+def test_a_gait_in_space_from_command_to_table(tmp_path, capsys):
+    sets = ["--set", "randomise.runs=1", "--set", "duration=1.0", "--set", "window.start=0.2", "--jobs", "1"]
+    code, told = command(capsys, "standard", "human3d", "calm", "--test", "space_level", *sets,
+                         "--out", str(tmp_path / "s"))  # fmt: skip
+    assert code == 0
+    (one, none) = told["standings"]
+    assert none["tried"] == []
+    assert {"heading", "drift", "step_width"} <= set(one["tried"][0]["numbers"])
 
 
 def test_who_is_asked_what():
@@ -221,3 +248,33 @@ def test_the_page(here):
     Path("found/standard.json").write_text('{"gaits": 3}', encoding="utf-8")
     with pytest.raises(InputError, match="expected what biped standard writes"):
         write_page([Path("found")], Path("other.html"), "Tests")
+
+
+STANDS = """description = "How large a push walker2d stands"
+model = "walker2d"
+law = "stand"
+duration = 1.6
+push = [{ at = 0.5, duration = 0.2, force = [0.0, 0.0] }]
+randomise.runs = 2
+[standard]
+title = "push forward for 0.2 s"
+goal = "stood"
+key = "push.0.force.0"
+of = "weight"
+first = 0.02
+step = 0.5
+last = 1.02
+resolution = 0.25
+times = 0.2
+unit = "N s"
+"""
+
+
+def test_a_robot_of_any_kind_in_units_of_its_own(here):
+    Path("stands.toml").write_text(STANDS, encoding="utf-8")
+    (standing,) = standard(["normal"], ["stands.toml"], [], 1, Path("out")).standings
+    robot = simulate(plan_of("stands.toml", []).run(0)).robot
+    assert standing.scale == pytest.approx(robot.mass * GRAVITY)
+    assert standing.tried[0].reached == 2, "the easiest push is stood"
+    assert standing.limit is not None
+    assert standing.limit.fails_at is not None, "a push of the robot's weight is not"

@@ -1,0 +1,63 @@
+"""How a robot of any kind differs from the model file that its law knows: masses, inertias, damping."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from biped.base.errors import InputError
+from biped.base.files import nearest
+from biped.robot.general.facts import General
+from biped.scenario.keys import Truth
+
+_HINGE = mujoco.mjtJoint.mjJNT_HINGE
+
+
+def apply_truth(spec: mujoco.MjSpec, truth: Truth, robot: General) -> None:
+    """Changes a completed file to what is true of the robot.
+
+    Args:
+        spec: The file, which is changed.
+        truth: Of the scenario.
+        robot: What the file says.
+    """
+    model = spec.compile()
+    bodies = {one.name: one for one in truth.part}
+    spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
+    for number in range(1, model.nbody):
+        body, true = spec.body(model.body(number).name), bodies.get(model.body(number).name)
+        mass, inertia, shift = (1.0, 1.0, np.zeros(3)) if true is None else (true.mass, true.inertia, true.shift)
+        body.explicitinertial = True
+        body.mass = mass * model.body_mass[number]
+        body.inertia = mass * inertia * model.body_inertia[number]
+        body.ipos = model.body_ipos[number] + np.array(shift)
+        body.iquat = model.body_iquat[number]
+    base = spec.body(robot.base)
+    for joint in spec.joints:
+        if joint.type == _HINGE and joint.parent.name != base.name:
+            # MuJoCo 4 keeps a polynomial in the rate: linear, quadratic and cubic coefficient.
+            joint.damping = joint.damping + np.array([truth.joint_damping, 0.0, 0.0])
+
+
+def check_truth(truth: Truth, robot: General) -> None:
+    """Makes sure that bodies are the robot's, each named once.
+
+    Raises:
+        InputError: They are not.
+    """
+    seen = set()
+    for i, one in enumerate(truth.part):
+        if one.name not in robot.bodies:
+            raise InputError(
+                f"truth.part[{i}].name: model '{robot.name}' has no body '{one.name}'; "
+                f"{nearest(one.name, list(robot.bodies))}", f"truth.part[{i}].name",
+            )  # fmt: skip
+        if one.name in seen:
+            raise InputError(f"truth.part[{i}].name: '{one.name}' is named twice", f"truth.part[{i}].name")
+        seen.add(one.name)
+
+
+def masses_of(truth: Truth, robot: General) -> tuple[float, ...]:
+    """[kg] of the bodies as they are."""
+    factors = {one.name: one.mass for one in truth.part}
+    return tuple(mass * factors.get(name, 1.0) for name, mass in zip(robot.bodies, robot.masses, strict=True))

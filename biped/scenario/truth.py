@@ -1,0 +1,50 @@
+"""How what walks differs from the model that its controller knows: a table of a scenario file."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from msgspec import Meta
+
+from biped.scenario.section import Factor, Name, NonNegative, Real, Section, Seven
+
+
+class Part(Section, frozen=True):
+    """A body of a robot of any kind.
+
+    Attributes:
+        name: Which.
+        mass: Factor of its mass; moments of inertia follow.
+        inertia: Factor of its moments of inertia on top.
+        shift: [m] of its centre of mass, in the body's frame.
+    """
+
+    name: Name
+    mass: Factor = 1.0
+    inertia: Factor = 1.0
+    shift: tuple[Real, Real, Real] = (0.0, 0.0, 0.0)
+
+
+class Truth(Section, frozen=True):
+    """How the biped that walks differs from the model file that the controller knows: factors of each link.
+
+    Links are torso, right thigh, shank, foot, left thigh, shank, foot. A length scales everything placed along the
+    link; inertias follow masses and lengths (m l²) and are scaled by their own factor on top. Of a robot of any kind
+    each body that differs has a table `[[truth.part]]`, and `joint_damping` is that of all hinges but the base's; the
+    other keys are of seven links.
+
+    Attributes:
+        mass: Factors of the masses.
+        inertia: Factors of the moments of inertia beyond what mass and length imply.
+        length: Factors of the lengths.
+        joint_damping: [N m s/rad] added to hips, knees and ankles.
+        hip_mass: [kg] that the torso carries on the hip's axis besides: of an arm that guides the robot, for example.
+        part: Bodies that differ, of a robot of any kind.
+    """
+
+    mass: Seven = (1.0,) * 7
+    inertia: Seven = (1.0,) * 7
+    length: Seven = (1.0,) * 7
+    joint_damping: NonNegative = 0.0
+    hip_mass: NonNegative = 0.0
+    part: Annotated[tuple[Part, ...], Meta(max_length=1000)] = ()

@@ -1,0 +1,155 @@
+"""What the closed loop of a robot of any kind costs, as ratios to bare `mj_step` of the same run.
+
+Bare steps replay what a run was commanded and pushed with, on the same compiled model, and so meet the same contacts.
+Least times of interleaved repeats, as in `biped.studies.bench.scenes`.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+
+from biped.engines.general.simulate import loop_of, simulate
+from biped.engines.native import halves, without_clock
+from biped.ensemble.plan import Plan
+from biped.measure.general.metrics import assess
+from biped.robot.run import Run
+from biped.scenario.reading import read_scenario
+from biped.studies.bench.inner import steps
+from biped.studies.bench.parts import clock
+from biped.studies.bench.scenes import SceneCost
+
+REPEATS = 5
+ROBOTS: dict[str, tuple[str, ...]] = {
+    "walk in space": ("spatial/level",),
+    "walk in space, Q_d itself": ("spatial/generalized", "duration=10.0", "window.end=10.0"),
+    "human, thesis's law in Python": ("any/walk",),
+    "walker2d stands": ("any/walker2d",),
+    "humanoid stands": ("any/humanoid",),
+    "h1 stands": ("any/h1",),
+}
+"""Scenario and changes."""
+
+
+class Replay(NamedTuple):
+    """A run to be stepped once more, without its law.
+
+    Attributes:
+        model: Of the run.
+        run: It.
+        commanded: (n, nu or nv) what the law commanded, tick by tick.
+        generalized: Whether that were forces on all coordinates instead of actuators' commands.
+        spans: First tick, last tick + 1, and forces (nbody, 6) on bodies, of the pushes.
+        substeps: Steps in a tick.
+    """
+
+    model: mujoco.MjModel
+    run: Run
+    commanded: np.ndarray
+    generalized: bool
+    spans: list[tuple[int, int, np.ndarray]]
+    substeps: int
+
+    def data(self) -> mujoco.MjData:
+        """The run's start."""
+        data = mujoco.MjData(self.model)
+        data.qpos[:], data.qvel[:] = self.run.q, self.run.v
+        return data
+
+    def taken(self, data: mujoco.MjData) -> np.ndarray:
+        """What MuJoCo takes the commands from."""
+        return data.qfrc_applied if self.generalized else data.ctrl
+
+
+def replay_of(run: Run) -> Replay:
+    """Carries a run out, and keeps what its law commanded."""
+    models, commands, pushes = [], [], []
+
+    def watch(model: mujoco.MjModel, data: mujoco.MjData, _: np.ndarray) -> None:
+        if not models:
+            models.append(model)
+        commands.append(np.concatenate([data.ctrl, data.qfrc_applied]))
+        pushes.append(data.xfrc_applied.copy())
+
+    trajectory = simulate(run, watch)
+    model, generalized = models[0], trajectory.generalized
+    commanded = np.array(commands)[:, model.nu :] if generalized else np.array(commands)[:, : model.nu]
+    pushed = np.array(pushes)
+    cuts = [0, *(np.flatnonzero((np.diff(pushed, axis=0) != 0.0).any(axis=(1, 2))) + 1), len(pushed)]
+    spans = [(int(first), int(last), pushed[first]) for first, last in pairwise(cuts)]
+    substeps = round(trajectory.tick / run.scenario.simulation.timestep)
+    return Replay(model, run, np.ascontiguousarray(commanded), generalized, spans, substeps)
+
+
+def replayed(replay: Replay, step: bool = True) -> mujoco.MjData:
+    """Steps a run from Python without its law; without `step`, only hands over what it commanded."""
+    data, mj_step, model, substeps = replay.data(), mujoco.mj_step, replay.model, replay.substeps
+    taken, commanded = replay.taken(data), replay.commanded
+    for first, last, pushed in replay.spans:
+        data.xfrc_applied[:] = pushed
+        for k in range(first, last):
+            taken[:] = commanded[k]
+            if step:
+                mj_step(model, data, substeps)
+    return data
+
+
+def _strict(replay: Replay) -> float | None:
+    """CPU seconds of the same steps in one compiled loop, MuJoCo's clock off; None where that is not possible."""
+    if (native := halves(replay.model)) is None:
+        return None
+    data = replay.data()
+    taken = replay.taken(data)
+
+    def compiled() -> None:
+        for first, last, pushed in replay.spans:
+            data.xfrc_applied[:] = pushed
+            given = replay.commanded[first:last]
+            steps(native.step, replay.model._address, data._address, taken, given, replay.substeps)
+
+    with without_clock():
+        return clock(compiled)
+
+
+def general_cost(run: Run, repeats: int = REPEATS) -> SceneCost:
+    """What a run of a robot of any kind costs.
+
+    Args:
+        run: The run.
+        repeats: Of which the least times count.
+    """
+    replay, trajectory = replay_of(run), simulate(run)
+    calls = {
+        "steps_and_hand": lambda: clock(lambda: replayed(replay)),
+        "hand": lambda: clock(lambda: replayed(replay, False)),
+        "steps": lambda: _strict(replay),
+        "closed_loop": lambda: clock(lambda: simulate(run)),
+        "metrics": lambda: clock(partial(assess, trajectory, run.scenario.interval)),
+    }
+    least = dict.fromkeys(calls, float("inf"))
+    for repeat in range(repeats + 1):
+        for name, call in calls.items():
+            took = call()
+            if took is not None and repeat > 0:  # the first compiles
+                least[name] = min(least[name], took)
+    per_tick = 1e6 / len(trajectory)
+    physics = (least["steps_and_hand"] - least["hand"]) * per_tick
+    bare, loop, metrics = (least[name] * per_tick for name in ("steps", "closed_loop", "metrics"))
+    bare = min(bare, physics)
+    return SceneCost(
+        loop_of(run), trajectory.end, len(trajectory), physics, bare, loop, metrics,
+        (loop + metrics) / physics, (loop + metrics) / bare,
+    )  # fmt: skip
+
+
+def general_costs(repeats: int = REPEATS) -> dict[str, dict[str, Any]]:
+    """What each of `ROBOTS` costs, by name."""
+    out = {}
+    for name, (scenario, *changes) in ROBOTS.items():
+        run = Plan(read_scenario(scenario, list(changes))).run(0)
+        out[name] = general_cost(run, repeats)._asdict()
+    return out
