@@ -69,7 +69,7 @@ def outcome(run: Mapping[str, Any]) -> str:
         return "walked"
     if run["stood"]:
         return "stood still"
-    if run.get("sat"):
+    if run.get("sat") == 1:  # results from before there were seats have none, or nan
         return "sat still"
     return f"stayed up without walking: {_no_steps(run) or 'too slow'}"
 
