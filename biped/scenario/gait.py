@@ -8,7 +8,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from biped.base.errors import InputError
-from biped.base.files import description_of, label, layered, read_toml
+from biped.base.files import description_of, label, layered, locate, read_toml
 from biped.base.text import echo
 from biped.scenario.actuation import Actuation
 from biped.scenario.gains import GAINS, OUT_OF_PLANE, Gains
@@ -159,10 +159,13 @@ def lay_below(data: dict[str, Any], origin: dict[str, Path], path: Path) -> None
 
 
 def made_for(s: Scenario) -> Settings:
-    """The settings of a scenario that a gait found in it was made for: those that are not the defaults."""
-    tables = {}
+    """The settings of a scenario that a gait found in it was made for: those that are not its robot's own."""
+    habits, path = habits_of(locate("models", s.model, "model"))
+    origin, tables = Origin(path), {}
     for name, kind in SETTINGS.items():
-        defaults, mine = kind(), getattr(s, name)
+        usual = habits.get(name, {})
+        defaults = convert(usual, kind, lambda key, what, at=name: origin.fault(f"scenario.{at}.{key}", what))
+        mine = getattr(s, name)
         if mine is None:
             continue
         own = {

@@ -149,6 +149,13 @@ def test_made_for_is_what_differs_from_the_defaults():
     assert made_for(s) == {"sensing": {"knee_angle": 2.389e-05}, "actuation": {"single_tangential": True}}
 
 
+def test_what_a_robot_says_itself_its_gaits_need_not_say():
+    settings = made_for(read_scenario("robot/level"))
+    assert set(settings) == {"actuation"}
+    assert set(settings["actuation"]) == {"contacts", "pushing"}
+    assert settings["actuation"]["pushing"].friction == 0.6
+
+
 def test_tables_of_a_walker_in_space_are_whole_and_can_be_changed_in_part():
     whole = read_gains(locate("controllers", "human3d", "controller"), Gains())
     assert not [name for name in whole.missing() if name != "speed"]
