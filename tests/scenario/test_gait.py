@@ -150,7 +150,7 @@ def test_made_for_is_what_differs_from_the_defaults():
 
 
 def test_what_a_robot_says_itself_its_gaits_need_not_say():
-    settings = made_for(read_scenario("robot/level"))
+    settings = made_for(read_scenario("tune/robot_brisk"))
     assert set(settings) == {"actuation"}
     assert set(settings["actuation"]) == {"contacts", "pushing"}
     assert settings["actuation"]["pushing"].friction == 0.6
