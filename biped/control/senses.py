@@ -41,9 +41,7 @@ class Senses:
         self.q, self.v, self.joints = np.array(q), np.array(v), np.zeros(NU)
         self.noted = np.zeros((count, NOTED))
         rate = s.simulation.control_rate
-        # White noise of density d, sampled at f, has the variance d² f / 2.
-        deviation = math.radians(gyro.noise) * math.sqrt(0.5 * rate)
-        self.noise = deviation * stream(run.seed, "sensors.gyro").standard_normal(count)
+        self.noise = gyro.deviation(rate) * stream(run.seed, "sensors.gyro").standard_normal(count)
         self.record = np.zeros(1, ESTIMATOR)
         e = self.record[0]
         for name, value in believed._asdict().items():
@@ -53,7 +51,7 @@ class Senses:
         zeros = stream(run.seed, "sensors.encoders").standard_normal(NU)
         e["reference"] = np.radians(encoders.reference_error) * zeros
         e["range"], e["bias"] = math.radians(gyro.range), math.radians(gyro.bias)
-        e["follow"] = -math.expm1(-2.0 * math.pi * gyro.cutoff / rate)
+        e["follow"] = gyro.follow(rate)
         e["force"], e["release"] = switches.force, switches.release
         e["debounce"] = round(switches.debounce * rate)
         e["width"], e["blend"] = keys.width, max(1.0, keys.blend * rate)

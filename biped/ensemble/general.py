@@ -15,7 +15,7 @@ from biped.robot.general.facts import General
 from biped.robot.general.posture import Standing
 from biped.robot.general.truth import check_truth
 from biped.robot.given import Factory
-from biped.robot.ground import first_of, profile_of
+from biped.robot.ground import begin_beyond, first_of, profile_of
 from biped.robot.run import Run
 from biped.scenario.gait import read_gains
 from biped.scenario.keys import Scenario
@@ -73,15 +73,11 @@ class GeneralRuns:
         profile = profile_of(s.ground, 0)
         if profile.level:
             return
-        which = first_of(s.ground)
         if s.law == "spatial":
+            which = first_of(s.ground)
             raise InputError(f"ground.{which}: expected none: the law 'spatial' walks on level ground and slopes",
                              f"ground.{which}")  # fmt: skip
-        if profile.x[0] <= (foremost := standing.foremost()):
-            raise InputError(
-                f"ground.{which}.start: expected a place beyond the feet, the foremost point of which stands at "
-                f"{foremost:.3f} m, got {profile.x[0]:g}", f"ground.{which}.start",
-            )  # fmt: skip
+        begin_beyond(s.ground, profile, standing.foremost())
 
     def run(
         self, s: Scenario, index: int, seed: int, values: dict[str, Any], origin: Origin, law: Factory | None

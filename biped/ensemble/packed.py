@@ -75,7 +75,7 @@ def _about(trajectory: Trajectory) -> dict[str, Any]:
         "robot": msgspec.to_builtins(trajectory.robot),
         "tree": {name: value.tolist() for name, value in trajectory.tree._asdict().items()},
         **({"changes": trajectory.changes} if trajectory.changes else {}),
-        **({} if trajectory.ground.level else {"ground": [values.tolist() for values in trajectory.ground]}),
+        **trajectory.ground.kept,
         **({} if trajectory.seat is None else {"seat": msgspec.to_builtins(trajectory.seat)}),
     }  # fmt: skip
 

@@ -16,7 +16,7 @@ from biped.base.files import locate, nearest
 from biped.base.text import echo, said
 from biped.robot.description import robot_at
 from biped.robot.given import Factory
-from biped.robot.ground import first_of, profile_of
+from biped.robot.ground import begin_beyond, profile_of
 from biped.robot.model import bodies_of, posture_of, tree_at, true_tree
 from biped.robot.posture import project
 from biped.robot.run import Run
@@ -270,13 +270,7 @@ class Plan:
         if profile.level:
             return
         foremost = float(motion(self._true_tree(s), q, np.zeros(NQ)).point[..., 0].max())
-        if profile.x[0] <= foremost:
-            which = first_of(s.ground)
-            raise InputError(
-                f"ground.{which}.start: expected a place beyond the feet, the foremost point of which stands at "
-                f"{foremost:.3f} m, got {profile.x[0]:g}",
-                f"ground.{which}.start",
-            )
+        begin_beyond(s.ground, profile, foremost)
 
     def _start(self, s: Scenario, seed: int) -> np.ndarray:
         q, start = self._settled(s), s.start

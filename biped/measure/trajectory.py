@@ -218,8 +218,7 @@ class Trajectory(Logged):
             rest["traceback"] = self.traceback
         if self.changes:
             rest["changes"] = self.changes
-        if not self.ground.level:
-            rest["ground"] = [values.tolist() for values in self.ground]
+        rest |= self.ground.kept
         with open(path, "wb") as file:
             np.savez(file, about=np.array(json.dumps(rest)), **arrays)
 

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from msgspec import structs
 
+from biped.base.errors import InputError
 from biped.base.jit import kernel
 from biped.scenario.ground import Ground, Seat, Steps, Tiles
 from biped.scenario.vary import stream
@@ -52,6 +53,11 @@ class Profile(NamedTuple):
             return np.zeros(np.shape(x))
         rises = np.concatenate([[0.0], np.diff(self.z) / np.diff(self.x), [0.0]])
         return rises[np.searchsorted(self.x, x, side="right")]
+
+    @property
+    def kept(self) -> dict[str, list[list[float]]]:
+        """What files keep of it, which `profile_from` takes back: nothing of level ground."""
+        return {} if self.level else {"ground": [self.x.tolist(), self.z.tolist()]}
 
     def between(self, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
         """Places and heights [m] of the ground from one place to another, with all corners between: what is drawn."""
@@ -111,6 +117,25 @@ def first_of(ground: Ground) -> str:
     """Which begins first on a ground that is not level: `tiles` or `steps`."""
     tiles, steps = ground.tiles, ground.steps
     return "tiles" if tiles.height > 0.0 and (steps.rise == 0.0 or tiles.start <= steps.start) else "steps"
+
+
+def begin_beyond(ground: Ground, profile: Profile, foremost: float) -> None:
+    """Makes sure that a robot starts on the level, which the first tile or step of a ground lies beyond.
+
+    Args:
+        ground: Of the scenario, not level.
+        profile: Its line.
+        foremost: [m] where the foremost point of the feet stands.
+
+    Raises:
+        InputError: It does not.
+    """
+    if profile.x[0] <= foremost:
+        which = first_of(ground)
+        raise InputError(
+            f"ground.{which}.start: expected a place beyond the feet, the foremost point of which stands at "
+            f"{foremost:.3f} m, got {profile.x[0]:g}", f"ground.{which}.start",
+        )  # fmt: skip
 
 
 def profile_of(ground: Ground, seed: int) -> Profile:

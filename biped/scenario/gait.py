@@ -120,16 +120,25 @@ def habits_of(model: Path) -> tuple[dict[str, Any], Path]:
     return habits, path
 
 
+def _usual(habits: tuple[dict[str, Any], Path], name: str) -> tuple[dict[str, Any], Section]:
+    """What a robot's `habits_of` say of a table of `SETTINGS`: as written, and with the defaults of the rest.
+
+    Raises:
+        InputError: A setting is unknown, of the wrong type or impossible.
+    """
+    said, path = habits
+    table, origin = said.get(name, {}), Origin(path)
+    return table, convert(table, SETTINGS[name], lambda key, what: origin.fault(f"scenario.{name}.{key}", what))
+
+
 def settings_on(model: Path, controller: Path) -> Settings:
     """The settings of a robot with a gait: what its description says, and over that what the gait was made for."""
-    habits, path = habits_of(model)
+    habits = habits_of(model)
     settings, _ = read_settings(controller)
-    origin = Origin(path)
-    for name, kind in SETTINGS.items():
+    for name in SETTINGS:
         if name == STEP_BACK and name not in settings:
             continue
-        table = habits.get(name, {})
-        section = convert(table, kind, lambda key, what, at=name: origin.fault(f"scenario.{at}.{key}", what))
+        table, section = _usual(habits, name)
         settings[name] = {key: getattr(section, key) for key in table} | settings.get(name, {})
     return settings
 
@@ -160,12 +169,9 @@ def lay_below(data: dict[str, Any], origin: dict[str, Path], path: Path) -> None
 
 def made_for(s: Scenario) -> Settings:
     """The settings of a scenario that a gait found in it was made for: those that are not its robot's own."""
-    habits, path = habits_of(locate("models", s.model, "model"))
-    origin, tables = Origin(path), {}
+    habits, tables = habits_of(locate("models", s.model, "model")), {}
     for name, kind in SETTINGS.items():
-        usual = habits.get(name, {})
-        defaults = convert(usual, kind, lambda key, what, at=name: origin.fault(f"scenario.{at}.{key}", what))
-        mine = getattr(s, name)
+        defaults, mine = _usual(habits, name)[1], getattr(s, name)
         if mine is None:
             continue
         own = {

@@ -5,6 +5,7 @@ The defaults are chapter IV's robot's; a scenario asks for them by an empty tabl
 
 from __future__ import annotations
 
+import math
 from typing import Annotated
 
 from msgspec import Meta
@@ -38,6 +39,14 @@ class Gyro(Section, frozen=True):
     range: Positive = 150.0
     cutoff: Positive = 50.0
     bias: Real = 0.0
+
+    def deviation(self, rate: float) -> float:
+        """[rad/s] of its noise at so many samples a second: white noise of density d has the variance d² rate / 2."""
+        return math.radians(self.noise) * math.sqrt(0.5 * rate)
+
+    def follow(self, rate: float) -> float:
+        """Part of the difference to its input that its filter goes in a sample."""
+        return -math.expm1(-2.0 * math.pi * self.cutoff / rate)
 
 
 class Switches(Section, frozen=True):

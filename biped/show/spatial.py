@@ -13,7 +13,7 @@ import numpy as np
 from biped.measure.pushes import Shown, pushes_of
 from biped.measure.signals import centre_of_mass
 from biped.measure.trajectory import Trajectory
-from biped.robot.ground import Profile, box_of
+from biped.robot.ground import box_of
 from biped.robot.topology import THIGH
 from biped.robot.tree import motion
 
@@ -60,11 +60,6 @@ def tilt(t: AnyTrajectory) -> np.ndarray:
     from biped.robot.general.build import frame
 
     return frame(t.slope, 0.0 if isinstance(t, Trajectory) else t.side_slope).T
-
-
-def ground(t: AnyTrajectory) -> Profile:
-    """The line of the ground."""
-    return t.ground
 
 
 def seat(t: AnyTrajectory) -> tuple[np.ndarray, np.ndarray] | None:

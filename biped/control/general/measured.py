@@ -51,7 +51,8 @@ class Measured:
         self._resolution = float(sensors.quantisation)
         self._past: list[tuple[np.ndarray, np.ndarray]] = []
         self._delay = round(sensors.delay / tick)
-        self._gyro = None if sensors.gyro is None else _Gyro(sensors.gyro, run.seed, tick, len(self._about))
+        gyro, rate = sensors.gyro, run.scenario.simulation.control_rate
+        self._gyro = None if gyro is None else _Gyro(gyro, run.seed, rate, len(self._about))
 
     def measure(self, q: np.ndarray, v: np.ndarray) -> None:
         """Takes in the true coordinates (nq,) and velocities (nv,) of a tick: late, noisy, rounded."""
@@ -78,15 +79,13 @@ class _Gyro:
     Args:
         gyro: Its keys.
         seed: The run's.
-        tick: [s].
+        rate: [Hz] of samples.
         axes: How many.
     """
 
-    def __init__(self, gyro: Gyro, seed: int, tick: float, axes: int):
+    def __init__(self, gyro: Gyro, seed: int, rate: float, axes: int):
         self._bias, self._range = math.radians(gyro.bias), math.radians(gyro.range)
-        # White noise of density d, sampled at f, has the variance d² f / 2.
-        self._deviation = math.radians(gyro.noise) * math.sqrt(0.5 / tick)
-        self._follow = -math.expm1(-2.0 * math.pi * gyro.cutoff * tick)
+        self._deviation, self._follow = gyro.deviation(rate), gyro.follow(rate)
         self._rng, self._axes = stream(seed, "sensors.gyro"), axes
         self._filtered: np.ndarray | None = None
 

@@ -220,8 +220,7 @@ class GeneralTrajectory(Logged):
     @property
     def about(self) -> dict[str, Any]:
         """All but the arrays, as JSON can hold it."""
-        uneven = {} if self.ground.level else {"ground": [values.tolist() for values in self.ground]}
-        return uneven | {
+        return self.ground.kept | {
             "kind": KIND, "tick": self.tick, "slope": self.slope, "side_slope": self.side_slope,
             "gravity": self.gravity, "generalized": self.generalized, "torque_limit": self.torque_limit,
             "pushes": self.pushes,

@@ -49,6 +49,14 @@ def _branches(model: mujoco.MjModel, body: int, parents: set[int]) -> bool:
     return False
 
 
+def places_of(data: mujoco.MjData, foot: FootParts) -> np.ndarray:
+    """(k, 3) [m] contact points of a foot; of data with kinematics."""
+    return np.array([
+        data.xpos[body] + data.xmat[body].reshape(3, 3) @ place
+        for body, place in zip(foot.on, foot.points, strict=True)
+    ])  # fmt: skip
+
+
 def leg_length(model: mujoco.MjModel, data: mujoco.MjData, base: int, foot: FootParts, other: FootParts) -> float:
     """[m] from hip to sole along the joints: the hip is the first joint that the other leg does not hang on."""
     shared = set(above(model, other.bodies[0])) | {base}
@@ -56,9 +64,6 @@ def leg_length(model: mujoco.MjModel, data: mujoco.MjData, base: int, foot: Foot
     anchors = [data.xanchor[j] for j in _joints_on(model, chain)]
     if not anchors:
         return float(data.subtree_com[base, 2])
-    sole = min(
-        float((data.xpos[body] + data.xmat[body].reshape(3, 3) @ place)[2])
-        for body, place in zip(foot.on, foot.points, strict=True)
-    )
+    sole = float(places_of(data, foot)[:, 2].min())
     along = sum(float(np.linalg.norm(b - a)) for a, b in pairwise(anchors))
     return along + float(anchors[-1][2]) - sole

@@ -7,6 +7,7 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.robot.general.facts import General
+from biped.robot.general.legs import places_of
 
 _STEPS = 100
 _STEADY = 1e-9
@@ -51,11 +52,7 @@ def stand_upright(model: mujoco.MjModel, data: mujoco.MjData, robot: General, fr
 
 def contact_points(data: mujoco.MjData, robot: General) -> np.ndarray:
     """(P, 3) [m] contact points; of data with kinematics."""
-    return np.array([
-        data.xpos[body] + data.xmat[body].reshape(3, 3) @ place
-        for foot in robot.feet
-        for body, place in zip(foot.on, foot.points, strict=True)
-    ])  # fmt: skip
+    return np.concatenate([places_of(data, foot) for foot in robot.feet])
 
 
 def _reach(model: mujoco.MjModel, data: mujoco.MjData, robot: General, wanted: np.ndarray, up: np.ndarray) -> None:

@@ -144,7 +144,7 @@ class Stage:
         """Tiles around the walker, a mark at every metre, and its number."""
         box, far = mujoco.mjtGeom.mjGEOM_BOX, max(walker.lane for walker in self._shown)
         middle, width = 0.5 * far, _WIDTH + 0.5 * far
-        ground = spatial.ground(self._shown[0].run)
+        ground = self._shown[0].run.ground
         laid = slabs(ground, math.floor((along - _REACH) / _TILE), math.ceil((along + _REACH) / _TILE), _TILE)
         for (x, z), length, angle, odd in zip(*laid, strict=True):
             c, s = math.cos(angle), math.sin(angle)

@@ -13,7 +13,6 @@ from biped.base.text import plain
 from biped.measure.metrics.walking import outcome
 from biped.measure.pushes import pushes_of
 from biped.scenario.metrics import METRICS
-from biped.show import spatial
 from biped.show.recording.recorded import Placed, Recorded
 from biped.show.words import told, words
 
@@ -46,7 +45,7 @@ def result(run: Recorded) -> str:
         lines[-1] += f", slope {trajectory.slope:+g}°"
     if trajectory.generalized:
         lines[-1] += ", generalized forces (no robot can apply them)"
-    ground = spatial.ground(trajectory)
+    ground = trajectory.ground
     if not ground.level:
         lines[-1] += f", ground {100 * ground.z.min():+.1f} to {100 * ground.z.max():+.1f} cm high"
     for push in pushes_of(trajectory):

@@ -79,7 +79,7 @@ def _log_ground(recording: rr.RecordingStream, placed: Placed) -> None:
     """A strip of tiles, with a number at every metre, as far as the walk goes."""
     x = placed.run.trajectory.x
     first, last = math.floor((x.min() - _MARGIN) / _TILE), math.ceil((x.max() + _MARGIN) / _TILE)
-    ground = spatial.ground(placed.run.trajectory)
+    ground = placed.run.trajectory.ground
     laid, width = slabs(ground, first, last, _TILE), 0.42 * LANE
     down = 0.5 * _SLAB * np.stack([np.sin(laid.angle), -np.cos(laid.angle)], axis=1)
     count, half = len(laid.length), -0.5 * laid.angle
@@ -145,7 +145,7 @@ def _log_centre(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray)
         place[:, 1] += _ASIDE
     # Straight down is where gravity points, not where the slope's normal does.
     below = place - place[:, 2:] * spatial.plumb(trajectory)
-    below[:, 2] += spatial.ground(trajectory).height(below[:, 0])
+    below[:, 2] += trajectory.ground.height(below[:, 0])
     path = placed.entity("scene", "centre_of_mass")
     at = times(trajectory.time[rows])
     recording.log(path, rr.Points3D.from_fields(radii=0.028, colors=_CENTRE), static=True)

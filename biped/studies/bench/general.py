@@ -15,13 +15,11 @@ import numpy as np
 
 from biped.engines.general.simulate import loop_of, simulate
 from biped.engines.native import halves, without_clock
-from biped.ensemble.plan import Plan
 from biped.measure.general.metrics import assess
 from biped.robot.run import Run
-from biped.scenario.reading import read_scenario
 from biped.studies.bench.inner import steps
 from biped.studies.bench.parts import clock
-from biped.studies.bench.scenes import SceneCost
+from biped.studies.bench.scenes import SceneCost, costs_of, least_cost
 
 REPEATS = 5
 ROBOTS: dict[str, tuple[str, ...]] = {
@@ -123,33 +121,15 @@ def general_cost(run: Run, repeats: int = REPEATS) -> SceneCost:
         repeats: Of which the least times count.
     """
     replay, trajectory = replay_of(run), simulate(run)
-    calls = {
+    return least_cost(loop_of(run), trajectory.end, len(trajectory), {
         "steps_and_hand": lambda: clock(lambda: replayed(replay)),
         "hand": lambda: clock(lambda: replayed(replay, False)),
         "steps": lambda: _strict(replay),
         "closed_loop": lambda: clock(lambda: simulate(run)),
         "metrics": lambda: clock(partial(assess, trajectory, run.scenario.interval)),
-    }
-    least = dict.fromkeys(calls, float("inf"))
-    for repeat in range(repeats + 1):
-        for name, call in calls.items():
-            took = call()
-            if took is not None and repeat > 0:  # the first compiles
-                least[name] = min(least[name], took)
-    per_tick = 1e6 / len(trajectory)
-    physics = (least["steps_and_hand"] - least["hand"]) * per_tick
-    bare, loop, metrics = (least[name] * per_tick for name in ("steps", "closed_loop", "metrics"))
-    bare = min(bare, physics)
-    return SceneCost(
-        loop_of(run), trajectory.end, len(trajectory), physics, bare, loop, metrics,
-        (loop + metrics) / physics, (loop + metrics) / bare,
-    )  # fmt: skip
+    }, repeats)  # fmt: skip
 
 
 def general_costs(repeats: int = REPEATS) -> dict[str, dict[str, Any]]:
     """What each of `ROBOTS` costs, by name."""
-    out = {}
-    for name, (scenario, *changes) in ROBOTS.items():
-        run = Plan(read_scenario(scenario, list(changes))).run(0)
-        out[name] = general_cost(run, repeats)._asdict()
-    return out
+    return costs_of(ROBOTS, general_cost, repeats)

@@ -5,6 +5,7 @@ Least times of many interleaved repeats: what else runs on the machine can only 
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from biped.control.controller import python_needed
@@ -82,33 +83,54 @@ def scene_cost(run: Run, repeats: int = REPEATS) -> SceneCost:
         repeats: Of which the least times count.
     """
     trajectory = simulate(run)
-    calls = {
+    return least_cost(loop_of(run), trajectory.end, len(trajectory), {
         "steps_and_hand": lambda: clock(lambda: replay(run, trajectory)),
         "hand": lambda: clock(lambda: replay(run, trajectory, False)),
         "steps": lambda: strict(run, trajectory),
         "closed_loop": lambda: clock(lambda: simulate(run)),
         "metrics": lambda: clock(lambda: measure(trajectory, run.scenario.interval)),
-    }
+    }, repeats)  # fmt: skip
+
+
+def least_cost(
+    loop: str, end: str, ticks: int, calls: Mapping[str, Callable[[], float | None]], repeats: int
+) -> SceneCost:
+    """What a run costs, by the least times of its interleaved parts.
+
+    Args:
+        loop: How its ticks are looped over.
+        end: How it ends.
+        ticks: How many it has.
+        calls: The parts; each gives its CPU seconds, None where it is not possible: `steps_and_hand`, `hand`, `steps`
+            in compiled code, `closed_loop`, `metrics`.
+        repeats: Of which the least times count.
+    """
     least = dict.fromkeys(calls, float("inf"))
     for repeat in range(repeats + 1):
         for name, call in calls.items():
             took = call()
             if took is not None and repeat > 0:  # the first compiles
                 least[name] = min(least[name], took)
-    per_tick = 1e6 / len(trajectory)
+    per_tick = 1e6 / ticks
     physics = (least["steps_and_hand"] - least["hand"]) * per_tick
-    steps, loop, metrics = (least[name] * per_tick for name in ("steps", "closed_loop", "metrics"))
+    steps, closed, metrics = (least[name] * per_tick for name in ("steps", "closed_loop", "metrics"))
     steps = min(steps, physics)
     return SceneCost(
-        loop_of(run), trajectory.end, len(trajectory), physics, steps, loop, metrics,
-        (loop + metrics) / physics, (loop + metrics) / steps,
-    )  # fmt: skip
+        loop, end, ticks, physics, steps, closed, metrics, (closed + metrics) / physics, (closed + metrics) / steps
+    )
 
 
 def scene_costs(repeats: int = REPEATS) -> dict[str, dict[str, Any]]:
     """What each of `SCENES` costs, by name."""
+    return costs_of(SCENES, scene_cost, repeats)
+
+
+def costs_of(
+    scenes: Mapping[str, tuple[str, ...]], cost: Callable[[Run, int], SceneCost], repeats: int
+) -> dict[str, dict[str, Any]]:
+    """What each of some scenes, a scenario and changes, costs by a measure of one run, by name."""
     out = {}
-    for name, (scenario, *changes) in SCENES.items():
+    for name, (scenario, *changes) in scenes.items():
         run = Plan(read_scenario(scenario, list(changes))).run(0)
-        out[name] = scene_cost(run, repeats)._asdict()
+        out[name] = cost(run, repeats)._asdict()
     return out
