@@ -17,9 +17,10 @@ from biped.scenario.origin import Origin
 from biped.scenario.section import Section
 from biped.scenario.valid import convert, known_keys
 
-STEP_BACK = "backstep"
-SETTINGS: dict[str, type[Section]] = {"sensing": Sensing, "actuation": Actuation, STEP_BACK: Backstep}
-"""Tables of a scenario that a gait file may have too. All are there by default, but for the step back."""
+SETTINGS: dict[str, type[Section]] = {"sensing": Sensing, "actuation": Actuation, "backstep": Backstep}
+"""Tables of a scenario that a gait file may have too."""
+OPTIONAL = frozenset(name for name in SETTINGS if getattr(Scenario(), name) is None)
+"""Of these there is none by default: that there is one says something, whatever its numbers."""
 
 Settings = dict[str, dict[str, Any]]
 """What a gait was made for: table, key, value."""
@@ -136,7 +137,7 @@ def settings_on(model: Path, controller: Path) -> Settings:
     habits = habits_of(model)
     settings, _ = read_settings(controller)
     for name in SETTINGS:
-        if name == STEP_BACK and name not in settings:
+        if name in OPTIONAL and name not in settings:
             continue
         table, section = _usual(habits, name)
         settings[name] = {key: getattr(section, key) for key in table} | settings.get(name, {})
@@ -156,7 +157,7 @@ def lay_below(data: dict[str, Any], origin: dict[str, Path], path: Path) -> None
     """
     settings, theirs = read_settings(path)
     if "law" in data:
-        settings.pop(STEP_BACK, None)  # it belongs to the thesis's leg states
+        settings.pop("backstep", None)  # it belongs to the thesis's leg states
     for name, table in settings.items():
         mine = data.setdefault(name, {})
         if not isinstance(mine, dict):
@@ -177,7 +178,7 @@ def made_for(s: Scenario) -> Settings:
         own = {
             key: getattr(mine, key)
             for key in kind.__struct_fields__
-            if name == STEP_BACK or getattr(mine, key) != getattr(defaults, key)
+            if name in OPTIONAL or getattr(mine, key) != getattr(defaults, key)
         }
         if own:
             tables[name] = own
@@ -187,7 +188,8 @@ def made_for(s: Scenario) -> Settings:
 def resettled(s: Scenario, old: Settings, new: Settings, varied: set[str]) -> Scenario:
     """A scenario whose gait was exchanged, with the new gait's settings instead of the old one's.
 
-    What the scenario says itself stays: a setting other than the old gait's (or the default), or one that varies.
+    What the scenario says itself stays: a setting other than the old gait's (or the default), or one that varies. A
+    table that there need not be comes and goes with the gait, unless the scenario says something in it.
 
     Args:
         s: The scenario, which names the new gait.
@@ -197,20 +199,13 @@ def resettled(s: Scenario, old: Settings, new: Settings, varied: set[str]) -> Sc
     """
     tables = {}
     for name, kind in SETTINGS.items():
-        defaults, mine = kind(), getattr(s, name)
-        before, after = old.get(name, {}), new.get(name, {})
-        if mine is None:
-            if after:
-                tables[name] = kind(**after)
-            continue
-        if name == STEP_BACK and before and not after and mine == kind(**before):
-            tables[name] = None
-            continue
-        moved = {
-            key: after.get(key, getattr(defaults, key))
-            for key in before.keys() | after.keys()
-            if getattr(mine, key) == before.get(key, getattr(defaults, key)) and f"{name}.{key}" not in varied
-        }
-        if moved:
+        mine = getattr(s, name)
+        was, will = (kind(**gait[name]) if name in gait else None for gait in (old, new))
+        free = [key for key in kind.__struct_fields__ if f"{name}.{key}" not in varied]
+        if mine == was and len(free) == len(kind.__struct_fields__):
+            tables[name] = will
+        elif mine is not None:
+            was, will = was or kind(), will or kind()
+            moved = {key: getattr(will, key) for key in free if getattr(mine, key) == getattr(was, key)}
             tables[name] = replace(mine, **moved)
-    return replace(s, **tables) if tables else s
+    return replace(s, **tables)

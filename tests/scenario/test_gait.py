@@ -95,11 +95,27 @@ def test_the_step_back_goes_with_its_gait(first):
     assert [plan.run(i).scenario.backstep for i in (0, 1)] == [Backstep(margin=0.01), None]
 
 
+@pytest.mark.parametrize("first", ["b.toml", "normal"])
+def test_a_gait_may_step_back_with_the_numbers_of_all(first):
+    Path("b.toml").write_text('extends = "normal"\n[backstep]\n', encoding="utf-8")
+    plan = Plan(*scenario(f'controller = "{first}"\nsweep.controller = ["b.toml", "normal"]\n'))
+    assert [plan.run(i).scenario.backstep for i in (0, 1)] == [Backstep(), None]
+
+
 def test_a_step_back_of_the_scenario_stays():
     Path("b.toml").write_text(BACK, encoding="utf-8")
     text = 'controller = "b.toml"\nbackstep.k_d2 = 100.0\nsweep.controller = ["b.toml", "normal"]\n'
     plan = Plan(*scenario(text))
     assert [plan.run(i).scenario.backstep for i in (0, 1)] == [Backstep(margin=0.01, k_d2=100.0), Backstep(k_d2=100.0)]
+
+
+def test_a_step_back_whose_number_varies_stays():
+    """Also where the number happens to be that of the gait it came with."""
+    Path("b.toml").write_text(BACK, encoding="utf-8")
+    plan = Plan(
+        *scenario('controller = "b.toml"\nsweep = { controller = ["normal"], "backstep.margin" = [0.01, 0.02] }\n')
+    )
+    assert [plan.run(i).scenario.backstep for i in (0, 1)] == [Backstep(margin=0.01), Backstep(margin=0.02)]
 
 
 def test_the_numbers_of_a_robots_step_back_are_no_step_back():
