@@ -9,13 +9,15 @@ import numpy as np
 
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
-from biped.measure.trajectory import COLUMNS, WIDTH, Trajectory
+from biped.measure.columns import COLUMNS, WIDTH
+from biped.measure.trajectory import Trajectory
 from biped.robot.description import robot_at
 from biped.robot.model import tree_at
 from biped.robot.tree import Tree
 from biped.scenario.actuation import Actuation
 from biped.scenario.ground import Ground
-from biped.scenario.keys import Push, Scenario, Simulation, Start
+from biped.scenario.keys import Scenario, Simulation, Start
+from biped.scenario.push import Push
 from tests.ticks import HUMAN
 
 SCENARIOS = {

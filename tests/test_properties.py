@@ -18,10 +18,12 @@ from hypothesis import strategies as st
 
 from biped.base.files import folder
 from biped.ensemble.campaign import simulate
+from biped.measure.columns import COLUMNS
 from biped.measure.metrics import measure
-from biped.measure.trajectory import COLUMNS
+from biped.robot.believed import believed_model
 from biped.robot.description import robot_at
-from biped.robot.model import _apply_truth, believed_model, spec_of
+from biped.robot.model import spec_of
+from biped.robot.truth import apply_truth
 from biped.scenario.actuation import Actuation
 from biped.scenario.keys import Scenario, Start, Truth
 from biped.scenario.metrics import METRICS
@@ -46,7 +48,7 @@ def random_biped(seed: int, decades: float) -> tuple[Path, mujoco.MjModel, pinoc
         length=tuple(2.0 ** rng.uniform(-1, 1, 7)),
     )
     spec = spec_of(folder("models") / "human.xml")
-    _apply_truth(spec, truth, robot_at(folder("models") / "human.xml"))
+    apply_truth(spec, truth, robot_at(folder("models") / "human.xml"))
     for light in list(spec.lights):
         spec.delete(light)
     spec.compile()

@@ -16,7 +16,7 @@ from biped.control.sensors import Sensors
 from biped.ensemble.campaign import simulate
 from biped.measure.metrics import assess
 from biped.measure.trajectory import Trajectory
-from biped.robot.model import GRAVITY
+from biped.robot.gravity import GRAVITY
 from biped.robot.tree import motion
 from biped.studies.planned import plan_of
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 
 from biped.base.jit import inner_kernel
+from biped.robot.gravity import GRAVITY
 from biped.robot.leg_states import EXTENDED, FIRST_IN_AIR
-from biped.robot.model import GRAVITY
 from biped.robot.topology import LEGS, N_POINTS, X, Z
 
 

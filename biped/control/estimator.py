@@ -18,9 +18,9 @@ import numpy as np
 
 from biped.base.jit import kernel
 from biped.control.tick import NOT_FINITE, fallen
-from biped.measure.trajectory import FORCE, Q, V
+from biped.measure.columns import FORCE, Q, V
+from biped.robot.gravity import GRAVITY
 from biped.robot.kinematics import PLACES, TREE, forward
-from biped.robot.model import GRAVITY
 from biped.robot.topology import BASE, N_POINTS, NQ, NU, PITCH, X, Z
 
 ANGLE, RATE, GYRO, CLIPPED = range(4)

@@ -10,7 +10,7 @@ from biped.base.jit import inner_kernel
 from biped.control.changes import bring_up_to_date
 from biped.control.estimator import Inference, infer, judged
 from biped.control.tick import law_tick
-from biped.measure.trajectory import Q, U, V
+from biped.measure.columns import Q, U, V
 from biped.robot.topology import BASE, NQ, NU, PITCH
 
 

@@ -8,8 +8,9 @@ import numpy as np
 
 from biped.control import record
 from biped.control.bounded import EXACT, FOREIGN
+from biped.robot.foreign import torque_limits
+from biped.robot.gravity import gravity
 from biped.robot.ground import profile_of, set_ground
-from biped.robot.model import gravity, torque_limits
 from biped.robot.run import Run
 from biped.robot.topology import FOOT, N_ROWS, STOP_ROW, Z
 from biped.robot.tree import Tree

@@ -16,7 +16,7 @@ from biped.control.phase import leg_states
 from biped.control.pushing import pushing_torques
 from biped.control.sensing import believe_contacts, first_belief, sense_links, sense_links_in
 from biped.control.springs import desired_forces
-from biped.measure.trajectory import ACTIVE, BELIEVED, HEIGHT, PHASE, Q_D, TIME, Q, U, V
+from biped.measure.columns import ACTIVE, BELIEVED, HEIGHT, PHASE, Q_D, TIME, Q, U, V
 from biped.robot.ground import height_below
 from biped.robot.kinematics import mass_matrix
 from biped.robot.topology import LEGS, N_CONSTRAINTS, N_POINTS, NQ, NU, PITCH, X, Z

@@ -18,8 +18,8 @@ from biped.control.loading import load_law, said, signal_names
 from biped.control.offered import offer
 from biped.control.setup import controller_record
 from biped.control.tick import NOT_FINITE, log_tick, sense_in
+from biped.robot.believed import believed_model
 from biped.robot.description import Robot, robot_at
-from biped.robot.model import believed_model
 from biped.robot.run import Run
 from biped.robot.topology import N_POINTS, N_ROWS, N_STOPS, NQ, NU, STOP_ROW, TOE, UPRIGHT
 from biped.robot.tree import Tree

@@ -14,10 +14,12 @@ from biped.control.law import Law, Raised
 from biped.control.loop import Control, within_line
 from biped.control.tick import GOING, LOW, TILTED
 from biped.engines.spans import push_spans
-from biped.measure.trajectory import Q_D, WIDTH, Q, Trajectory, U, V
+from biped.measure.columns import Q_D, WIDTH, Q, U, V
+from biped.measure.trajectory import Trajectory
 from biped.robot.description import Robot, robot_at
+from biped.robot.foreign import torque_limits
 from biped.robot.ground import profile_of
-from biped.robot.model import torque_limits, tree_at
+from biped.robot.model import tree_at
 from biped.robot.run import Run
 from biped.robot.topology import NQ, PITCH, X
 from biped.robot.tree import Tree

@@ -14,10 +14,10 @@ import mujoco
 import numpy as np
 
 from biped.base.jit import inner_kernel, kernel
-from biped.measure.trajectory import FORCE
+from biped.measure.columns import FORCE
 from biped.robot.description import Robot
+from biped.robot.foreign import plane_below
 from biped.robot.ground import GROUND, Profile, height_below, piece_below, rise_of, set_ground
-from biped.robot.model import plane_below
 
 
 class Planes(NamedTuple):

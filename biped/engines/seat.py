@@ -13,7 +13,7 @@ import numpy as np
 
 from biped.base.jit import kernel
 from biped.engines.planes import above
-from biped.measure.trajectory import FORCE, Q
+from biped.measure.columns import FORCE, Q
 from biped.robot.order import Order
 from biped.robot.topology import BASE, KNEE, N_POINTS, PITCH, X, Z
 

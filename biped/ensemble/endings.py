@@ -17,7 +17,8 @@ from biped.ensemble.backend import Jobs, at_most
 from biped.ensemble.campaign import run_one
 from biped.ensemble.columns import batches
 from biped.ensemble.executor import workers
-from biped.ensemble.folder import FAILURES, Folder, keep
+from biped.ensemble.failures import FAILURES, keep
+from biped.ensemble.folder import Folder
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import RAISED
 from biped.ensemble.stored_rows import StoredRows

@@ -15,36 +15,27 @@ figures/          PNG
 
 from __future__ import annotations
 
-import json
 import os
-import re
-import shlex
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from functools import cached_property
-from itertools import count
 from pathlib import Path
 from typing import Any
 
 from biped.base.errors import InputError, RunError
-from biped.base.files import label
-from biped.base.writing import reason, write_text, written
-from biped.ensemble import packed
+from biped.base.writing import written
+from biped.ensemble.failures import FAILURES, kept
 from biped.ensemble.journal import Journal
 from biped.ensemble.lock import NAME as LOCK
 from biped.ensemble.lock import Lock
+from biped.ensemble.naming import numbered
 from biped.ensemble.origin import origin_of
 from biped.ensemble.parts import FOLDER as PARTS
 from biped.ensemble.parts import Made, commit_to
 from biped.ensemble.plan import Plan
+from biped.ensemble.refusal import complaining, holds_something_else, same_runs, unusable
 from biped.ensemble.shard import Shard
 from biped.scenario.reading import to_toml
-
-FAILURES = "failures"
-_KEPT = re.compile(r"run-\d{5,}\.(xz|txt)|\.run-\d{5,}\.(xz|txt)\.part")
-_HALF = re.compile(r"\.run-\d{5,}\.(xz|txt)\.part")
-LONGEST = 100
-"""[bytes] of a title in the name of a folder."""
 
 
 class Folder:
@@ -81,7 +72,7 @@ class Folder:
         text = to_toml(plan.scenario)
         try:
             self.path = Path(os.path.realpath(path))
-            if not fresh and _holds_something_else(self.path, text):
+            if not fresh and holds_something_else(self.path, text):
                 raise InputError(
                     f"--out {path}: already holds something else; expected a new folder, or one with the results of "
                     "exactly this scenario, which are then continued"
@@ -92,7 +83,7 @@ class Folder:
             if shard is not None:
                 self._locks.append(Lock(self.path, path, name=f"{LOCK}-{shard.number}-of-{shard.of}"))
             self._kept_before = (self.path / FAILURES).exists()
-            _same_runs(path, self.path, range(len(plan)) if runs is None else runs, runs is None)
+            same_runs(path, self.path, range(len(plan)) if runs is None else runs, runs is None)
             self._asked = path
             there = self.path / "scenario.toml"
             if not there.exists():
@@ -106,7 +97,7 @@ class Folder:
         except FileExistsError as error:
             if fresh and error.filename == str(self.path):
                 raise
-            raise _unusable(path, error) from None
+            raise unusable(path, error) from None
         except RunError as error:
             self.discard()
             raise InputError(f"--out {path}: {error}") from None
@@ -115,12 +106,12 @@ class Folder:
             raise
         except (OSError, ValueError) as error:
             self.discard()
-            raise _unusable(path, error) from None
+            raise unusable(path, error) from None
 
     @classmethod
     def new(cls, root: Path, title: str, plan: Plan, runs: Sequence[int] | None = None) -> Folder:
         """A folder of its own: the first of root/title, root/title-2, … that does not exist."""
-        for path in _numbered(root, title):
+        for path in numbered(root, title):
             with suppress(FileExistsError):
                 return cls(path, plan, runs, fresh=True)
         raise AssertionError
@@ -251,102 +242,8 @@ class Folder:
 
     def _kept_now(self) -> list[Path]:
         """Files of runs that workers of this process kept, none of which were noted."""
-        if self._kept_before or not (self.path / FAILURES).is_dir():
-            return []
-        return [path for path in (self.path / FAILURES).iterdir() if _KEPT.fullmatch(path.name)]
+        return [] if self._kept_before else kept(self.path)
 
     def _half_kept(self) -> list[Path]:
         """What workers of this process were writing when they were ended; of shards others may be at work."""
-        if len(self._locks) != 1 or self._shared or not (self.path / FAILURES).is_dir():
-            return []
-        return [path for path in (self.path / FAILURES).iterdir() if _HALF.fullmatch(path.name)]
-
-
-def keep(
-    folder: Path, number: int, cause: str, save: Callable[[Path], None], more: str = "", traceback: str = ""
-) -> None:
-    """Keeps a trajectory of run `number` of a results folder, wherever it was made, and how to see it again.
-
-    Args:
-        folder: The results folder.
-        number: Of the run.
-        cause: How it ended.
-        save: Writes the trajectory to a file.
-        more: Arguments that the command needs besides.
-        traceback: Of a law of the user's own that raised.
-
-    Raises:
-        RunError: It cannot be written.
-    """
-    kept = folder / FAILURES
-    again = f"biped run {shlex.quote(label(folder / 'scenario.toml'))} --only {number}{more}"
-    with complaining(kept):
-        kept.mkdir(exist_ok=True)
-        with written(kept / f"run-{number:05d}{packed.SUFFIX}") as part:
-            save(part)
-        write_text(kept / f"run-{number:05d}.txt", f"{cause}\nagain: {again}\n{traceback}")
-
-
-def _holds_something_else(path: Path, text: str) -> bool:
-    """Whether a folder has anything in it but the results of the scenario with this text."""
-    if not path.exists():
-        return False
-    there = path / "scenario.toml"
-    if not path.is_dir():
-        return True
-    if there.is_file():
-        return there.read_bytes() != text.encode()
-    # A command that was killed before it wrote anything may have left these.
-    return any(not inside.name.startswith((LOCK, f".{there.name}.")) for inside in path.iterdir())
-
-
-def _same_runs(asked: Path, path: Path, runs: Sequence[int], whole: bool) -> None:
-    """Refuses to lay results of some runs of a scenario over those of others."""
-    try:
-        there = [run["index"] for run in json.loads((path / "result.json").read_bytes())["runs"]]
-    except (OSError, ValueError, TypeError, KeyError):
-        there = list(runs)
-    if there != list(runs) or (not whole and any((path / name).exists() for name in ("runs.jsonl", PARTS))):
-        raise InputError(f"--out {asked}: already holds other runs of this scenario; choose another folder")
-
-
-def _unusable(path: Path, error: Exception) -> InputError:
-    return InputError(f"--out {path}: cannot be written: {reason(error)}; choose another folder")
-
-
-@contextmanager
-def complaining(path: Path) -> Iterator[None]:
-    """Turns a refusal of the system to write a file into one paragraph.
-
-    Raises:
-        RunError: The block raised an OSError.
-    """
-    try:
-        yield
-    except OSError as error:
-        try:
-            name = label(path)
-        except OSError:  # the working folder is gone
-            name = str(path)
-        raise RunError(
-            f"{name}: cannot be written: {reason(error)}; finished runs are kept: once it can, the same command "
-            "with --out goes on from there"
-        ) from error
-
-
-def new_folder(root: Path, title: str) -> Path:
-    """The first of root/title, root/title-2, … that does not exist."""
-    return next(path for path in _numbered(root, title) if not path.exists())
-
-
-def _numbered(root: Path, title: str) -> Iterator[Path]:
-    name = slug(title)
-    yield root / name
-    for number in count(2):
-        yield root / f"{name}-{number}"
-
-
-def slug(title: str) -> str:
-    """A title as the name of one folder: no separators, no leading dots, not too long, never empty."""
-    name = re.sub(r"[^\w.-]+", "-", title).strip("-.")
-    return name.encode()[:LONGEST].decode(errors="ignore") or "scenario"
+        return kept(self.path, half=True) if len(self._locks) == 1 and not self._shared else []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -17,14 +18,13 @@ from biped.robot.general.truth import check_truth
 from biped.robot.given import Factory
 from biped.robot.ground import begin_beyond, first_of, profile_of
 from biped.robot.run import Run
+from biped.scenario.gains import Gains
 from biped.scenario.gait import read_gains
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import BUILT_IN
 from biped.scenario.origin import Origin
+from biped.scenario.push import PLANE, SPACE
 from biped.scenario.vary import stream
-
-PLANE, SPACE = 2, 3
-"""Components of a push."""
 
 
 class GeneralRuns:
@@ -32,10 +32,28 @@ class GeneralRuns:
 
     def __init__(self):
         self._standing: dict[tuple[str, Any], Standing] = {}
+        self._gaits: dict[tuple[str, Gains], Gains] = {}
 
     def model(self, s: Scenario) -> Path:
         """The model file."""
         return locate("models", s.model, "model")
+
+    def gains(self, s: Scenario) -> Gains:
+        """Gains of a scenario's gait, its own laid over them; its own where it names no gait.
+
+        Raises:
+            InputError: One is missing or of the wrong type.
+        """
+        if not s.controller:
+            return s.gains
+        key = s.controller, s.gains
+        if key not in self._gaits:
+            self._gaits[key] = read_gains(locate("controllers", s.controller, "controller"), s.gains)
+        return self._gaits[key]
+
+    def exchanged(self, s: Scenario, before: Scenario, varied: Iterable[str]) -> Scenario:
+        """The scenario as it is: gaits of these robots have no settings."""
+        return s
 
     def check(self, s: Scenario) -> None:
         """Makes sure that a run can be made.
@@ -86,9 +104,8 @@ class GeneralRuns:
         standing = self._at(s)
         noise = stream(seed, "start.jitter") if s.start.jitter > 0.0 else None
         q, v = standing.start(s.start, s.ground, noise)
-        gains = read_gains(locate("controllers", s.controller, "controller"), s.gains) if s.controller else s.gains
         s = msgspec.structs.replace(s, push=self._pushes(s, standing.robot))
-        return Run(s, self.model(s), gains, index, seed, values, q, v, None, None, origin, law)
+        return Run(s, self.model(s), self.gains(s), index, seed, values, q, v, None, None, origin, law)
 
     def _at(self, s: Scenario) -> Standing:
         key = s.model, s.robot

@@ -17,11 +17,8 @@ import msgspec
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.measure.trajectory import COLUMNS, WIDTH, Trajectory
-from biped.robot.description import Robot
-from biped.robot.ground import profile_from
-from biped.robot.tree import Tree
-from biped.scenario.ground import Seat
+from biped.measure.columns import COLUMNS, WIDTH
+from biped.measure.trajectory import made_of
 
 if TYPE_CHECKING:
     from biped.measure.stored import AnyTrajectory
@@ -53,31 +50,11 @@ def save(trajectory: AnyTrajectory, path: Path) -> None:
         OSError: It cannot be written.
     """
     n = len(trajectory)
-    about = {"rows": n, "first": round(float(trajectory.time[0]) / trajectory.tick)}
-    if isinstance(trajectory, Trajectory):
-        columns, width, rest = COLUMNS, WIDTH, _about(trajectory)
-    else:
-        columns, width, rest = trajectory.columns, trajectory.width, trajectory.about
-    about |= rest
+    about = {"rows": n, "first": round(float(trajectory.time[0]) / trajectory.tick)} | trajectory.about
     parts = [json.dumps(about).encode() + b"\n"]
-    parts += [_packed(trajectory.column(name).reshape(n, -1), name) for name in columns if name != "time"]
-    parts.append(_exact(trajectory.log[:, width:]))
+    parts += [_packed(trajectory.column(name).reshape(n, -1), name) for name in trajectory.columns if name != "time"]
+    parts.append(_exact(trajectory.log[:, trajectory.width :]))
     path.write_bytes(lzma.compress(b"".join(parts), preset=6))
-
-
-def _about(trajectory: Trajectory) -> dict[str, Any]:
-    """All but the arrays of a planar robot's."""
-    return {
-        "tick": trajectory.tick,
-        "slope": trajectory.slope, "generalized": trajectory.generalized, "torque_limit": trajectory.torque_limit,
-        "pushes": trajectory.pushes, "end": trajectory.end, "cause": trajectory.cause, "warnings": trajectory.warnings,
-        "sampled": trajectory.sampled, "signal_names": trajectory.signal_names, "traceback": trajectory.traceback,
-        "robot": msgspec.to_builtins(trajectory.robot),
-        "tree": {name: value.tolist() for name, value in trajectory.tree._asdict().items()},
-        **({"changes": trajectory.changes} if trajectory.changes else {}),
-        **trajectory.ground.kept,
-        **({} if trajectory.seat is None else {"seat": msgspec.to_builtins(trajectory.seat)}),
-    }  # fmt: skip
 
 
 def load(path: Path) -> AnyTrajectory:
@@ -112,14 +89,7 @@ def load(path: Path) -> AnyTrajectory:
             from biped.measure.general import trajectory as general
 
             return general.made_of(about, log)
-        about["robot"] = msgspec.convert(about["robot"], Robot)
-        about["tree"] = Tree(**{name: np.array(value, dtype=float) for name, value in about["tree"].items()})
-        about["torque_limit"] = tuple(about["torque_limit"])
-        about["pushes"] = tuple(tuple(push) for push in about["pushes"])
-        about["changes"] = tuple(about.get("changes", ()))
-        about["ground"] = profile_from(about.get("ground"))
-        about["seat"] = msgspec.convert(about["seat"], Seat) if "seat" in about else None
-        return Trajectory(log=log, **about)
+        return made_of(about, log)
     except (OSError, EOFError, KeyError, TypeError, ValueError, AttributeError, OverflowError, MemoryError,
             RecursionError, lzma.LZMAError, msgspec.ValidationError) as error:  # fmt: skip
         raise InputError(

@@ -11,7 +11,7 @@ import numpy as np
 
 from biped.measure.signals import centre_of_mass
 from biped.measure.trajectory import Trajectory
-from biped.robot.model import GRAVITY
+from biped.robot.gravity import GRAVITY
 from biped.robot.topology import ENDS, LEGS
 from biped.robot.tree import motion
 

@@ -14,8 +14,8 @@ from biped.measure.metrics.gait import strikes
 from biped.measure.metrics.pushed import push_work
 from biped.measure.signals import centre_velocity, foot_force, toes_and_heels
 from biped.measure.trajectory import Trajectory
+from biped.robot.gravity import GRAVITY
 from biped.robot.leg_states import FIRST_IN_AIR
-from biped.robot.model import GRAVITY
 from biped.robot.topology import HEEL
 
 LEAST_RUNS, MOST_FAILED = 10, 0.3

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from biped.measure.trajectory import Trajectory
-from biped.robot.model import GRAVITY
+from biped.robot.gravity import GRAVITY
 from biped.robot.topology import BASE, CHAINS, ENDS, HEEL, LEGS, PITCH, TOE
 from biped.robot.tree import motion
 

@@ -12,10 +12,11 @@ import msgspec
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.measure.trajectory import Trajectory
+from biped.measure.trajectory import loaded
 
 if TYPE_CHECKING:
     from biped.measure.general.trajectory import GeneralTrajectory
+    from biped.measure.trajectory import Trajectory
 
     AnyTrajectory = Trajectory | GeneralTrajectory
 
@@ -29,13 +30,13 @@ def load(path: Path) -> AnyTrajectory:
     try:
         with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
             about = json.loads(str(file["about"]))
-            if isinstance(about, dict) and "kind" in about:
-                from biped.measure.general.trajectory import loaded
+            if "kind" in about:
+                from biped.measure.general import trajectory as general
 
-                return loaded(about, file)
+                return general.loaded(about, file)
+            return loaded(about, file)
     except (OSError, EOFError, KeyError, TypeError, ValueError, AttributeError, BadZipFile, MemoryError, zlib.error,
             NotImplementedError, RecursionError, msgspec.ValidationError) as error:  # fmt: skip
         raise InputError(
             f"{path}: not a trajectory: {' '.join(str(error).split())[:200]}; remove it to have it simulated again"
         ) from None
-    return Trajectory.load(path)

@@ -3,54 +3,28 @@
 from __future__ import annotations
 
 import json
-import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
-from zipfile import BadZipFile
 
 import msgspec
 import numpy as np
 
-from biped.base.errors import InputError
 from biped.base.files import folder
+from biped.measure.columns import COLUMNS, UNITS, WIDTH
 from biped.measure.logged import Columns, Logged
 from biped.robot.description import Robot, robot_at
 from biped.robot.ground import LEVEL, Profile, profile_from
-from biped.robot.topology import BASE, LEGS, N_CONSTRAINTS, N_POINTS, N_STOPS, NQ, NU
+from biped.robot.topology import BASE
 from biped.robot.tree import Tree
 from biped.scenario.ground import Seat
 
 if TYPE_CHECKING:
     import mujoco
 
-# First column of each quantity in the log (compiled code needs plain numbers).
-TIME = 0
-Q = TIME + 1
-V = Q + NQ
-U = V + NQ
-Q_D = U + NU
-PHASE = Q_D + NQ
-BELIEVED = PHASE + LEGS
-ACTIVE = BELIEVED + N_POINTS
-HEIGHT = ACTIVE + N_CONSTRAINTS
-FORCE = HEIGHT + N_POINTS
-STOP = FORCE + 2 * N_POINTS
-WIDTH = STOP + N_STOPS
-
-COLUMNS = {
-    "time": (TIME, ()), "q": (Q, (NQ,)), "v": (V, (NQ,)), "u": (U, (NU,)), "Q_d": (Q_D, (NQ,)),
-    "phase": (PHASE, (LEGS,)), "believed": (BELIEVED, (N_POINTS,)), "active": (ACTIVE, (N_CONSTRAINTS,)),
-    "height": (HEIGHT, (N_POINTS,)), "force": (FORCE, (N_POINTS, 2)), "stop": (STOP, (N_STOPS,)),
-}  # fmt: skip
-
-
-UNITS = {
-    "time": "s", "q": "m, m, rad, then rad", "v": "m/s, m/s, rad/s, then rad/s", "u": "N m",
-    "Q_d": "N, N, N m, then N m", "phase": "leg state 1 … 4", "believed": "0 or 1", "active": "0 or 1",
-    "height": "m", "force": "N", "stop": "N m",
-}  # fmt: skip
-"""Units of the quantities of `COLUMNS`."""
+_LAST = ("seat", "signal_names", "traceback", "changes", "ground")
+"""Of `Trajectory.about`: what npz files have behind all else, in this order, and only where there is anything."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,61 +172,75 @@ class Trajectory(Logged):
         seat_force = None if self.seat_force is None else self.seat_force[which]
         return replace(self, log=self.log[which], inferred=inferred, seat_force=seat_force, **changes)
 
-    def save(self, path: Path) -> None:
-        """Writes the arrays by name, and all else as JSON, into one npz file; the same bytes for the same run."""
-        rest = {
+    @property
+    def about(self) -> dict[str, Any]:
+        """All but the arrays, as JSON can hold it; what few runs have, only of those that have it."""
+        return {
             "tick": self.tick, "slope": self.slope, "generalized": self.generalized,
             "torque_limit": self.torque_limit, "pushes": self.pushes,
             "end": self.end, "cause": self.cause, "warnings": self.warnings, "sampled": self.sampled,
+            "signal_names": self.signal_names, "traceback": self.traceback,
             "robot": msgspec.to_builtins(self.robot),
             "tree": {name: value.tolist() for name, value in self.tree._asdict().items()},
+            **({"changes": self.changes} if self.changes else {}),
+            **self.ground.kept,
+            **({} if self.seat is None else {"seat": msgspec.to_builtins(self.seat)}),
         }  # fmt: skip
+
+    def save(self, path: Path) -> None:
+        """Writes the arrays by name, and all else as JSON, into one npz file; the same bytes for the same run."""
         arrays: dict[str, Any] = {name: self.column(name) for name in COLUMNS}
         if self.inferred is not None:
             arrays["inferred"] = self.inferred
         if self.seat is not None:
-            rest["seat"], arrays["seat_force"] = msgspec.to_builtins(self.seat), self.seat_force
+            arrays["seat_force"] = self.seat_force
         if self.signal_names:
-            rest["signal_names"], arrays["signals"] = self.signal_names, self.log[:, WIDTH:]
-        if self.traceback:
-            rest["traceback"] = self.traceback
-        if self.changes:
-            rest["changes"] = self.changes
-        rest |= self.ground.kept
+            arrays["signals"] = self.log[:, WIDTH:]
+        about = self.about
+        last = {name: about.pop(name, None) for name in _LAST}
+        about |= {name: value for name, value in last.items() if value}
         with open(path, "wb") as file:
-            np.savez(file, about=np.array(json.dumps(rest)), **arrays)
+            np.savez(file, about=np.array(json.dumps(about)), **arrays)
 
-    @classmethod
-    def load(cls, path: Path) -> Trajectory:
-        """Reads what `save` wrote.
 
-        Raises:
-            InputError: The file is missing or is not a trajectory.
-        """
-        try:
-            with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
-                rest = json.loads(str(file["about"]))
-                n = len(file["time"])
-                names = (*COLUMNS, *(("signals",) if "signal_names" in rest else ()))
-                log = np.hstack([file[name].reshape(n, -1) for name in names])
-                inferred = np.array(file["inferred"], dtype=float).reshape(n, 4) if "inferred" in file else None
-                seat_force = np.array(file["seat_force"], dtype=float).reshape(n, 3) if "seat" in rest else None
-            told = rest.pop("robot", None)  # what was saved before trajectories said so was the human's
-            rest["robot"] = robot_at(folder("models") / "human.xml") if told is None else msgspec.convert(told, Robot)
-            rest["tree"] = Tree(**{name: np.array(value, dtype=float) for name, value in rest["tree"].items()})
-            rest["torque_limit"] = tuple(rest["torque_limit"])
-            rest["signal_names"] = tuple(rest.get("signal_names", ()))
-            rest["pushes"] = tuple(tuple(push) for push in rest["pushes"])
-            rest["changes"] = tuple(rest.get("changes", ()))
-            rest["ground"] = profile_from(rest.get("ground"))
-            rest["seat"] = msgspec.convert(rest["seat"], Seat) if "seat" in rest else None
-            loaded = cls(log=log, inferred=inferred, seat_force=seat_force, **rest)
-            shape = (n, WIDTH + len(loaded.signal_names))
-            if log.shape != shape or log.dtype != np.float64 or n == 0 or not loaded.tick > 0.0:
-                raise ValueError(f"arrays of {log.shape}, {log.dtype}")
-        except (OSError, EOFError, KeyError, TypeError, ValueError, AttributeError, BadZipFile, MemoryError, zlib.error,
-                NotImplementedError, RecursionError, msgspec.ValidationError) as error:  # fmt: skip
-            raise InputError(
-                f"{path}: not a trajectory: {' '.join(str(error).split())[:200]}; remove it to have it simulated again"
-            ) from None
-        return loaded
+def made_of(
+    about: dict[str, Any], log: np.ndarray, inferred: np.ndarray | None = None, seat_force: np.ndarray | None = None
+) -> Trajectory:
+    """The trajectory that `Trajectory.about` and its arrays say.
+
+    Raises:
+        KeyError: Something is missing.
+        TypeError: Something is there that is nothing of a trajectory's.
+        ValueError: They do not fit.
+    """
+    about = dict(about)
+    about["robot"] = msgspec.convert(about["robot"], Robot)
+    about["tree"] = Tree(**{name: np.array(value, dtype=float) for name, value in about["tree"].items()})
+    about["torque_limit"] = tuple(about["torque_limit"])
+    about["signal_names"] = tuple(about.get("signal_names", ()))
+    about["pushes"] = tuple(tuple(push) for push in about["pushes"])
+    about["changes"] = tuple(about.get("changes", ()))
+    about["ground"] = profile_from(about.get("ground"))
+    about["seat"] = msgspec.convert(about["seat"], Seat) if "seat" in about else None
+    found = Trajectory(log=log, inferred=inferred, seat_force=seat_force, **about)
+    shape = (len(log), WIDTH + len(found.signal_names))
+    if log.shape != shape or log.dtype != np.float64 or len(log) == 0 or not found.tick > 0.0:
+        raise ValueError(f"arrays of {log.shape}, {log.dtype}")
+    return found
+
+
+def loaded(about: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> Trajectory:
+    """The trajectory that `save` wrote.
+
+    Raises:
+        KeyError: Something is missing.
+        ValueError: They do not fit.
+    """
+    n = len(arrays["time"])
+    names = (*COLUMNS, *(("signals",) if "signal_names" in about else ()))
+    log = np.hstack([arrays[name].reshape(n, -1) for name in names])
+    inferred = np.array(arrays["inferred"], dtype=float).reshape(n, 4) if "inferred" in arrays else None
+    seat_force = np.array(arrays["seat_force"], dtype=float).reshape(n, 3) if "seat" in about else None
+    if "robot" not in about:  # what was saved before trajectories said so was the human's
+        about = about | {"robot": robot_at(folder("models") / "human.xml")}
+    return made_of(about, log, inferred, seat_force)

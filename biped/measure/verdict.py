@@ -19,7 +19,7 @@ import numpy as np
 
 from biped.measure.ended import Ended
 from biped.measure.trajectory import Trajectory
-from biped.robot.model import gravity
+from biped.robot.gravity import gravity
 from biped.robot.tree import motion
 
 ENERGY = 0.01

@@ -188,6 +188,11 @@ def robot_at(model: Path) -> Robot:
     return _robot(str(path), path.stat().st_mtime)
 
 
+def version_of(model: Path) -> tuple[str, float, float]:
+    """A model file as it is now: its name, when it was changed [s], and when its description was."""
+    return str(model), model.stat().st_mtime, description_of(model).stat().st_mtime
+
+
 @lru_cache(maxsize=8)
 def _robot(file: str, modified: float) -> Robot:
     path = Path(file)

@@ -14,8 +14,9 @@ from biped.base.errors import InputError
 from biped.base.files import MOST_BYTES, URDF, folder, is_file, label, locate, merge, read_toml
 from biped.base.text import echo, said
 from biped.scenario.actuation import Actuation
-from biped.scenario.keys import Randomise, Scenario, Start
+from biped.scenario.keys import Scenario, Start
 from biped.scenario.laws import BUILT_IN
+from biped.scenario.randomise import Randomise
 from biped.scenario.section import LARGEST
 from biped.scenario.senses import Sensors
 from biped.scenario.truth import Truth

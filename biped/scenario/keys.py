@@ -12,21 +12,13 @@ from typing import Annotated, Literal
 from msgspec import Meta, field
 
 from biped.scenario.actuation import Actuation
+from biped.scenario.change import Change
 from biped.scenario.gains import Gains
 from biped.scenario.ground import Ground
+from biped.scenario.push import Push
+from biped.scenario.randomise import Failures, Randomise, Threshold
 from biped.scenario.robot import Described
-from biped.scenario.section import (
-    Count,
-    Degrees,
-    Force,
-    Hold,
-    Name,
-    Nine,
-    NonNegative,
-    Positive,
-    Real,
-    Section,
-)  # fmt: skip
+from biped.scenario.section import Degrees, Hold, Name, Nine, NonNegative, Positive, Real, Section
 from biped.scenario.senses import Estimator, Sensors
 from biped.scenario.standard import Standard
 from biped.scenario.truth import Truth
@@ -124,27 +116,6 @@ class Simulation(Section, frozen=True):
     iterations: Annotated[int, Meta(ge=1, le=10_000)] = 100
 
 
-class Push(Section, frozen=True):
-    """A force on a body.
-
-    Attributes:
-        at: [s] when it begins.
-        duration: [s] for which it acts.
-        force: [N] forward (horizontally) and up, of a robot that moves in space forward, to the left and up; of shapes
-            that change, the largest.
-        body: A body of the model; the force acts at its centre of mass.
-        shape: How the force goes with time: `constant`; a `ramp` from nothing to `force` at the end; or a `sine`.
-        frequency: [Hz] of the sine.
-    """
-
-    at: NonNegative
-    duration: Positive
-    force: Force
-    body: Name = "torso"
-    shape: Literal["constant", "ramp", "sine"] = "constant"
-    frequency: Annotated[float, Meta(gt=0, le=100)] = 1.0
-
-
 class Fall(Section, frozen=True):
     """What counts as a fall; the run ends there.
 
@@ -155,61 +126,6 @@ class Fall(Section, frozen=True):
 
     height: Annotated[float, Meta(gt=0, lt=1)] = 0.7
     tilt: Annotated[float, Meta(gt=0, le=180)] = 60.0
-
-
-class Distribution(Section, frozen=True):
-    """Where a number is drawn from: exactly one of these.
-
-    A key that holds several numbers gets each drawn by itself.
-
-    Attributes:
-        normal: Mean and standard deviation.
-        uniform: Lower and upper bound.
-        choice: Values, each as likely.
-        grid: Values that runs take in turn.
-    """
-
-    normal: tuple[Real, NonNegative] | None = None
-    uniform: tuple[Real, Real] | None = None
-    choice: tuple[bool | float | str, ...] | None = None
-    grid: tuple[bool | float | str, ...] | None = None
-
-
-class Randomise(Section, frozen=True):
-    """An ensemble.
-
-    Attributes:
-        runs: Number of runs (at each point of a sweep), each with its own seed.
-        controller_mass_matrix: Relative standard deviation, elementwise, of the controller's M (fixed for a run).
-        controller_constraints: The same of its A.
-        draw: Dotted scenario key, e.g. "ground.friction" or "push.0.at", to its distribution.
-    """
-
-    runs: Count = 1
-    controller_mass_matrix: Annotated[float, Meta(ge=0, le=1000)] = 0.0
-    controller_constraints: Annotated[float, Meta(ge=0, le=1000)] = 0.0
-    draw: dict[str, Distribution] = field(default_factory=dict)
-
-
-class Failures(Section, frozen=True):
-    """What is kept of runs that fell or are doubtful: their last seconds.
-
-    Attributes:
-        keep: Most runs kept at each point of a sweep, where a campaign is large (above 10,000 runs), in shards or on a
-            cluster; of others all are.
-    """
-
-    keep: Annotated[int, Meta(ge=0, le=1_000_000)] = 3
-
-
-class Threshold(Section, frozen=True):
-    """When a sweep's threshold holds.
-
-    Attributes:
-        rate: Fraction of the runs that must have walked at every value up to it.
-    """
-
-    rate: Annotated[float, Meta(gt=0, le=1)] = 0.95
 
 
 class Window(Section, frozen=True):
@@ -234,36 +150,6 @@ class Bound(Section, frozen=True):
 
     min: float | None = None
     max: float | None = None
-
-
-class ActuationChange(Section, frozen=True):
-    """Settings of `[actuation]` that may change during a run.
-
-    Attributes:
-        contacts: As there.
-        release_force: As there [N].
-    """
-
-    contacts: Literal["released", "touching"] | None = None
-    release_force: NonNegative | None = None
-
-
-class Change(Section, frozen=True):
-    """What holds from a time on; changes follow one another.
-
-    Attributes:
-        at: [s] when it begins.
-        over: [s] during which gains go linearly to their new values; settings of the actuation change at once.
-        controller: Name or path of the gait from then on; default: what held before.
-        gains: Gains that replace its; with `speed`, the gains of its family at that speed.
-        actuation: Settings that change.
-    """
-
-    at: NonNegative
-    over: NonNegative = 0.0
-    controller: Name | None = None
-    gains: Gains = Gains()
-    actuation: ActuationChange = ActuationChange()
 
 
 class Scenario(Section, frozen=True):

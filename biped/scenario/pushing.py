@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from biped.scenario.keys import Push, Scenario
+from biped.scenario.keys import Scenario
+from biped.scenario.push import Push
 
 PIECE = 0.01
 """[s] of a piece of a push whose force changes; of a sine, at most a 20th of its period."""

@@ -19,7 +19,8 @@ from biped.scenario.general import lay_under, make_general, possible_general
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import own_law
 from biped.scenario.origin import COMMAND_LINE, Origin
-from biped.scenario.valid import Fail, convert, known_keys, possible
+from biped.scenario.possible import possible
+from biped.scenario.valid import Fail, convert, known_keys
 
 
 class Read(NamedTuple):

@@ -14,8 +14,10 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.base.files import nearest
 from biped.base.text import echo, said, short
-from biped.scenario.keys import Distribution, Scenario
-from biped.scenario.valid import humane, possible
+from biped.scenario.keys import Scenario
+from biped.scenario.possible import possible
+from biped.scenario.randomise import Distribution
+from biped.scenario.valid import humane
 
 FIXED = (
     "randomise", "sweep", "seed", "expect", "thesis", "window", "engine", "law", "law_sha256", "description",

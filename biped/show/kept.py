@@ -15,7 +15,7 @@ from biped.base.errors import InputError
 from biped.base.files import label
 from biped.base.text import plain
 from biped.ensemble import campaign, packed
-from biped.ensemble.folder import FAILURES
+from biped.ensemble.failures import FAILURES
 from biped.ensemble.plan import Plan
 from biped.ensemble.stored import of_plan
 from biped.measure.stored import load

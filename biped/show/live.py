@@ -13,10 +13,11 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.engines.mujoco import simulate
-from biped.ensemble.plan import PLANE, Plan
+from biped.ensemble.plan import Plan
 from biped.robot.description import robot_at
 from biped.robot.ground import Profile, profile_of, slabs
 from biped.robot.run import Run
+from biped.scenario.push import PLANE
 from biped.show.web import has_display
 
 if TYPE_CHECKING:

@@ -18,6 +18,6 @@ def shown_model(path: Path, scenario: Scenario) -> mujoco.MjModel:
 
         # Heights along the way are drawn by themselves.
         return compiled(path, structs.replace(scenario, ground=levelled(scenario.ground)), "torque")
-    from biped.robot.model import compile_foreign
+    from biped.robot.foreign import compile_foreign
 
     return compile_foreign(path, scenario, visuals=True).model

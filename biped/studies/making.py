@@ -16,11 +16,13 @@ from biped.ensemble import campaign, packed
 from biped.ensemble.backend import Jobs
 from biped.ensemble.columns import batches
 from biped.ensemble.endings import LAST_SECONDS, keep_some
-from biped.ensemble.folder import Folder, complaining, keep
+from biped.ensemble.failures import keep
+from biped.ensemble.folder import Folder
 from biped.ensemble.in_parts import LARGE, InParts
 from biped.ensemble.parts import FOLDER as PARTS
 from biped.ensemble.parts import commit_to
 from biped.ensemble.plan import Plan
+from biped.ensemble.refusal import complaining
 from biped.ensemble.results import result_of, told, write_table
 from biped.ensemble.rows import RAISED, Row
 from biped.ensemble.shard import Shard

@@ -13,8 +13,8 @@ from biped.ensemble.plan import Plan
 from biped.robot.given import Factory
 from biped.scenario.keys import Scenario
 from biped.scenario.law import digest
+from biped.scenario.possible import possible
 from biped.scenario.reading import read
-from biped.scenario.valid import possible
 
 
 def title_of(name: str) -> str:

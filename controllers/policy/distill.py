@@ -20,7 +20,7 @@ from biped.control.policy import everything, places
 from biped.control.setup import controller_record
 from biped.control.tick import pushing_tick
 from biped.ensemble.plan import Plan
-from biped.measure.trajectory import WIDTH
+from biped.measure.columns import WIDTH
 from biped.robot.description import robot_at
 from biped.robot.model import tree_at
 from biped.scenario.reading import read_scenario

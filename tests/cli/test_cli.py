@@ -14,7 +14,7 @@ import pytest
 
 from biped.base.files import names
 from biped.cli.main import main
-from biped.measure.trajectory import Trajectory
+from biped.measure.stored import load
 from biped.scenario.metrics import METRICS
 from tests.cases import SHORT, command, contents, write
 
@@ -66,7 +66,7 @@ def test_results_folder(capsys):
     assert json.loads(Path("x/result.json").read_text(encoding="utf-8")) == result
     (row,) = pyarrow.parquet.read_table("x/runs.parquet").to_pylist()
     assert row["speed"] == result["runs"][0]["speed"]
-    t = Trajectory.load(Path("x/trajectory.npz"))
+    t = load(Path("x/trajectory.npz"))
     assert len(t) == 500
     assert t.q[-1, 0] - t.q[0, 0] == result["runs"][0]["distance"]
 
@@ -209,6 +209,6 @@ def test_help_imports_next_to_nothing():
 def test_bounded_torques_stay_within_their_limit():
     write("s.toml", SHORT + "[actuation]\ntorque_limit = 60.0\nlimit = 'bounded'\n")
     assert main(["run", "s.toml", "--out", "x"]) in (0, 1)
-    u = Trajectory.load(Path("x/trajectory.npz")).u
+    u = load(Path("x/trajectory.npz")).u
     assert np.abs(u).max() <= 60.0
     assert (np.abs(u) > 59.99).any(), "the limit was never reached: nothing was tested"

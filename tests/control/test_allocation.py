@@ -12,7 +12,8 @@ from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.scenario.actuation import Actuation
 from biped.scenario.ground import Ground
-from biped.scenario.keys import Randomise, Scenario, Start
+from biped.scenario.keys import Scenario, Start
+from biped.scenario.randomise import Randomise
 from tests.ticks import Bench, E, S, dynamics, jdot_v, rows_of, states, torques, well_ranked
 
 FREE = Actuation(torque_limit=1e9, contacts="touching")

@@ -6,8 +6,9 @@ import pytest
 from biped.control.believed import believed_forces
 from biped.control.controller import ThesisLaw
 from biped.engines.mujoco import simulate
-from biped.measure.trajectory import WIDTH
-from biped.robot.model import GRAVITY, tree_at
+from biped.measure.columns import WIDTH
+from biped.robot.gravity import GRAVITY
+from biped.robot.model import tree_at
 from biped.studies.planned import plan_of
 
 

@@ -12,9 +12,11 @@ from biped.base.files import locate
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.measure.trajectory import Trajectory
+from biped.scenario.change import ActuationChange, Change
 from biped.scenario.gains import Gains
 from biped.scenario.gait import read_gains
-from biped.scenario.keys import ActuationChange, Change, Distribution, Randomise, Scenario, Start
+from biped.scenario.keys import Scenario, Start
+from biped.scenario.randomise import Distribution, Randomise
 from biped.scenario.reading import read_scenario, to_toml
 
 WALK = Scenario(duration=0.6, start=Start(posture="heel_toe"))

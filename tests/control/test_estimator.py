@@ -11,7 +11,7 @@ from biped.base.files import folder
 from biped.control.estimator import ANGLE, CLIPPED, GYRO, RATE, estimate, fit_line, read_gyro, read_switches
 from biped.control.senses import Senses
 from biped.ensemble.plan import Plan
-from biped.measure.trajectory import FORCE, WIDTH
+from biped.measure.columns import FORCE, WIDTH
 from biped.robot.model import posture_of, tree_at
 from biped.robot.posture import project
 from biped.robot.topology import BASE, HIP, N_POINTS, NU, PITCH, X, Z

@@ -12,6 +12,7 @@ from biped.base.files import folder
 from biped.base.trust import trusting
 from biped.cli.main import main
 from biped.control import policy
+from biped.measure.stored import load
 from biped.measure.trajectory import Trajectory
 from biped.robot.description import robot_at
 from biped.scenario.law import digest
@@ -47,7 +48,7 @@ def walked(seen: tuple[str, ...], more: str = "pass") -> Trajectory:
     write("law.py", LAW.format(seen=repr(seen), more=more))
     write("s.toml", SHORT)
     assert main(["run", "s.toml", "--set", "law=law.py:Walker", "--out", "x"]) in (0, 1)
-    return Trajectory.load(Path("x/trajectory.npz"))
+    return load(Path("x/trajectory.npz"))
 
 
 def test_torques_are_of_what_is_named():

@@ -8,7 +8,8 @@ from msgspec.structs import replace
 from scipy.optimize import lsq_linear, nnls
 
 from biped.scenario.actuation import Actuation, Pushing
-from biped.scenario.keys import Randomise, Scenario
+from biped.scenario.keys import Scenario
+from biped.scenario.randomise import Randomise
 from tests.ticks import Bench, E, dynamics, jdot_v, states
 
 PUSHING = Actuation(torque_limit=1e9, contacts="pushing")

@@ -19,7 +19,8 @@ from biped.control.user import UserLaw
 from biped.engines.mujoco import simulate
 from biped.ensemble import packed
 from biped.ensemble.plan import Plan
-from biped.measure.trajectory import PHASE, WIDTH, Trajectory
+from biped.measure.columns import PHASE, WIDTH
+from biped.measure.stored import load
 from biped.robot.given import factory_of
 from biped.robot.model import tree_at
 from biped.scenario.reading import read_scenario
@@ -62,7 +63,7 @@ def test_the_example_of_the_page(capsys):
     write(name, code)
     write("s.toml", SHORT)
     _, result = command(capsys, "run", "s.toml", "--set", f"law={name}:Stand", "--out", "x")
-    t = Trajectory.load(Path("x/trajectory.npz"))
+    t = load(Path("x/trajectory.npz"))
     wanted = 300.0 * (t.q[0, 3:] - t.q[:, 3:]) - 30.0 * t.v[:, 3:]
     np.testing.assert_allclose(t.u, np.clip(wanted, -200.0, 200.0), atol=1e-9)
     assert not result["runs"][0]["fell"]
@@ -230,7 +231,7 @@ def test_a_law_that_raises_late_keeps_all_up_to_there(capsys):
     )
     assert "x/traceback.txt" in said
     assert 'raise ZeroDivisionError("no more")' in Path("x/traceback.txt").read_text()
-    t = Trajectory.load(Path("x/trajectory.npz"))
+    t = load(Path("x/trajectory.npz"))
     assert len(t) == 301
     assert (t.end, t.time[-1]) == ("raised", 0.3)
     assert t.force[-1].any()  # the last row is whole, its ground forces too
@@ -240,7 +241,7 @@ def test_a_law_that_raises_late_keeps_all_up_to_there(capsys):
     # and it is the run that it would have been
     write("fine.py", LATE.replace("302", "10**9"))
     main(["run", "s.toml", "--set", "law=fine.py:Late", "--out", "y"])
-    np.testing.assert_array_equal(Trajectory.load(Path("y/trajectory.npz")).log[:301], t.log)
+    np.testing.assert_array_equal(load(Path("y/trajectory.npz")).log[:301], t.log)
 
 
 def test_a_law_that_raises_in_a_campaign_leaves_the_others(capsys):
@@ -270,7 +271,7 @@ def test_a_laws_own_signals_are_in_trajectory_result_and_table(capsys):
     assert table.column("signals.calls.mean").to_pylist() == [351.0, 351.0]
     main(["run", "s.toml", "--set", "law=fine.py:Late", "--set", "randomise.runs=1", "--record", "--out", "y"])
     assert "the law's own signal: 301 … 401" in capsys.readouterr().out
-    t = Trajectory.load(Path("y/trajectory.npz"))
+    t = load(Path("y/trajectory.npz"))
     np.testing.assert_array_equal(t.signals["calls"], np.arange(1, 501))
     assert np.isnan(t.signals["half"][:200]).all()
     temporal, _ = read(Path("y/recording.rrd"), "/s/series/signal_half")
@@ -314,7 +315,7 @@ def test_new_writes_a_law_that_runs(capsys):
     assert "my_law" not in text
     write("s.toml", SHORT)
     assert main(["run", "s.toml", "--set", "law=mine.py:Law", "--out", "x"]) == 0
-    assert Trajectory.load(Path("x/trajectory.npz")).end == "completed"
+    assert load(Path("x/trajectory.npz")).end == "completed"
     for again, words in (("mine.py", "is there already"), ("mine.toml", "Python module"), ("no/such.py", "cannot")):
         assert main(["new", "controller", again]) == 2
         assert words in capsys.readouterr().err

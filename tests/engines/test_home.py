@@ -8,7 +8,7 @@ from biped.engines.home import simulate_with_ledger
 from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure
 from biped.measure.metrics.energy import energy
-from biped.robot.model import GRAVITY, gravity
+from biped.robot.gravity import GRAVITY, gravity
 from biped.robot.tree import motion
 from biped.scenario.reading import read_scenario
 

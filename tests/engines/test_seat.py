@@ -12,10 +12,11 @@ from biped.base.errors import InputError
 from biped.engines.mujoco import simulate
 from biped.ensemble.packed import load, save
 from biped.ensemble.plan import Plan
+from biped.measure import stored
 from biped.measure.metrics import measure
 from biped.measure.trajectory import Trajectory
+from biped.robot.foreign import PELVIS, SEAT, compile_foreign
 from biped.robot.ground import box_of
-from biped.robot.model import PELVIS, SEAT, compile_foreign
 from biped.scenario.ground import Seat
 from biped.scenario.keys import Scenario
 from biped.scenario.reading import read_scenario
@@ -98,7 +99,7 @@ def test_in_python_it_is_what_it_is_compiled(tmp_path):
     np.testing.assert_allclose(watched.seat_force, compiled.seat_force, atol=1e-6)
     np.testing.assert_allclose(watched.q, compiled.q, atol=1e-9)
     compiled.save(tmp_path / "t.npz")
-    again = Trajectory.load(tmp_path / "t.npz")
+    again = stored.load(tmp_path / "t.npz")
     assert again.seat == compiled.seat
     np.testing.assert_array_equal(again.seat_force, compiled.seat_force)
     assert len(again.rows(slice(10, 20)).seat_force) == 10

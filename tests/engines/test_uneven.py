@@ -15,11 +15,12 @@ from biped.engines.home import simulate_with_ledger
 from biped.engines.planes import lay, planes_of
 from biped.ensemble.packed import load, save
 from biped.ensemble.plan import Plan
+from biped.measure import stored
 from biped.measure.metrics import measure
 from biped.measure.metrics.energy import energy
-from biped.measure.trajectory import Trajectory
+from biped.robot.foreign import compile_foreign
+from biped.robot.gravity import gravity
 from biped.robot.ground import profile_of
-from biped.robot.model import compile_foreign, gravity
 from biped.robot.tree import motion
 from biped.scenario.actuation import Actuation
 from biped.scenario.ground import Ground, Steps, Tiles
@@ -175,7 +176,7 @@ def test_the_ground_is_kept_with_a_run(tmp_path):
     t = walk("mujoco", "duration=1.0", "window={}", "ground.tiles.height=0.01")
     t.save(tmp_path / "a.npz")
     save(t, tmp_path / "b.xz")
-    for kept in (Trajectory.load(tmp_path / "a.npz"), load(tmp_path / "b.xz")):
+    for kept in (stored.load(tmp_path / "a.npz"), load(tmp_path / "b.xz")):
         np.testing.assert_array_equal(kept.ground.x, t.ground.x)
         np.testing.assert_array_equal(kept.ground.z, t.ground.z)
     assert not t.flat

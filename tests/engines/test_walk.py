@@ -10,21 +10,12 @@ from biped.engines import home
 from biped.engines import mujoco as engine
 from biped.ensemble.plan import Plan
 from biped.scenario.actuation import Actuation
+from biped.scenario.change import ActuationChange, Change
 from biped.scenario.gains import Gains
 from biped.scenario.ground import Ground, Tiles
-from biped.scenario.keys import (
-    ActuationChange,
-    Backstep,
-    Change,
-    Fall,
-    Push,
-    Randomise,
-    Scenario,
-    Sensors,
-    Simulation,
-    Start,
-    Truth,
-)
+from biped.scenario.keys import Backstep, Fall, Scenario, Sensors, Simulation, Start, Truth
+from biped.scenario.push import Push
+from biped.scenario.randomise import Randomise
 from biped.scenario.senses import Encoders, Estimator, Gyro, Switches
 
 WALK = Scenario(duration=0.6, start=Start(posture="heel_toe"))

@@ -23,24 +23,7 @@ ROOT = Path(__file__).parents[2]
 HERE = os.getpid()
 RESULTS = ("result.json", "runs.parquet", "scenario.toml")
 MANY = ENSEMBLE.replace("runs = 6", "runs = 120")
-
-
-@pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory):
-    here = Path.cwd()
-    os.chdir(tmp_path_factory.mktemp("undisturbed"))
-    try:
-        write("e.toml", ENSEMBLE)
-        assert main(["run", "e.toml", "--jobs", "1", "--out", "x"]) == 0
-        return contents("x")
-    finally:
-        os.chdir(here)
-
-
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    write("e.toml", ENSEMBLE)
+pytestmark = pytest.mark.usefixtures("folder")
 
 
 def run(*more: str) -> int:

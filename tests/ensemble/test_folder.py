@@ -12,8 +12,10 @@ import pytest
 from biped.base.errors import InputError
 from biped.cli.main import main
 from biped.ensemble import campaign
-from biped.ensemble.folder import LONGEST, Folder, slug
+from biped.ensemble.folder import Folder
+from biped.ensemble.naming import LONGEST, slug
 from biped.ensemble.plan import Plan
+from biped.ensemble.refusal import holds_something_else
 from biped.scenario.reading import read_scenario
 from tests.cases import ENSEMBLE, SHORT, contents, write
 
@@ -211,3 +213,16 @@ def test_new_folders_of_commands_that_start_together():
     second.discard()
     first.discard()
     assert not Path("runs").exists()
+
+
+def test_who_begins_at_the_same_moment_is_no_stranger(tmp_path, monkeypatch):
+    """Its scenario comes while the folder is looked at; the lock says what is to be said of it."""
+    iterdir, there = Path.iterdir, tmp_path / "scenario.toml"
+
+    def late(self):
+        there.write_text("seed = 1", encoding="utf-8")
+        return iterdir(self)
+
+    monkeypatch.setattr(Path, "iterdir", late)
+    assert not holds_something_else(tmp_path, "seed = 1")
+    assert holds_something_else(tmp_path, "seed = 2")

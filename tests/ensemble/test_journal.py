@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -146,38 +145,25 @@ def test_a_journal_from_before_journals_said_what_they_are_of(journal):
         journal.read()
 
 
-@pytest.fixture(scope="module")
-def finished(tmp_path_factory):
-    """A whole campaign."""
-    here = Path.cwd()
-    os.chdir(tmp_path_factory.mktemp("campaign"))
-    try:
-        write("e.toml", ENSEMBLE)
-        assert main(["run", "e.toml", "--jobs", "1", "--out", "x"]) == 0
-        return contents("x")
-    finally:
-        os.chdir(here)
-
-
 @pytest.fixture
-def again(finished, tmp_path, monkeypatch):
+def again(undisturbed, tmp_path, monkeypatch):
     """That campaign in a folder of the test's own, without what it came to."""
     monkeypatch.chdir(tmp_path)
     write("e.toml", ENSEMBLE)
     Path("x").mkdir()
     for name in ("scenario.toml", "runs.jsonl"):
-        Path("x", name).write_bytes(finished[name])
+        Path("x", name).write_bytes(undisturbed[name])
     return Path("x/runs.jsonl")
 
 
 @pytest.mark.parametrize("kind", DAMAGES)
-def test_a_campaign_with_a_damaged_journal_ends_with_the_same_bytes(kind, again, finished, capsys):
+def test_a_campaign_with_a_damaged_journal_ends_with_the_same_bytes(kind, again, undisturbed, capsys):
     again.write_bytes(DAMAGES[kind](again.read_bytes()))
     assert main(["run", "e.toml", "--jobs", "1", "--out", "x"]) == 0
     errors = capsys.readouterr().err
     assert errors == "" or (errors.startswith("biped: x/runs.jsonl: ") and errors.count("\n") == 1)
     for name in ("result.json", "runs.parquet", "scenario.toml"):
-        assert contents("x")[name] == finished[name]
+        assert contents("x")[name] == undisturbed[name]
 
 
 def test_another_version_does_not_continue_a_campaign(again, monkeypatch, capsys):
@@ -204,7 +190,7 @@ def test_another_model_of_the_same_name_does_not_continue_a_campaign(tmp_path, m
     assert "here is scenario" in capsys.readouterr().err
 
 
-def test_a_row_of_another_seed_is_made_again(again, finished, monkeypatch):
+def test_a_row_of_another_seed_is_made_again(again, undisturbed, monkeypatch):
     """Even one with a sum that fits."""
     lines = again.read_bytes().splitlines()
     about = {name: value for name, value in json.loads(lines[0]).items() if name != "journal"}
@@ -215,4 +201,4 @@ def test_a_row_of_another_seed_is_made_again(again, finished, monkeypatch):
         del record["sum"]
         journal.note(record | ({"seed": 1, "speed": 9.9} if number == 2 else {}))
     assert main(["run", "e.toml", "--jobs", "1", "--out", "x"]) == 0
-    assert contents("x")["result.json"] == finished["result.json"]
+    assert contents("x")["result.json"] == undisturbed["result.json"]

@@ -13,7 +13,7 @@ from biped.base.errors import InputError
 from biped.engines.mujoco import simulate
 from biped.ensemble import packed
 from biped.ensemble.plan import Plan
-from biped.measure.trajectory import COLUMNS
+from biped.measure.columns import COLUMNS
 from biped.scenario.reading import read_scenario
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
+from contextlib import chdir
 from pathlib import Path
 
 import numpy as np
@@ -16,16 +16,12 @@ from tests.cases import ENSEMBLE, SHORT, contents, write
 @pytest.fixture(scope="module")
 def stored(tmp_path_factory):
     """Files of a single run and of a campaign."""
-    here = Path.cwd()
-    os.chdir(tmp_path_factory.mktemp("stored"))
-    try:
+    with chdir(tmp_path_factory.mktemp("stored")):
         write("s.toml", SHORT)
         write("e.toml", ENSEMBLE)
         assert main(["run", "s.toml", "--out", "one"]) == 0
         assert main(["run", "e.toml", "--jobs", "1", "--out", "many"]) == 0
         return {name: contents(name) for name in ("one", "many")}
-    finally:
-        os.chdir(here)
 
 
 @pytest.fixture(autouse=True)

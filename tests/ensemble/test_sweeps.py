@@ -10,7 +10,9 @@ from biped.base.statistics import wilson
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.ensemble.sweeps import by_point, threshold_words, thresholds
-from biped.scenario.keys import Distribution, Push, Randomise, Scenario, Sensors, Simulation, Start, Threshold, Truth
+from biped.scenario.keys import Scenario, Sensors, Simulation, Start, Truth
+from biped.scenario.push import Push
+from biped.scenario.randomise import Distribution, Randomise, Threshold
 from biped.scenario.vary import Asked, drawn, points_of, run_seed, with_values
 
 PUSHED = Scenario(duration=0.2, push=(Push(at=0.0, duration=0.1, force=(10.0, 0.0)),))

@@ -11,8 +11,8 @@ from biped.measure.metrics.energy import energy
 from biped.measure.metrics.gait import strikes
 from biped.measure.metrics.ground import centre_of_pressure
 from biped.measure.trajectory import Trajectory
+from biped.robot.gravity import GRAVITY, gravity
 from biped.robot.leg_states import FIRST_IN_AIR
-from biped.robot.model import GRAVITY, gravity
 from biped.robot.topology import ANKLE, BASE, HEEL, HIP, KNEE, LEGS, NQ, PITCH, SEGMENTS, THIGH, TOE, TORSO
 from biped.robot.tree import Motion, motion
 

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from biped.base.files import folder
+from biped.measure import stored
+from biped.measure.columns import WIDTH, Q, U, V
 from biped.measure.metrics.motors import load
 from biped.measure.metrics.posture import inferred
-from biped.measure.trajectory import WIDTH, Q, Trajectory, U, V
+from biped.measure.trajectory import Trajectory
 from biped.robot.description import robot_at
 from biped.robot.model import tree_at
 from biped.robot.topology import BASE, HIP, NU
@@ -93,7 +95,7 @@ def test_what_was_inferred_is_saved_with_the_run(tmp_path):
     noted = np.random.default_rng(0).normal(size=(1001, 4))
     t = trajectory(np.zeros(NU), np.zeros(NU), inferred=noted)
     t.save(tmp_path / "t.npz")
-    back = Trajectory.load(tmp_path / "t.npz")
+    back = stored.load(tmp_path / "t.npz")
     np.testing.assert_array_equal(back.inferred, noted)
     assert back.robot.motor == t.robot.motor
     np.testing.assert_array_equal(t.last(0.1).inferred, noted[-100:])

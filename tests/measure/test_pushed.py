@@ -13,8 +13,9 @@ from biped.measure.metrics.pushed import impulses, pushed
 from biped.measure.pushes import pushes_of
 from biped.measure.trajectory import Trajectory
 from biped.robot.tree import motion
-from biped.scenario.keys import Push, Scenario
+from biped.scenario.keys import Scenario
 from biped.scenario.metrics import METRICS
+from biped.scenario.push import Push
 from biped.scenario.pushing import pieces
 from tests.runs import made, synthetic
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from biped.base.errors import InputError
-from biped.measure.trajectory import COLUMNS, WIDTH, Trajectory
+from biped.measure.columns import COLUMNS, WIDTH
+from biped.measure.stored import load
 from tests.runs import made
 
 
@@ -21,7 +22,7 @@ def test_columns_fill_the_log_without_overlap():
 def test_round_trip(name, tmp_path):
     t = made(name)
     t.save(tmp_path / "t.npz")
-    back = Trajectory.load(tmp_path / "t.npz")
+    back = load(tmp_path / "t.npz")
     assert back.log.tobytes() == t.log.tobytes()
     for field in ("tick", "slope", "generalized", "pushes", "end", "cause", "warnings"):
         assert getattr(back, field) == getattr(t, field)
@@ -31,7 +32,7 @@ def test_round_trip(name, tmp_path):
 
 def test_same_run_same_file(tmp_path):
     made("pushed").save(tmp_path / "a.npz")
-    Trajectory.load(tmp_path / "a.npz").save(tmp_path / "b.npz")
+    load(tmp_path / "a.npz").save(tmp_path / "b.npz")
     assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
 
 
@@ -55,9 +56,9 @@ def test_last_seconds():
 def test_what_is_no_trajectory(content, tmp_path):
     (tmp_path / "t.npz").write_bytes(content)
     with pytest.raises(InputError, match=r"t\.npz: not a trajectory"):
-        Trajectory.load(tmp_path / "t.npz")
+        load(tmp_path / "t.npz")
 
 
 def test_a_missing_file(tmp_path):
     with pytest.raises(InputError, match=r"t\.npz: not a trajectory"):
-        Trajectory.load(tmp_path / "t.npz")
+        load(tmp_path / "t.npz")

@@ -93,7 +93,7 @@ def test_start_of_a_run():
 
 
 def test_jitter_turns_the_seven_angles_and_stays_on_the_ground():
-    from biped.scenario.keys import Randomise
+    from biped.scenario.randomise import Randomise
 
     plan = Plan(Scenario(start=Start(posture="flat", jitter=0.01), randomise=Randomise(runs=400)))
     still = Plan(Scenario(start=Start(posture="flat"))).run(0)

@@ -14,11 +14,15 @@ from biped.engines.rigid.motion import active_rows
 from biped.engines.rigid.record import pinocchio_tree, rigid_record
 from biped.engines.rigid.tree import mass_and_bias, place
 from biped.ensemble.plan import Plan
+from biped.measure.columns import COLUMNS
 from biped.measure.metrics import measure
 from biped.measure.metrics.walking import walked
-from biped.measure.trajectory import COLUMNS, Trajectory
+from biped.measure.stored import load
+from biped.measure.trajectory import Trajectory
+from biped.robot.believed import believed_model
 from biped.robot.description import robot_at
-from biped.robot.model import believed_model, compile_foreign, posture_of, tree_at
+from biped.robot.foreign import compile_foreign
+from biped.robot.model import posture_of, tree_at
 from biped.robot.topology import N_CONSTRAINTS, N_POINTS, NQ
 from biped.scenario.keys import Scenario
 from biped.scenario.reading import read_scenario
@@ -181,7 +185,7 @@ def test_a_trajectory_says_what_walked(toy, tmp_path):
     t = foreign.simulate(Plan(scenario(toy, "push = [{ at = 0.1, duration = 0.05, force = [5, 0] }]")).run(0))
     assert t.pushes[0][4] == "trunk", "a torso whatever it is called"
     t.save(tmp_path / "run.npz")
-    again = Trajectory.load(tmp_path / "run.npz")
+    again = load(tmp_path / "run.npz")
     assert again.robot == t.robot == robot_at(toy)
     stepping = {"support": 1.0, "flight": 0.0, "alternation": 1.0}
     numbers = {

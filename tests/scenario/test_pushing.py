@@ -8,7 +8,8 @@ from itertools import pairwise
 import pytest
 
 from biped.base.errors import InputError
-from biped.scenario.keys import Push, Scenario, Simulation
+from biped.scenario.keys import Scenario, Simulation
+from biped.scenario.push import Push
 from biped.scenario.pushing import pieces
 from biped.scenario.reading import read_scenario
 

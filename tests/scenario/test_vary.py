@@ -9,8 +9,9 @@ import pytest
 from biped.base.errors import InputError
 from biped.ensemble.plan import Plan
 from biped.scenario.ground import Ground
-from biped.scenario.keys import Distribution, Randomise, Scenario
-from biped.scenario.valid import MOST_RUNS
+from biped.scenario.keys import Scenario
+from biped.scenario.possible import MOST_RUNS
+from biped.scenario.randomise import Distribution, Randomise
 from biped.scenario.vary import DRAW, Points, drawn, points_of, run_seed, with_values
 
 
@@ -74,7 +75,7 @@ def test_what_differs_in_its_seed_alone_is_checked_once(monkeypatch):
 
 
 def test_contacts_of_a_rigid_ground_have_no_time():
-    from biped.scenario.valid import possible
+    from biped.scenario.possible import possible
 
     def fail(key, what):
         return InputError(f"{key}: {what}")

@@ -12,7 +12,7 @@ import pytest
 
 from biped.cli.main import main
 from biped.measure.signals import centre_of_mass
-from biped.measure.trajectory import Trajectory
+from biped.measure.stored import load
 from tests.cases import ENSEMBLE, write
 
 NAME = re.compile(r"(?:cond_(\d+)_)?(?:run_(\d+)_)?([A-Za-z][A-Za-z_]*)\.(csv|yaml)")
@@ -90,7 +90,7 @@ def walk(tmp_path_factory):
             changes = ["controller=robust", "window.start=1.0", *until, f"ground.slope={slope}"]
             main(["run", "level_normal", "--out", name, *(word for change in changes for word in ("--set", change))])
             assert main(["export", name, "--eurobench", f"{name}-eb"]) == 0
-            out[name] = where / f"{name}-eb", Trajectory.load(where / name / "trajectory.npz")
+            out[name] = where / f"{name}-eb", load(where / name / "trajectory.npz")
     return out
 
 

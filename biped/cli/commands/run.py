@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from biped.base.errors import InputError
 from biped.cli.common import DONE, FAILED, changes_of, one_folder, print_all, print_json, warn, workers_of
-from biped.ensemble.folder import FAILURES
+from biped.ensemble.failures import FAILURES
 from biped.ensemble.plan import Plan
 from biped.ensemble.shard import shard_of
 from biped.show.terminal import progress, show_result

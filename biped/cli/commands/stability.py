@@ -30,7 +30,8 @@ def _reference(args: argparse.Namespace) -> int:
 def _gait(args: argparse.Namespace) -> int:
     from biped.base.json import dumps
     from biped.base.writing import write_text
-    from biped.ensemble.folder import complaining, new_folder
+    from biped.ensemble.naming import new_folder
+    from biped.ensemble.refusal import complaining
     from biped.show.figures.stability import plot_stability
     from biped.show.stability import show
     from biped.studies.folders import RUNS

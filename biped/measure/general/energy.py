@@ -10,7 +10,7 @@ from biped.measure.general.gait import travelled
 from biped.measure.general.trajectory import GeneralTrajectory
 from biped.measure.verdict import LEAST_TIME
 from biped.robot.general.build import frame
-from biped.robot.model import GRAVITY
+from biped.robot.gravity import GRAVITY
 from biped.scenario.section import LARGEST
 
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from biped.measure.general.trajectory import GeneralTrajectory
 from biped.measure.metrics.gait import MOVED, strikes
+from biped.robot.gravity import GRAVITY
 from biped.robot.leg_states import FIRST_IN_AIR
-from biped.robot.model import GRAVITY
 
 Strike = tuple[int, int]
 """Row and foot."""

@@ -10,7 +10,7 @@ import numpy as np
 from biped.measure.general.gait import courses, foot_places, strikes_of, travelled
 from biped.measure.general.trajectory import GeneralTrajectory
 from biped.measure.metrics.rows import LOADED
-from biped.robot.model import GRAVITY
+from biped.robot.gravity import GRAVITY
 
 _SWING = 0.1
 """[s] in the air from which a swing has a clearance."""

@@ -9,7 +9,7 @@ import numpy as np
 from biped.measure.general.gait import foot_places, strikes_of
 from biped.measure.general.trajectory import GeneralTrajectory
 from biped.measure.metrics.pushed import STEP_NAMES, STEPS, Impact, merged, recovery
-from biped.robot.model import GRAVITY
+from biped.robot.gravity import GRAVITY
 
 
 def impulses(t: GeneralTrajectory) -> list[Impact]:

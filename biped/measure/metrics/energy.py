@@ -9,7 +9,7 @@ import numpy as np
 from biped.measure.metrics.gait import strikes, travelled
 from biped.measure.metrics.sums import Sums
 from biped.measure.trajectory import Trajectory
-from biped.robot.model import GRAVITY, gravity
+from biped.robot.gravity import GRAVITY, gravity
 from biped.robot.topology import BASE, LEGS, NU, SEGMENTS
 from biped.robot.tree import Tree, motion
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from biped.measure.metrics.sums import Sums
 from biped.measure.trajectory import Trajectory
+from biped.robot.gravity import GRAVITY
 from biped.robot.leg_states import FIRST_IN_AIR, STANCE
-from biped.robot.model import GRAVITY
 from biped.robot.topology import HEEL, LEGS
 
 _AIR = FIRST_IN_AIR + 1

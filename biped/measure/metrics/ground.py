@@ -10,8 +10,8 @@ from biped.measure.metrics.gait import travelled
 from biped.measure.metrics.rows import LOADED
 from biped.measure.metrics.sums import Sums
 from biped.measure.trajectory import Trajectory
+from biped.robot.gravity import gravity
 from biped.robot.leg_states import FIRST_IN_AIR
-from biped.robot.model import gravity
 from biped.robot.topology import ENDS, HEEL, LEGS, TOE
 
 _SWING = 0.1

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from biped.measure.trajectory import Trajectory
-from biped.robot.model import GRAVITY
+from biped.robot.gravity import GRAVITY
 from biped.robot.topology import BASE
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from biped.measure.metrics.gait import strikes
 from biped.measure.trajectory import Trajectory
-from biped.robot.model import GRAVITY
+from biped.robot.gravity import GRAVITY
 from biped.robot.topology import HEEL
 from biped.robot.tree import motion
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from biped.base.jit import inner_kernel
-from biped.measure.trajectory import ACTIVE, BELIEVED, FORCE, PHASE, Q_D, STOP, TIME, Q, U, V
+from biped.measure.columns import ACTIVE, BELIEVED, FORCE, PHASE, Q_D, STOP, TIME, Q, U, V
 from biped.robot.ground import height_below
 from biped.robot.kinematics import forward
 from biped.robot.topology import (

@@ -11,9 +11,9 @@ from biped.base.jit import entry_kernel
 from biped.measure import verdict
 from biped.measure.metrics.rows import add_row
 from biped.measure.trajectory import Trajectory
+from biped.robot.gravity import gravity
 from biped.robot.ground import GROUND, set_ground
 from biped.robot.kinematics import PLACES, TREE
-from biped.robot.model import gravity
 from biped.robot.topology import N_POINTS, NU
 
 _TOLD = np.dtype(

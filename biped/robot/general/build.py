@@ -16,8 +16,8 @@ from biped.robot.general.recognise import robot_of
 from biped.robot.general.spec import complete, is_urdf
 from biped.robot.general.truth import apply_truth
 from biped.robot.general.uneven import give_planes, name_geoms, pairs_with_planes
+from biped.robot.gravity import GRAVITY
 from biped.robot.ground import is_level, levelled
-from biped.robot.model import GRAVITY
 from biped.scenario.ground import Ground
 from biped.scenario.keys import Scenario, Simulation, Truth
 from biped.scenario.robot import Described

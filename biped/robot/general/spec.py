@@ -7,6 +7,7 @@ from pathlib import Path
 
 import mujoco
 
+import biped.robot.silence  # noqa: F401
 from biped.base.errors import InputError
 from biped.base.files import label
 from biped.scenario.robot import Described

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
+from biped.robot.foreign import plane_below
 from biped.robot.general.facts import General
 from biped.robot.general.recognise import pairs_of, touches
-from biped.robot.model import plane_below
 
 _POINT = 1e-6
 """[m] radius of the spheres that stand for points."""

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from biped.measure.pushes import pushes_of
 from biped.measure.signals import SMOOTH, every, foot_force, inferred_torso_angle, inside, smooth, torso_angle
 from biped.measure.trajectory import Trajectory
-from biped.robot.model import GRAVITY
+from biped.robot.gravity import GRAVITY
 from biped.robot.topology import BASE, SEGMENTS
 from biped.show.figures.style import (
     LEFT,

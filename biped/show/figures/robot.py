@@ -20,7 +20,9 @@ from biped.show.figures.style import (
     save,
     timed,
 )
-from biped.studies.bench.robot import Followed, Report, Swing
+from biped.studies.bench.followed import Followed
+from biped.studies.bench.robot import Report
+from biped.studies.bench.swings import Swing
 
 _COLOURS = (RIGHT, LEFT, QUIET, TRUNK)
 _STYLES = ("-", "--", ":", "-.")

@@ -12,8 +12,8 @@ import numpy as np
 
 from biped.measure.signals import finite, means, seen
 from biped.measure.trajectory import Trajectory
+from biped.robot.gravity import GRAVITY
 from biped.robot.ground import slabs
-from biped.robot.model import GRAVITY
 from biped.show import spatial
 
 if TYPE_CHECKING:

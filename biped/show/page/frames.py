@@ -10,7 +10,7 @@ import numpy as np
 
 from biped.measure.signals import corners_of, finite, means, stick
 from biped.measure.trajectory import Trajectory
-from biped.robot.model import GRAVITY
+from biped.robot.gravity import GRAVITY
 
 RATE = 40.0
 """Pictures per second."""

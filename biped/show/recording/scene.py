@@ -16,8 +16,8 @@ import rerun as rr
 from biped.measure.general.trajectory import GeneralTrajectory
 from biped.measure.signals import means
 from biped.measure.trajectory import Trajectory
+from biped.robot.gravity import GRAVITY
 from biped.robot.ground import slabs
-from biped.robot.model import GRAVITY
 from biped.robot.topology import POINT_LINK
 from biped.robot.tree import motion
 from biped.show import spatial

@@ -20,7 +20,7 @@ from biped.ensemble.backend import Jobs, at_most
 from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import RAISED, Row
-from biped.scenario.keys import Distribution
+from biped.scenario.randomise import Distribution
 from biped.studies.regress.references import METRICS, Reference
 
 if TYPE_CHECKING:

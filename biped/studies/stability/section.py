@@ -22,7 +22,7 @@ from biped.base.errors import RunError
 from biped.ensemble.campaign import simulate_planar
 from biped.measure.metrics.gait import strikes
 from biped.measure.trajectory import Trajectory
-from biped.robot.model import GRAVITY
+from biped.robot.gravity import GRAVITY
 from biped.robot.run import Run
 from biped.robot.topology import HEEL
 from biped.robot.tree import Tree

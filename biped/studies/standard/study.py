@@ -17,7 +17,8 @@ from biped.base.text import said
 from biped.ensemble.backend import Jobs
 from biped.ensemble.plan import Plan
 from biped.robot.general.recognise import robot_of
-from biped.robot.model import GRAVITY, tree_at
+from biped.robot.gravity import GRAVITY
+from biped.robot.model import tree_at
 from biped.scenario.gains import Gains
 from biped.scenario.gait import read_gains, speeds_of
 from biped.scenario.metrics import METRICS

@@ -272,11 +272,11 @@ def test_ticks_are_round_and_marks_stand_where_their_numbers_are():
 def test_pictures_are_where_kinematics_puts_the_biped(folder, monkeypatch):
     import base64
 
-    from biped.measure.trajectory import Trajectory
+    from biped.measure.stored import load
     from biped.show.page.frames import UNIT, frames_of
 
     monkeypatch.chdir(folder)
-    run = Trajectory.load(Path("one/trajectory.npz"))
+    run = load(Path("one/trajectory.npz"))
     data = frames_of(run).data()
     rows = np.arange(0, len(run), 25)
     assert data["n"] == len(rows)

@@ -8,14 +8,18 @@ import numpy as np
 import pytest
 
 from biped.base.files import folder
+from biped.dynamics.mechanisms.leg import NO_DRIVE
 from biped.robot.model import tree_at
-from biped.studies.bench import robot as bench
+from biped.studies.bench.followed import FIG_4_8, linear_response
 from biped.studies.bench.hanging import in_mujoco
+from biped.studies.bench.legs import READINGS, leg_of
+from biped.studies.bench.robot import measure
+from biped.studies.bench.swings import joints, small_swing
 
 MODEL = folder("models") / "robot.xml"
 TREE = tree_at(MODEL)
-HIP, KNEE = bench.joints()
-BUILT, DRY, HIGH, SQUARED = bench.READINGS
+HIP, KNEE = joints()
+BUILT, DRY, HIGH, SQUARED = READINGS
 
 
 @pytest.mark.parametrize(
@@ -26,7 +30,7 @@ BUILT, DRY, HIGH, SQUARED = bench.READINGS
     ],
 )  # fmt: skip
 def test_periods_and_damping(joint, reading, period, damping):
-    found = bench.small_swing(bench.leg_of(TREE, reading), joint)
+    found = small_swing(leg_of(TREE, reading), joint)
     assert found == pytest.approx((period, damping), rel=6e-4)
 
 
@@ -36,28 +40,28 @@ def test_the_hips_period_by_hand():
     inertia += 0.0007 + 0.36 * (0.628**2 + 0.014**2) + 0.0067
     weight = 9.81 * math.hypot(0.67 * 0.147 + 0.84 * 0.295 + 0.55 * 0.435 + 0.84 * 0.593 + 0.36 * 0.628, 0.36 * 0.014)
     period = 2.0 * math.pi * math.sqrt(inertia / weight)
-    assert bench.small_swing(bench.leg_of(TREE), HIP)[0] == pytest.approx(period, rel=1e-6)
+    assert small_swing(leg_of(TREE), HIP)[0] == pytest.approx(period, rel=1e-6)
 
 
 def test_a_linearisation_of_the_moving_references():
-    hip = bench.linear_response(bench.leg_of(TREE), bench.FIG_4_8)[0]
+    hip = linear_response(leg_of(TREE), FIG_4_8)[0]
     assert hip == pytest.approx((64.34, 80.97), abs=0.02)
 
 
 def test_mujoco_swings_with_the_period_of_small_swings():
-    leg = bench.leg_of(TREE, BUILT)
+    leg = leg_of(TREE, BUILT)
     small = (math.radians(1.0),) * 3
-    angle = in_mujoco(MODEL, leg, bench.NO_DRIVE, HIP.locked, np.array(small), 4.0, 1e-3)[:, 0]
+    angle = in_mujoco(MODEL, leg, NO_DRIVE, HIP.locked, np.array(small), 4.0, 1e-3)[:, 0]
     angle += math.atan2(0.36 * 0.014, 1.30974)  # the foot's mass lies ahead: it hangs back
     falls = np.flatnonzero((angle[:-1] > 0.0) & (angle[1:] <= 0.0))
     exact = falls + angle[falls] / (angle[falls] - angle[falls + 1])
-    period, damping = bench.small_swing(leg, HIP)
+    period, damping = small_swing(leg, HIP)
     assert np.diff(exact).mean() * 1e-3 == pytest.approx(period / math.sqrt(1.0 - damping**2), rel=2e-4)
 
 
 @pytest.mark.slow
 def test_both_solvers_and_the_figures_numbers(tmp_path):
-    report = bench.measure()
+    report = measure()
     apart = [swing.apart for swing in report.swings if not swing.reading.coulomb]
     assert max(apart) < 1e-8
     assert report.followed.apart < 1e-4

@@ -12,8 +12,9 @@ from biped.engines.mujoco import simulate
 from biped.engines.native import native
 from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure
-from biped.robot.model import compile_foreign
-from biped.scenario.keys import Push, Scenario, Simulation, Start
+from biped.robot.foreign import compile_foreign
+from biped.scenario.keys import Scenario, Simulation, Start
+from biped.scenario.push import Push
 from biped.scenario.reading import read_scenario
 from biped.show.replay import record_runs
 from biped.studies.bench import scenes

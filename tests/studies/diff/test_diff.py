@@ -15,8 +15,9 @@ from biped.cli.main import main
 from biped.ensemble.plan import Plan
 from biped.ensemble.results import result_of
 from biped.ensemble.rows import LOST, Row
-from biped.scenario.keys import Randomise, Scenario
+from biped.scenario.keys import Scenario
 from biped.scenario.metrics import METRICS
+from biped.scenario.randomise import Randomise
 from biped.scenario.reading import to_toml
 from biped.scenario.vary import run_seed
 from biped.studies.diff.made import of_folders

@@ -1,61 +1,21 @@
-"""Recordings are read back from the file and compared with the trajectory they were made of."""
+"""The scene of a recording: bodies, forces and pushes are where the trajectory has them."""
 
-import dataclasses
 import math
-import re
-from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
-from rerun.chunk import RrdReader
 
-import biped
-from biped.base.errors import InputError
 from biped.ensemble.plan import Plan
-from biped.robot.model import GRAVITY, spec_of
+from biped.robot.gravity import GRAVITY
+from biped.robot.model import spec_of
 from biped.robot.topology import POINT_LINK
 from biped.robot.tree import motion
 from biped.scenario.reading import read_scenario
 from biped.show.recording import record
 from biped.show.recording.scene import BODY_WEIGHT, PUSH
-from biped.show.recording.series import curves
-from tests.show.recordings import CHANGES, FORWARD, SLOPE, UP, contents_of, named_in, read, recorded, rerun
-
-
-@pytest.fixture(scope="module")
-def run():
-    return recorded("up hill/push", CHANGES)  # a name that an entity path has to escape
-
-
-@pytest.fixture(scope="module")
-def path(run, tmp_path_factory):
-    path = tmp_path_factory.mktemp("recording") / "run.rrd"
-    record(path, [run], title="a push on a slope")
-    return path
-
-
-ROOT = r"/up\ hill\/push"
-
-
-def nanoseconds(trajectory, rows):
-    return np.round(1e9 * trajectory.time[rows]).astype("i8")
-
-
-def frames(trajectory):
-    return np.arange(0, len(trajectory), 17)  # 60 Hz of 1 kHz
-
-
-def test_the_file_is_sound_and_a_broken_one_is_told(path, tmp_path):
-    sound = rerun("verify", path)
-    assert sound.returncode == 0, sound.stderr
-    cut = tmp_path / "cut.rrd"
-    cut.write_bytes(path.read_bytes()[:20_000])
-    assert rerun("verify", cut).returncode != 0
-
-
-def test_it_is_small(path, run):
-    assert path.stat().st_size < 320e3 * run.trajectory.time[-1] + 400e3  # 3.6 MB for 10 s
+from tests.show.recording.pushed import ROOT, frames, nanoseconds
+from tests.show.recordings import CHANGES, FORWARD, SLOPE, UP, read, rerun
 
 
 def test_bodies_are_where_forward_kinematics_puts_them(path, run):
@@ -194,94 +154,6 @@ def test_a_push_is_an_arrow_into_the_torso_while_it_lasts(path, run):
     assert static["Arrows3D:labels"] == ["124 N"]
 
 
-def test_curves_are_the_trajectorys(path, run):
-    t = run.trajectory
-    rows = np.arange(len(t))
-    expected = {
-        "velocity": t.v[:, :1], "angle": np.degrees(t.q[:, 3:]), "torque": t.u, "power": t.u * t.v[:, 3:],
-        "torso": np.degrees(t.q[:, 2:3]) + 90.0 + SLOPE,
-        "force": np.stack([t.force[:, :2, 1].sum(axis=1), t.force[:, 2:, 1].sum(axis=1)], axis=1),
-    }  # fmt: skip
-    for entity, values in expected.items():
-        temporal, static = read(path, f"{ROOT}/series/{entity}")
-        time, scalars = temporal["Scalars:scalars"]
-        assert np.array_equal(time, nanoseconds(t, rows)), entity
-        np.testing.assert_allclose(np.array(scalars), values[rows], rtol=1e-12, atol=1e-12, err_msg=entity)
-        assert len(static["SeriesLines:names"]) == values.shape[1]
-        assert static["SeriesLines:aggregation_policy"] == [2]  # the viewer averages what is too dense
-
-
-def test_curves_of_a_faster_controller_are_means_not_samples(run, tmp_path):
-    """A foot that is loaded every other tick weighs half, whichever tick is looked at first."""
-    log = run.trajectory.log[:400].copy()
-    t = dataclasses.replace(run.trajectory, log=log, tick=0.0005)
-    t.force[:] = 0.0
-    t.force[::2, 1, 1] = 1500.0
-    record(tmp_path / "fast.rrd", [run._replace(trajectory=t)], title="fast")
-    _, force = read(tmp_path / "fast.rrd", f"{ROOT}/series/force")[0]["Scalars:scalars"]
-    assert force == [[750.0, 0.0]] * 200
-
-
-def test_cost_of_transport_ends_at_the_net_cost_and_begins_after_half_a_metre(tmp_path):
-    run = recorded("level", ["duration=3.0", "window.start=1.0", "window.end=3.0"])
-    t = run.trajectory
-    record(tmp_path / "cost.rrd", [run], title="cost")
-    temporal, _ = read(tmp_path / "cost.rrd", "/level/series/cost")
-    time, cost = temporal["Scalars:scalars"]
-    row = np.round(time / 1e6).astype(int)
-    assert t.q[row[0], 0] - t.q[0, 0] == pytest.approx(0.5, abs=0.01)
-    last = row[-1]
-    work = np.abs((t.u * t.v[:, 3:]).sum(axis=1))[:last].sum() * t.tick
-    assert cost[-1][0] == pytest.approx(work / (75.0 * GRAVITY * (t.q[last, 0] - t.q[0, 0])), rel=1e-9)
-
-
-@pytest.mark.parametrize(("lane", "column"), [("states/right\\ leg", 0), ("states/left\\ leg", 1)])
-def test_leg_states_can_be_rebuilt_from_their_changes(path, run, lane, column):
-    t = run.trajectory
-    temporal, static = read(path, f"{ROOT}/{lane}")
-    time, states = temporal["StateChange:state"]
-    assert states[-1] == ["-"]  # a gap after the end
-    rows = np.round(time[:-1] / 1e6).astype(int)
-    rebuilt = np.repeat([int(s[0]) for s in states[:-1]], np.diff(np.append(rows, len(t))))
-    assert np.array_equal(rebuilt, t.phase[:, column])
-    visible = dict(zip(static["StateConfiguration:values"], static["StateConfiguration:visible"], strict=True))
-    assert visible == {"1": True, "2": True, "3": True, "4": True, "-": False}
-
-
-@pytest.mark.parametrize(
-    ("lane", "source", "column"),
-    [
-        ("states/left\\ leg\\,\\ heel", "believed", 3),
-        ("states/right\\ leg\\,\\ toe", "believed", 0),
-        ("constraints/left\\ knee", "active", 5),
-    ],
-)
-def test_contacts_are_on_or_a_gap(path, run, lane, source, column):
-    t = run.trajectory
-    time, states = read(path, f"{ROOT}/{lane}")[0]["StateChange:state"]
-    rows = np.round(time / 1e6).astype(int)
-    rebuilt = np.repeat([s == ["1"] for s in states[:-1]], np.diff(rows))
-    assert np.array_equal(rebuilt, t.column(source)[:, column].astype(bool))
-    assert all(s in (["1"], ["-"]) for s in states)
-
-
-def test_the_same_run_gives_the_same_content_and_another_does_not(path, run, tmp_path):
-    again, other = tmp_path / "again.rrd", tmp_path / "other.rrd"
-    record(again, [run], title="a push on a slope")
-    same = rerun("compare", "--unordered", path, again)
-    assert same.returncode == 0, same.stderr
-    assert ids(path) == ids(again)
-    log = run.trajectory.log.copy()
-    log[500, 1] += 1e-6
-    changed = run._replace(trajectory=dataclasses.replace(run.trajectory, log=log))
-    record(other, [changed], title="a push on a slope")
-    assert ids(other) != ids(path)
-
-
-def ids(path):
-    return [store.recording_id for store in RrdReader(str(path)).recordings()]
-
-
 def test_runs_side_by_side_and_a_ghost_over_the_one_before(run, tmp_path):
     path = tmp_path / "many.rrd"
     runs = [run._replace(name="a"), run._replace(name="b"), run._replace(name="c", ghost=True)]
@@ -297,18 +169,6 @@ def test_runs_side_by_side_and_a_ghost_over_the_one_before(run, tmp_path):
     trunk = read(path, f"/c/scene/body/torso/shape_{g}")[1]["Capsules3D:colors"][0]
     assert trunk & 255 < 128
     assert read(path, "/b/series/velocity")[1]["SeriesLines:names"] == ["b"]
-
-
-def test_a_run_that_diverges_is_recorded_as_far_as_it_is_finite(run, tmp_path):
-    log = run.trajectory.log[:300].copy()
-    log[-1, 1:19] = np.nan
-    broken = dataclasses.replace(run.trajectory, log=log, end="diverged", cause="a coordinate stopped being finite")
-    path = tmp_path / "nan.rrd"
-    record(path, [run._replace(trajectory=broken)], title="nan")
-    time, velocity = read(path, f"{ROOT}/series/velocity")[0]["Scalars:scalars"]
-    assert time[-1] == 0.298e9
-    assert np.isfinite(velocity).all()
-    assert not read(path, f"{ROOT}/scene/push_0")[0]  # the push never came
 
 
 def test_other_shapes_and_materials_of_a_users_model(run, tmp_path):
@@ -339,35 +199,3 @@ def test_other_shapes_and_materials_of_a_users_model(run, tmp_path):
     assert static("ball")["Ellipsoids3D:half_sizes"][0] == pytest.approx([0.15] * 3)
     corners = np.round(static("mesh")["Mesh3D:vertex_positions"], 5) + 0.0
     assert sorted(corners.tolist()) == [[0.3, 0, 0], [0.3, 0, 1], [0.3, 1, 0], [1.3, 0, 0]]
-
-
-def test_the_view_shows_what_is_logged(path, run):
-    """Every entity that the blueprint names is in the file: else a view would be empty without a word."""
-    logged = {chunk.entity_path for chunk in RrdReader(str(path)).stream().to_chunks()}
-    from biped.show.recording.layout import layout
-    from biped.show.recording.recorded import place
-
-    placed = place([run])
-    assert contents_of(layout(placed).root_container)
-    named = named_in(layout(placed))
-    named = {name.removesuffix("/**") for name in named} - {"/", "$origin"}
-    assert len(named) >= len(curves(placed[0])) + 4
-    for name in named:
-        assert any(entity == name or entity.startswith(name + "/") for entity in logged), name
-
-
-def test_a_file_that_cannot_be_written_is_an_error_in_words(run, tmp_path):
-    (tmp_path / "file").write_text("")
-    for path in (tmp_path / "nowhere" / "run.rrd", tmp_path / "file" / "run.rrd", tmp_path):
-        with pytest.raises(InputError, match=re.escape(f"{path}: cannot be written")):
-            record(path, [run], title="nowhere")
-
-
-def test_nothing_else_imports_rerun():
-    package = Path(biped.__file__).parent
-    importing = {
-        file.relative_to(package).parts[:2]
-        for file in package.rglob("*.py")
-        if re.search(r"^\s*(import|from) rerun\b", file.read_text(encoding="utf-8"), re.M)
-    }
-    assert importing == {("show", "recording")}

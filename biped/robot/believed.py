@@ -1,0 +1,71 @@
+"""Pinocchio's model of a model file, which the controller computes with."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from biped.base.errors import InputError
+from biped.base.files import label
+from biped.robot.description import Robot, robot_at, version_of
+from biped.robot.gravity import gravity
+from biped.robot.topology import BASE
+
+if TYPE_CHECKING:
+    import pinocchio
+
+
+@lru_cache(maxsize=4)
+def canonical(path: str, modified: float, described: float) -> pinocchio.Model:
+    """Pinocchio's model of a version of a file (`version_of`), legs in canonical order; not to be written to.
+
+    Raises:
+        InputError: Pinocchio cannot read it.
+    """
+    import pinocchio
+
+    try:
+        return _reordered(pinocchio.buildModelFromMJCF(path), robot_at(Path(path)))
+    except (ValueError, RuntimeError) as error:
+        raise InputError(
+            f"{label(Path(path))}: not a model Pinocchio can read: {' '.join(str(error).split())}"
+        ) from error
+
+
+def _reordered(model: pinocchio.Model, robot: Robot) -> pinocchio.Model:
+    """Pinocchio's model with its legs in canonical order; the same one if they are."""
+    import pinocchio
+
+    root, *there = list(model.names)[1:]
+    wanted = [root, *robot.joints[BASE:]]
+    if [root, *there] == wanted:
+        return model
+    out = pinocchio.Model()
+    out.name, number = model.name, {0: 0}
+    for name in wanted:
+        old = model.getJointId(name)
+        new = out.addJoint(number[model.parents[old]], model.joints[old], model.jointPlacements[old], name)
+        out.appendBodyToJoint(new, model.inertias[old], pinocchio.SE3.Identity())
+        at, to = model.joints[old].idx_v, out.joints[new].idx_v
+        size = model.joints[old].nv
+        for values in ("armature", "damping"):
+            getattr(out, values)[to : to + size] = getattr(model, values)[at : at + size]
+        number[old] = new
+    for frame in model.frames:
+        if frame.type == pinocchio.FrameType.OP_FRAME:
+            joint = number[frame.parentJoint]
+            out.addFrame(pinocchio.Frame(frame.name, joint, 0, frame.placement, frame.type))
+    return out
+
+
+def believed_model(path: Path, slope: float) -> pinocchio.Model:
+    """Pinocchio's model of the file, which the controller computes with; gravity as on the scenario's slope."""
+    import pinocchio
+
+    model = pinocchio.Model(canonical(*version_of(path)))
+    g = gravity(slope)
+    model.gravity.linear = np.array([g[0], 0.0, g[1]])
+    return model

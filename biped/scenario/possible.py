@@ -1,0 +1,188 @@
+"""What no type says of a scenario: times within the run, bounds in order, no more than a machine holds."""
+
+from __future__ import annotations
+
+import math
+
+from biped.base.files import nearest
+from biped.base.text import said
+from biped.scenario.keys import Scenario
+from biped.scenario.laws import own_law
+from biped.scenario.metrics import METRICS
+from biped.scenario.pushing import MOST_PIECES, PIECE, count
+from biped.scenario.valid import Fail
+
+MOST_STEPS = 100_000_000
+"""Physics steps of the longest run: a day at 1 kHz."""
+MOST_TICKS = 10_000_000
+"""Control ticks of the longest run: each is a row of the trajectory, in memory."""
+MOST_RUNS = 1_000_000
+"""Of a campaign: points of its sweep times runs of each."""
+MOST_DELAY = 100_000
+"""Control ticks that sensors may lag behind: each is kept."""
+MOST_VALUES = 100_000
+"""That a standard test may tell apart."""
+
+
+def possible(s: Scenario, fail: Fail) -> None:
+    """Rejects what types cannot: times outside the run, contradictory bounds, more than a machine holds."""
+    most = min(MOST_TICKS / s.simulation.control_rate, MOST_STEPS * s.simulation.timestep)
+    if s.duration > most:
+        raise fail("duration", f"expected at most {most:g} s at this time step and control rate, got {s.duration:g}")
+    if s.duration * s.simulation.control_rate < 1.0:
+        raise fail("duration", f"expected at least one control tick of {1.0 / s.simulation.control_rate:g} s, got "
+                   f"{s.duration:g}")  # fmt: skip
+    if s.sensors.delay * s.simulation.control_rate > MOST_DELAY:
+        raise fail("sensors.delay", f"expected at most {MOST_DELAY / s.simulation.control_rate:g} s at this control "
+                   f"rate, got {s.sensors.delay:g}")  # fmt: skip
+    for i, push in enumerate(s.push):
+        if push.at >= s.duration:
+            raise fail(f"push[{i}].at", f"expected a time within the run (duration {s.duration} s), got {push.at}")
+    _changing_pushes(s, fail)
+    _follow_one_another(s, fail)
+    _ramps(s, fail)
+    _seat(s, fail)
+    start, end = s.interval
+    for key, given in (("window.start", s.window.start), ("window.end", s.window.end)):
+        if given is not None and given > s.duration:
+            raise fail(key, f"expected a time within the run (duration {s.duration} s), got {given}")
+    if end <= start:
+        raise fail("window", f"expected start < end, got [{start}, {end}] s")
+    if s.duration < 2 * s.simulation.timestep:
+        raise fail("duration", f"expected at least two time steps of {s.simulation.timestep} s, got {s.duration}")
+    steps = 1.0 / (s.simulation.control_rate * s.simulation.timestep)
+    if round(steps) < 1 or abs(steps - round(steps)) > 1e-6 * steps:
+        raise fail(
+            "simulation.control_rate",
+            f"expected 1/control_rate to be a whole number of time steps of {s.simulation.timestep} s, "
+            f"got {steps:g} steps",
+        )
+    if s.actuation.null_torque is not None and s.actuation.mode != "joint":
+        raise fail("actuation.null_torque", "expected mode = 'joint': generalized forces leave nothing free")
+    if s.actuation.motors and s.actuation.mode != "joint":
+        raise fail("actuation.motors", "expected mode = 'joint': generalized forces come from no motor")
+    if own_law(s.law) and s.actuation.mode != "joint":
+        raise fail("actuation.mode", f"expected 'joint' with a law of one's own, which returns torques; got "
+                   f"'{s.actuation.mode}'")  # fmt: skip
+    if own_law(s.law) and s.backstep is not None:
+        raise fail("backstep", "expected no law of one's own: the step back belongs to the thesis's leg states")
+    _sensed(s, fail)
+    _searched(s, fail)
+    for name, bound in s.expect.items():
+        if bound.min is None and bound.max is None:
+            raise fail(f"expect.{name}", "expected min, max or both")
+        if bound.min is not None and bound.max is not None and bound.min > bound.max:
+            raise fail(f"expect.{name}", f"expected min <= max, got {bound.min} > {bound.max}")
+    for key, distribution in s.randomise.draw.items():
+        given = [name for name in distribution.__struct_fields__ if getattr(distribution, name) is not None]
+        if len(given) != 1:
+            raise fail(f'randomise.draw."{key}"', f"expected exactly one of normal, uniform, choice, grid, got {given}")
+        if distribution.uniform is not None and distribution.uniform[0] > distribution.uniform[1]:
+            raise fail(f'randomise.draw."{key}".uniform', f"expected lower <= upper, got {list(distribution.uniform)}")
+        if distribution.choice == () or distribution.grid == ():
+            raise fail(f'randomise.draw."{key}"', "expected at least one value")
+    if len(s.sweep) > 2:
+        raise fail("sweep", f"expected one or two keys, got {len(s.sweep)}")
+    for key, values in s.sweep.items():
+        if not values:
+            raise fail(f'sweep."{key}"', "expected at least one value")
+        if key in s.randomise.draw:
+            raise fail(f'sweep."{key}"', "expected a key that is not drawn at random as well")
+    runs = s.randomise.runs * math.prod(map(len, s.sweep.values()))
+    if runs > MOST_RUNS:
+        raise fail("sweep", f"expected at most {MOST_RUNS} runs in all (randomise.runs at each point), got {runs}")
+    # MuJoCo would take two steps instead, without a word. The home engine's contacts are rigid.
+    if s.engine == "mujoco" and s.ground.contact_time < 2 * s.simulation.timestep * (1.0 - 1e-9):
+        raise fail("ground.contact_time", f"expected at least two time steps ({2 * s.simulation.timestep:g} s), "
+                   f"got {s.ground.contact_time:g}")  # fmt: skip
+
+
+def _sensed(s: Scenario, fail: Fail) -> None:
+    """Rejects an estimator without its sensors, sensors without it, and noise on what nobody measures."""
+    if s.robot is not None:
+        return  # its gyro is read as it is, and what it has not is refused by name
+    for key, there in (("sensors.zero_error", s.sensors.zero_error > 0.0), ("truth.part", s.truth.part)):
+        if there:
+            raise fail(key, f"belongs to robots of any kind (docs/robots.md), which model '{s.model}' is not here")
+    names = ("encoders", "gyro", "switches")
+    there = [name for name in names if getattr(s.sensors, name) is not None]
+    if s.estimator is None:
+        if there:
+            raise fail(f"sensors.{there[0]}", "expected an [estimator], which infers the posture from it")
+        return
+    if missing := [name for name in names if name not in there]:
+        raise fail("estimator", f"expected sensors to infer from: [sensors.{missing[0]}] is missing")
+    direct = ("angle_noise", "rate_noise", "height_noise", "delay", "quantisation")
+    if told := [name for name in direct if getattr(s.sensors, name) > 0.0]:
+        raise fail(f"sensors.{told[0]}", "expected none with an [estimator]: nobody measures the posture itself")
+    switches = s.sensors.switches
+    if switches is not None and switches.release > switches.force:
+        raise fail("sensors.switches.release", f"expected at most the force that closes a switch, {switches.force:g} "
+                   f"N, got {switches.release:g}")  # fmt: skip
+
+
+def _searched(s: Scenario, fail: Fail) -> None:
+    """Rejects a [standard] that cannot be searched, or shows what there is not."""
+    if s.standard is None:
+        return
+    test = s.standard
+    for name in test.shows:
+        if name not in METRICS:
+            raise fail("standard.shows", f"unknown metric '{said(name)}'; {nearest(name, list(METRICS))}")
+    if test.key is None:
+        return
+    if test.step == 0.0 or (test.last - test.first) * test.step < 0.0:
+        raise fail("standard.step", f"expected steps from first = {test.first:g} to last = {test.last:g}, got "
+                   f"{test.step:g}")  # fmt: skip
+    parts = abs(test.step) / test.resolution
+    if round(parts) < 1 or abs(parts - round(parts)) > 1e-6 * parts:
+        raise fail("standard.resolution", f"expected the step of {test.step:g} to be a whole number of them, got "
+                   f"{test.resolution:g}")  # fmt: skip
+    if abs(test.last - test.first) / test.resolution > MOST_VALUES:
+        raise fail("standard.resolution", f"expected at most {MOST_VALUES} of them from first to last, got "
+                   f"{test.resolution:g}")  # fmt: skip
+
+
+def _changing_pushes(s: Scenario, fail: Fail) -> None:
+    """Rejects pushes in more pieces than a run is kept with."""
+    tick, total = 1.0 / s.simulation.control_rate, 0
+    for i, push in enumerate(s.push):
+        if push.shape != "constant":
+            total += count(push, tick, s.duration)
+            if total > MOST_PIECES:
+                raise fail(
+                    f"push[{i}].duration",
+                    f"expected at most {MOST_PIECES} pieces of pushes that change, {PIECE:g} s each, of a sine at most "
+                    f"a 20th of its period; got {total}",
+                )
+
+
+def _ramps(s: Scenario, fail: Fail) -> None:
+    """Rejects tiles and steps that are shorter than the ramps between them."""
+    tiles, steps = s.ground.tiles, s.ground.steps
+    for key, there, length, ramp in (
+        ("ground.tiles.length", tiles.height > 0.0, tiles.length, tiles.ramp),
+        ("ground.steps.run", steps.rise != 0.0, steps.run, steps.ramp),
+    ):
+        if there and length <= ramp:
+            raise fail(key, f"expected more than the ramp of {ramp:g} m, got {length:g}")
+
+
+def _seat(s: Scenario, fail: Fail) -> None:
+    """Rejects a seat where nothing could sit on it."""
+    if s.ground.seat.height > 0.0 and s.engine == "home":
+        raise fail("ground.seat.height", "expected 0: at home nothing but toes and heels meets anything; a seat needs "
+                   "engine = 'mujoco'")  # fmt: skip
+
+
+def _follow_one_another(s: Scenario, fail: Fail) -> None:
+    """Rejects changes outside the run, before the end of the last, or of a law that has no gains."""
+    if s.change and own_law(s.law):
+        raise fail("change", "expected no law of one's own, which knows the time; changes are the thesis's law's")
+    free = 0.0
+    for i, change in enumerate(s.change):
+        if change.at >= s.duration:
+            raise fail(f"change[{i}].at", f"expected a time within the run (duration {s.duration} s), got {change.at}")
+        if change.at < free:
+            raise fail(f"change[{i}].at", f"expected at least {free:g} s, where the one before ends, got {change.at:g}")
+        free = change.at + change.over

@@ -1,0 +1,64 @@
+"""An ensemble: what is drawn for each run, and what is made of them."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from msgspec import Meta, field
+
+from biped.scenario.section import Count, NonNegative, Real, Section
+
+
+class Distribution(Section, frozen=True):
+    """Where a number is drawn from: exactly one of these.
+
+    A key that holds several numbers gets each drawn by itself.
+
+    Attributes:
+        normal: Mean and standard deviation.
+        uniform: Lower and upper bound.
+        choice: Values, each as likely.
+        grid: Values that runs take in turn.
+    """
+
+    normal: tuple[Real, NonNegative] | None = None
+    uniform: tuple[Real, Real] | None = None
+    choice: tuple[bool | float | str, ...] | None = None
+    grid: tuple[bool | float | str, ...] | None = None
+
+
+class Randomise(Section, frozen=True):
+    """An ensemble.
+
+    Attributes:
+        runs: Number of runs (at each point of a sweep), each with its own seed.
+        controller_mass_matrix: Relative standard deviation, elementwise, of the controller's M (fixed for a run).
+        controller_constraints: The same of its A.
+        draw: Dotted scenario key, e.g. "ground.friction" or "push.0.at", to its distribution.
+    """
+
+    runs: Count = 1
+    controller_mass_matrix: Annotated[float, Meta(ge=0, le=1000)] = 0.0
+    controller_constraints: Annotated[float, Meta(ge=0, le=1000)] = 0.0
+    draw: dict[str, Distribution] = field(default_factory=dict)
+
+
+class Failures(Section, frozen=True):
+    """What is kept of runs that fell or are doubtful: their last seconds.
+
+    Attributes:
+        keep: Most runs kept at each point of a sweep, where a campaign is large (above 10,000 runs), in shards or on a
+            cluster; of others all are.
+    """
+
+    keep: Annotated[int, Meta(ge=0, le=1_000_000)] = 3
+
+
+class Threshold(Section, frozen=True):
+    """When a sweep's threshold holds.
+
+    Attributes:
+        rate: Fraction of the runs that must have walked at every value up to it.
+    """
+
+    rate: Annotated[float, Meta(gt=0, le=1)] = 0.95

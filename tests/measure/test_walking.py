@@ -1,0 +1,68 @@
+"""What counts as walking, and what as standing."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from biped.measure.metrics import measure
+from biped.measure.trajectory import Trajectory
+from tests.measure.made_up import WEIGHT, borne, steady
+from tests.runs import synthetic
+
+
+def walking(**columns) -> Trajectory:
+    """Three seconds at 0.5 m/s with a step of the right leg, then of the left, then of the right."""
+    phase = np.ones((3000, 2))
+    for start, leg in ((1600, 0), (2000, 1), (2400, 0)):
+        phase[start : start + 200, leg] = 3
+    q, v = np.zeros((3000, 9)), np.zeros((3000, 9))
+    q[:, 0], q[:, 1], v[:, 0] = 0.5 * np.arange(3000) * 0.001, 1.3, 0.5
+    return borne(synthetic(3.0, **({"q": q, "v": v, "phase": phase} | columns)))
+
+
+def test_a_walk_is_steps_on_the_ground():
+    window = (1.5, 3.0)
+    walk = measure(walking(), window)
+    assert (walk["walked"], walk["stood"], walk["falls"], walk["doubtful"]) == (1, 0, 0, 0)
+    assert walk["alternation"] == 1.0
+    sliding = walking(phase=np.ones((3000, 2)))
+    assert measure(sliding, window)["walked"] == 0, "no step at all"
+    hopping = walking()
+    hopping.phase[:, 1] = 1
+    assert measure(hopping, window)["walked"] == 0, "one leg only"
+    flying = walking()
+    flying.column("believed")[1500:2000] = 0.0
+    assert measure(flying, window)["walked"] == 0, "a third of the window in the air"
+    carried = walking()
+    carried.column("force")[:, :2, 1] = 0.35 * WEIGHT
+    lifted = measure(replace(carried, pushes=((0.0, 3.0, 0.0, 0.3 * WEIGHT, "torso"),)), window)
+    assert (lifted["walked"], lifted["doubtful"]) == (0, 0), "carried by something else"
+    slow = walking()
+    slow.q[:, 0] *= 0.5
+    assert measure(slow, window)["walked"] == 0
+
+
+def test_walking_is_more_than_standing_or_falling():
+    still = synthetic(2.0, q=[0.0, 1.3, *[0.0] * 7])
+    stood = measure(still, (1.0, 2.0))
+    assert stood["walked"] == 0
+    assert math.isnan(stood["cost_of_transport"])
+    fell = measure(replace(walking(), end="fell", cause="fell forward at 1.999 s"), (1.0, 2.0))
+    assert (fell["walked"], fell["falls"]) == (0, 1)
+
+
+def test_standing_is_more_than_staying_up():
+    still = borne(synthetic(2.0, q=[0.0, 1.3, *[0.0] * 7]))
+    assert measure(still, (1.0, 2.0))["stood"] == 1
+    hovering = replace(synthetic(2.0, q=[0.0, 1.3, *[0.0] * 7]), pushes=((0.0, 2.0, 0.0, WEIGHT, "torso"),))
+    assert (measure(hovering, (1.0, 2.0))["stood"], measure(hovering, (1.0, 2.0))["doubtful"]) == (0, 0)
+    assert measure(replace(still, end="fell", cause="fell forward at 1.999 s"), (1.0, 2.0))["stood"] == 0
+    assert measure(steady(), (1.0, 2.0))["stood"] == 0
+    swaying = borne(synthetic(2.0, q=np.outer(0.11 * np.sin(np.pi * np.arange(2000) / 500), np.eye(9)[0])))
+    assert measure(swaying, (0.0, 2.0))["stood"] == 0
+    steps = np.outer(1 + 2 * (np.arange(2000) % 500 > 250), [1, 0])
+    stepping = borne(synthetic(2.0, q=[0.0, 1.3, *[0.0] * 7], phase=steps))
+    assert measure(stepping, (0.0, 2.0))["stood"] == 0

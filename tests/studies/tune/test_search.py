@@ -1,0 +1,116 @@
+"""A search: what a candidate costs, on which seeds, and whether it finds what is known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from biped.studies.tune.evaluate import Outcome, workers
+from biped.studies.tune.report import gait_text
+from biped.studies.tune.search import Search
+from biped.studies.tune.space import Space
+from tests.studies.tune.small import study_of
+
+
+def test_no_two_purposes_share_a_seed(scenario_file):
+    study = study_of(scenario_file)
+    seeds = [study.seed("generation", i) for i in range(50)] + [study.seed("recheck", i) for i in range(50)]
+    seeds += [study.seed("final"), study.seed("unseen")]
+    assert len(set(seeds)) == len(seeds)
+    runs = {run_of(study, seed, i).seed for seed in seeds[:5] for i in range(2)}
+    assert len(runs) == 10
+
+
+def run_of(study, seed, number):
+    candidate = Space(study.scenario, study.gains).candidate([0.0] * 31)
+    task = study.tasks(candidate, seed, True, {"level": range(number, number + 1)})[0]
+    return study._run(task)
+
+
+def landscape(study, target):
+    """Runs whose cost is the squared distance of ln k_d1 and of theta_b from a target, plus noise of the seed."""
+
+    def evaluate(tasks):
+        out = []
+        for task in tasks:
+            gains = task.candidate.gains
+            noise = np.random.default_rng([task.seed, task.number]).normal(0.0, 0.01)
+            cost = math.log(gains.k_d1 / target[0]) ** 2 + ((gains.theta_b - target[1]) / 20.0) ** 2 + noise
+            out.append(Outcome(cost, True, 0.8, 0.2))
+        return out
+
+    return evaluate
+
+
+def test_search_finds_a_known_optimum_through_noise(scenario_file):
+    study = study_of(scenario_file, 'tune.gains=["k_d1","theta_b"]', "tune.generations=40", "tune.population=8")
+    search = Search(study, landscape(study, (600.0, 78.0)))
+    for _ in range(40):
+        search.generation()
+    found = search.finish()
+    gains = found.candidate.gains
+    assert gains.k_d1 == pytest.approx(600.0, rel=0.15)
+    assert gains.theta_b == pytest.approx(78.0, abs=3.0)
+    assert found.cost < 0.1 * found.start_cost
+    assert "walked" in gait_text("x", search, found)
+
+
+def test_given_up_points_rank_behind(scenario_file):
+    study = study_of(scenario_file, "tune.population=10", "tune.conditions.level.runs=9", "tune.keep=0.4")
+    search = Search(study, landscape(study, (600.0, 78.0)))
+    seen = []
+    evaluate = search.evaluate
+    search.evaluate = lambda tasks: seen.append(len(tasks)) or evaluate(tasks)
+    record = search.generation()
+    assert seen == [10 * (3 + 1), 4 * 6]  # a third of nine runs and one of one for all, the rest for four
+    costs = sorted(record["costs"])
+    assert len(set(costs)) == 10
+    assert record["runs"] == sum(seen)
+
+
+def test_a_walker_never_costs_more_than_a_faller(scenario_file):
+    study = study_of(scenario_file, "tune.weights.speed=1000.0", "tune.gains=['theta_b']", "fall.tilt=5.0")
+    candidate = Space(study.scenario, study.gains).candidate([0.0])
+    with workers(study, 1) as evaluate:
+        fallen = evaluate(study.tasks(candidate, 1, True, {"uphill": range(2)}))
+    assert all(not o.walked and 0.5 <= o.cost <= 1.0 for o in fallen)
+    upright = study_of(scenario_file, "tune.weights.speed=1000.0", "duration=3.0", "gains.theta_b=78.0")
+    candidate = Space(upright.scenario, upright.gains).candidate([0.0] * 31)
+    with workers(upright, 1) as evaluate:
+        walked = [o for o in evaluate(upright.tasks(candidate, 3, True, {"level": range(3)})) if o.walked]
+    assert walked
+    assert all(o.cost <= 0.5 for o in walked)
+
+
+STAND = """
+extends = "tune/stand"
+duration = 1.0
+[start]
+jitter = 0.0
+[tune]
+duration = 1.0
+[tune.conditions.quiet]
+set.randomise.draw."start.posture" = { grid = ["flat"] }
+[tune.conditions.pushed.set]
+push = [{ at = 0.3, duration = 0.2, force = [2000.0, 0.0] }]
+randomise.draw."push.0.force.0" = { uniform = [2000.0, 2100.0] }
+"""
+
+
+def test_who_should_stand_is_paid_for_standing_and_not_for_distance(tmp_path):
+    path = tmp_path / "stand.toml"
+    path.write_text(STAND, encoding="utf-8")
+    study = study_of(path, "window.start=0.5", "window.end=1.0", "tune.weights.progress=1.0")
+    candidate = Space(study.scenario, study.gains).candidate([0.0] * len(Space(study.scenario, study.gains).axes))
+    with workers(study, 1) as evaluate:
+        quiet = evaluate(study.tasks(candidate, 1, True, {"quiet": range(1)}))[0]
+        pushed = evaluate(study.tasks(candidate, 1, True, {"pushed": range(1)}))[0]
+    assert quiet.walked, "it reached its goal"
+    assert quiet.cost <= 0.5
+    assert not pushed.walked
+    assert pushed.cost > 0.5
+    walking = study_of(path, "window.start=0.5", "window.end=1.0", "tune.conditions.quiet.goal=walked")
+    with workers(walking, 1) as evaluate:
+        assert not evaluate(walking.tasks(candidate, 1, True, {"quiet": range(1)}))[0].walked

@@ -1,0 +1,72 @@
+"""`biped tune`: what it finds does not depend on luck, jobs or interruptions, and can be walked with at once."""
+
+from __future__ import annotations
+
+import json
+import sys
+
+import numpy as np
+
+from biped.cli.main import main
+from biped.ensemble.plan import Plan
+from biped.scenario.gains import Gains
+from biped.scenario.gait import read_gains
+from biped.scenario.reading import read_scenario
+from biped.studies.tune.report import gait_of
+
+
+def tuned(path, out, *more):
+    assert main(["tune", str(path), "--out", str(out), "--jobs", "1", *more]) == 0
+    return (out / "gait.toml").read_text(encoding="utf-8"), (out / "runs.jsonl").read_text(encoding="utf-8")
+
+
+def test_without_cma_the_extra_is_named(scenario_file, tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "cma", None)
+    assert main(["tune", str(scenario_file), "--out", str(tmp_path / "out"), "--jobs", "1"]) == 2
+    assert "biped[tune]" in capsys.readouterr().err
+
+
+def test_same_scenario_same_gait_for_any_number_of_jobs(scenario_file, tmp_path, capsys):
+    gait, journal = tuned(scenario_file, tmp_path / "a")
+    np.random.standard_normal(3)  # noqa: NPY002  # the search has its own stream: the global one must not matter
+    assert main(["tune", str(scenario_file), "--out", str(tmp_path / "b"), "--jobs", "2", "--json"]) == 0
+    assert (tmp_path / "b" / "gait.toml").read_text(encoding="utf-8") == gait
+    assert (tmp_path / "b" / "runs.jsonl").read_text(encoding="utf-8") == journal
+    result = json.loads(capsys.readouterr().out.partition("\n{")[2].join(["{", ""]))
+    assert result["conditions"]["level"]["runs"] == 2
+    assert (tmp_path / "b" / "convergence.png").stat().st_size > 1000
+    assert len(journal.splitlines()) == 1 + 3  # what it is about, and three generations
+
+
+def test_killed_and_continued_equals_undisturbed(scenario_file, tmp_path, capsys):
+    gait, journal = tuned(scenario_file, tmp_path / "whole")
+    cut = tmp_path / "cut"
+    cut.mkdir()
+    (cut / "scenario.toml").write_bytes((tmp_path / "whole" / "scenario.toml").read_bytes())
+    # Killed while the second generation's line was being written.
+    (cut / "runs.jsonl").write_text("\n".join(journal.splitlines()[:2]) + '\n{"index": 2, "cos', encoding="utf-8")
+    again, continued = tuned(scenario_file, cut)
+    assert again == gait
+    assert [line for line in continued.splitlines() if line.endswith("}")] == journal.splitlines()
+
+
+def test_gait_file_is_the_gait_that_was_scored(scenario_file, tmp_path, capsys):
+    gait, _ = tuned(scenario_file, tmp_path / "out")
+    assert "seeds never used" in gait
+    assert "'fast'" in gait
+    read = read_gains(tmp_path / "out" / "gait.toml", Gains())
+    assert read == gait_of(gait)
+    assert read != Plan(read_scenario("level_fast")).run(0).gains
+    # It can be walked with at once.
+    assert Plan(read_scenario("level_fast", [f"controller={tmp_path / 'out' / 'gait.toml'}"])).run(0).gains == read
+
+
+def test_settings_that_are_tables_are_written_too(scenario_file, tmp_path, capsys):
+    more = ["--set", "actuation.contacts=pushing", "--set", "sensing.ahead=0.15"]
+    more += ["--set", 'tune.keys={"actuation.pushing.approach"={min=0.01,max=0.05,scale="log"}}']
+    gait, _ = tuned(scenario_file, tmp_path / "out", *more)
+    scenario = read_scenario("level_fast", [f"controller={tmp_path / 'out' / 'gait.toml'}"])
+    assert scenario.actuation.contacts == "pushing"
+    assert scenario.sensing.ahead == 0.15
+    assert f"approach = {scenario.actuation.pushing.approach}" in gait
+    assert scenario.actuation.pushing.approach != 0.02  # it was searched for
