@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from biped.robot.general.facts import General
-from biped.robot.general.recognise import pairs_of, touches
+from biped.robot.general.soles import pairs_of, touches
 from biped.robot.model import plane_below
 
 _POINT = 1e-6
