@@ -18,6 +18,7 @@ from biped.ensemble.plan import Plan
 from biped.measure.general.metrics import assess
 from biped.measure.metrics import assess as assess_planar
 from biped.measure.stored import load
+from biped.robot.general.build import compiled
 from biped.scenario.reading import read_scenario
 from biped.studies.planned import plan_of
 from tests.cases import write
@@ -306,3 +307,13 @@ def test_a_root_without_mass_falls_with_the_trunk_that_is_fixed_to_it(tmp_path):
     assert (t.robot.base, t.robot.trunk) == ("root", "trunk")
     assert t.end == "fell"
     assert 0.1 < t.time[-1] < 1.5
+
+
+def test_a_urdfs_robot_may_differ_from_its_file():
+    """Its inertia is said with products, which MuJoCo takes either so or along its axes."""
+    plan = plan_of("any/urdf", ("truth.part=[{name='trunk', mass=1.5, inertia=2.0}]", "truth.joint_damping=0.3"))
+    plain = plan_of("any/urdf", ())
+    true, file = (compiled(one.run(0).model, one.scenario, "torque") for one in (plan, plain))
+    factor = np.where([file.body(i).name == "trunk" for i in range(file.nbody)], 3.0, 1.0)
+    np.testing.assert_allclose(true.body_inertia, file.body_inertia * factor[:, None], rtol=1e-12)
+    np.testing.assert_allclose(true.dof_damping[6:], file.dof_damping[6:] + 0.3)

@@ -308,6 +308,9 @@ def test_the_command(capsys, tmp_path, monkeypatch):
     told = capsys.readouterr().out
     for words in ("pelvis, moves in space", "4 contact points", "51.44 kg", "300 N m", "law = 'stand'"):
         assert words in told
+    assert "spatial" not in told
+    assert main(["model", "human3d"]) == 0
+    assert "law = 'spatial' or law = 'stand'" in capsys.readouterr().out
     assert main(["model", "human"]) == 0
     assert "the thesis's law walks it" in capsys.readouterr().out
     monkeypatch.chdir(tmp_path)
