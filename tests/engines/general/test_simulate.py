@@ -145,6 +145,9 @@ def test_generalized_forces(tmp_path):
         ("return None", "got nothing"),
         ("return np.full(6, np.nan)", "finite"),
         ("return [{}] * 6", "expected 6 numbers"),
+        ("return np.zeros(6) + 1j", "expected 6 numbers"),
+        ("return ['1'] * 6", "expected 6 numbers"),
+        ("return np.ma.masked_less(np.zeros(6), 1)", "expected 6 numbers"),
         ("return 1 / 0", r"ZeroDivisionError.*l.py, line 9"),
         ("sensed.q[0] = 1.0", "read-only"),
     ],
@@ -224,6 +227,10 @@ LEG = """<body name="{s}_thigh" pos="0 {y} -0.05"><joint name="{s}_hip" axis="0 
 <body name="{s}_foot" pos="0 0 -0.3"><joint name="{s}_ankle" axis="0 1 0"/>
 <geom type="box" pos="0.03 0 -0.03" size="0.1 0.05 0.02" mass="0.8"/></body></body></body>"""
 DRIVEN = [f"{s}_{joint}" for s in ("left", "right") for joint in ("hip", "knee", "ankle")]
+IDLE = """    def __init__(self, setup): pass
+
+    def torques(self, sensed): return {}
+"""
 WOBBLES = """    def __init__(self, setup):
         self.robot, self.rest = setup.robot, setup.q[setup.robot.places]
 
@@ -301,7 +308,7 @@ def test_a_root_without_mass_falls_with_the_trunk_that_is_fixed_to_it(tmp_path):
     text = text.replace('<body name="trunk" pos="0 0 0.7"><freejoint/>',
                         '<body name="root"><freejoint/><body name="trunk" pos="0 0 0.7">')  # fmt: skip
     (HERE / "rooted.xml").write_text(text.replace("</worldbody>", "</body></worldbody>"), encoding="utf-8")
-    law = law_of(tmp_path, "    def __init__(self, setup): pass\n\n    def torques(self, sensed): return np.zeros(6)\n")
+    law = law_of(tmp_path, IDLE.format("np.zeros(6)"))
     run = plan_of(str(HERE / "rooted_scenario.toml"), (law, "start.jitter=0.1", "duration=2")).run(0)
     t = simulate(run)
     assert (t.robot.base, t.robot.trunk) == ("root", "trunk")
@@ -317,3 +324,25 @@ def test_a_urdfs_robot_may_differ_from_its_file():
     factor = np.where([file.body(i).name == "trunk" for i in range(file.nbody)], 3.0, 1.0)
     np.testing.assert_allclose(true.body_inertia, file.body_inertia * factor[:, None], rtol=1e-12)
     np.testing.assert_allclose(true.dof_damping[6:], file.dof_damping[6:] + 0.3)
+
+
+def test_every_actuator_may_have_a_limit_of_its_own(tmp_path):
+    law = law_of(tmp_path, IDLE.format("np.full(19, 1e3)"))
+    limits = [0.5 * (1 + i) for i in range(19)]
+    t = simulate(plan_of(named("h1"), (law, f"actuation.torque_limit={limits}", "duration=0.005")).run(0))
+    np.testing.assert_allclose(t.u, np.tile(limits, (5, 1)))
+    with pytest.raises(InputError, match="one for each of 19 actuators, got 6"):
+        plan_of(named("h1"), ("actuation.torque_limit=[1, 1, 1, 1, 1, 1]",))
+    with pytest.raises(InputError, match="expected a number, or 6 limits, got 5"):
+        plan_of("level_normal", ("actuation.torque_limit=[1, 1, 1, 1, 1]",))
+
+
+def test_what_a_model_says_for_the_thesiss_law_stands_in_no_other_laws_way(tmp_path):
+    """`human3d` asks for ground that only pushes; a law that stands has no such setting."""
+    scenario = plan_of(named("human3d"), ()).scenario
+    assert scenario.law == "stand"
+    assert scenario.actuation.contacts == "released"  # what is nobody's
+    assert (scenario.actuation.torque_limit, scenario.fall.height) == (150.0, 0.5)  # what is any law's stays
+    law = law_of(tmp_path, IDLE.format("np.zeros(12)"))
+    assert len(simulate(plan_of(named("human3d"), (law, "duration=0.005")).run(0))) == 5
+    assert plan_of("spatial/own", ()).scenario.actuation.contacts == "pushing"
