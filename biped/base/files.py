@@ -69,10 +69,16 @@ def locate(kind: str, name: str, asked_by: str, beside: Path | None = None) -> P
         if is_file(candidate):
             return candidate
     near = [f"{name}{suffix}" for base in (Path(), beside) if base is not None and is_file(base / f"{name}{suffix}")]
-    hint = f"did you mean the file '{near[0]}'?" if near else nearest(Path(name).stem, names(kind))
+    if near:
+        hint = f"did you mean the file '{near[0]}'?"
+    elif kind == "scenarios" and name.endswith((SUFFIX["models"], URDF)) and is_file(Path(name)):
+        hint = f"'{said(name)}' is a model: biped model says what it is, and a scenario names it (docs/robots.md)"
+    else:
+        hint = nearest(Path(name).stem, names(kind))
+    files = f"*{suffix} or *{URDF}" if kind == "models" else f"*{suffix}"
     raise InputError(
         f"{f'{asked_by}: ' if asked_by else ''}no {kind[:-1]} '{said(name)}'; expected the path of a "
-        f"file *{suffix} or a name: {hint}"
+        f"file {files} or a name: {hint}"
     )
 
 

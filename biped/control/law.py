@@ -63,3 +63,16 @@ class Law(Protocol):
     def tick(self) -> Tick:
         """One control tick (k, time [s]) from the bound measurements; returns a status of `biped.control.tick`."""
         ...
+
+
+def numbers(told: object) -> np.ndarray:
+    """What a law returned as an array of floats.
+
+    Raises:
+        TypeError: It is not of real numbers: nothing imaginary, masked or in words passes as what it is not.
+        ValueError: It has no shape.
+    """
+    found = np.asarray(told)
+    if found.dtype.kind not in "biufO" or np.ma.is_masked(told):
+        raise TypeError(f"numbers of {found.dtype}")
+    return found.astype(float, copy=False)

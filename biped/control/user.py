@@ -13,7 +13,7 @@ import pinocchio
 
 from biped.base.errors import InputError
 from biped.base.files import label
-from biped.control.law import Raised, Signals
+from biped.control.law import Raised, Signals, numbers
 from biped.control.loading import load_law, said, signal_names
 from biped.control.offered import offer
 from biped.control.setup import controller_record
@@ -179,7 +179,7 @@ class UserLaw:
         except (Exception, SystemExit) as error:
             self._fail(k, time, f"raised {type(error).__name__}", said(error, self.file), error)
         try:
-            u = np.asarray(told, dtype=float)
+            u = numbers(told)
         except (TypeError, ValueError):
             self._fail(k, time, _NO_TORQUES, f"expected six numbers [N m], got {told!r:.100}")
         if u.shape != (NU,):

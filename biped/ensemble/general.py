@@ -119,7 +119,8 @@ class GeneralRuns:
         pushes = []
         size, words = (PLANE, "[forward, up]") if robot.planar else (SPACE, "[forward, left, up]")
         for i, push in enumerate(s.push):
-            body = robot.base if push.body == "torso" and push.body not in robot.bodies else push.body
+            trunk = robot.bodies[robot.trunk_number - 1]
+            body = trunk if push.body == "torso" and push.body not in robot.bodies else push.body
             if body not in robot.bodies:
                 hint = nearest(body, list(robot.bodies))
                 raise InputError(

@@ -100,6 +100,10 @@ def result_in(folder: Path) -> dict[str, Any]:
         read = msgspec.convert(result, _Result)
         if read.runs is msgspec.UNSET and not read.summary.runs:
             raise ValueError("no runs")
+        if ("points" in result) != ("thresholds" in result):
+            raise ValueError("points and thresholds: expected both or neither")
+        if "points" in result and not (read.points and all(point.values for point in read.points)):
+            raise ValueError("points: expected values of what is swept")
         for where in (result["summary"], *result.get("runs", []), *result.get("points", [])):
             _complete(where)
     except OSError as error:

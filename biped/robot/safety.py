@@ -31,6 +31,8 @@ MOST_PIXELS = 4096**2
 """Of all textures and height fields together."""
 MOST_MEMORY = 256 * 2**20
 """[bytes] that a model may ask for by itself."""
+PACKAGE = "package://"
+"""What files of a ROS package begin with."""
 LONGEST_NAME = 255
 """[bytes]."""
 
@@ -68,6 +70,15 @@ def examine(path: Path) -> None:
             that is none.
     """
     _Examination(path).finish()
+
+
+def spellings_of(file: str) -> tuple[str, ...]:
+    """As what an asset may lie below its folder: as it is called, or by its last part; of a ROS package's, between."""
+    plain = file.replace("\\", "/")
+    if not plain.startswith(PACKAGE):
+        return tuple(dict.fromkeys((file, plain.rpartition("/")[2])))
+    whole = plain.removeprefix(PACKAGE)
+    return tuple(dict.fromkeys((whole, whole.partition("/")[2], whole.rpartition("/")[2])))
 
 
 class _Examination:
@@ -142,8 +153,7 @@ class _Examination:
         """Looks at assets, wherever the model may mean them to be."""
         total = 0
         for (element, file), name in self._assets.items():
-            spellings = {file, file.replace("\\", "/").rpartition("/")[2]}  # strippath
-            places = {self._folder / folder_ / spelling for folder_ in self._folders for spelling in spellings}
+            places = {self._folder / folder_ / spelling for folder_ in self._folders for spelling in spellings_of(file)}
             for path in sorted(place for place in places if place.exists()):
                 total += self._size(path, f"{name}: {element}")
                 if total > MOST_ASSET_BYTES:

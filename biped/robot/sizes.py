@@ -18,9 +18,14 @@ def check_sizes(model: mujoco.MjModel, name: str) -> None:
     Raises:
         InputError: A link is lighter, heavier or longer than any that could walk, or a posture is none.
     """
+    # What is fixed to something heavier may weigh nothing: a frame, as URDFs have many.
+    fixed = (model.body_mass[1:] == 0.0) & (
+        np.bincount(model.body_weldid, model.body_mass)[model.body_weldid[1:]] > 0.0
+    )
+    fixed |= model.body_weldid[1:] == 0
     for what, values, least, most, unit in (
-        ("mass", model.body_mass[1:], 1e-6, 1e6, "kg"),
-        ("inertia", model.body_inertia[1:].min(axis=1), 1e-12, 1e9, "kg m²"),
+        ("mass", np.where(fixed & (model.body_mass[1:] == 0.0), 1.0, model.body_mass[1:]), 1e-6, 1e6, "kg"),
+        ("inertia", np.where(fixed, 1.0, model.body_inertia[1:].min(axis=1)), 1e-12, 1e9, "kg m²"),
         ("place", np.abs(model.body_pos[1:]).max(axis=1), 0.0, 1e3, "m"),
         ("centre of mass", np.abs(model.body_ipos[1:]).max(axis=1), 0.0, 1e3, "m"),
     ):

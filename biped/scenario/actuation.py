@@ -36,7 +36,8 @@ class Actuation(Section, frozen=True):
             that only pushes (`pushing`), with the torque limits inside the problem.
         pushing: What the last of these takes the ground for.
         release_force: Pull [N] beyond which a touching point is not a constraint.
-        torque_limit: [N m] of every joint, or six limits: hip, knee, ankle, right then left.
+        torque_limit: [N m] of every joint, or one limit for each: of seven links six, hip, knee, ankle, right then
+            left; of a robot of another kind in the order of its actuators.
         limit: What happens beyond the limit: `clip`, or the `bounded` form of (3.13), a QP in the ticks where a limit
             is exceeded.
         solver: Who solves the bounded form: the exact `active_set`, or a package, for comparison.
@@ -53,7 +54,7 @@ class Actuation(Section, frozen=True):
     pushing: Pushing = Pushing()
     release_force: NonNegative = 150.0
     # (A fixed-length tuple of constrained numbers in a union crashes msgspec 0.22.)
-    torque_limit: Positive | Annotated[tuple[Positive, ...], Meta(min_length=6, max_length=6)] = 200.0
+    torque_limit: Positive | Annotated[tuple[Positive, ...], Meta(min_length=1, max_length=1000)] = 200.0
     limit: Literal["clip", "bounded"] = "clip"
     solver: Literal["active_set", "daqp", "quadprog", "osqp"] = "active_set"
     null_torque: Six | None = None

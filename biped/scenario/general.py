@@ -68,12 +68,23 @@ def make_general(data: dict[str, Any], origin: dict[str, Path]) -> bool:
     habits = description.pop("scenario", {}) if kind == KIND else {}
     if not isinstance(habits, dict):
         raise InputError(f"{label(own)}: scenario: expected a table, [scenario], got {echo(habits)}")
+    law = data.get("law", habits.get("law"))
+    if not (isinstance(law, str) and law in BUILT_IN and BUILT_IN[law].thesis):
+        habits = _for_any_law(habits)
     data.setdefault("robot", {})
     if kind == KIND and isinstance(data["robot"], dict):
         lay_under(data, {"robot": description}, origin, own)
     lay_under(data, habits, origin, own)
     lay_under(data, HABITS, origin, own)
     return True
+
+
+def _for_any_law(habits: dict[str, Any]) -> dict[str, Any]:
+    """What a model's description says of scenarios, without what only the thesis's law takes."""
+    out = {key: value for key, value in habits.items() if key not in _THESIS}
+    if isinstance(out.get("actuation"), dict):
+        out["actuation"] = {key: value for key, value in out["actuation"].items() if key not in _ACTUATION}
+    return out
 
 
 def _has_parts(model: Path) -> bool:

@@ -20,6 +20,8 @@ MOST_RUNS = 1_000_000
 """Of a campaign: points of its sweep times runs of each."""
 MOST_DELAY = 100_000
 """Control ticks that sensors may lag behind: each is kept."""
+LIMITS = 6
+"""Torque limits of seven links, where each has its own."""
 MOST_VALUES = 100_000
 """That a standard test may tell apart."""
 
@@ -57,6 +59,9 @@ def possible(s: Scenario, fail: Fail) -> None:
             f"expected 1/control_rate to be a whole number of time steps of {s.simulation.timestep} s, "
             f"got {steps:g} steps",
         )
+    limit = s.actuation.torque_limit
+    if s.robot is None and isinstance(limit, tuple) and len(limit) != LIMITS:
+        raise fail("actuation.torque_limit", f"expected a number, or {LIMITS} limits, got {len(limit)}")
     if s.actuation.null_torque is not None and s.actuation.mode != "joint":
         raise fail("actuation.null_torque", "expected mode = 'joint': generalized forces leave nothing free")
     if s.actuation.motors and s.actuation.mode != "joint":
@@ -101,7 +106,8 @@ def _sensed(s: Scenario, fail: Fail) -> None:
     """Rejects an estimator without its sensors, sensors without it, and noise on what nobody measures."""
     if s.robot is not None:
         return  # its gyro is read as it is, and what it has not is refused by name
-    for key, there in (("sensors.zero_error", s.sensors.zero_error > 0.0), ("truth.part", s.truth.part)):
+    for key, there in (("sensors.zero_error", s.sensors.zero_error > 0.0), ("truth.part", s.truth.part),
+                       ("ground.side_slope", s.ground.side_slope != 0.0)):  # fmt: skip
         if there:
             raise fail(key, f"belongs to robots of any kind (docs/robots.md), which model '{s.model}' is not here")
     names = ("encoders", "gyro", "switches")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from biped.base.files import label
 from biped.base.text import plain
 from biped.robot.general.facts import General
-from biped.scenario.laws import BUILT_IN
 from biped.show.terminal import console, table
 from biped.studies.robot import Found
 
@@ -20,7 +19,7 @@ def show_robot(found: Found) -> None:
     for fault in found.faults:
         out.print(f"  [red]fault[/red]  {plain(fault)}", markup=True)
     if found.planar and found.robot is not None:
-        laws = " or ".join(f"law = '{name}'" for name in BUILT_IN)
+        laws = " or ".join(f"law = '{name}'" for name in found.laws)
         out.print(f"  runs with a law of one's own (law = 'path.py:Class'), {laws}; not with the thesis's:")
         out.print(f"    {plain(found.planar)}")
     elif found.robot is not None:

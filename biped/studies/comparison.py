@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from biped.base.errors import InputError
 from biped.base.json import dumps
 from biped.base.writing import write_into
 from biped.ensemble import campaign
@@ -90,11 +91,13 @@ def compare(name: str, title: str, changes: Sequence[str], jobs: Jobs) -> Compar
         title: What to call it.
         changes: `--set` changes.
         jobs: Number of processes, or a cluster.
+
+    Raises:
+        InputError: It cannot be run, or not in both engines.
     """
-    plans, results, first = {}, {}, {}
+    plans, results, first = {engine: _in_engine(name, changes, engine) for engine in ENGINES}, {}, {}
     description = ""
-    for engine in ENGINES:
-        plan = plans[engine] = plan_of(name, [*changes, f"engine={engine}"])
+    for engine, plan in plans.items():
         description = plan.scenario.description
         if len(plan) == 1:
             first[engine], row = campaign.run_one(plan, 0)
@@ -105,6 +108,16 @@ def compare(name: str, title: str, changes: Sequence[str], jobs: Jobs) -> Compar
             first[engine] = campaign.run_one(plan, 0)[0]
         results[engine] = result_of(title, plan, rows)
     return Comparison(title, description, plans, results, first)
+
+
+def _in_engine(name: str, changes: Sequence[str], engine: str) -> Plan:
+    """The plan of a scenario in an engine; what is wrong with that nobody asked for on the command line."""
+    here = f"engine={engine}"
+    try:
+        return plan_of(name, [*changes, here])
+    except InputError as error:
+        plan_of(name, changes)  # if it is wrong in any engine, that is said
+        raise InputError(f"compare: in the engine '{engine}': {str(error).removeprefix('--set: ')}") from None
 
 
 def write(comparison: Comparison, folder: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,7 +12,9 @@ from biped.base.errors import InputError
 from biped.base.files import description_of, is_file, label, locate, read_toml
 from biped.robot.general.facts import General
 from biped.robot.general.recognise import looked_at
+from biped.robot.general.spec import parsed
 from biped.scenario.general import KIND
+from biped.scenario.laws import BUILT_IN
 from biped.scenario.robot import Described
 from biped.scenario.valid import convert, known_keys
 
@@ -25,6 +28,7 @@ class Found(NamedTuple):
         robot: What it is; None if it cannot be run.
         faults: All that is wrong, and what to write.
         planar: Why the thesis's law cannot walk it; empty if it can.
+        laws: The laws of this package that it runs with, beside a law of one's own.
     """
 
     file: Path
@@ -32,12 +36,13 @@ class Found(NamedTuple):
     robot: General | None
     faults: tuple[str, ...]
     planar: str
+    laws: tuple[str, ...]
 
     def as_dict(self) -> dict[str, Any]:
         """What `--json` prints."""
         return {
             "file": label(self.file), "description": None if self.description is None else label(self.description),
-            "faults": list(self.faults), "seven_links": not self.planar,
+            "faults": list(self.faults), "seven_links": not self.planar, "laws": list(self.laws),
             "robot": None if self.robot is None else msgspec.to_builtins(self.robot) | {"mass": self.robot.mass},
         }  # fmt: skip
 
@@ -65,7 +70,19 @@ def look(name: str) -> Found:
         known_keys(data, Described, "", fail)
         table = convert(data, Described, fail)
     robot, faults = looked_at(path, table)
-    return Found(path, own if general else None, robot, faults, _planar(path, general))
+    laws = () if robot is None else _laws(path, table, robot)
+    return Found(path, own if general else None, robot, faults, _planar(path, general), laws)
+
+
+def _laws(path: Path, table: Described, robot: General) -> tuple[str, ...]:
+    """Laws of this package that a robot runs with: those for any, and the thesis's in space if it has its joints."""
+    from biped.control.spatial.setup import check_robot
+
+    found = [name for name, law in BUILT_IN.items() if not law.thesis]
+    with suppress(InputError):
+        check_robot(robot, parsed(path, table)[1], path.stem)
+        found.insert(0, "spatial")
+    return tuple(found)
 
 
 def _planar(path: Path, general: bool) -> str:

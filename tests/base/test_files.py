@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
-from biped.base.files import DEEPEST, parse_toml
+from biped.base.errors import InputError
+from biped.base.files import DEEPEST, locate, parse_toml
 from biped.base.text import ECHO, PARAGRAPH, echo, paragraph, plain, said
 
 HOSTILE = {
@@ -47,3 +50,14 @@ def test_echoes_are_short():
     assert echo([10**5000]) == "a list"
     assert echo([1] * 5000) == "a list of 5000"
     assert echo("a\x1bb") == "'a\\x1bb'"
+
+
+def test_a_model_where_a_scenario_is_asked_for(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=r"no scenario 'r.urdf'; expected the path of a file \*.toml or a name: valid"):
+        locate("scenarios", "r.urdf", "")
+    Path("r.urdf").write_text("", encoding="utf-8")
+    with pytest.raises(InputError, match=r"'r.urdf' is a model: biped model says what it is"):
+        locate("scenarios", "r.urdf", "")
+    with pytest.raises(InputError, match=r"the path of a file \*.xml or \*.urdf"):
+        locate("models", "nosuch", "model")

@@ -40,6 +40,7 @@ def altered(change) -> bytes:
     return json.dumps(result).encode()
 
 
+POINT = {"values": {"ground.slope": 1.0}, "runs": 1, "walked": 1, "falls": 0, "rate": 1.0, "interval": [0.2, 1.0]}
 RESULTS = {
     "object": lambda: b"{}",
     "list": lambda: b"[]",
@@ -58,6 +59,9 @@ RESULTS = {
     "a number that is none": lambda: altered(lambda result: result["runs"][1].update(speed="fast")),
     "a summary that is none": lambda: altered(lambda result: result["summary"].update(speed=[1.0])),
     "no interval": lambda: altered(lambda result: result["summary"].update(walked_interval=None)),
+    "a sweep without points": lambda: altered(lambda result: result.update(points=[], thresholds=[])),
+    "a sweep of nothing": lambda: altered(lambda result: result.update(points=[POINT | {"values": {}}], thresholds=[])),
+    "a sweep without thresholds": lambda: altered(lambda result: result.update(points=[POINT])),
     "checks that are none": lambda: altered(lambda result: result.update(checks=[{"name": "falls"}])),
 }
 

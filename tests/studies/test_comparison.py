@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from biped.base.errors import InputError
 from biped.cli import main as cli
 from biped.engines import home
 from biped.ensemble.plan import Plan
@@ -21,6 +22,14 @@ SHORT = ["duration=1.0", "window.start=0.2", "window.end=1.0"]
 @pytest.fixture(scope="module")
 def comparison():
     return compare("level_normal_generalized", "level_normal_generalized", SHORT, 1)
+
+
+def test_what_one_engine_cannot_do_is_said_of_the_engine():
+    """Nobody wrote `--set engine=home`; what is wrong anyway is said as ever."""
+    with pytest.raises(InputError, match=r"^compare: in the engine 'home': .*seven links"):
+        compare("any/h1", "h1", (), 1)
+    with pytest.raises(InputError, match=r"^--set: duration: expected a number"):
+        compare("level_normal", "level_normal", ("duration=-1",), 1)
 
 
 def test_gap_is_relative_to_home():

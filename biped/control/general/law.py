@@ -15,7 +15,7 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.base.files import label
 from biped.control.general.sensed import Sensed
-from biped.control.law import Raised, Signals
+from biped.control.law import Raised, Signals, numbers
 from biped.control.loading import load_law, said, signal_names
 from biped.robot.general.build import Command
 from biped.robot.general.facts import General
@@ -140,7 +140,7 @@ class Asked:
         except (Exception, SystemExit) as error:
             self._fail(k, time, f"raised {type(error).__name__}", said(error, self._file), error)
         try:
-            out = np.asarray(told, dtype=float)
+            out = numbers(told)
         except (TypeError, ValueError):
             self._fail(k, time, _NOTHING, f"expected {self._size} numbers, got {told!r:.100}")
         if out.shape != (self._size,):

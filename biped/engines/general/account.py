@@ -26,6 +26,10 @@ class Account:
         self._rows = np.empty((3, model.nv))
         damping = model.dof_damping
         self._damping = np.array(damping if damping.ndim == 1 else damping[:, 0])
+        # Air, tendons' dampers and dampers that are not linear: few robots have any.
+        self._other = bool(model.opt.density or model.opt.viscosity or model.tendon_damping.any()
+                           or model.tendon_dampingpoly.any() or model.dof_dampingpoly.any())  # fmt: skip
+        self._poly = np.array(model.dof_dampingpoly)
         self.work = self.given = 0.0
 
     def push(self) -> None:
@@ -52,3 +56,9 @@ class Account:
         self.given += given
         # MuJoCo's dampers act with the velocity after the step.
         self.work += given + float((data.qfrc_constraint - self._damping * after) @ step)
+        if self._other:
+            # They act with their force before the step and its slope there.
+            quadratic, cubic = self._poly.T
+            slope = 2.0 * quadratic * np.abs(self._before) + 3.0 * cubic * self._before**2
+            damper = data.qfrc_damper + self._damping * self._before - slope * (after - self._before)
+            self.work += float((damper + data.qfrc_fluid) @ step)

@@ -31,12 +31,13 @@ class Upright:
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: General, fall: Fall, ground: Profile):
         self._data, self._robot, self._fall, self._ground = data, robot, fall, ground
+        self._number = robot.trunk_number
         self._up = -np.array(model.opt.gravity) / np.linalg.norm(model.opt.gravity)
         mujoco.mj_kinematics(model, data)
         self.least = fall.height * self._height()
 
     def _height(self) -> float:
-        place = self._data.xipos[self._robot.base_number]
+        place = self._data.xipos[self._number]
         return float(place[2]) - float(self._ground.height(place[0]))
 
     def fallen(self, velocity: np.ndarray, time: float) -> tuple[str, str] | None:

@@ -11,9 +11,10 @@ import mujoco
 import numpy as np
 
 from biped.base.errors import InputError
+from biped.robot.general.actuated import replace_actuators
 from biped.robot.general.facts import Drive, General
 from biped.robot.general.recognise import robot_of
-from biped.robot.general.spec import complete, is_urdf
+from biped.robot.general.spec import read
 from biped.robot.general.truth import apply_truth
 from biped.robot.general.uneven import give_planes, name_geoms, pairs_with_planes
 from biped.robot.gravity import GRAVITY
@@ -24,6 +25,9 @@ from biped.scenario.robot import Described
 
 Command = Literal["torque", "position", "velocity", "generalized"]
 """What a law returns: torques [N m] or targets [rad, rad/s] of servos at joints, or a force for every velocity."""
+
+_OVERRIDE = int(mujoco.mjtEnableBit.mjENBL_OVERRIDE)
+"""What lets a file's options decide on contacts."""
 
 
 def frame(slope: float, side_slope: float) -> np.ndarray:
@@ -75,35 +79,33 @@ def _compiled(
 ) -> mujoco.MjModel:  # fmt: skip
     path = Path(file)
     robot = robot_of(path, table)
-    spec = mujoco.MjSpec.from_file(file)
-    complete(spec, table, is_urdf(path))
+    spec = read(path, table)
     if truth != Truth():
         apply_truth(spec, truth, robot)
     if not level:
         name_geoms(spec)
         give_planes(spec, robot)
-    drives = {drive.name: (drive, limit) for drive, limit in zip(robot.drives, limits, strict=True)}
-    for actuator in list(spec.actuators):
-        if actuator.name in drives and command != "generalized":
-            _drive(actuator, *drives[actuator.name], command)
-        else:
-            spec.delete(actuator)
+    replace_actuators(spec)
+    for drive, limit in zip(robot.drives, limits, strict=True) if command != "generalized" else ():
+        _drive(spec, drive, limit, command)
     option = spec.option
+    option.solver, option.noslip_iterations, option.disableactuator = mujoco.mjtSolver.mjSOL_NEWTON, 0, 0
     option.timestep = simulation.timestep
     option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{simulation.integrator.upper()}")
     option.cone = getattr(mujoco.mjtCone, f"mjCONE_{simulation.cone.upper()}")
     option.impratio, option.tolerance, option.iterations = (
         simulation.impratio, simulation.tolerance, simulation.iterations)  # fmt: skip
     option.gravity = gravity3(ground.slope, ground.side_slope)
-    option.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
+    option.enableflags = option.enableflags & ~_OVERRIDE | mujoco.mjtEnableBit.mjENBL_ENERGY
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     model = spec.compile()
     _lay(model, robot, ground, level)
     return model
 
 
-def _drive(actuator: mujoco.MjsActuator, drive: Drive, limit: float, command: Command) -> None:
-    """Makes an actuator what the law commands, in units of its joint."""
+def _drive(spec: mujoco.MjSpec, drive: Drive, limit: float, command: Command) -> None:
+    """Adds an actuator that is what the law commands, in units of its joint."""
+    actuator = spec.add_actuator(name=drive.name, target=drive.joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
     actuator.gear = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     if command == "torque":
         actuator.set_to_motor()

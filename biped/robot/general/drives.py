@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import mujoco
-import numpy as np
 
 from biped.base.files import nearest
 from biped.robot.general.facts import Drive
 from biped.scenario.robot import Described
 from biped.scenario.section import LARGEST
+
+_EVEN = 1e-6
+"""Share of a range by which its ends may differ."""
 
 
 def drives_of(model: mujoco.MjModel, table: Described, faults: list[str]) -> tuple[Drive, ...]:
@@ -55,6 +57,9 @@ def _drive(model: mujoco.MjModel, i: int, table: Described, faults: list[str]) -
         faults.append(f"actuator '{name}': neither torque, position nor velocity; write <motor>, <position> or "
                       "<velocity>")  # fmt: skip
         return None
+    if model.actuator_history[i, 0] > 0:
+        faults.append(f"actuator '{name}': has a delay of its own; expected none: write a lag as actuation.lag")
+        return None
     if gear == 0.0:
         faults.append(f"actuator '{name}': gear 0 moves nothing; expected another")
         return None
@@ -64,7 +69,7 @@ def _drive(model: mujoco.MjModel, i: int, table: Described, faults: list[str]) -
         name=name,
         joint=model.joint(joint).name,
         kind=kind,
-        limit=_limit(model, i, joint, kind, gear),
+        limit=_limit(model, i, joint, kind, gear, faults),
         place=int(model.jnt_qposadr[joint]),
         column=int(model.jnt_dofadr[joint]),
         turns=_turns(model, joint),
@@ -93,14 +98,18 @@ def _kind(model: mujoco.MjModel, i: int) -> str | None:
     return "velocity" if bias[1] == 0.0 and bias[2] == -gain[0] else None
 
 
-def _limit(model: mujoco.MjModel, i: int, joint: int, kind: str, gear: float) -> float:
+def _limit(model: mujoco.MjModel, i: int, joint: int, kind: str, gear: float, faults: list[str]) -> float:
     """[N m] at the joint: the least of what actuator, joint and, of a motor, the control's range say."""
-    limits = [LARGEST]
-    if model.actuator_forcelimited[i]:
-        limits.append(abs(gear) * float(np.abs(model.actuator_forcerange[i]).max()))
-    if model.jnt_actfrclimited[joint]:
-        limits.append(float(np.abs(model.jnt_actfrcrange[joint]).max()))
-    if kind == "torque" and model.actuator_ctrllimited[i]:
-        gain = abs(gear * float(model.actuator_gainprm[i, 0]))
-        limits.append(gain * float(np.abs(model.actuator_ctrlrange[i]).max()))
+    limits, gain = [LARGEST], abs(gear * float(model.actuator_gainprm[i, 0]))
+    for what, limited, span, factor in (
+        ("forcerange", model.actuator_forcelimited[i], model.actuator_forcerange[i], abs(gear)),
+        ("actuatorfrcrange of its joint", model.jnt_actfrclimited[joint], model.jnt_actfrcrange[joint], 1.0),
+        ("ctrlrange", kind == "torque" and model.actuator_ctrllimited[i], model.actuator_ctrlrange[i], gain),
+    ):
+        if limited:
+            low, high = (float(end) for end in span)
+            if abs(low + high) > _EVEN * (high - low):
+                faults.append(f"actuator '{model.actuator(i).name}': {what} {low:g} {high:g}: expected as much one way "
+                              "as the other: a law's torques have one limit")  # fmt: skip
+            limits.append(factor * max(-low, high))
     return min(limits)

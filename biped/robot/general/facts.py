@@ -71,6 +71,8 @@ class General(Section, frozen=True):
         planar: Whether its base moves in the plane alone.
         base: The body that moves freely.
         base_number: Its number.
+        trunk: The body that pushes act on if they name none, and by whose height a fall is judged: the base, or of one
+            without mass the heaviest body that is fixed to it.
         base_columns: Where its coordinates stand in v: along x, y, z, about them; in the plane x, z, pitch.
         upright: (3,) direction in the base's frame that is up when its coordinates are zero.
         forward: (3,) the same of forward.
@@ -110,6 +112,12 @@ class General(Section, frozen=True):
     starts: tuple[str, ...]
     walked: Walked
     shown: Shown
+    trunk: str = ""
+
+    @property
+    def trunk_number(self) -> int:
+        """Number of the trunk."""
+        return self.bodies.index(self.trunk) + 1 if self.trunk else self.base_number
 
     @property
     def mass(self) -> float:

@@ -13,10 +13,11 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.base.files import label, nearest
 from biped.robot.general.base import base_of, ground_of
+from biped.robot.general.beside import belongs, physics_of, surroundings
 from biped.robot.general.drives import drives_of
 from biped.robot.general.facts import FootParts, General
 from biped.robot.general.legs import above, leg_length, pitching
-from biped.robot.general.soles import FLAT, points_of
+from biped.robot.general.soles import FLAT, pairs_of, points_of, touches
 from biped.robot.general.spec import parsed
 from biped.robot.safety import examine, packaged
 from biped.robot.sizes import check_sizes
@@ -79,12 +80,14 @@ def _survives(path: Path, table: Described) -> None:
 def _recognised(path: Path, model: mujoco.MjModel, table: Described) -> Looked:
     faults: list[str] = []
     start = _start(model, table, faults)
+    physics_of(model, faults)
     drives = drives_of(model, table, faults)
     ground = ground_of(model, table, faults)
     base = base_of(model, table, faults)
     if base is None or ground is None:
         return Looked(None, tuple(faults))
     number, columns, planar = base
+    surroundings(model, number, ground, faults)
     # A sole is seen where it lies flat: in the posture in which it has most points.
     tried_out: list[tuple[int, list[str], tuple[FootParts, ...], mujoco.MjData]] = []
     for data in _postures(model, start):
@@ -107,7 +110,7 @@ def _recognised(path: Path, model: mujoco.MjModel, table: Described) -> Looked:
         forward=tuple(turn[0].tolist()),
         top=_top(model, tried_out[0][3], number),
         bodies=tuple(model.body(i).name for i in range(1, model.nbody)),
-        masses=tuple(model.body_mass[1:].tolist()),
+        masses=tuple(float(model.body_mass[b]) if belongs(model, b, number) else 0.0 for b in range(1, model.nbody)),
         q_names=_names(model, "q"),
         v_names=_names(model, "v"),
         drives=drives,
@@ -118,6 +121,7 @@ def _recognised(path: Path, model: mujoco.MjModel, table: Described) -> Looked:
         starts=tuple(model.key(i).name for i in range(model.nkey)),
         walked=table.walked,
         shown=table.shown,
+        trunk=model.body(_trunk(model, number)).name,
     )
     return Looked(robot, ())
 
@@ -147,7 +151,8 @@ def _feet(
     model: mujoco.MjModel, data: mujoco.MjData, base: int, ground: int, table: Described, faults: list[str]
 ) -> tuple[FootParts, ...]:
     pairs = pairs_of(model)
-    touching = [g for g in range(model.ngeom) if model.geom_bodyid[g] > 0 and touches(model, pairs, g, ground)]
+    touching = [g for g in range(model.ngeom)
+                if belongs(model, int(model.geom_bodyid[g]), base) and touches(model, pairs, g, ground)]  # fmt: skip
     if not touching:
         faults.append("feet: no geom can touch the ground; expected contype and conaffinity that meet the ground's, or "
                       "<contact><pair geom1=… geom2=…/></contact>")  # fmt: skip
@@ -168,18 +173,6 @@ def _feet(
             return ()
         parts = [_named(model, i, foot, touching, faults) for i, foot in enumerate(table.foot)]
     return tuple(_foot(model, data, base, *part, faults) for part in parts)
-
-
-def pairs_of(model: mujoco.MjModel) -> set[frozenset[int]]:
-    """Geoms that the file says meet."""
-    return {frozenset((int(model.pair_geom1[i]), int(model.pair_geom2[i]))) for i in range(model.npair)}
-
-
-def touches(model: mujoco.MjModel, pairs: set[frozenset[int]], geom: int, ground: int) -> bool:
-    """Whether a geom meets the ground, by what it is or as one of the file's pairs."""
-    a, b = (model.geom_contype[geom], model.geom_conaffinity[geom]), (
-        model.geom_contype[ground], model.geom_conaffinity[ground])  # fmt: skip
-    return bool(a[0] & b[1] or b[0] & a[1]) or frozenset((geom, ground)) in pairs
 
 
 def _lowest_bodies(model: mujoco.MjModel, data: mujoco.MjData, base: int, touching: Sequence[int]) -> list[list[int]]:
@@ -262,10 +255,19 @@ def _foot(
     )  # fmt: skip
 
 
+def _trunk(model: mujoco.MjModel, base: int) -> int:
+    """The base, or of one without mass (the root link of many a URDF) the heaviest body that is fixed to it."""
+    if model.body_mass[base] > 0.0:
+        return base
+    return int(np.argmax(np.where(model.body_weldid == base, model.body_mass, 0.0)))
+
+
 def _top(model: mujoco.MjModel, data: mujoco.MjData, base: int) -> tuple[float, float, float]:
     """Above the base's frame, as high as anything of the robot with its coordinates at zero."""
     high = max(
-        float(data.geom_xpos[g, 2] + model.geom_rbound[g]) for g in range(model.ngeom) if model.geom_bodyid[g] > 0
+        float(data.geom_xpos[g, 2] + model.geom_rbound[g])
+        for g in range(model.ngeom)
+        if belongs(model, int(model.geom_bodyid[g]), base)
     )
     up = high - float(data.xpos[base, 2])
     x, y, z = (up * data.xmat[base].reshape(3, 3)[2]).tolist()

@@ -49,3 +49,15 @@ def _outermost(vertices: np.ndarray) -> np.ndarray:
     low = vertices[vertices[:, 2] < vertices[:, 2].min() + FLAT]
     found = [int(np.argmax(low[:, :2] @ way)) for way in np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]])]
     return low[sorted(set(found))]
+
+
+def pairs_of(model: mujoco.MjModel) -> set[frozenset[int]]:
+    """Geoms that the file says meet."""
+    return {frozenset((int(model.pair_geom1[i]), int(model.pair_geom2[i]))) for i in range(model.npair)}
+
+
+def touches(model: mujoco.MjModel, pairs: set[frozenset[int]], geom: int, ground: int) -> bool:
+    """Whether a geom meets the ground, by what it is or as one of the file's pairs."""
+    a, b = (model.geom_contype[geom], model.geom_conaffinity[geom]), (
+        model.geom_contype[ground], model.geom_conaffinity[ground])  # fmt: skip
+    return bool(a[0] & b[1] or b[0] & a[1]) or frozenset((geom, ground)) in pairs

@@ -10,6 +10,7 @@ import mujoco
 import biped.robot.silence  # noqa: F401
 from biped.base.errors import InputError
 from biped.base.files import label
+from biped.robot.safety import PACKAGE, spellings_of
 from biped.scenario.robot import Described
 
 GROUND = "ground"
@@ -27,13 +28,37 @@ def parsed(path: Path, table: Described) -> tuple[mujoco.MjSpec, mujoco.MjModel]
         InputError: MuJoCo cannot read or compile it.
     """
     try:
-        spec = mujoco.MjSpec.from_file(str(path))
-        complete(spec, table, is_urdf(path))
+        spec = read(path, table)
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # what MuJoCo only warns of (a singular inertia) no run survives
             return spec, spec.compile()
     except (ValueError, UserWarning, mujoco.FatalError) as error:
         raise InputError(f"{label(path)}: not a model MuJoCo can compile: {' '.join(str(error).split())}") from None
+
+
+def read(path: Path, table: Described) -> mujoco.MjSpec:
+    """The file, completed; arguments and errors as of `parsed`."""
+    spec = mujoco.MjSpec.from_file(str(path))
+    if is_urdf(path):
+        for mesh in spec.meshes:
+            if mesh.file.startswith(PACKAGE):
+                mesh.file = _found(path, mesh.file)
+    complete(spec, table, is_urdf(path))
+    return spec
+
+
+def _found(path: Path, file: str) -> str:
+    """A file of a ROS package, `package://NAME/PLACE`, relative to the model's folder.
+
+    Raises:
+        InputError: It is nowhere below that.
+    """
+    spellings = spellings_of(file)
+    for spelling in spellings:
+        if (path.parent / spelling).is_file():
+            return spelling
+    raise InputError(f"{label(path)}: mesh '{file[:200]}': expected it below the folder of the model, as "
+                     f"{', '.join(spellings)[:400]}")  # fmt: skip
 
 
 def complete(spec: mujoco.MjSpec, table: Described, urdf: bool) -> None:
@@ -51,18 +76,32 @@ def complete(spec: mujoco.MjSpec, table: Described, urdf: bool) -> None:
         if len(roots) == 1 and not list(roots[0].joints):
             roots[0].add_freejoint(name=f"{roots[0].name}_free")
         if not list(spec.actuators):
+            followers = {one.name1 for one in spec.equalities if one.type == mujoco.mjtEq.mjEQ_JOINT}
             for joint in spec.joints:
-                if joint.type in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
+                if joint.name not in followers and joint.type in (
+                    mujoco.mjtJoint.mjJNT_HINGE,
+                    mujoco.mjtJoint.mjJNT_SLIDE,
+                ):
                     motor = spec.add_actuator(name=joint.name, target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
                     motor.set_to_motor()
     for kind, parts in (("body", bodies), ("joint", list(spec.joints))):
+        taken = {part.name for part in parts}
         for number, part in enumerate(parts):
             if not part.name:
-                part.name = f"{kind}_{number}"
+                part.name = _free(f"{kind}_{number}", taken)
+    taken = {actuator.name for actuator in spec.actuators}
     for actuator in spec.actuators:
         if not actuator.name:
-            actuator.name = actuator.target
+            actuator.name = _free(actuator.target, taken)
     planes = [geom for geom in spec.worldbody.geoms if geom.type == mujoco.mjtGeom.mjGEOM_PLANE]
     if not planes and not table.ground:
         spec.worldbody.add_geom(name=GROUND, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0.0, 0.0, 0.05], group=3,
-                                rgba=[0.85, 0.86, 0.84, 1.0])  # fmt: skip
+                                contype=1, conaffinity=1, condim=3, rgba=[0.85, 0.86, 0.84, 1.0])  # fmt: skip
+
+
+def _free(name: str, taken: set[str]) -> str:
+    """A name like this one that is not taken; it is from now on."""
+    while name in taken:
+        name += "_"
+    taken.add(name)
+    return name

@@ -28,6 +28,7 @@ def apply_truth(spec: mujoco.MjSpec, truth: Truth, robot: General) -> None:
         body, true = spec.body(model.body(number).name), bodies.get(model.body(number).name)
         mass, inertia, shift = (1.0, 1.0, np.zeros(3)) if true is None else (true.mass, true.inertia, true.shift)
         body.explicitinertial = True
+        body.fullinertia = [np.nan, 0.0, 0.0, 0.0, 0.0, 0.0]  # a URDF's: said along its own axes from here on
         body.mass = mass * model.body_mass[number]
         body.inertia = mass * inertia * model.body_inertia[number]
         body.ipos = model.body_ipos[number] + np.array(shift)

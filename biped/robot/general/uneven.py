@@ -14,7 +14,7 @@ import numpy as np
 
 from biped.robot.foreign import plane_below
 from biped.robot.general.facts import General
-from biped.robot.general.recognise import pairs_of, touches
+from biped.robot.general.soles import pairs_of, touches
 
 _POINT = 1e-6
 """[m] radius of the spheres that stand for points."""

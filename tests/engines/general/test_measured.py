@@ -184,6 +184,7 @@ def test_each_wrong_mass_can_be_drawn():
         ("h1", "truth.part=[{name='torso',weight=2}]", r"truth.part\[0\].weight: unknown key"),
         ("", "sensors.zero_error=0.1", r"sensors.zero_error: belongs to robots of any kind"),
         ("", "truth.part=[{name='torso'}]", r"truth.part: belongs to robots of any kind"),
+        ("", "ground.side_slope=3", r"ground.side_slope: belongs to robots of any kind"),
     ],
 )  # fmt: skip
 def test_what_is_refused(scenario, change, words):

@@ -18,6 +18,7 @@ from biped.ensemble.plan import Plan
 from biped.measure.general.metrics import assess
 from biped.measure.metrics import assess as assess_planar
 from biped.measure.stored import load
+from biped.robot.general.build import compiled
 from biped.scenario.reading import read_scenario
 from biped.studies.planned import plan_of
 from tests.cases import write
@@ -144,6 +145,9 @@ def test_generalized_forces(tmp_path):
         ("return None", "got nothing"),
         ("return np.full(6, np.nan)", "finite"),
         ("return [{}] * 6", "expected 6 numbers"),
+        ("return np.zeros(6) + 1j", "expected 6 numbers"),
+        ("return ['1'] * 6", "expected 6 numbers"),
+        ("return np.ma.masked_less(np.zeros(6), 1)", "expected 6 numbers"),
         ("return 1 / 0", r"ZeroDivisionError.*l.py, line 9"),
         ("sensed.q[0] = 1.0", "read-only"),
     ],
@@ -214,3 +218,131 @@ def test_a_urdf_stands():
     assert t.robot.mass == pytest.approx(16.0)
     assert [len(foot.points) for foot in t.robot.feet] == [4, 4]
     assert max(numbers["energy_residual"], numbers["momentum_residual"]) < 1e-2
+
+
+LEG = """<body name="{s}_thigh" pos="0 {y} -0.05"><joint name="{s}_hip" axis="0 1 0"/>
+<geom type="capsule" fromto="0 0 0 0 0 -0.3" size="0.03" mass="2" contype="0" conaffinity="0"/>
+<body name="{s}_shank" pos="0 0 -0.3"><joint name="{s}_knee" axis="0 1 0"/>
+<geom type="capsule" fromto="0 0 0 0 0 -0.3" size="0.03" mass="1" contype="0" conaffinity="0"/>
+<body name="{s}_foot" pos="0 0 -0.3"><joint name="{s}_ankle" axis="0 1 0"/>
+<geom type="box" pos="0.03 0 -0.03" size="0.1 0.05 0.02" mass="0.8"/></body></body></body>"""
+DRIVEN = [f"{s}_{joint}" for s in ("left", "right") for joint in ("hip", "knee", "ankle")]
+IDLE = """    def __init__(self, setup): pass
+
+    def torques(self, sensed): return {}
+"""
+WOBBLES = """    def __init__(self, setup):
+        self.robot, self.rest = setup.robot, setup.q[setup.robot.places]
+
+    def torques(self, sensed):
+        q, v = sensed.q[self.robot.places], sensed.v[self.robot.columns]
+        return 100.0 * (self.rest + 0.3 * np.sin(12.0 * sensed.time + np.arange(len(q))) - q) - 2.0 * v
+"""
+
+
+def legged(
+    name: str, described: str = "", joint: str = 'damping="0.5" armature="0.02"', motor: str = "", more: str = ""
+):
+    """A robot of two legs and a scenario of it that lasts for a moment; its path."""
+    legs = LEG.format(s="left", y=0.1) + LEG.format(s="right", y=-0.1)
+    motors = "".join(f'<motor name="of_{one}" joint="{one}" {motor}/>' for one in DRIVEN)
+    (HERE / f"{name}.xml").write_text(f"""<mujoco><default><joint {joint}/></default><worldbody>
+        <body name="trunk" pos="0 0 0.7"><freejoint/><geom type="box" size="0.08 0.12 0.2" pos="0 0 0.2" mass="15"
+        contype="0" conaffinity="0"/>{legs}</body></worldbody><actuator>{motors}</actuator>{more}</mujoco>""",
+                                      encoding="utf-8")  # fmt: skip
+    path = HERE / f"{name}_scenario.toml"
+    path.write_text(f'model = "{HERE / name}.xml"\nlaw = "stand"\nduration = 0.3\n{described}', encoding="utf-8")
+    return str(path)
+
+
+def test_torques_go_to_the_actuators_that_the_law_names_in_its_order():
+    backward = f"[robot.actuators]\nnames = {[f'of_{one}' for one in reversed(DRIVEN)]!r}\n"
+    pushed = "[[push]]\nat = 0.0\nduration = 0.1\nforce = [60.0, 0.0, 0.0]\n"
+    one = simulate(plan_of(legged("forward", pushed), ()).run(0))
+    other = simulate(plan_of(legged("backward", backward + pushed), ()).run(0))
+    assert other.robot.actuators == tuple(reversed(one.robot.actuators))
+    np.testing.assert_allclose(other.q, one.q, atol=1e-9)
+    np.testing.assert_allclose(other.u[:, ::-1], one.u, atol=1e-6)
+    assert np.abs(one.u).max() > 2.0
+
+
+@pytest.mark.parametrize("named", [DRIVEN, DRIVEN[:-1]])
+@pytest.mark.parametrize("command", ["torque", "generalized"])
+def test_keyframes_and_sensors_of_actuators_stand_in_nobodys_way(tmp_path, named, command):
+    more = """<keyframe><key name="k" qpos="0 0 0.7 1 0 0 0 0 0 0 0 0 0" ctrl="1 1 1 1 1 1"/></keyframe>
+        <sensor><actuatorfrc actuator="of_right_ankle"/></sensor>"""
+    described = f"[robot.actuators]\nnames = {[f'of_{one}' for one in named]!r}\n"
+    size = len(named) if command == "torque" else 12
+    law = law_of(tmp_path, f"    command = {command!r}\n\n    def __init__(self, setup): pass\n\n"
+                           f"    def torques(self, sensed): return np.zeros({size})\n")  # fmt: skip
+    t = simulate(plan_of(legged("kept", described, more=more), (law, "duration=0.02")).run(0))
+    assert len(t) == 20
+
+
+def test_a_motors_rotor_and_friction_stay_at_its_joint(tmp_path):
+    """Geared three to one a rotor is felt ninefold; without the law's torques that is all that a motor does."""
+    law = law_of(tmp_path, WOBBLES)
+    at_joint = simulate(plan_of(legged("a", joint='damping="4.5" armature="0.9"'), (law,)).run(0))
+    at_motor = simulate(plan_of(legged("b", joint="", motor='gear="3" damping="0.5" armature="0.1"'), (law,)).run(0))
+    np.testing.assert_allclose(at_motor.q, at_joint.q, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        {"joint": 'damping="0.5 1 2" armature="0.02"'},
+        {"more": """<tendon><fixed damping="5" stiffness="20"><joint joint="left_knee" coef="1"/>
+                    <joint joint="right_knee" coef="-1"/></fixed></tendon>"""},
+        {"more": '<option density="50" viscosity="0.1"/>'},
+    ],
+)  # fmt: skip
+def test_energy_that_other_dampers_take_is_accounted_for(tmp_path, kind):
+    t = simulate(plan_of(legged("damped", **kind), (law_of(tmp_path, WOBBLES),)).run(0))
+    assert t.end == "completed"
+    assert assess(t, (0.0, 0.3)).numbers["energy_residual"] < 3e-3
+
+
+def test_a_root_without_mass_falls_with_the_trunk_that_is_fixed_to_it(tmp_path):
+    """Its own place may be on the ground."""
+    text = Path(legged("rooted")).with_name("rooted.xml").read_text(encoding="utf-8")
+    text = text.replace('<body name="trunk" pos="0 0 0.7"><freejoint/>',
+                        '<body name="root"><freejoint/><body name="trunk" pos="0 0 0.7">')  # fmt: skip
+    (HERE / "rooted.xml").write_text(text.replace("</worldbody>", "</body></worldbody>"), encoding="utf-8")
+    law = law_of(tmp_path, IDLE.format("np.zeros(6)"))
+    run = plan_of(str(HERE / "rooted_scenario.toml"), (law, "start.jitter=0.1", "duration=2")).run(0)
+    t = simulate(run)
+    assert (t.robot.base, t.robot.trunk) == ("root", "trunk")
+    assert t.end == "fell"
+    assert 0.1 < t.time[-1] < 1.5
+
+
+def test_a_urdfs_robot_may_differ_from_its_file():
+    """Its inertia is said with products, which MuJoCo takes either so or along its axes."""
+    plan = plan_of("any/urdf", ("truth.part=[{name='trunk', mass=1.5, inertia=2.0}]", "truth.joint_damping=0.3"))
+    plain = plan_of("any/urdf", ())
+    true, file = (compiled(one.run(0).model, one.scenario, "torque") for one in (plan, plain))
+    factor = np.where([file.body(i).name == "trunk" for i in range(file.nbody)], 3.0, 1.0)
+    np.testing.assert_allclose(true.body_inertia, file.body_inertia * factor[:, None], rtol=1e-12)
+    np.testing.assert_allclose(true.dof_damping[6:], file.dof_damping[6:] + 0.3)
+
+
+def test_every_actuator_may_have_a_limit_of_its_own(tmp_path):
+    law = law_of(tmp_path, IDLE.format("np.full(19, 1e3)"))
+    limits = [0.5 * (1 + i) for i in range(19)]
+    t = simulate(plan_of(named("h1"), (law, f"actuation.torque_limit={limits}", "duration=0.005")).run(0))
+    np.testing.assert_allclose(t.u, np.tile(limits, (5, 1)))
+    with pytest.raises(InputError, match="one for each of 19 actuators, got 6"):
+        plan_of(named("h1"), ("actuation.torque_limit=[1, 1, 1, 1, 1, 1]",))
+    with pytest.raises(InputError, match="expected a number, or 6 limits, got 5"):
+        plan_of("level_normal", ("actuation.torque_limit=[1, 1, 1, 1, 1]",))
+
+
+def test_what_a_model_says_for_the_thesiss_law_stands_in_no_other_laws_way(tmp_path):
+    """`human3d` asks for ground that only pushes; a law that stands has no such setting."""
+    scenario = plan_of(named("human3d"), ()).scenario
+    assert scenario.law == "stand"
+    assert scenario.actuation.contacts == "released"  # what is nobody's
+    assert (scenario.actuation.torque_limit, scenario.fall.height) == (150.0, 0.5)  # what is any law's stays
+    law = law_of(tmp_path, IDLE.format("np.zeros(12)"))
+    assert len(simulate(plan_of(named("human3d"), (law, "duration=0.005")).run(0))) == 5
+    assert plan_of("spatial/own", ()).scenario.actuation.contacts == "pushing"

@@ -119,6 +119,56 @@ def test_faults(tmp_path, text, table, words):
     assert words in faults(tmp_path, text, table)
 
 
+MOON = '<option gravity="0 0 -1.62"/><worldbody>'
+FLAG = '<option><flag {}="disable"/></option><worldbody>'
+BOX = '<geom name="box" type="box" size="1 1 0.1"/>'
+BALL = '<body name="ball" pos="2 0 1">{}<geom name="of_ball" size="0.1" mass="7" contype="{}" conaffinity="0"/></body>'
+RANGE = 'ctrlrange="-1 1"'
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (model(actuators=MOTORS).replace("<worldbody>", MOON), "expected 0 0 -9.81"),
+        (model(actuators=MOTORS).replace("<worldbody>", FLAG.format("contact")), "contact disabled"),
+        (model(actuators=MOTORS).replace("<worldbody>", FLAG.format("actuation")), "actuation disabled"),
+        (model(actuators=MOTORS).replace('name="trunk"', 'name="trunk" gravcomp="1"'), "'trunk': gravcomp 1"),
+        (model(actuators=MOTORS, world=BOX), "geom 'box' of 'world': the robot can touch it"),
+        (model(actuators=MOTORS, world=BALL.format("", 1)), "geom 'of_ball' of 'ball': the robot can touch it"),
+        (model(actuators=MOTORS.replace(RANGE, 'ctrlrange="0 1"')), "ctrlrange 0 1: expected as much one way as"),
+        (model(actuators=MOTORS.replace(RANGE, 'forcerange="-2 1"')), "forcerange -2 1: expected as much"),
+        (model(actuators=MOTORS.replace(RANGE, 'delay="0.01" nsample="10"')), "has a delay of its own"),
+    ],
+)  # fmt: skip
+def test_what_a_file_asks_for_that_no_run_does(tmp_path, text, words):
+    assert words in faults(tmp_path, text)
+
+
+def test_what_moves_beside_the_robot_is_a_fault_and_what_stands_there_is_no_part_of_it(tmp_path):
+    table = Described(base=Base(body="trunk"))
+    assert "body 'ball': moves" in faults(
+        tmp_path, model(actuators=MOTORS, world=BALL.format("<freejoint/>", 0)), table
+    )
+    path = tmp_path / "s.xml"
+    path.write_text(model(actuators=MOTORS, world=BALL.format("", 0)), encoding="utf-8")
+    alone = tmp_path / "alone.xml"
+    alone.write_text(model(actuators=MOTORS), encoding="utf-8")
+    assert robot_of(path, table).mass == robot_of(alone, table).mass
+    assert robot_of(path, table).top == robot_of(alone, table).top
+
+
+def test_a_ground_that_is_added_can_be_touched_whatever_the_files_default(tmp_path):
+    default = '<default><geom contype="0" conaffinity="0"/></default><worldbody>'
+    text = model(actuators=MOTORS).replace("<worldbody>", default)
+    text = text.replace('size="0.1 0.04 0.02"', 'size="0.1 0.04 0.02" contype="1" conaffinity="1"')
+    assert faults(tmp_path, text) == ""
+
+
+def test_actuators_without_a_name_get_one_each(tmp_path):
+    motors = '<motor joint="left_hip"/><motor joint="left_hip"/>'
+    assert "joint 'left_hip' has several" in faults(tmp_path, model(actuators=motors))
+
+
 def test_kinds_and_limits_of_actuators(tmp_path):
     path = tmp_path / "k.xml"
     path.write_text(model(actuators="""
@@ -146,6 +196,61 @@ def test_a_urdf_gets_a_free_base_a_ground_and_motors(tmp_path):
     assert (robot.base, robot.planar, robot.mass) == ("base", False, 12.0)
     assert [(drive.joint, drive.limit) for drive in robot.drives] == [("left", 50.0), ("right", 50.0)]
     assert [len(foot.points) for foot in robot.feet] == [4, 4]
+
+
+INERTIAL = """<inertial><mass value="{}"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>"""
+FIXED = """<joint name="{a}_{b}" type="fixed"><parent link="{a}"/><child link="{b}"/><origin xyz="0 0 {z}"/></joint>"""
+
+
+def urdf(shape: str = '<box size="0.2 0.1 0.05"/>', before: str = "", after: str = "") -> str:
+    """A URDF of two legs, each of a hip and a knee."""
+    joint = """<joint name="{s}_{j}" type="revolute"><parent link="{of}"/><child link="{s}_{to}"/>
+      <origin xyz="0 {y} -0.3"/><axis xyz="0 1 0"/>
+      <limit lower="-1" upper="1" effort="50" velocity="3"/>{more}</joint>"""
+    legs = "".join(
+        f"""{joint.format(s=s, j="hip", of="base", to="thigh", y=y, more="")}
+        <link name="{s}_thigh">{INERTIAL.format(1)}</link>
+        {joint.format(s=s, j="knee", of=f"{s}_thigh", to="foot", y=0, more=after)}<link name="{s}_foot">
+        {INERTIAL.format(1)}<collision><origin xyz="0 0 -0.3"/><geometry>{shape}</geometry></collision></link>"""
+        for s, y in (("left", 0.1), ("right", -0.1))
+    )
+    return f"""<robot name="r">{before}<link name="base">{INERTIAL.format(10)}</link>{legs}</robot>"""
+
+
+def test_frames_of_a_urdf_weigh_nothing_and_a_root_without_mass_is_no_trunk(tmp_path):
+    root = '<link name="footprint"/>' + FIXED.format(a="footprint", b="base", z=0.8)
+    camera = '<link name="camera"/>' + FIXED.format(a="base", b="camera", z=0.3)
+    path = tmp_path / "r.urdf"
+    path.write_text(urdf(before=root + camera), encoding="utf-8")
+    robot = robot_of(path, Described())
+    assert (robot.base, robot.trunk, robot.mass) == ("footprint", "base", 14.0)
+    assert robot.bodies[robot.trunk_number - 1] == "base"
+
+
+def test_a_link_that_moves_needs_a_mass(tmp_path):
+    path = tmp_path / "r.urdf"
+    path.write_text(urdf().replace(INERTIAL.format(1), "", 1), encoding="utf-8")
+    with pytest.raises(InputError, match="left_thigh"):
+        robot_of(path, Described())
+
+
+def test_a_joint_that_follows_another_has_no_motor(tmp_path):
+    path = tmp_path / "r.urdf"
+    path.write_text(urdf(after='<mimic joint="left_hip" multiplier="-1"/>'), encoding="utf-8")
+    assert [drive.joint for drive in robot_of(path, Described()).drives] == ["left_hip", "right_hip"]
+
+
+@pytest.mark.parametrize("place", ["my_robot/meshes/foot.obj", "meshes/foot.obj", "foot.obj"])
+def test_meshes_of_a_ros_package(tmp_path, place):
+    path = tmp_path / "r.urdf"
+    path.write_text(urdf('<mesh filename="package://my_robot/meshes/foot.obj"/>'), encoding="utf-8")
+    with pytest.raises(InputError, match=re.escape("my_robot/meshes/foot.obj, meshes/foot.obj, foot.obj")):
+        robot_of(path, Described())
+    (tmp_path / place).parent.mkdir(parents=True, exist_ok=True)
+    corners = [f"v {x} {y} {z}" for x in (-0.1, 0.1) for y in (-0.04, 0.04) for z in (-0.02, 0.02)]
+    faces = ["f 1 2 4 3", "f 5 7 8 6", "f 1 5 6 2", "f 3 4 8 7", "f 1 3 7 5", "f 2 6 8 4"]
+    (tmp_path / place).write_text("\n".join(corners + faces), encoding="utf-8")
+    assert [len(foot.points) for foot in robot_of(path, Described()).feet] == [4, 4]
 
 
 def test_gravity_of_a_slope_in_two_directions():
@@ -204,6 +309,9 @@ def test_the_command(capsys, tmp_path, monkeypatch):
     told = capsys.readouterr().out
     for words in ("pelvis, moves in space", "4 contact points", "51.44 kg", "300 N m", "law = 'stand'"):
         assert words in told
+    assert "spatial" not in told
+    assert main(["model", "human3d"]) == 0
+    assert "law = 'spatial' or law = 'stand'" in capsys.readouterr().out
     assert main(["model", "human"]) == 0
     assert "the thesis's law walks it" in capsys.readouterr().out
     monkeypatch.chdir(tmp_path)
