@@ -23,8 +23,9 @@ from biped.robot.run import Run
 from biped.robot.topology import N_ANGLES, N_ROWS, NQ, PITCH
 from biped.robot.tree import ABSOLUTE_FROM_JOINT, Tree, absolute, from_absolute, motion
 from biped.scenario.gains import Gains
-from biped.scenario.gait import Settings, in_the_plane, read_gains, resettled, settings_on
+from biped.scenario.gait import Settings, in_the_plane, out_of_the_plane, read_gains, resettled, settings_on
 from biped.scenario.keys import Scenario, Start, Truth
+from biped.scenario.laws import SPATIAL
 from biped.scenario.origin import UNKNOWN, Origin
 from biped.scenario.vary import DRAW, SWEEP, drawn, points_of, run_seed, stream, with_values
 
@@ -217,26 +218,36 @@ class Plan:
             pushes.append(push)
         return msgspec.structs.replace(s, push=tuple(pushes))
 
-    def _gait(self, s: Scenario) -> Gains:
+    def _gait(self, s: Scenario, at: str = "") -> Gains:
+        """The scenario's gait, of a key that begins with `at`."""
         if self._general is not None and not s.controller:
             return s.gains
         key = s.controller, s.gains
         if key not in self._gaits:
             self._gaits[key] = read_gains(locate("controllers", s.controller, "controller"), s.gains)
-        if self._general is None:
-            in_the_plane(self._gaits[key], s.model)
+        self._of_this_robot(s, self._gaits[key], at)
         return self._gaits[key]
+
+    def _of_this_robot(self, s: Scenario, gains: Gains, at: str) -> None:
+        """Makes sure that gains are of a biped that moves in the plane, or in space, as this one does."""
+        if self._general is None:
+            in_the_plane(gains, s.model, at)
+        elif s.law == SPATIAL:
+            out_of_the_plane(gains, s.model, at)
 
     def _with_changes(self, s: Scenario) -> Scenario:
         """The scenario with the gains of changes that name a gait, or the speed of a family, written out."""
         if not s.change:
             return s
         changes, controller = [], s.controller
-        for change in s.change:
+        for i, change in enumerate(s.change):
+            at = f"change[{i}]."
             if change.controller is not None or change.gains.speed is not None:
                 controller = change.controller or controller
                 asked = msgspec.structs.replace(s, controller=controller, gains=change.gains)
-                change = msgspec.structs.replace(change, gains=self._gait(asked))  # noqa: PLW2901
+                change = msgspec.structs.replace(change, gains=self._gait(asked, at))  # noqa: PLW2901
+            elif self._general is None:
+                in_the_plane(change.gains, s.model, at)
             changes.append(change)
         return msgspec.structs.replace(s, change=tuple(changes))
 
