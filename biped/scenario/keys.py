@@ -237,7 +237,7 @@ class Bound(Section, frozen=True):
 
 
 class ActuationChange(Section, frozen=True):
-    """Settings of `[actuation]` that may change during a run.
+    """Settings of `[actuation]` that may change during a run, of bipeds in the plane.
 
     Attributes:
         contacts: As there.

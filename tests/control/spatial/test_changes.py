@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from biped.base.errors import InputError
 from biped.control.blending import blend, changes_in, step_type
@@ -82,3 +83,11 @@ def test_it_stands_through_a_push(mode, posture):
     t, row = run_one(plan_of(*changes), 0)
     assert row.as_dict()["stood"], row.as_dict()["cause"]
     assert t.com_velocity[:, 1].max() > 0.02, "the push does nothing: the test could not fail"
+
+
+def test_from_rest_it_walks_once_its_weight_is_shifted():
+    s = read_scenario("spatial/stand_to_walk", ["duration=9.0", "window.start=5.0", "start.jitter=0.0"])
+    _, row = run_one(Plan(s), 0)
+    assert row.as_dict()["walked"], row.as_dict()["cause"]
+    at_once = replace(s, change=(replace(s.change[1], at=2.0),))
+    assert run_one(Plan(at_once), 0)[1].as_dict()["falls"], "the shift is needed for nothing"
