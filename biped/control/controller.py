@@ -35,14 +35,15 @@ class ThesisLaw:
         u: (6,) joint torques of the latest tick [N m].
         Q_d: (9,) desired generalized forces of the latest tick.
         record: (1,) `biped.control.record.CONTROL`.
-        changes: (n,) `biped.control.changes.CHANGE`.
+        changes: `biped.control.blending.Changes`.
         python: Why the tick cannot be part of a compiled loop (`biped.control.loop`); empty if it can.
     """
 
     signals = NO_SIGNALS
 
     def __init__(self, run: Run, believed: Tree, q: np.ndarray, v: np.ndarray, log: np.ndarray):
-        self.record, self.changes = controller_record(run, believed), changes_of(run)
+        self.record = controller_record(run, believed)
+        self.changes = changes_of(run, self.record)
         self.c = self.record[0]
         self.u, self.Q_d = self.c["tick"]["u"], self.c["tick"]["Q_d"]
         self._own = agrees(run.model, believed)
@@ -61,7 +62,7 @@ class ThesisLaw:
             M, inner = _from_pinocchio(run, record, q, v, log)
         if self.c["actuation"]["bounded"] == FOREIGN:
             inner = partial(self._bounded_tick, inner, M, run.scenario.actuation.solver, q, v, log)
-        if not len(changes):
+        if not len(changes.steps):
             return inner
         update = bound(bring_up_to_date, record, changes, 0)
 

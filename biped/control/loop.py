@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from biped.base.jit import inner_kernel
+from biped.control.blending import Changes
 from biped.control.changes import bring_up_to_date
 from biped.control.estimator import Inference, infer, judged
 from biped.control.tick import law_tick
@@ -19,7 +20,7 @@ class Control(NamedTuple):
 
     Attributes:
         record: (1,) `biped.control.record.CONTROL`.
-        changes: (n,) `biped.control.changes.CHANGE`.
+        changes: Of it, `biped.control.blending.Changes`.
         q: (9,) measured joint coordinates [m, rad]; the true ones where nothing is between.
         v: (9,) measured joint velocities.
         noise: (2, n, 9) added, times `deviation`, to the measurements of each tick; empty without sensors.
@@ -36,7 +37,7 @@ class Control(NamedTuple):
     """
 
     record: np.ndarray
-    changes: np.ndarray
+    changes: Changes
     q: np.ndarray
     v: np.ndarray
     noise: np.ndarray

@@ -19,12 +19,17 @@ from biped.robot.given import Factory
 from biped.robot.ground import begin_beyond, first_of, profile_of
 from biped.robot.run import Run
 from biped.scenario.gains import Gains
-from biped.scenario.gait import read_gains
+from biped.scenario.gait import out_of_the_plane, read_gains
 from biped.scenario.keys import Scenario
-from biped.scenario.laws import BUILT_IN
+from biped.scenario.laws import BUILT_IN, SPATIAL
+from biped.scenario.noticed import taken
 from biped.scenario.origin import Origin
 from biped.scenario.push import PLANE, SPACE
 from biped.scenario.vary import stream
+
+
+def _fault(key: str, what: str) -> InputError:
+    return InputError(f"{key}: {what}", key)
 
 
 class GeneralRuns:
@@ -38,18 +43,27 @@ class GeneralRuns:
         """The model file."""
         return locate("models", s.model, "model")
 
-    def gains(self, s: Scenario) -> Gains:
+    def gains(self, s: Scenario, at: str = "") -> Gains:
         """Gains of a scenario's gait, its own laid over them; its own where it names no gait.
 
+        Args:
+            s: The scenario.
+            at: What the gait's key begins with: `change[0].` of one that a change goes over to.
+
         Raises:
-            InputError: One is missing or of the wrong type.
+            InputError: One is missing or of the wrong type, or they are of a walker in the plane.
         """
         if not s.controller:
             return s.gains
         key = s.controller, s.gains
         if key not in self._gaits:
             self._gaits[key] = read_gains(locate("controllers", s.controller, "controller"), s.gains)
+        if s.law == SPATIAL:
+            out_of_the_plane(self._gaits[key], s.model, at)
         return self._gaits[key]
+
+    def suit(self, s: Scenario, gains: Gains, at: str) -> None:
+        """Some of the gains are as good as all: those of any walker suit one in space."""
 
     def exchanged(self, s: Scenario, before: Scenario, varied: Iterable[str]) -> Scenario:
         """The scenario as it is: gaits of these robots have no settings."""
@@ -66,17 +80,13 @@ class GeneralRuns:
                 "law: expected one: the thesis's law needs a planar biped of seven links; write law = 'path.py:Class', "
                 f"or one of {', '.join(BUILT_IN)}", "law",
             )  # fmt: skip
+        taken(s, _fault)  # draws and points of a sweep say what no file did
         standing = self._at(s)
         self._pushes(s, standing.robot)
         limits_of(standing.robot, s)
         if standing.robot.planar and s.ground.side_slope != 0.0:
             raise InputError(
                 f"ground.side_slope: expected 0: model '{s.model}' moves in the plane", "ground.side_slope"
-            )
-        if s.ground.seat.height > 0.0:
-            raise InputError(
-                f"ground.seat: expected none: it is for planar bipeds of seven links, which model '{s.model}' is not",
-                "ground.seat",
             )
         check_truth(s.truth, standing.robot)
         standing.start(s.start, s.ground, None)

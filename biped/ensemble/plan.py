@@ -130,11 +130,14 @@ class Plan:
         if not s.change:
             return s
         changes, controller = [], s.controller
-        for change in s.change:
+        for i, change in enumerate(s.change):
+            at = f"change[{i}]."
             if change.controller is not None or change.gains.speed is not None:
                 controller = change.controller or controller
                 asked = msgspec.structs.replace(s, controller=controller, gains=change.gains)
-                change = msgspec.structs.replace(change, gains=self._kind.gains(asked))  # noqa: PLW2901
+                change = msgspec.structs.replace(change, gains=self._kind.gains(asked, at))  # noqa: PLW2901
+            else:
+                self._kind.suit(s, change.gains, at)
             changes.append(change)
         return msgspec.structs.replace(s, change=tuple(changes))
 

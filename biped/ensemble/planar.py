@@ -47,8 +47,12 @@ class PlanarRuns:
         """The model file."""
         return self._model(s.model)[0]
 
-    def gains(self, s: Scenario) -> Gains:
+    def gains(self, s: Scenario, at: str = "") -> Gains:
         """Gains of a scenario's gait, its own laid over them.
+
+        Args:
+            s: The scenario.
+            at: What the gait's key begins with: `change[0].` of one that a change goes over to.
 
         Raises:
             InputError: One is missing or of the wrong type, or they are of a walker in space.
@@ -56,8 +60,16 @@ class PlanarRuns:
         key = s.controller, s.gains
         if key not in self._gaits:
             self._gaits[key] = read_gains(locate("controllers", s.controller, "controller"), s.gains)
-        in_the_plane(self._gaits[key], s.model)
+        in_the_plane(self._gaits[key], s.model, at)
         return self._gaits[key]
+
+    def suit(self, s: Scenario, gains: Gains, at: str) -> None:
+        """Makes sure that some gains, whose key begins with `at`, are of a walker in the plane.
+
+        Raises:
+            InputError: They are of one in space.
+        """
+        in_the_plane(gains, s.model, at)
 
     def exchanged(self, s: Scenario, before: Scenario, varied: Iterable[str]) -> Scenario:
         """The scenario with the settings of its gait, where that is another than before."""

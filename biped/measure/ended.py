@@ -38,4 +38,8 @@ class Ended(Protocol):
     def robot(self) -> Kind: ...  # noqa: D102
     @property
     def time(self) -> np.ndarray: ...  # noqa: D102
+    @property
+    def x(self) -> np.ndarray: ...  # noqa: D102
+    @property
+    def changes(self) -> tuple[float, ...]: ...  # noqa: D102
     def __len__(self) -> int: ...

@@ -9,7 +9,7 @@ from biped.scenario.section import Name, NonNegative, Section
 
 
 class ActuationChange(Section, frozen=True):
-    """Settings of `[actuation]` that may change during a run.
+    """Settings of `[actuation]` that may change during a run, of bipeds in the plane.
 
     Attributes:
         contacts: As there.

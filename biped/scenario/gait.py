@@ -70,29 +70,34 @@ def speeds_of(path: Path) -> tuple[float, float] | None:
     return min(knot.at for knot in knots), max(knot.at for knot in knots)
 
 
-def in_the_plane(gains: Gains, model: str) -> None:
+def in_the_plane(gains: Gains, model: str, at: str = "") -> None:
     """Makes sure that a gait is one of a biped that moves in the plane.
+
+    Args:
+        gains: The gait.
+        model: Whose.
+        at: What its key begins with: `change[0].` of one that a change goes over to.
 
     Raises:
         InputError: It has tables of one that moves in space.
     """
     for table in OUT_OF_PLANE:
         if getattr(gains, table) is not None:
-            raise InputError(f"gains.{table}: expected none: model '{model}' moves in the plane; [{table}] is of "
-                             "bipeds that move in space", f"gains.{table}")  # fmt: skip
+            raise InputError(f"{at}gains.{table}: expected none: model '{model}' moves in the plane; [{table}] is of "
+                             "bipeds that move in space", f"{at}gains.{table}")  # fmt: skip
 
 
-def out_of_the_plane(gains: Gains, model: str) -> None:
-    """Makes sure that a gait is one of a biped that moves in space.
+def out_of_the_plane(gains: Gains, model: str, at: str = "") -> None:
+    """Makes sure that a gait is one of a biped that moves in space; arguments as of `in_the_plane`.
 
     Raises:
         InputError: A table is missing.
     """
     for table in OUT_OF_PLANE:
         if getattr(gains, table) is None:
-            raise InputError(f"gains.{table}: missing: model '{model}' moves in space, which asks for "
+            raise InputError(f"{at}gains.{table}: missing: model '{model}' moves in space, which asks for "
                              f"{' and '.join(f'[{name}]' for name in OUT_OF_PLANE)} in its gait file "
-                             "(controllers/human3d.toml has them)", f"gains.{table}")  # fmt: skip
+                             "(controllers/human3d.toml has them)", f"{at}gains.{table}")  # fmt: skip
 
 
 def read_settings(path: Path) -> tuple[Settings, Origin]:

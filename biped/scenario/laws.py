@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+Keys = dict[str, tuple[str, ...]]
+"""Keys of a scenario by table; "" is the scenario itself."""
+
 
 class BuiltIn(NamedTuple):
     """A law of this package.
@@ -11,17 +14,25 @@ class BuiltIn(NamedTuple):
     Attributes:
         place: `module:Class`, imported where it is used.
         meaning: In one line.
-        thesis: Whether it takes the keys of the thesis's law: a gait file, `[sensing]`, `[actuation]`.
+        reads: Keys that it takes notice of besides those that hold whatever the law is (`biped.scenario.noticed`).
     """
 
     place: str
     meaning: str
-    thesis: bool = False
+    reads: Keys
 
 
+_SPATIAL: Keys = {
+    "": ("controller", "gains", "change"),
+    "ground": ("angles",),
+    "sensing": ("contact_height", "heel_on", "heel_off", "toe_on", "toe_off", "extended", "ahead", "late_stance"),
+    "actuation": ("mode", "contacts", "pushing"),
+}
+
+SPATIAL = "spatial"
 BUILT_IN: dict[str, BuiltIn] = {
-    "spatial": BuiltIn("biped.control.spatial.law:Spatial", "the thesis's law for a biped in space", thesis=True),
-    "stand": BuiltIn("biped.control.general.stand:stand", "stands, and balances what pushes it"),
+    SPATIAL: BuiltIn("biped.control.spatial.law:Spatial", "the thesis's law for a biped in space", _SPATIAL),
+    "stand": BuiltIn("biped.control.general.stand:stand", "stands, and balances what pushes it", {}),
 }
 
 

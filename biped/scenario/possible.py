@@ -192,3 +192,7 @@ def _follow_one_another(s: Scenario, fail: Fail) -> None:
         if change.at < free:
             raise fail(f"change[{i}].at", f"expected at least {free:g} s, where the one before ends, got {change.at:g}")
         free = change.at + change.over
+        told = [key for key in change.actuation.__struct_fields__ if getattr(change.actuation, key) is not None]
+        if told and s.actuation.contacts == "pushing":
+            raise fail(f"change[{i}].actuation.{told[0]}", "expected none where actuation.contacts = 'pushing': joint "
+                       "torques for ground that only pushes choose no contacts")  # fmt: skip

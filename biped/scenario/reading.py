@@ -15,9 +15,10 @@ from biped.base.files import DEEPEST, canonical, layered, locate, merge, parse_t
 from biped.base.text import said
 from biped.scenario import thesis
 from biped.scenario.gait import habits_of, lay_below
-from biped.scenario.general import lay_under, make_general, possible_general
+from biped.scenario.general import lay_under, make_general
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import own_law
+from biped.scenario.noticed import taken
 from biped.scenario.origin import COMMAND_LINE, Origin
 from biped.scenario.possible import possible
 from biped.scenario.valid import Fail, convert, known_keys
@@ -127,7 +128,7 @@ def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path, looking: b
     scenario = convert(data, Scenario, fail)
     possible(scenario, fail)
     if general:
-        possible_general(scenario, fail)
+        taken(scenario, fail)
     named: dict[str, Any] = {
         key: canonical(f"{key}s", found(f"{key}s", getattr(scenario, key), key, beside.get(key)))
         for key in ("model", "controller")

@@ -14,7 +14,7 @@ from biped.robot.general.facts import General
 from biped.robot.general.recognise import looked_at
 from biped.robot.general.spec import parsed
 from biped.scenario.general import KIND
-from biped.scenario.laws import BUILT_IN
+from biped.scenario.laws import BUILT_IN, SPATIAL
 from biped.scenario.robot import Described
 from biped.scenario.valid import convert, known_keys
 
@@ -78,7 +78,7 @@ def _laws(path: Path, table: Described, robot: General) -> tuple[str, ...]:
     """Laws of this package that a robot runs with: those for any, and the thesis's in space if it has its joints."""
     from biped.control.spatial.setup import check_robot
 
-    found = [name for name, law in BUILT_IN.items() if not law.thesis]
+    found = [name for name in BUILT_IN if name != SPATIAL]
     with suppress(InputError):
         check_robot(robot, parsed(path, table)[1], path.stem)
         found.insert(0, "spatial")

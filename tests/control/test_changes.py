@@ -8,6 +8,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from biped.base.errors import InputError
 from biped.base.files import locate
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
@@ -110,3 +111,10 @@ def test_changes_vary_like_any_key():
     varied = msgspec.structs.replace(scenario, sweep={"change.0.controller": ("fast", "style")})
     fast, style = (Plan(varied).run(i).scenario.change[0].gains for i in (0, 2))
     assert (fast, style) == tuple(read_gains(locate("controllers", name, ""), Gains()) for name in ("fast", "style"))
+
+
+def test_no_contacts_to_choose_where_the_ground_only_pushes():
+    with pytest.raises(
+        InputError, match=r"change\[0\]\.actuation\.contacts: expected none where actuation.contacts = "
+    ):
+        read_scenario("calm/own", ['change=[{at=1.0,actuation.contacts="touching"}]'])

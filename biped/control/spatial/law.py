@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from biped.control.blending import blend, changes_in, step_type
 from biped.control.general.law import Setup
 from biped.control.general.sensed import Sensed
 from biped.control.spatial.places import Mechanics
-from biped.control.spatial.setup import controller_record, mechanics_of
+from biped.control.spatial.record import GAIT
+from biped.control.spatial.setup import controller_record, mechanics_of, set_gains
 from biped.control.spatial.tick import spatial_tick
 from biped.robot.general.build import Command
 from biped.scenario.keys import Scenario
@@ -24,11 +26,14 @@ class Spatial:
 
     Attributes:
         record: (1,) `biped.control.spatial.record.CONTROL`.
+        changes: Of it, `biped.control.blending.Changes`.
         signals: As of the latest tick.
     """
 
     def __init__(self, setup: Setup):
         self.record = controller_record(setup)
+        self.changes = changes_in(self.record, step_type(GAIT), setup.scenario, setup.gains, set_gains)
+        self._tick = setup.tick
         self.signals = dict.fromkeys(SIGNALS, 0.0)
         self._generalized = bool(self.record["actuation"]["generalized"][0])
         self._mechanics: Mechanics | None = None
@@ -42,6 +47,8 @@ class Spatial:
         """(12,) joint torques [N m]; or (18,) Q_d."""
         if self._mechanics is None:
             self._mechanics = mechanics_of(sensed.robot, sensed._data)
+        if len(self.changes.steps):
+            blend(self.changes, round(sensed.time / self._tick))
         spatial_tick(self.record, self._mechanics, sensed.time == 0.0)
         c = self.record[0]
         values = (*(c["memory"]["phase"] + 1), *c["tick"]["placed"], c["tick"]["limited"])

@@ -19,7 +19,7 @@ UNKNOWNS = N_EDGES + LEGS
 WIDTH = 3 * LANES
 """Lanes for the unknowns."""
 
-_GAIT = np.dtype(
+GAIT = np.dtype(
     [
         ("k_torso", "f8", 3), ("b_torso", "f8", 3), ("rest_torso", "f8", 3),  # pitch, roll, yaw
         ("k", "f8", (STATES, LEG)), ("b", "f8", (STATES, LEG)), ("rest", "f8", (STATES, LEG)),
@@ -101,7 +101,7 @@ _WORK = np.dtype(
 
 CONTROL = np.dtype(
     [
-        ("gait", _GAIT), ("belief", _BELIEF), ("sensing", _SENSING), ("actuation", _ACTUATION),
+        ("gait", GAIT), ("belief", _BELIEF), ("sensing", _SENSING), ("actuation", _ACTUATION),
         ("memory", _MEMORY), ("at", _AT), ("tick", _TICK), ("work", _WORK),
     ],
     align=True,

@@ -26,12 +26,11 @@ def controller_record(setup: Setup) -> np.ndarray:
         Array (1,) of `biped.control.spatial.record.CONTROL`.
 
     Raises:
-        InputError: The gait lacks a table, the robot is of another kind, or a setting has no meaning out of the plane.
+        InputError: The gait lacks a table, or the robot is of another kind.
     """
     s, model = setup.scenario, setup.model
     out_of_the_plane(setup.gains, s.model)
     check_robot(setup.robot, model, s.model)
-    check_settings(s)
     out = record.new()
     c = out[0]
     set_gains(c["gait"], setup.gains)
@@ -65,19 +64,6 @@ def check_robot(robot: General, model: mujoco.MjModel, name: str) -> None:
             "law: 'spatial' is for a torso with a free joint and two legs, right first, with hips that flex, abduct "
             "and rotate, knees, and ankles that flex and invert, all driven, on feet of four points "
             f"(models/human3d.xml); model '{name}' is another", "law",
-        )  # fmt: skip
-
-
-def check_settings(s: Scenario) -> None:
-    """Makes sure that a scenario asks for nothing that the law does not have out of the plane.
-
-    Raises:
-        InputError: It does.
-    """
-    if s.actuation.mode == "joint" and s.actuation.contacts != "pushing":
-        raise InputError(
-            f"actuation.contacts: out of the plane, joint torques are those for ground that only pushes: expected "
-            f"'pushing', got '{s.actuation.contacts}'", "actuation.contacts",
         )  # fmt: skip
 
 

@@ -124,7 +124,8 @@ class _Simulation:
         from biped.engines.native import without_clock
 
         with without_clock():
-            status, k = walk(self.law.law.record, self.plant, self.log, self.law.signals.values, first, last)
+            law, signals = self.law.law, self.law.signals.values
+            status, k = walk(law.record, law.changes, self.plant, self.log, signals, first, last)
         if status == NOT_FINITE:
             return k + 1, self._diverged(k)
         self.sensed.begin(k * self.tick)
@@ -265,6 +266,7 @@ class _Simulation:
             warnings=warnings,
             robot=structs.replace(self.robot, masses=masses_of(s.truth, self.robot)),
             ground=self.profile,
+            changes=tuple(change.at for change in s.change),
             sampled=not self.split,
             signal_names=self.law.signals.names,
             traceback=trace,

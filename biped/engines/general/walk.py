@@ -9,6 +9,7 @@ import numpy as np
 
 from biped.base.address import call, doubles_at, int32_at
 from biped.base.jit import inner_kernel, long_kernel
+from biped.control.blending import blend
 from biped.control.spatial.places import Mechanics
 from biped.control.spatial.tick import spatial_tick
 from biped.control.spatial.topology import BASE, KNEE, LEG, LEGS, N_POINTS, NU, N
@@ -168,11 +169,12 @@ def _step(plant, line, share):
 
 
 @long_kernel
-def walk(record, plant, log, signals, first, last):
+def walk(record, changes, plant, log, signals, first, last):
     """Ticks first … last - 1 of a run in which the same push acts on the torso's centre of mass.
 
     Args:
         record: (1,) `biped.control.spatial.record.CONTROL`.
+        changes: Of it, `biped.control.blending.Changes`.
         plant: `Plant`.
         log: (n, width) of `biped.measure.general.trajectory`, zero where nothing is known yet.
         signals: (n, 5) of `biped.control.spatial.law`.
@@ -190,6 +192,7 @@ def walk(record, plant, log, signals, first, last):
         status = _status(plant)
         if status == NOT_FINITE:
             return status, k
+        blend(changes, k)
         spatial_tick(record, m, k == 0)
         line = log[k]
         _note(plant, c, line, k * tick)

@@ -11,7 +11,7 @@ import numpy as np
 from biped.measure import verdict
 from biped.measure.general import energy, gait, ground, pushed
 from biped.measure.general.trajectory import GeneralTrajectory
-from biped.measure.metrics.outcome import outcome_of, spread
+from biped.measure.metrics.outcome import outcome_of, spread, stopped
 from biped.scenario.metrics import METRICS
 
 
@@ -36,7 +36,8 @@ def assess(t: GeneralTrajectory, window: tuple[float, float]) -> Assessed:
         numbers = _numbers(t, window)
         end, cause = verdict.ending(t, numbers)
     t = replace(t, end=end, cause=cause)
-    return Assessed(t, numbers | outcome_of(t, numbers))
+    outcome = outcome_of(t, numbers)
+    return Assessed(t, numbers | outcome | stopped(t, outcome))
 
 
 def _numbers(t: GeneralTrajectory, window: tuple[float, float]) -> dict[str, Any]:

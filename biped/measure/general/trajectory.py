@@ -73,6 +73,7 @@ class GeneralTrajectory(Logged):
         signal_names: Of what a law logged.
         traceback: Where a law of the user's own raised; empty if it did not.
         ground: The line of the ground's height, the same all along y.
+        changes: When changes of the scenario began [s].
     """
 
     log: np.ndarray
@@ -91,6 +92,7 @@ class GeneralTrajectory(Logged):
     signal_names: tuple[str, ...] = ()
     traceback: str = ""
     ground: Profile = LEVEL
+    changes: tuple[float, ...] = ()
 
     @cached_property
     def columns(self) -> dict[str, tuple[int, tuple[int, ...]]]:
@@ -220,7 +222,7 @@ class GeneralTrajectory(Logged):
     @property
     def about(self) -> dict[str, Any]:
         """All but the arrays, as JSON can hold it."""
-        return self.ground.kept | {
+        return self.ground.kept | ({"changes": self.changes} if self.changes else {}) | {
             "kind": KIND, "tick": self.tick, "slope": self.slope, "side_slope": self.side_slope,
             "gravity": self.gravity, "generalized": self.generalized, "torque_limit": self.torque_limit,
             "pushes": self.pushes,
@@ -248,7 +250,8 @@ def made_of(about: dict[str, Any], log: np.ndarray) -> GeneralTrajectory:
     about.pop("kind")
     about["robot"] = msgspec.convert(about["robot"], General)
     about["ground"] = profile_from(about.pop("ground", None))
-    for name in ("gravity", "torque_limit", "signal_names"):
+    about["changes"] = about.get("changes", ())
+    for name in ("gravity", "torque_limit", "signal_names", "changes"):
         about[name] = tuple(about[name])
     about["pushes"] = tuple(tuple(push) for push in about["pushes"])
     found = GeneralTrajectory(log=log, **about)

@@ -14,7 +14,7 @@ import numpy as np
 
 from biped.measure import verdict
 from biped.measure.metrics import energy, gait, ground, motors, posture, pushed
-from biped.measure.metrics.outcome import outcome_of, spread
+from biped.measure.metrics.outcome import outcome_of, spread, stopped
 from biped.measure.metrics.sums import Sums, add_up
 from biped.measure.metrics.totals import Totals
 from biped.measure.trajectory import Trajectory
@@ -50,10 +50,7 @@ def assess(t: Trajectory, window: tuple[float, float]) -> Assessed:
         end, cause = verdict.ending(t, numbers)
     t = replace(t, end=end, cause=cause)
     outcome = outcome_of(t, numbers)
-    if t.changes and outcome["stood"]:
-        told = min(int(np.searchsorted(t.time, t.changes[0] - 1e-9)), len(t) - 1)
-        numbers["stopping_distance"] = float(t.q[-1, 0] - t.q[told, 0])
-    return Assessed(t, numbers | outcome)
+    return Assessed(t, numbers | outcome | stopped(t, outcome))
 
 
 def measure(t: Trajectory, window: tuple[float, float]) -> dict[str, Any]:

@@ -24,6 +24,14 @@ def outcome_of(t: Ended, numbers: dict[str, Any]) -> dict[str, int]:
     }
 
 
+def stopped(t: Ended, outcome: dict[str, int]) -> dict[str, float]:
+    """How far [m] a run that stood at last went from its first change on; nothing of others."""
+    if not (t.changes and outcome["stood"]):
+        return {}
+    told = min(int(np.searchsorted(t.time, t.changes[0] - 1e-9)), len(t) - 1)
+    return {"stopping_distance": float(t.x[-1] - t.x[told])}
+
+
 def spread(values: np.ndarray) -> dict[str, float]:
     """Mean, smallest and largest of the numbers among values (n,); nan if there are none."""
     real = values[np.isfinite(values)]

@@ -23,6 +23,7 @@ PUSH = "push=[{at=0.05,duration=0.1,force=[30.0,80.0,0.0]}]"
     ["duration=0.4", PUSH],
     ["duration=0.3", "simulation.timestep=0.0005", "ground.slope=2.0", "ground.side_slope=1.5"],
     ["duration=0.4", PUSH, 'controller="human3d_generalized"'],
+    ["duration=0.3", 'change=[{at=0.05,over=0.1,controller="human3d_stand"},{at=0.2,gains.axial.theta_b=9.0}]'],
 ])  # fmt: skip
 def test_the_compiled_loop_is_the_one_in_python(changes):
     run = run_of(*changes)

@@ -175,10 +175,10 @@ def test_each_wrong_mass_can_be_drawn():
 @pytest.mark.parametrize(
     ("scenario", "change", "words"),
     [
-        ("h1", "sensors.encoders={}", r"sensors.encoders: belongs to the thesis's law"),
-        ("h1", "sensors.switches={}", r"sensors.switches: belongs to the thesis's law"),
-        ("h1", "truth.hip_mass=0.1", r"truth.hip_mass: belongs to the thesis's law"),
-        ("h1", "estimator={}", r"estimator: belongs to the thesis's law"),
+        ("h1", "sensors.encoders={}", r"sensors.encoders: expected none: law 'stand' takes no notice"),
+        ("h1", "sensors.switches={}", r"sensors.switches: expected none: law 'stand' takes no notice"),
+        ("h1", "truth.hip_mass=0.1", r"truth.hip_mass: expected 0.0: law 'stand' takes no notice"),
+        ("h1", "estimator={}", r"estimator: expected none: law 'stand' takes no notice"),
         ("h1", "truth.part=[{name='tors'}]", r"truth.part\[0\].name: model 'h1' has no body 'tors'; .*torso"),
         ("h1", "truth.part=[{name='torso'},{name='torso'}]", r"truth.part\[1\].name: 'torso' is named twice"),
         ("h1", "truth.part=[{name='torso',weight=2}]", r"truth.part\[0\].weight: unknown key"),

@@ -179,7 +179,9 @@ def test_which_way_it_falls():
 
 
 def test_keys_of_the_thesis_are_refused_by_name():
-    with pytest.raises(InputError, match=r"sensing: belongs to the thesis's law.*sensing, actuation.mode"):
+    with pytest.raises(
+        InputError, match=r"actuation.mode: expected 'joint': law 'stand' .* nor of sensing.contact_height"
+    ):
         read_scenario(named("h1"), ["sensing.contact_height=0.01", "actuation.mode=generalized"])
     with pytest.raises(InputError, match="engine: expected 'mujoco'"):
         read_scenario(named("h1"), ["engine=home"])

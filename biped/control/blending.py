@@ -1,0 +1,82 @@
+"""Gains that go over to others during a run, [[change]]: the numbers of the gait in any law's controller record."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from biped.base.jit import kernel
+from biped.scenario.gains import Gains
+from biped.scenario.keys import Scenario
+
+
+class Changes(NamedTuple):
+    """A run's changes.
+
+    Attributes:
+        gait: (m,) the numbers of the controller record's gait, live.
+        steps: (n,) of a type that `step_type` made, in time order.
+    """
+
+    gait: np.ndarray
+    steps: np.ndarray
+
+
+def step_type(gait: np.dtype, *settings: tuple[str, str]) -> np.dtype:
+    """Of one change: ticks (its first, and until its gains hold), the gaits that it begins and ends at.
+
+    Args:
+        gait: Of the controller record, of doubles alone.
+        settings: Name and type of what changes with its first tick besides.
+    """
+    size = gait.itemsize // np.dtype(float).itemsize
+    return np.dtype(
+        [("first", "i8"), ("count", "i8"), ("complete", "u1"), ("before", "f8", size), ("after", "f8", size),
+         *settings], align=True,
+    )  # fmt: skip
+
+
+def changes_in(
+    record: np.ndarray, step: np.dtype, s: Scenario, gains: Gains, set_gains: Callable[[np.void, Gains], None]
+) -> Changes:
+    """A run's changes; gains that a change does not name stay as they are.
+
+    Args:
+        record: (1,) the controller's, whose part "gait" is changed.
+        step: Of a change (`step_type`).
+        s: The scenario.
+        gains: What the run starts with.
+        set_gains: Writes a gait into such a part.
+    """
+    kind, first = record.dtype["gait"], record.dtype.fields["gait"][1]  # type: ignore[index]
+    steps, one = np.zeros(len(s.change), step), np.zeros(1, kind)
+    rate = s.simulation.control_rate
+    for c, change in zip(steps, s.change, strict=True):
+        c["first"], c["count"] = round(change.at * rate), max(1, round(change.over * rate))
+        set_gains(one[0], gains)
+        c["before"] = one.view(float)
+        gains = gains.replaced(change.gains)
+        set_gains(one[0], gains)
+        c["after"] = one.view(float)
+    return Changes(np.ndarray(one.view(float).shape, float, record, first), steps)
+
+
+@kernel
+def blend(changes, k):
+    """Brings the gait of `Changes` to tick k."""
+    gait, steps = changes.gait, changes.steps
+    for i in range(steps.size):
+        step = steps[i]
+        if step["complete"]:
+            continue
+        if k < step["first"]:
+            return
+        share = min(1.0, (k - step["first"] + 1) / step["count"])
+        rest = 1.0 - share
+        for j in range(gait.size):
+            gait[j] = rest * step["before"][j] + share * step["after"][j]
+        step["complete"] = k - step["first"] + 1 >= step["count"]
+        if not step["complete"]:
+            return
