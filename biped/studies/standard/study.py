@@ -22,6 +22,7 @@ from biped.robot.model import tree_at
 from biped.scenario.gains import Gains
 from biped.scenario.gait import read_gains, speeds_of
 from biped.scenario.metrics import METRICS
+from biped.scenario.noticed import read_by
 from biped.scenario.reading import read_scenario
 from biped.scenario.standard import Standard
 from biped.studies.planned import plan_of, title_of
@@ -220,7 +221,9 @@ def _stand(test: Trial, word: str, gait: str, changes: Sequence[str], made: Any)
 
 def _plan(test: Trial, word: str, changes: Sequence[str], value: float) -> Plan:
     """A test's plan with a gait, at a value of its key in multiples of what the test says."""
-    asked = [*changes, f"controller={_quoted(word)}"]
+    begun, asked = plan_of(test.scenario, changes).scenario, [*changes]
+    if begun.robot is None or "controller" in read_by(begun.law)[""]:  # others walk without a gait
+        asked.append(f"controller={_quoted(word)}")
     s = test.standard
     plain = plan_of(test.scenario, asked)
     asked += [f"{key}={_unit(plain, 'leg') * legs:.9g}" for key, legs in s.legs.items()]
