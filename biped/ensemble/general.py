@@ -19,17 +19,14 @@ from biped.robot.given import Factory
 from biped.robot.ground import begin_beyond, first_of, profile_of
 from biped.robot.run import Run
 from biped.scenario.gains import Gains
-from biped.scenario.gait import out_of_the_plane, read_gains
+from biped.scenario.gait import Gaits, out_of_the_plane
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import BUILT_IN, SPATIAL
 from biped.scenario.noticed import taken
 from biped.scenario.origin import Origin
 from biped.scenario.push import PLANE, SPACE
+from biped.scenario.valid import fault
 from biped.scenario.vary import stream
-
-
-def _fault(key: str, what: str) -> InputError:
-    return InputError(f"{key}: {what}", key)
 
 
 class GeneralRuns:
@@ -37,7 +34,7 @@ class GeneralRuns:
 
     def __init__(self):
         self._standing: dict[tuple[str, Any], Standing] = {}
-        self._gaits: dict[tuple[str, Gains], Gains] = {}
+        self._gaits = Gaits()
 
     def model(self, s: Scenario) -> Path:
         """The model file."""
@@ -55,12 +52,10 @@ class GeneralRuns:
         """
         if not s.controller:
             return s.gains
-        key = s.controller, s.gains
-        if key not in self._gaits:
-            self._gaits[key] = read_gains(locate("controllers", s.controller, "controller"), s.gains)
+        gains = self._gaits[s.controller, s.gains]
         if s.law == SPATIAL:
-            out_of_the_plane(self._gaits[key], s.model, at)
-        return self._gaits[key]
+            out_of_the_plane(gains, s.model, at)
+        return gains
 
     def suit(self, s: Scenario, gains: Gains, at: str) -> None:
         """Some of the gains are as good as all: those of any walker suit one in space."""
@@ -80,7 +75,7 @@ class GeneralRuns:
                 "law: expected one: the thesis's law needs a planar biped of seven links; write law = 'path.py:Class', "
                 f"or one of {', '.join(BUILT_IN)}", "law",
             )  # fmt: skip
-        taken(s, _fault)  # draws and points of a sweep say what no file did
+        taken(s, fault)  # draws and points of a sweep say what no file did
         standing = self._at(s)
         self._pushes(s, standing.robot)
         limits_of(standing.robot, s)
@@ -101,7 +96,7 @@ class GeneralRuns:
         profile = profile_of(s.ground, 0)
         if profile.level:
             return
-        if s.law == "spatial":
+        if s.law == SPATIAL:
             which = first_of(s.ground)
             raise InputError(f"ground.{which}: expected none: the law 'spatial' walks on level ground and slopes",
                              f"ground.{which}")  # fmt: skip

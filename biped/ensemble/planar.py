@@ -22,7 +22,7 @@ from biped.robot.topology import N_ANGLES, N_ROWS, NQ, PITCH
 from biped.robot.tree import ABSOLUTE_FROM_JOINT, Tree, absolute, from_absolute, motion
 from biped.robot.truth import true_tree
 from biped.scenario.gains import Gains
-from biped.scenario.gait import Settings, in_the_plane, read_gains, resettled, settings_on
+from biped.scenario.gait import Gaits, Settings, in_the_plane, resettled, settings_on
 from biped.scenario.keys import Scenario, Start, Truth
 from biped.scenario.origin import Origin
 from biped.scenario.push import PLANE
@@ -39,7 +39,7 @@ class PlanarRuns:
 
     def __init__(self):
         self._models: dict[str, tuple[Path, Tree]] = {}
-        self._gaits: dict[tuple[str, Gains], Gains] = {}
+        self._gaits = Gaits()
         self._settings: dict[tuple[str, str], Settings] = {}
         self._starts: dict[tuple[str, Start, tuple[float, ...]], np.ndarray] = {}
 
@@ -57,11 +57,9 @@ class PlanarRuns:
         Raises:
             InputError: One is missing or of the wrong type, or they are of a walker in space.
         """
-        key = s.controller, s.gains
-        if key not in self._gaits:
-            self._gaits[key] = read_gains(locate("controllers", s.controller, "controller"), s.gains)
-        in_the_plane(self._gaits[key], s.model, at)
-        return self._gaits[key]
+        gains = self._gaits[s.controller, s.gains]
+        in_the_plane(gains, s.model, at)
+        return gains
 
     def suit(self, s: Scenario, gains: Gains, at: str) -> None:
         """Makes sure that some gains, whose key begins with `at`, are of a walker in the plane.

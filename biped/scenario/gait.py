@@ -59,6 +59,19 @@ def read_gains(path: Path, override: Gains) -> Gains:
     return gains
 
 
+class Gaits(dict[tuple[str, Gains], Gains]):
+    """Complete gains by the name of a gait and what a scenario lays over it; files are read once.
+
+    Raises:
+        InputError: Where one is asked for: there is no such gait, or a gain is missing, unknown or of the wrong type.
+    """
+
+    def __missing__(self, key: tuple[str, Gains]) -> Gains:
+        controller, own = key
+        self[key] = read_gains(locate("controllers", controller, "controller"), own)
+        return self[key]
+
+
 def speeds_of(path: Path) -> tuple[float, float] | None:
     """Smallest and largest speed [m/s] of a gait file's family, `[[speeds]]`; None if it has none."""
     _, _, speeds, origin = _read(path)

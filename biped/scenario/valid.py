@@ -31,6 +31,11 @@ Fail = Callable[[str, str], InputError]
 """From a dotted key and what is wrong with it to the error, which names the file that the key comes from."""
 
 
+def fault(key: str, what: str) -> InputError:
+    """The error of a key that comes from no file."""
+    return InputError(f"{key}: {what}", key)
+
+
 def convert(data: Any, kind: type, fail: Fail) -> Any:
     """Converts plain data to a typed record, turning the library's complaint into ours."""
     try:

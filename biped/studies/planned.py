@@ -7,7 +7,6 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from biped.base.errors import InputError
 from biped.base.files import canonical, locate
 from biped.ensemble.plan import Plan
 from biped.robot.given import Factory
@@ -15,6 +14,7 @@ from biped.scenario.keys import Scenario
 from biped.scenario.law import digest
 from biped.scenario.possible import possible
 from biped.scenario.reading import read
+from biped.scenario.valid import fault
 
 
 def title_of(name: str) -> str:
@@ -49,5 +49,5 @@ def with_law(scenario: Scenario, law: Factory) -> Scenario:
         InputError: It asks for what only the thesis's law does.
     """
     scenario = replace(scenario, law=law.name, law_sha256=digest(law.name) if law.file and ".py:" in law.name else None)
-    possible(scenario, lambda key, what: InputError(f"{key}: {what}", key))
+    possible(scenario, fault)
     return scenario

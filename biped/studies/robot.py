@@ -81,7 +81,7 @@ def _laws(path: Path, table: Described, robot: General) -> tuple[str, ...]:
     found = [name for name in BUILT_IN if name != SPATIAL]
     with suppress(InputError):
         check_robot(robot, parsed(path, table)[1], path.stem)
-        found.insert(0, "spatial")
+        found.insert(0, SPATIAL)
     return tuple(found)
 
 

@@ -1,8 +1,6 @@
 """Figures: what is drawn is read from the axes, and the files are looked at as pictures."""
 
 import dataclasses
-import re
-from pathlib import Path
 
 import matplotlib
 import numpy as np
@@ -11,7 +9,6 @@ from matplotlib import _pylab_helpers, image
 from matplotlib.colors import to_hex
 from matplotlib.patches import Circle, Polygon
 
-import biped
 from biped.base.errors import InputError
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
@@ -198,13 +195,3 @@ def test_files_that_cannot_be_written_are_an_error_in_words(walk, tmp_path):
         plot_run(walk, tmp_path / "file", title="nowhere", window=WINDOW)
     with pytest.raises(InputError, match=r"many.png: cannot be written: No such file"):
         plot_ensemble([walk], tmp_path / "nowhere" / "many.png", "nowhere")
-
-
-def test_nothing_else_imports_matplotlib():
-    package = Path(biped.__file__).parent
-    importing = {
-        file.relative_to(package).parts[:2]
-        for file in package.rglob("*.py")
-        if re.search(r"^\s*(import|from) matplotlib\b", file.read_text(encoding="utf-8"), re.M)
-    }
-    assert importing == {("show", "figures")}

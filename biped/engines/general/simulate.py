@@ -26,6 +26,7 @@ from biped.robot.general.recognise import robot_of
 from biped.robot.general.truth import masses_of
 from biped.robot.ground import levelled, profile_of
 from biped.robot.run import Run
+from biped.scenario.laws import SPATIAL
 from biped.scenario.pushing import pieces
 from biped.scenario.senses import Sensors
 from biped.scenario.truth import Truth
@@ -111,7 +112,7 @@ class _Simulation:
 
     def _compiled(self) -> Plant | None:
         """What the compiled loop is handed, where the law has one."""
-        if self.s.law != "spatial" or not self.split or self.measured is not None:
+        if self.s.law != SPATIAL or not self.split or self.measured is not None:
             return None
         from biped.engines.general.compiled import plant_of
 

@@ -221,7 +221,7 @@ def _stand(test: Trial, word: str, gait: str, changes: Sequence[str], made: Any)
 
 def _plan(test: Trial, word: str, changes: Sequence[str], value: float) -> Plan:
     """A test's plan with a gait, at a value of its key in multiples of what the test says."""
-    begun, asked = plan_of(test.scenario, changes).scenario, [*changes]
+    begun, asked = read_scenario(test.scenario, changes), [*changes]
     if begun.robot is None or "controller" in read_by(begun.law)[""]:  # others walk without a gait
         asked.append(f"controller={_quoted(word)}")
     s = test.standard

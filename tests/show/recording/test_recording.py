@@ -2,13 +2,11 @@
 
 import dataclasses
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-import biped
 from biped.base.errors import InputError
 from biped.show.recording import record
 from biped.show.recording.series import curves
@@ -77,13 +75,3 @@ def test_a_file_that_cannot_be_written_is_an_error_in_words(run, tmp_path):
     for path in (tmp_path / "nowhere" / "run.rrd", tmp_path / "file" / "run.rrd", tmp_path):
         with pytest.raises(InputError, match=re.escape(f"{path}: cannot be written")):
             record(path, [run], title="nowhere")
-
-
-def test_nothing_else_imports_rerun():
-    package = Path(biped.__file__).parent
-    importing = {
-        file.relative_to(package).parts[:2]
-        for file in package.rglob("*.py")
-        if re.search(r"^\s*(import|from) rerun\b", file.read_text(encoding="utf-8"), re.M)
-    }
-    assert importing == {("show", "recording")}
