@@ -169,7 +169,7 @@ def _nearest_forces(c):
         H[k, k] += push["price"][0, k]
         f[0, k] = H[k, Q_LANE]
     push["changes"][1] = nonnegative(
-        H, f, N_ROWS, push["pressed"], push["order"], push["U"], c["work"]["L"], force, rows["kept"]
+        H, f, push["counted"], push["pressed"], push["order"], push["U"], c["work"]["L"], force, rows["kept"]
     )
     left = times(everywhere(-1.0), load(force, 0))
     for j in range(NQ):

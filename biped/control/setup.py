@@ -86,6 +86,7 @@ def _set_pushing(push: np.void, s: Scenario, believed: Tree) -> None:
     push["on"] = pushes(s)
     push["friction"], push["approach"], push["reach"] = keys.friction, keys.approach, keys.reach
     push["yielding"], push["regularisation"] = keys.yielding, keys.regularisation
+    push["counted"] = N_ROWS if keys.stops else STOP_ROW
     push["scale"] = 1.0
     push["scale"][0, STOP_ROW:N_ROWS] = [np.hypot(*believed.joint[foot]) for foot in FOOT]
 

@@ -18,6 +18,7 @@ class Pushing(Section, frozen=True):
         reach: Height η [m] over which a point's force fades out.
         yielding: Acceleration σ [m/s²] off the ground over which a force fades out.
         regularisation: ε [1/(kg m²)], the price of torques.
+        stops: Whether torques count on the knees' stops; without, a knee's own torque does what its stop would.
     """
 
     friction: Positive = 1.0
@@ -25,6 +26,7 @@ class Pushing(Section, frozen=True):
     reach: Positive = 0.002
     yielding: Positive = 8.0
     regularisation: Positive = 1e-3
+    stops: bool = True
 
 
 class Actuation(Section, frozen=True):

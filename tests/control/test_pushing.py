@@ -77,11 +77,13 @@ def test_a_foot_that_is_asked_once_cannot_contradict_itself(single):
     assert most < 1e-12 if single else most > 0.05
 
 
+@pytest.mark.parametrize("stops", [True, False])
 @pytest.mark.parametrize("limit", [1e9, 60.0, (90.0, 60.0, 30.0, 90.0, 60.0, 30.0)])
-def test_the_torques_are_the_bounded_least_squares_solution(limit):
+def test_the_torques_are_the_bounded_least_squares_solution(limit, stops):
     """The second problem as one bounded least-squares problem in u and c, by SciPy's active set method."""
-    actuation = replace(PUSHING, torque_limit=limit, pushing=Pushing(regularisation=1e-3))
-    bench, limited, worst = Bench(Scenario(actuation=actuation)), 0, 0.0
+    actuation = replace(PUSHING, torque_limit=limit, pushing=Pushing(regularisation=1e-3, stops=stops))
+    counted = 10 if stops else 8
+    bench, limited, leant_on, worst = Bench(Scenario(actuation=actuation)), 0, 0, 0.0
     keys, most = actuation.pushing, np.array(limit) * np.ones(6)
     for q, v in states(120, 2):
         u = bench.tick(q, v)
@@ -101,14 +103,17 @@ def test_the_torques_are_the_bounded_least_squares_solution(limit):
             [np.sqrt(keys.regularisation) * np.eye(6), np.zeros((6, 10))],
             [np.zeros((10, 6)), np.diag(price)],
         ])  # fmt: skip
+        whole = whole[:, : 6 + counted]
         right = np.r_[np.linalg.solve(R.T, target), np.zeros(16)]
         oracle = lsq_linear(
-            whole, right, bounds=(np.r_[-most, np.zeros(10)], np.r_[most, np.full(10, np.inf)]), method="bvls",
-            tol=1e-14, max_iter=2000,
+            whole, right, bounds=(np.r_[-most, np.zeros(counted)], np.r_[most, np.full(counted, np.inf)]),
+            method="bvls", tol=1e-14, max_iter=2000,
         ).x[:6]  # fmt: skip
         worst = max(worst, np.abs(u - oracle).max() / max(1.0, np.abs(oracle).max()))
         limited += bool(sides.any())
         assert (np.abs(u) <= most).all()
+        leant_on += int(bench.c["tick"]["active"][4:].any())
+    assert leant_on > 20 if stops else leant_on == 0
     assert worst < 1e-7
     assert limited > 20 or limit == 1e9
 

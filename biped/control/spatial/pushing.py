@@ -237,7 +237,9 @@ def _nearest_forces(c, n):
     _reduce(c, n)
     for i in range(n):
         work["H"][i, i] += work["price"][i]
-    tick["changes"][1] = _solve(c, n, memory["pressed"])
+    for i in range(n - LEGS, n):
+        work["x"][0, i] = 0.0
+    tick["changes"][1] = _solve(c, n if act["stops"] else n - LEGS, memory["pressed"])
     _add_contacts(work, C, -1.0, n, F)
     for leg in range(LEGS):
         s = work["x"][0, n - LEGS + leg]

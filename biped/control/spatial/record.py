@@ -44,6 +44,7 @@ _ACTUATION = np.dtype(
     [
         ("generalized", "u1"), ("limit", "f8", NU),
         ("friction", "f8"), ("approach", "f8"), ("reach", "f8"), ("yielding", "f8"), ("regularisation", "f8"),
+        ("stops", "u1"),
     ],
     align=True,
 )  # fmt: skip

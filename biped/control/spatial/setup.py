@@ -105,7 +105,7 @@ def _set_sensing(sensing: np.void, s: Scenario, tick: float) -> None:
 def _set_actuation(actuation: np.void, s: Scenario, limit: np.ndarray) -> None:
     actuation["generalized"] = s.actuation.mode == "generalized"
     actuation["limit"] = limit[:NU]
-    for name in ("friction", "approach", "reach", "yielding", "regularisation"):
+    for name in ("friction", "approach", "reach", "yielding", "regularisation", "stops"):
         actuation[name] = getattr(s.actuation.pushing, name)
 
 

@@ -21,6 +21,7 @@ from biped.scenario.keys import Scenario, Window
 from biped.scenario.reading import changed
 from biped.scenario.tune import Condition, Tune
 from biped.scenario.vary import Asked, stream, with_values
+from biped.studies.tune.neighbour import parting
 from biped.studies.tune.space import Candidate
 
 PLANS = 64
@@ -84,7 +85,10 @@ class Study:
         self.base = msgspec.structs.replace(scenario, tune=None, sweep={}, expect={}, thesis={})
         self._scenarios: dict[tuple[str, bool], Scenario] = {}
         self._plans: dict[tuple[Any, ...], Plan] = {}
-        for name in self.tune.conditions:
+        for name, condition in self.tune.conditions.items():
+            if condition.growth is not None and (scenario.robot is not None or condition.goal != "walked"):
+                raise InputError(f"tune.conditions.{name}.growth: expected none: neighbours are those of a planar "
+                                 "biped of seven links that walks")  # fmt: skip
             for full in (True, False):
                 Plan(self.condition(name, full))
 
@@ -125,10 +129,10 @@ class Study:
         run, condition = self._run(task), self.tune.conditions[task.condition]
         numbers = measured(run)
         reached = bool(numbers[condition.goal])
-        cost = self._reached(numbers, condition) if reached else self._missed(numbers, condition, run)
+        cost = self._reached(numbers, condition, run) if reached else self._missed(numbers, condition, run)
         return Outcome(cost, reached, numbers["speed"], numbers["cost_of_transport"])
 
-    def _reached(self, numbers: Mapping[str, Any], condition: Condition) -> float:
+    def _reached(self, numbers: Mapping[str, Any], condition: Condition, run: Run) -> float:
         """What a run costs that did what it should."""
         weights, cost = self.tune.weights, 0.0
         if condition.goal == "walked":
@@ -138,6 +142,9 @@ class Study:
         for name, most in self.tune.limits.items():
             if math.isfinite(numbers[name]):  # a stander has no cost of transport
                 cost += weights.excess * max(0.0, numbers[name] / most - 1.0)
+        if condition.growth is not None:
+            grown = parting(run)  # infinite: as costly as a walk can be
+            cost += weights.excess * max(0.0, grown - condition.growth)
         # However slow or costly, it is never worse than a fall.
         return min(cost, 0.5 * weights.falls) if weights.falls > 0.0 else cost
 

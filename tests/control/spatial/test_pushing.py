@@ -51,14 +51,14 @@ class Problem:
         slack = np.maximum(0.0, self.G @ self.wanted - self.least)
         self.price = rho * ((away / act["reach"]) ** 2 + (scale * slack / act["yielding"]) ** 2)
 
-    def nearest(self) -> np.ndarray:
-        """(12,) torques."""
+    def nearest(self, forces: int = 34) -> np.ndarray:
+        """(12,) torques that count on the first so many forces: 32 are those of points, 34 with the knees' stops."""
         E = np.vstack([np.zeros((BASE, 12)), np.eye(12)])
-        B, W = np.hstack([E, self.G.T]), np.linalg.inv(self.M)
-        P = B.T @ W @ B + np.diag(np.concatenate([np.full(12, self.eps), self.price + 1e-9]))
+        B, W = np.hstack([E, self.G[:forces].T]), np.linalg.inv(self.M)
+        P = B.T @ W @ B + np.diag(np.concatenate([np.full(12, self.eps), self.price[:forces] + 1e-9]))
         r = -B.T @ W @ (self.M @ self.wanted + self.h)
-        low = np.concatenate([-self.limit, np.zeros(34)])
-        high = np.concatenate([self.limit, np.full(34, 1e9)])
+        low = np.concatenate([-self.limit, np.zeros(forces)])
+        high = np.concatenate([self.limit, np.full(forces, 1e9)])
         found = qpsolvers.solve_qp(P, r, lb=low, ub=high, solver="quadprog")
         assert found is not None
         return found[:12]
@@ -90,6 +90,23 @@ def test_motion_and_torques_are_those_of_the_quadratic_programs(scene):
         assert u == pytest.approx(Problem(scene, np.inf).nearest(), abs=3e-3 * np.abs(u).max())
         bounded += int((np.abs(u) > problem.limit - 1e-9).any())
     assert bounded > 0, "no torque met its limit: the test would not see that it does"
+
+
+def test_without_the_stops_the_knees_torques_do_what_they_would(scene):
+    differ, actuation = 0, scene.c["actuation"]
+    for q, v in some_states(scene):
+        scene.put(q, v)
+        torques = {}
+        for stops in (1, 0):
+            actuation["stops"] = stops
+            spatial_tick(scene.record, scene.mechanics, True)
+            torques[stops] = scene.c["tick"]["u"].copy()
+        actuation["stops"] = 1
+        assert not scene.c["tick"]["force"][N_EDGES:].any()
+        problem = Problem(scene, FAR)
+        assert torques[0] == pytest.approx(problem.nearest(N_EDGES), abs=1e-5 * np.abs(torques[0]).max())
+        differ += int(np.abs(torques[1] - torques[0]).max() > 1.0)
+    assert differ > 0, "no stop bore anything: the test would not see that it does not"
 
 
 def test_a_walker_that_ground_holds_moves_as_q_d_would(scene):
