@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from msgspec import to_builtins
 from msgspec.structs import replace
 
 from biped.base.errors import InputError
@@ -184,6 +185,8 @@ def lay_below(data: dict[str, Any], origin: dict[str, Path], path: Path) -> None
             if key not in mine:
                 mine[key] = value
                 origin[f"{name}.{key}"] = theirs.keys[f"{name}.{key}"]
+            elif isinstance(mine[key], dict) and isinstance(value, Section):
+                mine[key] = to_builtins(value) | mine[key]  # what a table leaves unsaid is the gait's, not a default
 
 
 def made_for(s: Scenario) -> Settings:
