@@ -67,9 +67,9 @@ def _assess(scenario: Scenario) -> Callable[[Any, tuple[float, float]], tuple[An
     return assess
 
 
-def measured(run: Run) -> dict[str, Any]:
+def measured(run: Run) -> tuple[AnyTrajectory, dict[str, Any]]:
     """Simulates, judges and measures a run."""
-    return _assess(run.scenario)(simulate(run), run.scenario.interval)[1]
+    return _assess(run.scenario)(simulate(run), run.scenario.interval)
 
 
 def run_one(plan: Plan, index: int) -> tuple[AnyTrajectory, Row]:

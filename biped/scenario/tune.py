@@ -51,8 +51,9 @@ class Condition(Section, frozen=True):
         runs: Runs of each gait in each generation.
         weight: Of its mean cost among the conditions.
         speed: [m/s] wanted.
-        growth: Most by which neighbours should part in a return of the stride: ln of the factor. It costs one more run
-            of each walk, of a planar biped of seven links; what is beyond counts as an excess over a limit of one.
+        growth: Most by which neighbours should part in a return of the stride: ln of the factor. Each walk, of a
+            planar biped of seven links, costs five returns of two neighbours more; what is beyond counts as an excess
+            over a limit of one.
         goal: What the gait should do in its window: walk, stand or sit.
     """
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import msgspec
 
@@ -14,6 +14,7 @@ from biped.base.errors import InputError
 from biped.ensemble import executor
 from biped.ensemble.backend import Jobs
 from biped.ensemble.plan import Plan
+from biped.measure.trajectory import Trajectory
 from biped.robot.description import robot_at
 from biped.robot.run import Run
 from biped.scenario.gains import Gains
@@ -23,6 +24,9 @@ from biped.scenario.tune import Condition, Tune
 from biped.scenario.vary import Asked, stream, with_values
 from biped.studies.tune.neighbour import parting
 from biped.studies.tune.space import Candidate
+
+if TYPE_CHECKING:
+    from biped.measure.stored import AnyTrajectory
 
 PLANS = 64
 """Most plans kept at a time."""
@@ -127,12 +131,12 @@ class Study:
         from biped.ensemble.campaign import measured
 
         run, condition = self._run(task), self.tune.conditions[task.condition]
-        numbers = measured(run)
+        walk, numbers = measured(run)
         reached = bool(numbers[condition.goal])
-        cost = self._reached(numbers, condition, run) if reached else self._missed(numbers, condition, run)
+        cost = self._reached(numbers, condition, run, walk) if reached else self._missed(numbers, condition, run)
         return Outcome(cost, reached, numbers["speed"], numbers["cost_of_transport"])
 
-    def _reached(self, numbers: Mapping[str, Any], condition: Condition, run: Run) -> float:
+    def _reached(self, numbers: Mapping[str, Any], condition: Condition, run: Run, walk: AnyTrajectory) -> float:
         """What a run costs that did what it should."""
         weights, cost = self.tune.weights, 0.0
         if condition.goal == "walked":
@@ -143,7 +147,8 @@ class Study:
             if math.isfinite(numbers[name]):  # a stander has no cost of transport
                 cost += weights.excess * max(0.0, numbers[name] / most - 1.0)
         if condition.growth is not None:
-            grown = parting(run)  # infinite: as costly as a walk can be
+            assert isinstance(walk, Trajectory)
+            grown = parting(run, walk)  # infinite: as costly as a walk can be
             cost += weights.excess * max(0.0, grown - condition.growth)
         # However slow or costly, it is never worse than a fall.
         return min(cost, 0.5 * weights.falls) if weights.falls > 0.0 else cost

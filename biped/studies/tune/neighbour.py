@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from biped.base.errors import RunError
-from biped.ensemble.campaign import simulate_planar
+from biped.measure.trajectory import Trajectory
 from biped.robot.model import tree_at
 from biped.robot.run import Run
 from biped.robot.truth import true_tree
@@ -18,19 +18,20 @@ ALIGNED, MEASURED = 2, 3
 """Returns that turn the neighbour into the direction that grows most; those that are measured."""
 
 
-def parting(run: Run) -> float:
+def parting(run: Run, walk: Trajectory) -> float:
     """Mean growth of ln(distance) in a return of the stride, between a walk and its neighbour.
 
     The chain (`biped.studies.stability.orbit.growth`) begins at the last return of the run.
 
     Args:
         run: A run of a planar biped of seven links that walks.
+        walk: What became of it.
 
     Returns:
         The growth; infinite if the walker does not return often enough.
     """
     section = Section(run, true_tree(tree_at(run.model), run.scenario.truth))
-    seen = crossings(simulate_planar(run), section.height)
+    seen = crossings(walk, section.height)
     if len(seen.time) < 2:
         return math.inf
     z, stride = section.states(seen)[-1], float(seen.time[-1] - seen.time[-2])

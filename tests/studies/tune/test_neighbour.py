@@ -7,7 +7,9 @@ import math
 import pytest
 
 from biped.base.errors import InputError
+from biped.ensemble.campaign import simulate_planar
 from biped.ensemble.plan import Plan
+from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
 from biped.scenario.reading import read_scenario
 from biped.studies.tune.evaluate import Study
@@ -28,24 +30,25 @@ speed = 0.7
 """
 
 
-def walk(name: str, *changes: str) -> Run:
-    return Plan(read_scenario(name, ["duration=5.0", "window.start=2.0", "window.end=5.0", *changes])).run(0)
+def walk(name: str, *changes: str) -> tuple[Run, Trajectory]:
+    run = Plan(read_scenario(name, ["duration=5.0", "window.start=2.0", "window.end=5.0", *changes])).run(0)
+    return run, simulate_planar(run)
 
 
 def test_neighbours_part_where_biped_stability_says_so():
     """Q_d itself walks in a stable cycle; with the release test neighbours part by e^6.7 a return."""
-    assert parting(walk("level_normal", "actuation.mode=generalized")) < 0.0
-    assert parting(walk("robust/own")) > 2.0
-    assert parting(walk("upright/own")) == parting(walk("upright/own"))
+    assert parting(*walk("level_normal", "actuation.mode=generalized")) < 0.0
+    assert parting(*walk("robust/own")) > 2.0
+    assert parting(*walk("upright/own")) == parting(*walk("upright/own"))
 
 
 def test_who_does_not_return_parts_beyond_all_bounds():
-    assert parting(walk("calm/stand", "randomise.runs=1")) == math.inf
+    assert parting(*walk("calm/stand", "randomise.runs=1")) == math.inf
 
 
 @pytest.mark.parametrize(("growth", "costs"), [(1000.0, 0.0), (-0.02, 0.02), (-1000.0, 0.5)])
 def test_what_is_beyond_the_bound_is_an_excess_and_never_worse_than_a_fall(tmp_path, growth, costs, monkeypatch):
-    monkeypatch.setattr("biped.studies.tune.evaluate.parting", lambda run: 0.0)
+    monkeypatch.setattr("biped.studies.tune.evaluate.parting", lambda run, walk: 0.0)
     path = tmp_path / "walk.toml"
     path.write_text(WALK, encoding="utf-8")
     plain = Study(read_scenario(str(path)))
