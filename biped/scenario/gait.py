@@ -222,11 +222,31 @@ def resettled(s: Scenario, old: Settings, new: Settings, varied: set[str]) -> Sc
     for name, kind in SETTINGS.items():
         mine = getattr(s, name)
         was, will = (kind(**gait[name]) if name in gait else None for gait in (old, new))
-        free = [key for key in kind.__struct_fields__ if f"{name}.{key}" not in varied]
-        if mine == was and len(free) == len(kind.__struct_fields__):
+        if mine == was and not any(key.startswith(f"{name}.") for key in varied):
             tables[name] = will
         elif mine is not None:
-            was, will = was or kind(), will or kind()
-            moved = {key: getattr(will, key) for key in free if getattr(mine, key) == getattr(was, key)}
-            tables[name] = replace(mine, **moved)
+            tables[name] = _exchanged(mine, was or kind(), will or kind(), name, varied)
     return replace(s, **tables)
+
+
+def _exchanged(mine: Section, was: Section, will: Section, name: str, varied: set[str]) -> Section:
+    """A table with what it had of the old gait, also in tables within it, as the new one has it.
+
+    Args:
+        mine: The table.
+        was: As the old gait has it.
+        will: As the new one does.
+        name: Its dotted key.
+        varied: Dotted keys that have values of their own.
+    """
+    moved = {}
+    for key in mine.__struct_fields__:
+        dotted = f"{name}.{key}"
+        now, before, after = (getattr(table, key) for table in (mine, was, will))
+        if dotted in varied:
+            continue
+        if isinstance(now, Section) and type(now) is type(before) is type(after):
+            moved[key] = _exchanged(now, before, after, dotted, varied)
+        elif now == before:
+            moved[key] = after
+    return replace(mine, **moved)

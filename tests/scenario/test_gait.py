@@ -135,6 +135,23 @@ def test_a_setting_that_varies_itself_is_nobody_elses():
     assert [plan.run(i).scenario.sensing.knee_angle for i in (0, 1)] == [0.02, 0.03]
 
 
+PUSHING = 'extends = "normal"\nactuation.contacts = "pushing"\n[actuation.pushing]\n'
+
+
+@pytest.mark.parametrize("varied", ["", "'actuation.pushing.reach' = [0.003]\n"])
+def test_a_gait_that_varies_takes_the_numbers_of_a_table_within_a_table_along(varied):
+    """One by one: what the scenario says of one, or varies, stays."""
+    Path("p.toml").write_text(PUSHING + "regularisation = 2e-3\napproach = 0.03\n", encoding="utf-8")
+    Path("q.toml").write_text(PUSHING + "regularisation = 4e-3\nstops = false\n", encoding="utf-8")
+    text = 'controller = "p.toml"\nactuation.pushing.yielding = 6.0\n[sweep]\ncontroller = ["p.toml", "q.toml"]\n'
+    plan = Plan(*scenario(text + varied))
+    reach = 0.003 if varied else 0.002
+    assert [plan.run(i).scenario.actuation.pushing for i in (0, 1)] == [
+        Pushing(regularisation=2e-3, approach=0.03, yielding=6.0, reach=reach),
+        Pushing(regularisation=4e-3, stops=False, yielding=6.0, reach=reach),
+    ]
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
