@@ -117,6 +117,7 @@ _PUSH = np.dtype(
         ("on", "u1"),
         ("friction", "f8"), ("approach", "f8"), ("reach", "f8"), ("yielding", "f8"), ("regularisation", "f8"),
         ("counted", "i8"),  # forces that torques count on: those of points, and perhaps of stops
+        ("follow", "f8"), ("latest", "f8", NU),  # fraction of the way that torques go in a tick, and where they are
         # The sets of the latest tick, with which the next one begins: forces of the wanted motion and of the torques'
         # problem that may be positive, and torques at a limit (-1, 1).
         ("held", "u1", N_ROWS), ("pressed", "u1", N_ROWS), ("side", "i8", NU),

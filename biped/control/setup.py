@@ -8,6 +8,7 @@ import numpy as np
 
 from biped.control import record
 from biped.control.bounded import EXACT, FOREIGN
+from biped.control.smoothing import fraction
 from biped.robot.foreign import torque_limits
 from biped.robot.gravity import gravity
 from biped.robot.ground import profile_of, set_ground
@@ -87,6 +88,7 @@ def _set_pushing(push: np.void, s: Scenario, believed: Tree) -> None:
     push["friction"], push["approach"], push["reach"] = keys.friction, keys.approach, keys.reach
     push["yielding"], push["regularisation"] = keys.yielding, keys.regularisation
     push["counted"] = N_ROWS if keys.stops else STOP_ROW
+    push["follow"] = fraction(keys.smoothing, 1.0 / s.simulation.control_rate)
     push["scale"] = 1.0
     push["scale"][0, STOP_ROW:N_ROWS] = [np.hypot(*believed.joint[foot]) for foot in FOOT]
 

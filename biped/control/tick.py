@@ -15,6 +15,7 @@ from biped.control.floating import floating_torques
 from biped.control.phase import leg_states
 from biped.control.pushing import pushing_torques
 from biped.control.sensing import believe_contacts, first_belief, sense_links, sense_links_in
+from biped.control.smoothing import smooth
 from biped.control.springs import desired_forces
 from biped.measure.columns import ACTIVE, BELIEVED, HEIGHT, PHASE, Q_D, TIME, Q, U, V
 from biped.robot.ground import height_below
@@ -125,6 +126,7 @@ def _decide(record, M, q, v, log, k, time, pushing):
     desired_forces(c, q, v)
     if len(pushing) > 0:
         pushing_torques(c, M, q, v)
+        smooth(c["tick"]["u"], c["push"]["latest"], c["push"]["follow"], k == 0)
     elif c["actuation"]["generalized"] == 0:
         c["tick"]["over"] = joint_torques(c, M, q) if c["belief"]["perturbed"] else floating_torques(c, M, q)
         if c["tick"]["over"] and c["actuation"]["bounded"] == EXACT:

@@ -12,6 +12,7 @@ from biped.control.controller import ThesisLaw, law_of
 from biped.control.estimator import Inference, infer, judged
 from biped.control.law import Law, Raised
 from biped.control.loop import Control, within_line
+from biped.control.smoothing import fraction
 from biped.control.tick import GOING, LOW, TILTED
 from biped.engines.spans import push_spans
 from biped.measure.columns import Q_D, WIDTH, Q, U, V
@@ -93,7 +94,7 @@ def drive(run: Run, physics: Physics) -> Trajectory:
     law = law_of(run, tree_at(run.model), q, v, log)
     generalized = s.actuation.mode == "generalized"
     wanted, logged = (law.Q_d, Q_D) if generalized else (law.u, U)
-    follow = 1.0 if s.actuation.lag == 0.0 else 1.0 - float(np.exp(-tick / s.actuation.lag))
+    follow = fraction(s.actuation.lag, tick)
     line = _line(run)
     if physics.walk is not None and isinstance(law, ThesisLaw) and not law.python:
         pushing = (True,) if law.c["push"]["on"] else ()

@@ -19,6 +19,7 @@ class Pushing(Section, frozen=True):
         yielding: Acceleration σ [m/s²] off the ground over which a force fades out.
         regularisation: ε [1/(kg m²)], the price of torques.
         stops: Whether torques count on the knees' stops; without, a knee's own torque does what its stop would.
+        smoothing: Time constant [s] with which torques go to what is asked for; 0: at once.
     """
 
     friction: Positive = 1.0
@@ -27,6 +28,7 @@ class Pushing(Section, frozen=True):
     yielding: Positive = 8.0
     regularisation: Positive = 1e-3
     stops: bool = True
+    smoothing: Hold = 0.0
 
 
 class Actuation(Section, frozen=True):

@@ -9,7 +9,7 @@ import pytest
 from biped.engines import home
 from biped.engines import mujoco as engine
 from biped.ensemble.plan import Plan
-from biped.scenario.actuation import Actuation
+from biped.scenario.actuation import Actuation, Pushing
 from biped.scenario.change import ActuationChange, Change
 from biped.scenario.gains import Gains
 from biped.scenario.ground import Ground, Tiles
@@ -41,6 +41,8 @@ SCENES = {
                            Change(at=0.2, gains=Gains(k_d1=500.0)),
                            Change(at=0.35, actuation=ActuationChange(contacts="touching", release_force=50.0)))},
     "pushing": {"actuation": Actuation(contacts="pushing"), "controller": "calm"},
+    "pushing, smoothed": {"actuation": Actuation(contacts="pushing", pushing=Pushing(stops=False, smoothing=0.003)),
+                          "controller": "calm"},
     "pushing, lag and change": {"actuation": Actuation(contacts="pushing", lag=0.002, torque_limit=80.0),
                                 "change": (Change(at=0.2, over=0.2, gains=Gains(theta_b=80.0)),)},
     "estimator": {"model": "robot", "controller": "robot", "sensors": SENSES, "estimator": Estimator(),

@@ -44,7 +44,7 @@ _ACTUATION = np.dtype(
     [
         ("generalized", "u1"), ("limit", "f8", NU),
         ("friction", "f8"), ("approach", "f8"), ("reach", "f8"), ("yielding", "f8"), ("regularisation", "f8"),
-        ("stops", "u1"),
+        ("stops", "u1"), ("follow", "f8"),
     ],
     align=True,
 )  # fmt: skip
@@ -54,10 +54,12 @@ _MEMORY = np.dtype(
     [
         ("believed", "u1", ENDS), ("waiting", "i8", ENDS), ("phase", "i8", LEGS),
         ("held", "u1", UNKNOWNS), ("pressed", "u1", UNKNOWNS), ("side", "i8", NU),
+        ("latest", "f8", NU),
     ],
     align=True,
 )  # fmt: skip
-"""What lasts from tick to tick: contacts, ticks that a change has lasted, leg states; sets of the latest allocation."""
+"""What lasts from tick to tick: contacts, ticks that a change has lasted, leg states; sets of the latest allocation,
+and its torques."""
 
 _AT = np.dtype(
     [

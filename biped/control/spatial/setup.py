@@ -10,6 +10,7 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.control.general.law import Setup
+from biped.control.smoothing import fraction
 from biped.control.spatial import record
 from biped.control.spatial.places import Mechanics
 from biped.control.spatial.topology import BASE, BODIES, FOOT, LEG_POINTS, LEGS, NU, N
@@ -107,6 +108,7 @@ def _set_actuation(actuation: np.void, s: Scenario, limit: np.ndarray) -> None:
     actuation["limit"] = limit[:NU]
     for name in ("friction", "approach", "reach", "yielding", "regularisation", "stops"):
         actuation[name] = getattr(s.actuation.pushing, name)
+    actuation["follow"] = fraction(s.actuation.pushing.smoothing, 1.0 / s.simulation.control_rate)
 
 
 def mechanics_of(robot: General, data: mujoco.MjData) -> Mechanics:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from biped.base.jit import inner_kernel
+from biped.control.smoothing import smooth
 from biped.control.spatial.phase import leg_states
 from biped.control.spatial.places import believe_contacts, point_motion, sense_places
 from biped.control.spatial.pushing import pushing_torques
@@ -26,3 +27,4 @@ def spatial_tick(record, m, first):
     if c["actuation"]["generalized"] == 0:
         point_motion(c, m)
         c["tick"]["limited"] = pushing_torques(c, m)
+        smooth(c["tick"]["u"], c["memory"]["latest"], c["actuation"]["follow"], first)

@@ -14,6 +14,7 @@ from msgspec import structs
 from biped.control.general.law import Asked, Setup, command_of, maker_of
 from biped.control.general.sensed import Sensed
 from biped.control.law import Raised
+from biped.control.smoothing import fraction
 from biped.engines.general.account import Account
 from biped.engines.general.ground import Ground
 from biped.engines.general.notes import Notes
@@ -100,7 +101,7 @@ class _Simulation:
         planes = None if self.uneven is None else self.uneven.planes
         self.ground, self.account = Ground(self.model, self.data, self.robot, planes), Account(self.model, self.data)
         self.wanted = np.zeros(size)
-        self.follow = 1.0 if s.actuation.lag == 0.0 else 1.0 - math.exp(-self.tick / s.actuation.lag)
+        self.follow = fraction(s.actuation.lag, self.tick)
         self.split = s.simulation.integrator in _SPLIT
         self.parts = {
             name: slice(first, first + math.prod(shape)) for name, (first, shape) in columns_of(self.robot).items()

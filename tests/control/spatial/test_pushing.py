@@ -109,6 +109,24 @@ def test_without_the_stops_the_knees_torques_do_what_they_would(scene):
     assert differ > 0, "no stop bore anything: the test would not see that it does not"
 
 
+def test_smoothed_torques_go_a_fraction_of_the_way(scene):
+    u, actuation, apart = np.zeros(12), scene.c["actuation"], 0.0
+    for k, (q, v) in enumerate(some_states(scene)):
+        scene.put(q, v)
+        before = scene.c["memory"].copy()
+        actuation["follow"] = 1.0
+        spatial_tick(scene.record, scene.mechanics, k == 0)
+        asked = scene.c["tick"]["u"].copy()
+        scene.c["memory"] = before
+        actuation["follow"] = 0.4
+        spatial_tick(scene.record, scene.mechanics, k == 0)
+        u = asked if k == 0 else u + 0.4 * (asked - u)
+        assert scene.c["tick"]["u"] == pytest.approx(u, abs=1e-9)
+        apart = max(apart, np.abs(u - asked).max())
+    actuation["follow"] = 1.0
+    assert apart > 1.0, "torques hardly changed: the test would not see that they are smoothed"
+
+
 def test_a_walker_that_ground_holds_moves_as_q_d_would(scene):
     """One flat foot, nothing at a limit: twelve torques do what Q_d does to all that the ground leaves free."""
     scene.sensed(scene.q, scene.v)

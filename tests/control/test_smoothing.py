@@ -1,0 +1,37 @@
+"""Torques that go to what is asked for with a time constant."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from biped.control.smoothing import fraction, smooth
+from biped.scenario.actuation import Actuation, Pushing
+from biped.scenario.keys import Scenario, Simulation
+from tests.ticks import Bench, states
+
+PUSHING = Actuation(torque_limit=100.0, contacts="pushing")
+
+
+@pytest.mark.parametrize("tick", [0.004, 0.001, 0.00025])
+def test_a_step_is_followed_exponentially_at_any_rate(tick):
+    u, latest, asked = np.zeros(2), np.zeros(2), np.array([100.0, -40.0])
+    for k in range(1 + round(0.012 / tick)):
+        u[:] = asked if k else 0.0
+        smooth(u, latest, fraction(0.005, tick), k == 0)
+    assert u == pytest.approx(asked * (1.0 - np.exp(-0.012 / 0.005)), rel=1e-12)
+
+
+@pytest.mark.parametrize("rate", [1000.0, 250.0])
+def test_torques_go_a_fraction_of_the_way_to_those_that_both_problems_ask_for(rate):
+    simulation = Simulation(control_rate=rate)
+    at_once = Bench(Scenario(actuation=PUSHING, simulation=simulation))
+    smoothed = Bench(Scenario(actuation=replace(PUSHING, pushing=Pushing(smoothing=0.003)), simulation=simulation))
+    follow, u, apart = 1.0 - np.exp(-1.0 / rate / 0.003), np.zeros(6), 0.0
+    for k, (q, v) in enumerate(states(40, 7, speed=0.5)):
+        asked, got = at_once.tick(q, v, k), smoothed.tick(q, v, k)
+        u = asked if k == 0 else u + follow * (asked - u)
+        np.testing.assert_allclose(got, u, rtol=1e-12, atol=1e-9)
+        apart = max(apart, np.abs(got - asked).max())
+    assert apart > 10.0, "torques hardly changed: the test would not see that they are smoothed"
