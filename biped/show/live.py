@@ -18,6 +18,7 @@ from biped.robot.description import robot_at
 from biped.robot.ground import Profile, profile_of, slabs
 from biped.robot.run import Run
 from biped.scenario.push import PLANE
+from biped.show.lighting import light_evenly
 from biped.show.web import has_display
 
 if TYPE_CHECKING:
@@ -154,7 +155,7 @@ def _arrange(viewer: Any, model: mujoco.MjModel, base: str, ground: Profile) -> 
     viewer.cam.trackbodyid = model.body(base).id
     viewer.cam.distance, viewer.cam.azimuth, viewer.cam.elevation = _FAR, 90.0, _DOWN
     viewer.opt.geomgroup[3] = 1
-    model.vis.headlight.ambient[:], model.vis.headlight.diffuse[:] = 0.45, 0.5  # for looking only
+    light_evenly(model)
     scene = viewer.user_scn
     for metre in _RULER:
         place = np.array([metre, 0.0, float(ground.height(np.array(metre)))])

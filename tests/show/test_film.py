@@ -75,6 +75,16 @@ def test_a_clip_shows_the_legs_the_ground_the_forces_and_the_push(here, capsys):
 
 
 @drawing
+def test_the_ground_is_as_light_at_the_start_as_further_on(here):
+    assert main(["run", "level_normal", "--out", "whole"]) == 0
+    assert main(["video", "whole", "--out", "whole.gif", "--width", "320", "--fps", "1"]) == 0
+    drawn, _ = frames("whole.gif")
+    ground = [frame[-12:-2].mean() for frame in drawn]
+    assert max(ground) < 230, "white, as what is behind it"
+    assert np.ptp(ground) < 10
+
+
+@drawing
 def test_two_runs_side_by_side_or_as_a_ghost_and_a_slope(here):
     for name, more in (("beside", []), ("ghost", ["--ghost"])):
         argv = ["video", "one", "two", "--out", f"{name}.gif", "--width", "320", "--fps", "5", "--to", "0.4", *more]

@@ -15,6 +15,7 @@ from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
 from biped.robot.ground import slabs
 from biped.show import spatial
+from biped.show.lighting import light_evenly
 
 if TYPE_CHECKING:
     from biped.measure.stored import AnyTrajectory
@@ -78,7 +79,7 @@ class Stage:
         self._shown = shown
         # One of its own: models of a scenario are shared.
         self.model = copy(shown[0].model)
-        self.model.vis.headlight.ambient[:], self.model.vis.headlight.diffuse[:] = 0.45, 0.5
+        light_evenly(self.model)
         self.scene = mujoco.MjvScene(self.model, _GEOMS)
         for flag in ("SHADOW", "REFLECTION", "SKYBOX"):  # four times the time without a graphics card
             self.scene.flags[getattr(mujoco.mjtRndFlag, f"mjRND_{flag}")] = 0
