@@ -15,7 +15,7 @@ def leg_states(c, q):
 
     1 heel on the ground; 2 toe only; 3 in the air; 4 in the air with the knee extended and the thigh ahead of the
     other by `ahead`. A toe-only leg whose thigh still points further forward than `late_stance` has only just landed:
-    state 1.
+    state 1. One that has not, but passes the other by more than `passing`, drags its toe: state 3.
     """
     memory, sensing = c["memory"], c["sensing"]
     angle = c["at"]["angle"]
@@ -25,7 +25,10 @@ def leg_states(c, q):
         if heel:
             state = STANCE
         elif toe:
-            state = STANCE if thigh + 0.5 * math.pi + c["belief"]["tilt"] > sensing["late_stance"] else PUSH_OFF
+            if thigh + 0.5 * math.pi + c["belief"]["tilt"] > sensing["late_stance"]:
+                state = STANCE
+            else:
+                state = SWING if thigh - other > sensing["passing"] else PUSH_OFF
         elif q[KNEE[leg]] > -sensing["extended"] and thigh - other > sensing["ahead"]:
             state = EXTENDED
         else:

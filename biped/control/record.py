@@ -40,7 +40,7 @@ _SENSING = np.dtype(
     [
         ("contact_height", "f8"), ("knee_angle", "f8"),  # m, rad: when a point or knee is a candidate for A
         ("hold", "i8", 4),  # ticks before a change is believed: heel on, heel off, toe on, toe off
-        ("extended", "f8"), ("ahead", "f8"), ("late_stance", "f8"),  # rad, of the leg states
+        ("extended", "f8"), ("ahead", "f8"), ("late_stance", "f8"), ("passing", "f8"),  # rad, of the leg states
     ],
     align=True,
 )  # fmt: skip

@@ -75,6 +75,7 @@ def _set_sensing(sensing: np.void, s: Scenario) -> None:
     sensing["hold"] = [round(hold * s.simulation.control_rate) for hold in holds]
     sensing["extended"], sensing["ahead"] = keys.extended, keys.ahead
     sensing["late_stance"] = np.radians(keys.late_stance)
+    sensing["passing"] = np.inf if keys.passing is None else keys.passing
 
 
 def pushes(s: Scenario) -> bool:

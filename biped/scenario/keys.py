@@ -62,6 +62,7 @@ class Sensing(Section, frozen=True):
         extended: [rad] from its stop within which a knee counts as extended (state 4).
         ahead: [rad] by which the thigh must lead the other (state 4).
         late_stance: Degrees; a toe-only leg whose thigh still leans further forward has just landed: state 1.
+        passing: [rad]; a toe-only leg whose thigh leads the other by more drags its toe: state 3; default: never.
     """
 
     contact_height: Positive = 0.001
@@ -73,6 +74,7 @@ class Sensing(Section, frozen=True):
     extended: NonNegative = 0.05
     ahead: Real = 0.1
     late_stance: Annotated[float, Meta(gt=0, le=36000)] = 100.0
+    passing: NonNegative | None = None
 
 
 class Backstep(Section, frozen=True):

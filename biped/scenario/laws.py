@@ -25,7 +25,17 @@ class BuiltIn(NamedTuple):
 _SPATIAL: Keys = {
     "": ("controller", "gains", "change"),
     "ground": ("angles",),
-    "sensing": ("contact_height", "heel_on", "heel_off", "toe_on", "toe_off", "extended", "ahead", "late_stance"),
+    "sensing": (
+        "contact_height",
+        "heel_on",
+        "heel_off",
+        "toe_on",
+        "toe_off",
+        "extended",
+        "ahead",
+        "late_stance",
+        "passing",
+    ),
     "actuation": ("mode", "contacts", "pushing"),
 }
 

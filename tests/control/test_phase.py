@@ -59,6 +59,20 @@ def test_a_leg_that_landed_on_its_toe_is_in_stance(record, leg):
     assert state(record, leg, 0, 0, BENT, 0.0, np.radians(30.0)) == 3
 
 
+@pytest.mark.parametrize("leg", [0, 1])
+def test_a_toe_that_drags_past_the_other_leg_swings(record, leg):
+    """Only where a scenario says so, and never a leg that has just landed or stands on its heel."""
+    try:
+        record["sensing"]["passing"] = 0.07
+        assert state(record, leg, 1, 0, BENT, 0.06) == 2
+        assert state(record, leg, 1, 0, BENT, 0.08) == 3
+        assert state(record, leg, 1, 0, BENT, 0.08, np.radians(10.1)) == 1
+        assert state(record, leg, 1, 1, BENT, 0.08) == 1
+    finally:
+        record["sensing"]["passing"] = np.inf
+    assert state(record, leg, 1, 0, BENT, 3.0) == 2
+
+
 def test_late_stance_is_measured_like_the_springs(record):
     """On a slope with angles from gravity the limit tilts with them."""
     record["belief"]["tilt"] = np.radians(5.0)

@@ -17,7 +17,10 @@ def leg_states(c, q):
         if heel:
             state = STANCE
         elif toe:
-            state = STANCE if thigh > sensing["late_stance"] else PUSH_OFF
+            if thigh > sensing["late_stance"]:
+                state = STANCE
+            else:
+                state = SWING if thigh - other > sensing["passing"] else PUSH_OFF
         elif q[BASE + 1 + LEG * leg + KNEE] > -sensing["extended"] and thigh - other > sensing["ahead"]:
             state = EXTENDED
         else:

@@ -35,7 +35,14 @@ _BELIEF = np.dtype([("tilt", "f8", 2), ("hip", "f8"), ("mass", "f8"), ("shank", 
 [m] half the distance of the hips; [kg]; [m] length of a shank."""
 
 _SENSING = np.dtype(
-    [("contact_height", "f8"), ("hold", "i8", 4), ("extended", "f8"), ("ahead", "f8"), ("late_stance", "f8")],
+    [
+        ("contact_height", "f8"),
+        ("hold", "i8", 4),
+        ("extended", "f8"),
+        ("ahead", "f8"),
+        ("late_stance", "f8"),
+        ("passing", "f8"),
+    ],
     align=True,
 )
 """As in `biped.control.record`."""

@@ -101,6 +101,7 @@ def _set_sensing(sensing: np.void, s: Scenario, tick: float) -> None:
     sensing["hold"] = [round(hold / tick) for hold in holds]
     sensing["extended"], sensing["ahead"] = given.extended, given.ahead
     sensing["late_stance"] = math.radians(given.late_stance)
+    sensing["passing"] = math.inf if given.passing is None else given.passing
 
 
 def _set_actuation(actuation: np.void, s: Scenario, limit: np.ndarray) -> None:
