@@ -188,10 +188,11 @@ def test_shipped_gaits_are_used_with_their_settings():
 def test_what_a_table_within_a_table_leaves_unsaid_is_the_gait_s():
     """One key of [actuation.pushing] does not put the others back to their defaults."""
     gait = read_scenario("upright/own").actuation.pushing
-    changed = read_scenario("upright/own", ["actuation.pushing.stops=false"]).actuation.pushing
-    assert not changed.stops
-    assert replace(changed, stops=True) == gait
+    changed = read_scenario("upright/own", ["actuation.pushing.stops=true"]).actuation.pushing
+    assert changed.stops
+    assert replace(changed, stops=False) == gait
     assert gait.regularisation != Pushing().regularisation
+    assert gait.smoothing > 0.0
 
 
 def test_made_for_is_what_differs_from_the_defaults():
