@@ -64,7 +64,7 @@ def balance(t: Trajectory) -> Balance:
     r, w = whole.com - com[:, None], whole.com_velocity - velocity[:, None]
     spin = whole.rate @ t.tree.inertia + (r[..., 0] * w[..., 1] - r[..., 1] * w[..., 0]) @ mass
     inertia = t.tree.inertia.sum() + (r**2).sum(axis=-1) @ mass
-    on = t.believed.reshape(-1, LEGS, ENDS).max(axis=2) > 0.0
+    on = t.down
     x = whole.point[..., 0].reshape(-1, LEGS, ENDS)
     standing = np.repeat(on[..., None], ENDS, axis=2)
     with np.errstate(all="ignore"):

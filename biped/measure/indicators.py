@@ -10,12 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from biped.measure.balance import PHASES, Balance, balance, spells
-from biped.measure.metrics.gait import strikes
 from biped.measure.metrics.pushed import push_work
 from biped.measure.signals import centre_velocity, foot_force, toes_and_heels
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
-from biped.robot.leg_states import FIRST_IN_AIR
 from biped.robot.topology import HEEL
 
 LEAST_RUNS, MOST_FAILED = 10, 0.3
@@ -68,7 +66,7 @@ def _of_balance(t: Trajectory, b: Balance) -> dict[str, Indicator]:
             there = [part for s in found if len(part := inside[s][np.isfinite(inside[s])])]
             if there:
                 out |= _against_support(point, name, there)
-    steps = [row for row, _ in strikes(t.phase, t.tick)]
+    steps = [row for row, _ in t.strikes]
     margins = [float(b.margin[row]) for row in steps if np.isfinite(b.margin[row])]
     if margins:
         out["margin_of_stability"] = Indicator(margins)
@@ -134,11 +132,10 @@ def gait_events(t: Trajectory) -> dict[str, list[float]]:
     """Heel strikes and toe offs [s] by EuroBench's labels: a foot comes down, and leaves the ground."""
     out: dict[str, list[float]] = {}
     for leg, side in enumerate("rl"):
-        air = t.phase[:, leg] > FIRST_IN_AIR
-        came = [row for row, which in strikes(t.phase, t.tick) if which == leg]
-        # Toe off is the last one before each strike: a foot that bounces has not left yet.
-        left = [int(np.flatnonzero(np.diff(air[:row].astype(int)) > 0)[-1]) + 1 for row in came
-                if (np.diff(air[:row].astype(int)) > 0).any()]  # fmt: skip
+        down = t.down[:, leg]
+        came = [row for row, which in t.strikes if which == leg]
+        lifts = np.flatnonzero(down[:-1] & ~down[1:]) + 1
+        left = [int(lifts[lifts < row][-1]) for row in came if (lifts < row).any()]
         out[f"{side}_heel_strike"] = [float(t.time[row]) for row in came]
         out[f"{side}_toe_off"] = [float(t.time[row]) for row in left]
     return out
@@ -146,7 +143,7 @@ def gait_events(t: Trajectory) -> dict[str, list[float]]:
 
 def gait_parameters(t: Trajectory) -> dict[str, float]:
     """EuroBench's gait parameters by label (its spelling), means over the run; one that does not exist is left out."""
-    steps = strikes(t.phase, t.tick)
+    steps = t.strikes
     point = toes_and_heels(t)
     b = balance(t) if t.flat and isinstance(t, Trajectory) else None
     out: dict[str, float] = {}

@@ -5,9 +5,13 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
+
+from biped.measure.contact import Strike, feet_down, strikes_of
+from biped.robot.gravity import GRAVITY
 
 Columns = Mapping[str, tuple[int, tuple[int, ...]]]
 """First column of each quantity in a log, and its shape."""
@@ -36,6 +40,16 @@ class Logged(ABC):
     def width(self) -> int:
         """Columns of the log, a law's own signals aside."""
 
+    @property
+    @abstractmethod
+    def mass(self) -> float:
+        """[kg] of the whole robot."""
+
+    @property
+    @abstractmethod
+    def foot_force(self) -> np.ndarray:
+        """(n, 2) [N] normal force of the ground under each foot."""
+
     @abstractmethod
     def rows(self, which: slice | np.ndarray, **changes: Any) -> Self:
         """Some rows as a trajectory of its own, with other attributes changed."""
@@ -54,6 +68,20 @@ class Logged(ABC):
     def time(self) -> np.ndarray:
         """(n,) [s]."""
         return self.column("time")
+
+    @cached_property
+    def down(self) -> np.ndarray:
+        """(n, 2) whether each foot is on the ground, by the ground's force (`biped.measure.contact`)."""
+        return feet_down(self.foot_force, self.mass * GRAVITY, self.tick)
+
+    @cached_property
+    def strikes(self) -> list[Strike]:
+        """Foot strikes (row, foot) of the whole run, in time order."""
+        return strikes_of(self.down, self.tick)
+
+    def strikes_in(self, span: slice) -> list[Strike]:
+        """Foot strikes (row, foot) within a span of rows; rows are those of the run."""
+        return [strike for strike in self.strikes if span.start <= strike[0] < span.stop]
 
     @property
     def signals(self) -> dict[str, np.ndarray]:

@@ -16,7 +16,7 @@ from biped.measure.columns import COLUMNS, UNITS, WIDTH
 from biped.measure.logged import Columns, Logged
 from biped.robot.description import Robot, robot_at
 from biped.robot.ground import LEVEL, Profile, profile_from
-from biped.robot.topology import BASE
+from biped.robot.topology import BASE, ENDS, LEGS
 from biped.robot.tree import Tree
 from biped.scenario.ground import Seat
 
@@ -140,6 +140,16 @@ class Trajectory(Logged):
     def stop(self) -> np.ndarray:
         """(n, 2) [N m] torques of the knee stops, right and left."""
         return self.column("stop")
+
+    @property
+    def mass(self) -> float:
+        """[kg] of the whole biped."""
+        return float(self.tree.mass.sum())
+
+    @property
+    def foot_force(self) -> np.ndarray:
+        """(n, 2) [N] normal force of the ground under the right and the left foot."""
+        return self.force[:, :, 1].reshape(-1, LEGS, ENDS).sum(axis=2)
 
     @property
     def flat(self) -> bool:

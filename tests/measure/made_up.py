@@ -20,6 +20,19 @@ def steady(**columns):
 
 def borne(t: Trajectory) -> Trajectory:
     """The run with its weight on the right foot and no energy that comes from nowhere."""
-    t.column("believed")[:, :2] = 1.0
-    t.column("force")[:, :2, 1] = 0.5 * WEIGHT
+    return standing(t, np.tile([True, False], (len(t), 1)))
+
+
+def standing(t: Trajectory, down: np.ndarray) -> Trajectory:
+    """The run with its weight on the feet (n, 2) that are down, half of a foot's on the toe and half on the heel."""
+    share = down / np.maximum(down.sum(axis=1, keepdims=True), 1)
+    t.column("force")[:, :, 1] = 0.5 * WEIGHT * np.repeat(share, 2, axis=1)
     return t
+
+
+def lifted(n: int, *swings: tuple[int, int, int]) -> np.ndarray:
+    """(n, 2) both feet down but for swings (first row, row of the strike, foot)."""
+    down = np.ones((n, 2), dtype=bool)
+    for start, end, foot in swings:
+        down[start:end, foot] = False
+    return down

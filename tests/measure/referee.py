@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from biped.measure.metrics.energy import energy
-from biped.measure.metrics.gait import strikes
-from biped.measure.metrics.ground import centre_of_pressure
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY, gravity
-from biped.robot.leg_states import FIRST_IN_AIR
 from biped.robot.topology import ANKLE, BASE, HEEL, HIP, KNEE, LEGS, NQ, PITCH, SEGMENTS, THIGH, TOE, TORSO
 from biped.robot.tree import Motion, motion
 
@@ -135,12 +133,13 @@ def stride(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
     x, vx, time = t.q[span, 0], t.v[span, 0], t.time[span]
     seconds = float(time[-1] - time[0]) or math.nan  # a run that ended in its first tick has no rates
     speed = float(x[-1] - x[0]) / seconds
-    phase, believed, active = t.phase[span], t.believed[span], t.active[span]
-    steps = strikes(phase, t.tick)
-    place = whole.point[span, :, 0]
-    legs = np.array([leg for _, leg in steps])
+    phase, active = t.phase[span], t.active[span]
+    down = standing(t)
+    steps = [step for step in strikes(down, t.tick) if span.start <= step[0] < span.stop]
+    place = whole.point[:, :, 0]
+    legs = [leg for _, leg in steps]
     lengths = [abs(place[row, HEEL[leg]] - place[row, HEEL[1 - leg]]) for row, leg in steps]
-    right, left = (believed[:, [toe, heel]].any(axis=1) for toe, heel in zip(TOE, HEEL, strict=True))
+    right, left = down[span].T
     lean = -np.degrees(t.q[span, PITCH]) - t.slope
     return {
         "speed": speed,
@@ -149,7 +148,11 @@ def stride(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
         "step_length": float(np.mean(lengths)) if lengths else math.nan,
         "step_frequency": len(steps) / seconds,
         "steps": len(steps),
-        "alternation": float(np.mean(legs[1:] != legs[:-1])) if len(legs) > 1 else math.nan,
+        "alternation": float(np.mean([a != b for a, b in pairwise(legs)])) if len(legs) > 1 else math.nan,
+        "step_duration": float(np.mean([t.tick * (b - a) for (a, _), (b, _) in pairwise(steps)]))
+        if len(legs) > 1
+        else math.nan,
+        "duty": float(0.5 * (np.mean(right) + np.mean(left))),
         "strayed": float(np.abs(x - x.mean()).max()),
         "double_support": float(np.mean(right & left)),
         "flight": float(np.mean(~right & ~left)),
@@ -161,32 +164,63 @@ def stride(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
 
 
 def contact(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
-    force = t.force[span]
-    normal = force[..., 1]
+    normal = t.force[span, :, 1]
     distance = travelled(t, span)
-    sliding = np.abs(whole.point_velocity[span, :, 0]) * (normal > 1.0)
-    pressure = centre_of_pressure(force)
+    sliding, pressure = 0.0, []
+    for toe, heel in zip(TOE, HEEL, strict=True):
+        for row in range(len(normal)):
+            total = normal[row, toe] + normal[row, heel]
+            if total <= 0.01 * t.mass * 9.81:
+                continue
+            pressure.append(normal[row, toe] / total)
+            if row + 1 < len(normal):
+                here, there = whole.point[span][row], whole.point[span][row + 1]
+                moved = np.abs(there - here)[:, 0]
+                sliding += (normal[row, toe] * moved[toe] + normal[row, heel] * moved[heel]) / total
     weight = float(t.tree.mass.sum()) * -gravity(t.slope)[1]
     return {
         "support": float(normal.sum(axis=1).mean() / weight),
-        "centre_of_pressure": float(np.nanmean(pressure)) if np.isfinite(pressure).any() else math.nan,
-        "slip": float(sliding.sum() * t.tick / distance),
+        "centre_of_pressure": float(np.mean(pressure)) if pressure else math.nan,
+        "slip": float(sliding / distance),
         "clearance": _clearance(t, whole, span),
     }
 
 
 def _clearance(t: Trajectory, whole: Motion, span: slice) -> float:
-    lowest, least = math.nan, round(0.1 / t.tick)
+    lowest, least, down = math.nan, round(0.1 / t.tick), standing(t)[span]
     for leg in range(LEGS):
-        air = np.concatenate([[0], (t.phase[span, leg] > FIRST_IN_AIR).astype(int), [0]])
-        starts, ends = np.flatnonzero(np.diff(air) > 0), np.flatnonzero(np.diff(air) < 0)
-        for start, end in zip(starts, ends, strict=True):
-            if end - start < least:
+        for start, end in spells(~down[:, leg]):
+            if end - start < least or start == 0 or end == len(down):
                 continue
             quarter = (end - start) // 4
             height = whole.point[span, TOE[leg] : HEEL[leg] + 1, 1][start + quarter : end - quarter].min()
             lowest = float(np.fmin(lowest, height))
     return lowest
+
+
+def spells(on: np.ndarray) -> list[tuple[int, int]]:
+    edges = np.diff(np.concatenate([[0], on.astype(int), [0]]))
+    return list(zip(np.flatnonzero(edges > 0).tolist(), np.flatnonzero(edges < 0).tolist(), strict=True))
+
+
+def standing(t: Trajectory) -> np.ndarray:
+    """(n, 2) feet on the ground: above 1 % of the weight, gaps and touches of less than 50 ms aside."""
+    least, n = round(0.05 / t.tick), len(t)
+    down = np.stack([t.force[:, [toe, heel], 1].sum(axis=1) > 0.01 * t.mass * 9.81
+                     for toe, heel in zip(TOE, HEEL, strict=True)], axis=1)  # fmt: skip
+    for leg in range(LEGS):
+        for value in (False, True):
+            for start, end in spells(down[:, leg] == value):
+                if end - start < least and start > 0 and end < n:
+                    down[start:end, leg] = not value
+    return down
+
+
+def strikes(down: np.ndarray, tick: float) -> list[tuple[int, int]]:
+    return sorted(
+        (end, leg) for leg in range(LEGS) for start, end in spells(~down[:, leg])
+        if end < len(down) and end - start >= round(0.05 / tick)
+    )  # fmt: skip
 
 
 def momentum_residual(t: Trajectory, whole: Motion) -> float:

@@ -1,4 +1,4 @@
-"""Steps and leg states: of known phases, of mirrored runs, at any rate of rows."""
+"""Steps and leg states: of known contacts, of mirrored runs, at any rate of rows."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from biped.measure.contact import feet_down, strikes_of, swings_of
 from biped.measure.metrics import measure
-from biped.measure.metrics.gait import commonest_cycle, strikes
+from biped.measure.metrics.gait import commonest_cycle
 from biped.measure.metrics.walking import walked
 from biped.measure.trajectory import Trajectory
-from tests.measure.made_up import borne, steady
+from tests.measure.made_up import WEIGHT, lifted, standing, steady
 from tests.runs import made, mirrored, synthetic
 
 
@@ -25,30 +26,54 @@ def test_leg_states_of_the_mirrored_run_are_the_other_legs():
     assert mirror["cycle"] in "-".join(map(str, changes))
 
 
-def test_strikes_of_known_phases():
-    phase = np.ones((1000, 2))
-    phase[100:300, 0] = 3
-    phase[250:300, 0] = 4
-    phase[400:600, 1] = 3
-    phase[700:740, 0] = 3  # a bounce of 40 rows
-    phase[900:, 1] = 3  # not yet down
-    assert strikes(phase, 0.001) == [(300, 0), (600, 1)]
+def test_strikes_of_known_contacts():
+    down = lifted(1000, (100, 300, 0), (400, 600, 1), (700, 740, 0), (900, 1000, 1))  # a bounce; not yet down
+    t = standing(synthetic(1.0), down)
+    assert t.strikes == [(300, 0), (600, 1)]
+    down[700:740, 0] = True
+    np.testing.assert_array_equal(t.down, down)
+    assert [swings_of(t.down, foot) for foot in (0, 1)] == [[slice(100, 300)], [slice(400, 600)]]
+
+
+def test_contacts_that_chatter_are_contacts():
+    """Every third tick alone bears force, as rigid feet do; a toe touches 20 ms in a swing."""
+    down = lifted(1000, (300, 500, 0))
+    chattering = down & (np.arange(1000) % 3 == 0)[:, None]
+    chattering[400:420, 0] = True
+    t = standing(synthetic(1.0), chattering)
+    assert t.strikes == [(501, 0)]
+    for rows in (slice(0, 295), slice(300, 498), slice(501, 995)):  # to the tick that bore force last
+        np.testing.assert_array_equal(t.down[rows], down[rows])
+
+
+def test_what_a_law_believes_and_senses_changes_no_number():
+    """The judge is never the accused: leg states, believed contacts and sensed heights are the law's."""
+    t = made("long")
+    honest = measure(t, (1.0, 5.0))
+    lied = replace(t, log=t.log.copy())
+    rng = np.random.default_rng(5)
+    for name in ("phase", "believed", "active", "height"):
+        lied.column(name)[:] = rng.integers(0, 5, lied.column(name).shape)
+    fooled = measure(lied, (1.0, 5.0))
+    assert honest["switches"] != fooled["switches"]
+    for name in honest.keys() - {"switches", "constraint_switches", "leg_states"}:
+        np.testing.assert_equal(fooled[name], honest[name], name)
 
 
 def test_steps_and_support_of_known_contacts():
-    believed, phase = np.ones((2000, 4)), np.ones((2000, 2))
-    believed[1100:1300, :2], phase[1100:1300, 0] = 0, 3
-    believed[1500:1800, :2], phase[1500:1800, 0] = 0, 3  # the same leg: with both, errors of either would cancel
-    t = steady(believed=believed, phase=phase)
+    # The same leg twice: with both, errors of either would cancel.
+    t = standing(steady(), lifted(2000, (1100, 1300, 0), (1500, 1800, 0)))
     t.q[:, 3], t.q[:, 6] = 0.3, -0.3  # right thigh ahead
     t.q[:, 5], t.q[:, 8] = -0.3, 0.3  # feet flat
     numbers = measure(t, (1.0, 2.0))
     assert numbers["steps"] == 2
     assert numbers["step_frequency"] == pytest.approx(2 / 0.999)
+    assert numbers["step_duration"] == pytest.approx(0.5)
     assert numbers["step_length"] == pytest.approx(2 * math.sin(0.3) * 0.491 * 1.8, rel=1e-9)
     assert numbers["double_support"] == pytest.approx(0.5)
+    assert numbers["duty"] == pytest.approx(0.75)
     assert numbers["flight"] == 0.0
-    assert numbers["switches"] == pytest.approx(4 / 0.999)
+    assert numbers["alternation"] == 0.0
 
 
 def test_leg_state_cycle():
@@ -73,8 +98,8 @@ def test_metrics_count_seconds_not_rows(rate):
     """One run, its rows taken at another rate: every duration and every step stays what it was."""
     t = made("long")
     other = resampled(t, rate)
-    assert len(strikes(other.phase, other.tick)) == len(strikes(t.phase, t.tick)) >= 4
-    for (row, leg), (there, same) in zip(strikes(t.phase, t.tick), strikes(other.phase, other.tick), strict=True):
+    assert len(other.strikes) == len(t.strikes) >= 4
+    for (row, leg), (there, same) in zip(t.strikes, other.strikes, strict=True):
         assert leg == same
         assert there * other.tick == pytest.approx(row * t.tick, abs=2.1e-3)
     one, two = measure(t, (1.0, 5.0)), measure(other, (1.0, 5.0))
@@ -90,13 +115,12 @@ def test_bounces_and_swings_are_told_apart_by_seconds():
     """A foot 40 ms in the air has bounced, one of 60 ms stepped; a swing of 90 ms has no clearance, one of 110 has."""
     for rate in (500, 1000, 2000, 4000):
         for ms, stepped in ((40, 0), (60, 1)):
-            phase = np.ones((rate, 2))
-            phase[rate // 10 : rate // 10 + ms * rate // 1000, 0] = 3
-            assert len(strikes(phase, 1.0 / rate)) == stepped, (rate, ms)
+            force = np.full((rate, 2), 100.0)
+            force[rate // 10 : rate // 10 + ms * rate // 1000, 0] = 0.0
+            assert len(strikes_of(feet_down(force, WEIGHT, 1.0 / rate), 1.0 / rate)) == stepped, (rate, ms)
         for ms, cleared in ((90, False), (110, True)):
-            phase = np.ones((1000, 2))
-            phase[100 : 100 + ms, 0] = 3
-            t = resampled(borne(synthetic(1.0, q=[0.0, 1.3, *[0.0] * 7], phase=phase)), rate)
+            still = synthetic(1.0, q=[0.0, 1.3, *[0.0] * 7])
+            t = resampled(standing(still, lifted(1000, (100, 100 + ms, 0))), rate)
             assert math.isfinite(measure(t, (0.0, 1.0))["clearance"]) == cleared, (rate, ms)
 
 

@@ -17,6 +17,7 @@ from biped.scenario.keys import Scenario
 from biped.scenario.metrics import METRICS
 from biped.scenario.push import Push
 from biped.scenario.pushing import pieces
+from tests.measure.made_up import lifted, standing
 from tests.runs import made, synthetic
 
 STEP = 0.5
@@ -26,13 +27,11 @@ def walk(speeds: list[float], pushes: tuple[tuple, ...]) -> Trajectory:
     """Steps of half a second, each at its own speed; feet come down in turn at the end of each."""
     ticks = round(STEP * 1000)
     v = np.repeat(speeds, ticks)
-    phase = np.ones((len(v), 2))
-    for i in range(len(speeds)):
-        phase[i * ticks + 100 : (i + 1) * ticks, i % 2] = 3
+    swings = [(i * ticks + 100, (i + 1) * ticks, i % 2) for i in range(len(speeds))]
     q = np.zeros((len(v), 9))
     q[:, 0] = np.concatenate([[0.0], np.cumsum(v)[:-1]]) * 1e-3
     q[:, 1] = 1.0
-    t = synthetic(len(v) * 1e-3, q=q, phase=phase)
+    t = standing(synthetic(len(v) * 1e-3, q=q), lifted(len(v), *swings))
     return replace(t, pushes=pushes, end="completed")
 
 

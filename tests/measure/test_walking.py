@@ -9,18 +9,18 @@ import numpy as np
 
 from biped.measure.metrics import measure
 from biped.measure.trajectory import Trajectory
-from tests.measure.made_up import WEIGHT, borne, steady
+from tests.measure.made_up import WEIGHT, borne, lifted, standing, steady
 from tests.runs import synthetic
 
+STEPS = ((1600, 1800, 0), (2000, 2200, 1), (2400, 2600, 0))
+"""Swings: first row, row of the strike, foot."""
 
-def walking(**columns) -> Trajectory:
+
+def walking(swings=STEPS) -> Trajectory:
     """Three seconds at 0.5 m/s with a step of the right leg, then of the left, then of the right."""
-    phase = np.ones((3000, 2))
-    for start, leg in ((1600, 0), (2000, 1), (2400, 0)):
-        phase[start : start + 200, leg] = 3
     q, v = np.zeros((3000, 9)), np.zeros((3000, 9))
     q[:, 0], q[:, 1], v[:, 0] = 0.5 * np.arange(3000) * 0.001, 1.3, 0.5
-    return borne(synthetic(3.0, **({"q": q, "v": v, "phase": phase} | columns)))
+    return standing(synthetic(3.0, q=q, v=v), lifted(3000, *swings))
 
 
 def test_a_walk_is_steps_on_the_ground():
@@ -28,18 +28,17 @@ def test_a_walk_is_steps_on_the_ground():
     walk = measure(walking(), window)
     assert (walk["walked"], walk["stood"], walk["falls"], walk["doubtful"]) == (1, 0, 0, 0)
     assert walk["alternation"] == 1.0
-    sliding = walking(phase=np.ones((3000, 2)))
+    sliding = walking(())
     assert measure(sliding, window)["walked"] == 0, "no step at all"
-    hopping = walking()
-    hopping.phase[:, 1] = 1
+    hopping = walking(STEPS[::2])
     assert measure(hopping, window)["walked"] == 0, "one leg only"
     flying = walking()
-    flying.column("believed")[1500:2000] = 0.0
+    flying.column("force")[1500:2000] = 0.0
     assert measure(flying, window)["walked"] == 0, "a third of the window in the air"
     carried = walking()
-    carried.column("force")[:, :2, 1] = 0.35 * WEIGHT
-    lifted = measure(replace(carried, pushes=((0.0, 3.0, 0.0, 0.3 * WEIGHT, "torso"),)), window)
-    assert (lifted["walked"], lifted["doubtful"]) == (0, 0), "carried by something else"
+    carried.column("force")[:, :, 1] *= 0.7
+    hung = measure(replace(carried, pushes=((0.0, 3.0, 0.0, 0.3 * WEIGHT, "torso"),)), window)
+    assert (hung["walked"], hung["doubtful"]) == (0, 0), "carried by something else"
     slow = walking()
     slow.q[:, 0] *= 0.5
     assert measure(slow, window)["walked"] == 0
@@ -63,6 +62,6 @@ def test_standing_is_more_than_staying_up():
     assert measure(steady(), (1.0, 2.0))["stood"] == 0
     swaying = borne(synthetic(2.0, q=np.outer(0.11 * np.sin(np.pi * np.arange(2000) / 500), np.eye(9)[0])))
     assert measure(swaying, (0.0, 2.0))["stood"] == 0
-    steps = np.outer(1 + 2 * (np.arange(2000) % 500 > 250), [1, 0])
-    stepping = borne(synthetic(2.0, q=[0.0, 1.3, *[0.0] * 7], phase=steps))
+    swings = [(250 + start, 500 + start, 0) for start in range(0, 1500, 500)]
+    stepping = standing(synthetic(2.0, q=[0.0, 1.3, *[0.0] * 7]), lifted(2000, *swings))
     assert measure(stepping, (0.0, 2.0))["stood"] == 0

@@ -7,39 +7,31 @@ from itertools import pairwise
 
 import numpy as np
 
-from biped.measure.general.gait import courses, foot_places, strikes_of, travelled
+from biped.measure.contact import LOADED, feet_down
+from biped.measure.general.gait import along_feet, courses, foot_places, travelled
 from biped.measure.general.trajectory import GeneralTrajectory
-from biped.measure.metrics.rows import LOADED
+from biped.measure.metrics.ground import centre_of_pressure, clearance, slid
 from biped.robot.gravity import GRAVITY
-
-_SWING = 0.1
-"""[s] in the air from which a swing has a clearance."""
 
 
 def contact(t: GeneralTrajectory, span: slice) -> dict[str, float]:
-    """Support, slip and clearance over a span of rows."""
-    weight = -t.robot.mass * t.gravity[2]
-    moved = np.linalg.norm(np.diff(t.point[span, :, :2], axis=0), axis=2)
-    sliding = moved[t.force[span][:-1, :, 2] > LOADED].sum()
+    """Support, centre of pressure, slip and clearance over a span of rows."""
+    weight, least, of_foot = -t.robot.mass * t.gravity[2], LOADED * t.mass * GRAVITY, t.robot.of_foot
+    normal = t.force[span][:, :, 2]
+    pressure = centre_of_pressure(normal, of_foot, along_feet(t.robot), least)
     return {
         "support": float(t.ground_force[span, 2].mean() / weight),
-        "slip": float(sliding / travelled(t, span)),
-        "clearance": _clearance(t, span),
+        "centre_of_pressure": float(np.nanmean(pressure)) if np.isfinite(pressure).any() else math.nan,
+        "slip": slid(t.point[span, :, :2], normal, of_foot, least) / travelled(t, span),
+        "clearance": clearance(t, span, t.above, of_foot),
         **({} if t.robot.planar else {"margin_of_stability": margin_of_stability(t, span)}),
     }
 
 
-def _clearance(t: GeneralTrajectory, span: slice) -> float:
-    """Lowest point of a foot in the middle half of its swings [m]: the smallest over the window's swings."""
-    lowest, least, feet = math.nan, round(_SWING / t.tick), t.robot.of_foot
-    for foot in range(len(t.robot.feet)):
-        edges = np.diff(np.concatenate([[0], (~t.down[span, foot]).astype(int), [0]]))
-        for start, end in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
-            if end - start >= least:
-                quarter = (end - start) // 4
-                height = t.above[span][start + quarter : end - quarter, feet == foot].min()
-                lowest = float(np.fmin(lowest, height))
-    return lowest
+def bearing(t: GeneralTrajectory) -> np.ndarray:
+    """(n, P) whether each contact point bears its share of what makes a foot loaded (`biped.measure.contact`)."""
+    points = np.bincount(t.robot.of_foot)[t.robot.of_foot]
+    return feet_down(t.force[:, :, 2] * points, t.mass * GRAVITY, t.tick)
 
 
 def extrapolated(t: GeneralTrajectory) -> np.ndarray:
@@ -78,11 +70,11 @@ def margin_of_stability(t: GeneralTrajectory, span: slice) -> float:
     aside = np.stack([-np.sin(heading), np.cos(heading)], axis=1)
     reach = (t.point[:, :, :2] * aside[:, None]).sum(axis=2)
     at = (extrapolated(t) * aside).sum(axis=1)
-    touching = t.contact > 0.0
+    touching = bearing(t)
     left = np.where(touching, reach, -np.inf).max(axis=1) - at
     right = at - np.where(touching, reach, np.inf).min(axis=1)
     margin = np.where(touching.any(axis=1), np.minimum(left, right), np.nan)
-    # By what touches, as the edges are: a foot a hair above the ground is down, but bounds nothing.
+    # By what bears, as the edges are: a foot that lost its force for a moment is down, but bounds nothing.
     standing = np.stack([touching[:, t.robot.of_foot == foot].any(axis=1) for foot in range(len(t.robot.feet))], axis=1)
     single = standing.sum(axis=1) == 1
     if single[span].any():
@@ -91,7 +83,7 @@ def margin_of_stability(t: GeneralTrajectory, span: slice) -> float:
         middle = (foot_places(t)[:, :, :2] * aside[:, None]).sum(axis=2)
         outer_left = np.take_along_axis(middle, foot[:, None], 1)[:, 0] > middle.mean(axis=1)
         margin = np.where(single, np.where(outer_left, left, right), margin)
-    cuts = [span.start, *(row for row, _ in strikes_of(t) if span.start < row < span.stop), span.stop]
+    cuts = [span.start, *(row for row, _ in t.strikes if span.start < row < span.stop), span.stop]
     least = [float(np.nanmin(margin[a:b])) for a, b in pairwise(cuts)
              if np.isfinite(margin[a:b]).any()]  # fmt: skip
     return float(np.mean(least)) if least else math.nan

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from biped.measure.general.gait import foot_places, strikes_of
+from biped.measure.general.gait import heel_places
 from biped.measure.general.trajectory import GeneralTrajectory
 from biped.measure.metrics.pushed import STEP_NAMES, STEPS, Impact, merged, recovery
 from biped.robot.gravity import GRAVITY
@@ -31,10 +31,9 @@ def pushed(t: GeneralTrajectory) -> dict[str, float]:
     if not found:
         return {}
     strongest = max((size(np.array(push.impulse)) for push in found), key=abs)
-    steps = strikes_of(t)
-    rows = np.array([row for row, _ in steps], dtype=int)
-    place = foot_places(t)[rows]
-    lengths = np.abs(place[:, 0, 0] - place[:, 1, 0])
+    rows = np.array([row for row, _ in t.strikes], dtype=int)
+    heel = heel_places(t)[rows]
+    lengths = np.abs(heel[:, 0] - heel[:, 1])
     after = lengths[t.time[rows] >= found[-1].end - 1e-9][:STEPS]
     mass = t.robot.mass
     back = math.nan

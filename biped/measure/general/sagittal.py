@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from biped.measure.contact import Strike, strikes_of
 from biped.measure.general.gait import leans
 from biped.measure.general.trajectory import GeneralTrajectory
 from biped.robot.ground import LEVEL, Profile
@@ -59,6 +60,7 @@ class Sagittal:
     """What is seen of a run; attributes as of `biped.measure.trajectory.Trajectory`.
 
     Attributes:
+        down: (n, 2) whether each foot is on the ground.
         com_velocity: (n, 2) [m/s] of the centre of mass.
         pushes: (start [s], end [s], force forward, to the left and up [N], body).
         own: (n, signals) what the law logged.
@@ -70,6 +72,7 @@ class Sagittal:
     v: np.ndarray
     applied: np.ndarray
     phase: np.ndarray
+    down: np.ndarray
     believed: np.ndarray
     active: np.ndarray
     force: np.ndarray
@@ -92,6 +95,11 @@ class Sagittal:
 
     def __len__(self) -> int:
         return len(self.time)
+
+    @property
+    def strikes(self) -> list[Strike]:
+        """Foot strikes (row, foot), in time order."""
+        return strikes_of(self.down, self.tick)
 
     @property
     def flat(self) -> bool:
@@ -118,7 +126,7 @@ class Sagittal:
         return replace(self, **{name: getattr(self, name)[which] for name in _ARRAYS}, **changes)
 
 
-_ARRAYS = ("time", "q", "v", "applied", "phase", "believed", "active", "force", "place", "com_velocity", "own")
+_ARRAYS = ("time", "q", "v", "applied", "phase", "down", "believed", "active", "force", "place", "com_velocity", "own")
 
 
 def sagittal(t: GeneralTrajectory) -> Sagittal:
@@ -147,7 +155,7 @@ def sagittal(t: GeneralTrajectory) -> Sagittal:
         names[column] = t.torque_limit[drive]
     v = np.gradient(q, t.tick, axis=0) if n > 1 else np.zeros_like(q)
     return Sagittal(
-        time=t.time, q=q, v=v, applied=applied, phase=_phases(t),
+        time=t.time, q=q, v=v, applied=applied, phase=_phases(t), down=t.down,
         believed=believed.reshape(n, -1), active=np.zeros((n, N_CONSTRAINTS)), force=force.reshape(n, -1, 2),
         place=place, com_velocity=t.com_velocity[:, [0, 2]],
         own=t.log[:, t.width :], tick=t.tick, slope=t.slope, generalized=t.generalized,

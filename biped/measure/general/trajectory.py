@@ -18,8 +18,6 @@ from biped.measure.logged import Logged
 from biped.robot.general.facts import General
 from biped.robot.ground import LEVEL, Profile, profile_from
 
-NEAR = 0.001
-"""[m] above the ground within which a contact point is on it, as in `sensing.contact_height`."""
 KIND = "general"
 """What a file says that it is a trajectory of."""
 
@@ -195,10 +193,15 @@ class GeneralTrajectory(Logged):
         ).reshape(-1, 3, 3)  # fmt: skip
 
     @property
-    def down(self) -> np.ndarray:
-        """(n, 2) whether each foot is on the ground: touches it, or is as near as a contact that chatters comes."""
-        feet, near = self.robot.of_foot, (self.contact > 0.0) | (self.above < NEAR)
-        return np.stack([near[:, feet == i].any(axis=1) for i in range(len(self.robot.feet))], axis=1)
+    def mass(self) -> float:
+        """[kg] of the whole robot."""
+        return self.robot.mass
+
+    @property
+    def foot_force(self) -> np.ndarray:
+        """(n, 2) [N] normal force of the ground under each foot."""
+        feet, normal = self.robot.of_foot, self.force[:, :, 2]
+        return np.stack([normal[:, feet == i].sum(axis=1) for i in range(len(self.robot.feet))], axis=1)
 
     @property
     def above(self) -> np.ndarray:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from biped.measure.metrics.gait import strikes, travelled
+from biped.measure.metrics.gait import travelled
 from biped.measure.metrics.sums import Sums
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY, gravity
@@ -72,7 +72,7 @@ def loss_per_step(t: Trajectory, window: tuple[float, float]) -> float:
     work = float((t.applied[first:last] * np.diff(t.q[first : last + 1], axis=0)).sum())
     damped = float((t.tree.damping * t.v[first:last, BASE:] ** 2).sum() * t.tick)
     before, after = energy(t.tree, t.q[[first, last]], t.v[[first, last]], t.slope)
-    steps = sum(first < row <= last for row, _ in strikes(t.phase, t.tick))
+    steps = sum(first < row <= last for row, _ in t.strikes)
     return (work - damped - float(after - before)) / steps if steps else math.nan
 
 

@@ -4,48 +4,47 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Sequence
 
 import numpy as np
 
+from biped.measure.logged import Logged
 from biped.measure.metrics.sums import Sums
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
-from biped.robot.leg_states import FIRST_IN_AIR, STANCE
-from biped.robot.topology import HEEL, LEGS
-
-_AIR = FIRST_IN_AIR + 1
-"""Leg states from this on are in the air."""
-
+from biped.robot.leg_states import STANCE
+from biped.robot.topology import HEEL
 
 MOVED = 0.1
 """[m] that must be travelled in the window for numbers per distance."""
-_BOUNCE = 0.05
-"""[s] in the air below which a foot has only bounced."""
 
 
-def strikes(phase: np.ndarray, tick: float) -> list[tuple[int, int]]:
-    """Foot strikes (row, leg), in time order: a leg comes down after the other leg's last strike or its own swing.
+def stepping(t: Logged, span: slice, heel: np.ndarray) -> dict[str, float]:
+    """Steps and support phases over a span of rows, by the ground's force alone.
 
     Args:
-        phase: (n, 2) leg states 1 … 4.
-        tick: [s] between rows.
-
-    A foot that bounces in place does not count again: a strike ends a time in the air of at least 0.05 s.
+        t: The run.
+        span: Rows.
+        heel: (n, 2) [m] places of the heels along the ground.
     """
-    found, least = [], round(_BOUNCE / tick)
-    for leg in range(LEGS):
-        air = phase[:, leg] >= _AIR
-        edges = np.flatnonzero(np.diff(air.astype(int)))
-        starts = {row + 1 for row in edges if not air[row]}
-        began = 0 if air[0] else None
-        for row in edges + 1:
-            if row in starts:
-                began = row if began is None else began
-            elif began is not None:
-                if row - began >= least:
-                    found.append((int(row), leg))
-                began = None
-    return sorted(found)
+    down, found = t.down[span], t.strikes_in(span)
+    seconds = float(t.time[span][-1] - t.time[span][0]) or math.nan  # a run that ended in its first tick has no rates
+    rows, feet = np.array(found, dtype=int).reshape(-1, 2).T
+    return {
+        "step_length": mean_of(np.abs(heel[rows, 0] - heel[rows, 1])),
+        "step_frequency": len(found) / seconds,
+        "step_duration": mean_of(t.tick * np.diff(rows)),
+        "steps": len(found),
+        "alternation": mean_of(feet[1:] != feet[:-1]),
+        "double_support": float(down.all(axis=1).mean()),
+        "flight": float((~down.any(axis=1)).mean()),
+        "duty": float(down.mean()),
+    }
+
+
+def mean_of(values: Sequence[float] | np.ndarray) -> float:
+    """The mean of some numbers; nan of none."""
+    return float(np.mean(values)) if len(values) else math.nan
 
 
 def travelled(sums: Sums) -> float:
@@ -58,30 +57,21 @@ def travelled(sums: Sums) -> float:
 
 
 def stride(t: Trajectory, sums: Sums) -> dict[str, float]:
-    """Speed, Froude number, step length and frequency, support phases, lean and switching over the window."""
+    """Speed, Froude number, steps, support phases, lean and switching over the window."""
     w, span = sums.window, sums.span
+    assert span is not None
     rows, (start, end), (began, ended) = int(w["rows"]), w["x"].tolist(), w["time"].tolist()
     seconds = ended - began or math.nan  # a run that ended in its first tick has no rates
     speed = (end - start) / seconds
-    steps = strikes(t.phase[span], t.tick)
-    place = sums.point[span, :, 0]
-    legs = np.array([leg for _, leg in steps])
-    lengths = [abs(place[row, HEEL[leg]] - place[row, HEEL[1 - leg]]) for row, leg in steps]
-    flight, _, double = w["standing"] / rows
     away = w["away"] / rows
     spread = np.sqrt(np.maximum(w["away_squared"] / rows - away**2, 0.0))
     middle = float(w["x_sum"]) / rows
     return {
+        **stepping(t, span, sums.point[:, HEEL, 0]),
         "speed": speed,
         "speed_std": float(spread[0]),
         "froude": speed / math.sqrt(GRAVITY * t.tree.leg),
-        "step_length": float(np.mean(lengths)) if lengths else math.nan,
-        "step_frequency": len(steps) / seconds,
-        "steps": len(steps),
-        "alternation": float(np.mean(legs[1:] != legs[:-1])) if len(legs) > 1 else math.nan,
         "strayed": max(float(w["x_range"][1]) - middle, middle - float(w["x_range"][0])),
-        "double_support": float(double),
-        "flight": float(flight),
         "torso_lean": -math.degrees(float(w["start"][1] + away[1])) - t.slope,
         "torso_sway": math.degrees(float(spread[1])),
         "switches": int(w["switches"]) / seconds,
@@ -90,7 +80,7 @@ def stride(t: Trajectory, sums: Sums) -> dict[str, float]:
 
 
 def commonest_cycle(t: Trajectory, span: slice) -> dict[str, object]:
-    """The commonest sequence of right-leg states from one stance to the next, and its share of all cycles."""
+    """The commonest sequence of the right leg's states, as the law believed them, between stances, and its share."""
     leg = t.phase[span, 0].astype(int)
     states = [int(leg[0]), *(int(s) for s in leg[1:][np.diff(leg) != 0])]
     cycles: Counter[str] = Counter()

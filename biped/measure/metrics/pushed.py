@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from biped.measure.metrics.gait import strikes
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
 from biped.robot.topology import HEEL
@@ -110,8 +109,7 @@ def pushed(t: Trajectory, point: np.ndarray) -> dict[str, float]:
         return {}
     strongest = max((push.size for push in found), key=abs)
     mass = float(t.tree.mass.sum())
-    steps = strikes(t.phase, t.tick)
-    rows = np.array([row for row, _ in steps], dtype=int)
+    rows = np.array([row for row, _ in t.strikes], dtype=int)
     heels = point[rows][:, HEEL, 0]
     lengths = np.abs(heels[:, 0] - heels[:, 1])
     after = lengths[t.time[rows] >= found[-1].end - 1e-9][:STEPS]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from biped.base.jit import inner_kernel
-from biped.measure.columns import ACTIVE, BELIEVED, FORCE, PHASE, Q_D, STOP, TIME, Q, U, V
+from biped.measure.columns import ACTIVE, FORCE, PHASE, Q_D, STOP, TIME, Q, U, V
 from biped.robot.ground import height_below
 from biped.robot.kinematics import forward
 from biped.robot.topology import (
@@ -17,7 +17,6 @@ from biped.robot.topology import (
     BASE,
     ENDS,
     FOOT,
-    HEEL,
     HIP,
     KNEE,
     LEGS,
@@ -30,14 +29,10 @@ from biped.robot.topology import (
     PITCH,
     POINT_LEG,
     THIGH,
-    TOE,
     TORSO,
     X,
     Z,
 )
-
-LOADED = 1.0
-"""[N] of normal force from which a point counts as loaded."""
 
 
 @inner_kernel
@@ -180,10 +175,6 @@ def _add_to_window(s, at, log, k):
         w["away"][i] += away
         w["away_squared"][i] += away * away
     w["rows"] += 1
-    down = 0
-    for leg in range(LEGS):
-        down += line[BELIEVED + TOE[leg]] != 0.0 or line[BELIEVED + HEEL[leg]] != 0.0
-    w["standing"][down] += 1
     if not first:
         _add_changes(w, log[k - 1], line)
     _add_actuators(s, at, line)
@@ -244,7 +235,7 @@ def _add_power(w, power):
 
 @inner_kernel
 def _add_contacts(w, at, line):
-    """Adds ground forces, their power, sliding and centres of pressure."""
+    """Adds ground forces and their power."""
     for leg in range(LEGS):
         total = 0.0
         for i in range(ENDS * leg, ENDS * leg + ENDS):
@@ -252,9 +243,4 @@ def _add_contacts(w, at, line):
             vx, vz = at["point_velocity"][i, 0], at["point_velocity"][i, 1]
             w["ground_power"] += fx * vx + fz * vz
             total += fz
-            if fz > LOADED:
-                w["sliding"] += abs(vx)
         w["normal"] += total
-        if total > LOADED:
-            w["pressure"] += line[FORCE + 2 * TOE[leg] + 1] / total
-            w["pressed"] += 1

@@ -46,10 +46,10 @@ _WINDOW = np.dtype(
         ("rows", "i8"), ("time", "f8", 2), ("x", "f8", 2), ("x_range", "f8", 2), ("x_sum", "f8"),
         # Forward velocity and pitch: in the first row, and sums of deviations from there.
         ("start", "f8", 2), ("away", "f8", 2), ("away_squared", "f8", 2),
-        ("standing", "i8", 3), ("switches", "i8"), ("constraint_switches", "i8"),  # rows by feet on the ground
+        ("switches", "i8"), ("constraint_switches", "i8"),
         ("torque", "f8", NU), ("torque_most", "f8", NU), ("power_most", "f8", NU), ("jumps", "f8"), ("saturated", "i8"),
         ("net", "f8"), ("absolute", "f8"), ("positive", "f8"), ("peak", "f8"),  # powers
-        ("ground_power", "f8"), ("normal", "f8"), ("sliding", "f8"), ("pressure", "f8"), ("pressed", "i8"),
+        ("ground_power", "f8"), ("normal", "f8"),
         ("sat", "f8"),  # normal forces of a seat
     ],
     align=True,

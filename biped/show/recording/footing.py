@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 import rerun as rr
 
-from biped.measure.general.gait import strikes_of
 from biped.measure.general.ground import extrapolated, outline
 from biped.measure.general.trajectory import GeneralTrajectory
 from biped.show.recording.recorded import Placed, times
@@ -48,7 +47,7 @@ def log_footing(recording: rr.RecordingStream, placed: Placed, t: GeneralTraject
 
 def _log_steps(recording: rr.RecordingStream, placed: Placed, t: GeneralTrajectory) -> None:
     """The outline of a foot from every strike on, as it is when the foot is flattest before the next."""
-    feet, found = t.robot.of_foot, strikes_of(t)
+    feet, found = t.robot.of_foot, t.strikes
     for foot, (name, colour) in enumerate(zip(STEPS, (RIGHT, LEFT), strict=True)):
         mine = [row for row, which in found if which == foot]
         if not mine:

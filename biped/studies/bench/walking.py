@@ -22,7 +22,6 @@ from biped.base.statistics import Z95
 from biped.ensemble.campaign import run_one, simulate_planar
 from biped.measure.metrics import measure
 from biped.measure.metrics.energy import loss_per_step
-from biped.measure.metrics.gait import strikes
 from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
 from biped.scenario.keys import Window
@@ -132,7 +131,7 @@ def halves(t: Trajectory, start: float) -> list[tuple[float, float]]:
 
     A fraction of a stride more or less changes the mean power by percents. Halves of a walk are nearly independent.
     """
-    marks = [float(t.time[row]) for row, leg in strikes(t.phase, t.tick) if leg == 0 and t.time[row] >= start]
+    marks = [float(t.time[row]) for row, leg in t.strikes if leg == 0 and t.time[row] >= start]
     if t.end != "completed" or len(marks) < 3:
         return []
     middle = marks[len(marks) // 2]

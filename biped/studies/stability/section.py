@@ -20,7 +20,6 @@ import numpy as np
 
 from biped.base.errors import RunError
 from biped.ensemble.campaign import simulate_planar
-from biped.measure.metrics.gait import strikes
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
 from biped.robot.run import Run
@@ -63,9 +62,9 @@ def crossings(t: Trajectory, height: float) -> Crossings:
     heel = t.height[:, RIGHT_HEEL]
     down = np.flatnonzero((heel[:-1] >= height) & (heel[1:] < height))
     rows = []
-    for strike, leg in strikes(t.phase, t.tick):
+    for strike, leg in t.strikes:
         if leg == _RIGHT and down.size:
-            # The heel may land a little before or after the leg states say so, or after the toe.
+            # The heel may land a little before or after the foot bears load, or after the toe.
             nearest = down[np.argmin(np.abs(down - strike))]
             if abs(nearest - strike) * t.tick < _NEAR and nearest not in rows:
                 rows.append(nearest)
@@ -107,8 +106,8 @@ class Section:
     def walk(self, z: np.ndarray, seconds: float) -> tuple[Trajectory, np.ndarray]:
         """Walks on from a section state z (17,); returns the run and the states (m, 17) at its later crossings."""
         start = self.whole(z)
-        # The section ahead of a start is that start: only what comes after a swing counts, which `strikes` sees to,
-        # since a swing that began before the run has no 0.05 s of air yet.
+        # The section ahead of a start is that start: only what comes after a swing counts, which strikes see to, since
+        # a swing that began before the run has no 0.05 s of air yet.
         s = msgspec.structs.replace(self.run.scenario, duration=seconds, window=Window(), push=(), change=())
         t = simulate_planar(self.run._replace(q=start[:9], v=start[9:], scenario=s))
         return t, self.states(crossings(t, self.height))

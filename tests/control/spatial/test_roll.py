@@ -7,7 +7,7 @@ import pytest
 
 from biped.engines.general.simulate import simulate
 from biped.ensemble.plan import Plan
-from biped.measure.general.gait import foot_places, strikes_of
+from biped.measure.general.gait import foot_places
 from biped.measure.general.trajectory import GeneralTrajectory
 from biped.scenario.reading import read_scenario
 
@@ -24,8 +24,7 @@ def at_strikes(t: GeneralTrajectory) -> list[np.ndarray]:
     """At each foot strike (place, velocity) of the centre of mass, sideways from the foot that strikes, outward."""
     feet = foot_places(t)
     return [
-        SIDE[foot] * np.array([t.com[row, 1] - feet[row, foot, 1], t.com_velocity[row, 1]])
-        for row, foot in strikes_of(t)
+        SIDE[foot] * np.array([t.com[row, 1] - feet[row, foot, 1], t.com_velocity[row, 1]]) for row, foot in t.strikes
     ]
 
 
@@ -37,7 +36,7 @@ def growth(steps: int, *changes: str) -> list[float]:
     """
     steady = simulate(plan_of("duration=9.0").run(0))
     assert steady.end == "completed"
-    last = strikes_of(steady)[-3][0]
+    last = steady.strikes[-3][0]
     scale = np.array([np.sqrt(9.81 / steady.com[:, 2].mean()), 1.0])
     out = []
     for late in (40, 200, 420):

@@ -9,8 +9,8 @@ import pytest
 
 from biped.engines.general.simulate import simulate
 from biped.ensemble.plan import Plan
-from biped.measure.general.gait import courses, foot_places, headings, sideways, strikes_of
-from biped.measure.general.ground import extrapolated, margin_of_stability
+from biped.measure.general.gait import courses, foot_places, headings, sideways
+from biped.measure.general.ground import bearing, extrapolated, margin_of_stability
 from biped.scenario.reading import read_scenario
 
 
@@ -30,22 +30,23 @@ def test_the_course_is_straight_though_the_torso_turns(walk):
 def test_width_and_margin_are_across_the_way(walk):
     """It walks along x within 3 degrees: y says both."""
     span = slice(1500, 3900)
-    steps = [step for step in strikes_of(walk) if span.start <= step[0] < span.stop]
+    steps = walk.strikes_in(span)
     feet = foot_places(walk)
     widths = [abs(feet[row, 0, 1] - feet[row, 1, 1]) for row, _ in steps]
-    found = sideways(walk, span, [(row - span.start, foot) for row, foot in steps])
+    found = sideways(walk, span)
     assert found["step_width"] == pytest.approx(np.mean(widths), abs=0.02)
     assert found["cross_over"] == 0.0
-    margin = [_margin(walk, row) for row in range(span.start, span.stop)]
+    touching = bearing(walk)
+    margin = [_margin(walk, row, touching[row]) for row in range(span.start, span.stop)]
     cuts = [0, *(row - span.start for row, _ in steps if row > span.start), len(margin)]
     assert margin_of_stability(walk, span) == pytest.approx(
         np.mean([min(margin[a:b]) for a, b in pairwise(cuts)]), abs=0.01
     )
 
 
-def _margin(t, row):
-    """[m] along y from the extrapolated centre of mass to an edge of what touches, on one foot to its outer edge."""
-    touching, y = t.contact[row] > 0.0, t.point[row, :, 1]
+def _margin(t, row, touching):
+    """[m] along y from the extrapolated centre of mass to an edge of what bears, on one foot to its outer edge."""
+    y = t.point[row, :, 1]
     at = extrapolated(t)[row, 1]
     right, left = touching[:4].any(), touching[4:].any()
     found = [y[touching].max() - at] if left else []

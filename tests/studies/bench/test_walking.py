@@ -7,7 +7,6 @@ import pytest
 
 from biped.engines.home import simulate_with_ledger
 from biped.measure.metrics.energy import loss_per_step
-from biped.measure.metrics.gait import strikes
 from biped.show.figures.walking import plot_walking
 from biped.studies.bench import walking
 from biped.studies.bench.walking import Case, cases, recommend, short, starts
@@ -68,8 +67,8 @@ def test_half_a_walk_is_whole_strides(start):
     (first, middle), (again, last) = walking.halves(trajectory, 1.0)
     assert middle == again
     assert first >= 1.0
-    strikes = trajectory.phase[[round(t / trajectory.tick) for t in (first, middle, last)], 0]
-    assert (strikes <= 2).all(), "the right foot has just landed"
+    rows = np.array([round(t / trajectory.tick) for t in (first, middle, last)])
+    assert (trajectory.down[rows, 0] & ~trajectory.down[rows - 1, 0]).all(), "the right foot has just landed"
 
 
 def test_figure_and_cases(tmp_path):
@@ -97,7 +96,7 @@ def test_energy_lost_is_what_the_home_engine_books():
     run = plan_of(walking.SCENARIO, ["engine=home", "duration=4.0", "window.start=0.0", "window.end=4.0"]).run(0)
     t, record = simulate_with_ledger(run)
     n = len(t) - 1
-    steps = sum(0 < row <= n for row, _ in strikes(t.phase, t.tick))
+    steps = sum(0 < row <= n for row, _ in t.strikes)
     # The last tick moves on from the last row of the log: its work is in the ledger alone.
     assert steps >= 4
     assert loss_per_step(t, (0.0, n * t.tick)) == pytest.approx(float(record["ledger"]["loss"][0]) / steps, rel=2e-3)
