@@ -45,7 +45,7 @@ view: setup ## the newest recording in the rerun viewer
 	$(BIN)/biped view
 
 test: tools ## the default tests (minutes), side by side on all cores
-	$(BIN)/python -m pytest $(ABREAST)
+	$(BIN)/python -m pytest $(ABREAST) --durations=10
 
 test-all: tools ## every test, the slow ones too
 	$(BIN)/python -m pytest $(ABREAST) -m "slow or not slow"

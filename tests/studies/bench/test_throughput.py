@@ -1,4 +1,4 @@
-"""The price list: its parts add up, and what a scene does not use it does not load."""
+"""The price list: bare steps are those of the run, and what a scene does not use it does not load."""
 
 from dataclasses import replace
 
@@ -22,9 +22,8 @@ from biped.studies.bench.features import BASE, FEATURES, prices
 from biped.studies.bench.general import ROBOTS, general_cost, replay_of, replayed
 from biped.studies.bench.inner import steps
 from biped.studies.bench.parts import _again, contact_costs, replay
-from biped.studies.bench.rigid import STRIDE, _states, _touch, rigid_parts
+from biped.studies.bench.rigid import STRIDE, _states, _touch
 from biped.studies.bench.scenes import SCENES, scene_cost
-from biped.studies.bench.throughput import ensemble_costs
 
 SECONDS = 0.1
 
@@ -33,17 +32,6 @@ SECONDS = 0.1
 def walked():
     run = Plan(Scenario(duration=1.5, controller="normal", start=Start(posture="heel_toe"))).run(0)
     return run, simulate(run)
-
-
-def test_parts_of_the_home_engine_add_up_to_its_closed_loop():
-    run = Plan(Scenario(engine="home", duration=0.5, start=Start(posture="heel_toe"))).run(0)
-    parts = rigid_parts(run, 1)
-    whole = ("law", "new_forces", "evaluations", "rest")
-    assert sum(parts[name] for name in whole) == pytest.approx(parts["closed_loop"])
-    one = ("places", "masses", "rows", "solutions")
-    assert parts.keys() == {"closed_loop", *whole, *one}
-    # `rest` and `rows` are differences of measured times: on a busy machine they may be anything.
-    assert all(value > 0.0 for name, value in parts.items() if name not in ("rest", "rows"))
 
 
 def test_states_of_the_home_engines_bench_move_as_the_run_did():
@@ -59,13 +47,6 @@ def test_states_of_the_home_engines_bench_move_as_the_run_did():
     assert steady.sum() > 10
     theirs = (t.v[at[steady] + 1] - t.v[at[steady]]) / t.tick
     np.testing.assert_allclose(records["motion"]["v_dot"][steady], theirs, atol=0.05 * np.abs(theirs).max())
-
-
-def test_what_a_campaign_costs_is_that_of_the_whole_command():
-    cost = ensemble_costs("level_normal", 2, 2)
-    assert (cost["runs"], cost["jobs"]) == (2, 2)
-    assert cost["cpu"] > 0.0
-    assert cost["runs_per_second"] == pytest.approx(2.0 / cost["wall"])
 
 
 def test_bare_steps_in_compiled_code_are_the_same_steps(walked):
