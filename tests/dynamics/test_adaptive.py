@@ -5,9 +5,9 @@ import pytest
 
 from biped.base.errors import RunError
 from biped.dynamics import RK8, ConstrainedSystem, integrate
+from biped.dynamics.bench.tolerances import cases, measure, slope
 from biped.dynamics.mechanisms import double_pendulum as double
 from biped.dynamics.mechanisms import four_bars, pendulum
-from biped.studies.bench.tolerances import cases, measure, slope
 
 
 @pytest.mark.parametrize("linkages", [2, 5, 10])

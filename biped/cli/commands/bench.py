@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import sys
+from importlib import import_module
 
 from biped.cli.common import DONE, FAILED, print_json, reason_of, warn
 
@@ -13,9 +13,9 @@ def command(args: argparse.Namespace) -> int:
     return {
         "throughput": _throughput,
         "walking": _walking,
-        "mechanisms": _mechanisms,
-        "tolerances": _tolerances,
-        "robot": _robot,
+        "mechanisms": _chapter2,
+        "tolerances": _chapter2,
+        "robot": _chapter2,
         "campaigns": _campaigns,
         "regress": _regress,
     }[args.what](args)
@@ -50,38 +50,11 @@ def _walking(args: argparse.Namespace) -> int:
     return DONE
 
 
-def _mechanisms(args: argparse.Namespace) -> int:
-    from dataclasses import asdict
-
-    from biped.show.bench.mechanisms import draw, show
-    from biped.studies.bench.mechanisms import measure
-
-    watched = sys.stderr.isatty()
-    report = measure(args.quick, lambda line: print(line, file=sys.stderr) if watched else None)
-    if args.json:
-        print_json(asdict(report))
-    else:
-        show(report)
-    if args.out is not None:
-        draw(report, args.out)
-    return DONE
-
-
-def _robot(args: argparse.Namespace) -> int:
-    from biped.studies.bench.robot import measure
-
-    report = measure()
-    if args.out is not None:
-        from biped.show.figures.robot import plot_bench
-
-        plot_bench(report, args.out)
-    if args.json:
-        print_json(report.as_dict())
-    else:
-        from biped.show.bench.robot import show
-
-        show(report)
-    return DONE
+def _chapter2(args: argparse.Namespace) -> int:
+    """Hands over to the benches of chapter II, a library of its own that only whoever asks for it loads."""
+    options = [*(["--quick"] if args.quick else []), *(["--json"] if args.json else [])]
+    folder = [] if args.out is None else ["--out", str(args.out)]
+    return import_module("biped.dynamics.bench.__main__").main([args.what, *options, *folder])
 
 
 def _campaigns(args: argparse.Namespace) -> int:
@@ -94,25 +67,6 @@ def _campaigns(args: argparse.Namespace) -> int:
     else:
         show(costs)
     return DONE if all(cost.same for cost in costs) else FAILED
-
-
-def _tolerances(args: argparse.Namespace) -> int:
-    from dataclasses import asdict
-
-    from biped.show.bench.tolerances import show
-    from biped.studies.bench.tolerances import measure
-
-    watched = sys.stderr.isatty()
-    reached = measure(progress=lambda line: print(line, file=sys.stderr) if watched else None)
-    if args.json:
-        print_json({"runs": [asdict(r) for r in reached]})
-    else:
-        show(reached)
-    if args.out is not None:
-        from biped.show.figures.tolerances import draw
-
-        draw(reached, args.out)
-    return DONE
 
 
 def _regress(args: argparse.Namespace) -> int:

@@ -1,4 +1,4 @@
-"""`biped bench tolerances`: what adaptive steps reach against what they were asked for.
+"""`biped bench tolerances`: the error that adaptive steps reach against their tolerance.
 
 Every problem that the tests solve with adaptive steps, from a tolerance of 1e-3 to one of 1e-11: eight decades.
 """
@@ -10,15 +10,15 @@ import numpy as np
 
 from biped.base.errors import BipedError
 from biped.dynamics import RK8, ConstrainedSystem, integrate
+from biped.dynamics.bench.problems import BRICARD, PROBLEMS, SQUEEZER, Problem, chain
 from biped.dynamics.mechanisms import double_pendulum, overconstrained, pendulum, slider_crank
-from biped.studies.bench.problems import BRICARD, PROBLEMS, SQUEEZER, Problem, chain
 
 TOLERANCES = tuple(10.0**-k for k in range(3, 12))
 
 
 @dataclass(frozen=True)
-class Reached:
-    """One run.
+class AdaptiveRun:
+    """One run with adaptive steps.
 
     Attributes:
         problem: Name of the problem.
@@ -128,7 +128,7 @@ def measure(
     problems: tuple[Problem, ...] | None = None,
     tolerances: tuple[float, ...] = TOLERANCES,
     progress: Callable[[str], None] = lambda line: None,
-) -> list[Reached]:
+) -> list[AdaptiveRun]:
     """Run every problem at every tolerance; `progress` is told the name of each as it starts."""
     reached = []
     for case in problems or cases():
@@ -140,14 +140,14 @@ def measure(
             try:
                 r = integrate(system, q, v, duration=case.duration, sampling=case.sampling, scheme=scheme)
             except BipedError as failure:
-                reached.append(Reached(case.name, tolerance, None, None, str(failure)))
+                reached.append(AdaptiveRun(case.name, tolerance, None, None, str(failure)))
                 continue
             error = float(np.abs(case.observe(r.q, r.v) - exact).max())
-            reached.append(Reached(case.name, tolerance, error, r.evaluations))
+            reached.append(AdaptiveRun(case.name, tolerance, error, r.evaluations))
     return reached
 
 
-def slope(reached: list[Reached]) -> float:
+def slope(reached: list[AdaptiveRun]) -> float:
     """Decades of error per decade of tolerance, of one problem's runs that ended with an answer."""
     ended = [r for r in reached if r.error]
     asked, found = np.log10([r.tolerance for r in ended]), np.log10([float(r.error or 0.0) for r in ended])

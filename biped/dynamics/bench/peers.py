@@ -1,4 +1,4 @@
-"""What a user would pick instead, on the two four-bars of Fig 2.5: each with the settings that serve it best.
+"""Packages that a user would pick instead, on the two four-bars of Fig 2.5, with the settings that serve each best.
 
 Every function prepares a simulation and returns a callable that runs it and gives x₃ at the sample times.
 """

@@ -1,4 +1,4 @@
-"""`biped bench mechanisms`: run time against error, ours and what a user would pick instead.
+"""`biped bench mechanisms`: run time against error, ours and that of packages a user would pick instead.
 
 Errors are the largest over the samples, against the exact pendulum, the four-bars' single angle, the squeezer's
 published end, or the energy of Bricard's six-bar; times are process time, the median of repeats, all in one run.
@@ -13,15 +13,15 @@ import numpy as np
 
 from biped.base.errors import BipedError
 from biped.dynamics import EULER, RK4, RK8, Scheme
-from biped.studies.bench import integrators, peers
-from biped.studies.bench.problems import BRICARD, CHAIN, FOUR_BARS, PENDULUM, PROBLEMS, SQUEEZER, Problem
+from biped.dynamics.bench import integrators, peers
+from biped.dynamics.bench.problems import BRICARD, CHAIN, FOUR_BARS, PENDULUM, PROBLEMS, SQUEEZER, Problem
 
 OURS = (EULER, RK4, RK8)
 """The schemes a ratio to a peer is taken with: ours without help from energy."""
 
 
 @dataclass(frozen=True)
-class Point:
+class TimedRun:
     """One run: what it cost and how wrong it was.
 
     Attributes:
@@ -44,7 +44,7 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Report:
+class Benchmark:
     """Everything one benchmark measured.
 
     Attributes:
@@ -54,7 +54,7 @@ class Report:
         skipped: Peer → why it did not run.
     """
 
-    points: list[Point]
+    points: list[TimedRun]
     ratios: dict[str, list[float]]
     large: dict[str, list[float]]
     skipped: dict[str, str]
@@ -100,7 +100,8 @@ def _schemes(problem: Problem) -> list[tuple[Scheme, tuple[float, ...]]]:
     ]
 
 
-def _exact(problem: str) -> np.ndarray:
+def exact(problem: str) -> np.ndarray:
+    """The truth that runs of a problem are compared with."""
     return next(p for p in PROBLEMS if p.name == problem).exact()
 
 
@@ -115,17 +116,22 @@ def _measure(run: peers.Run, exact: np.ndarray, repeats: int) -> tuple[float, fl
     return error, float(np.median(times))
 
 
-def measure(quick: bool = False, progress: Callable[[str], None] = lambda line: None) -> Report:
+def measure(
+    quick: bool = False,
+    progress: Callable[[str], None] = lambda line: None,
+    problems: Sequence[Problem] = PROBLEMS,
+) -> Benchmark:
     """Measure every scheme and every peer that is installed.
 
     Args:
         quick: One repeat, the three longest steps or loosest tolerances of each, no peers on large problems.
-        progress: Told the name of each method as it starts.
+        progress: Called with the name of each method as it starts.
+        problems: Problems to solve.
     """
     repeats = 1 if quick else 5
-    points: list[Point] = []
+    points: list[TimedRun] = []
     skipped: dict[str, str] = {}
-    for case in PROBLEMS:
+    for case in problems:
         problem, exact = case.name, case.exact()
         jobs = [
             (s.name, s.name in {x.name for x in OURS}, setting, case.run(s, setting))
@@ -147,13 +153,13 @@ def measure(quick: bool = False, progress: Callable[[str], None] = lambda line: 
             except (BipedError, RuntimeError, ValueError) as failure:
                 spent = time.process_time() - start
                 note = f"{str(failure).split(' s: ')[-1].split(':')[0]}, after {1e3 * spent:.0f} ms"
-                points.append(Point(problem, name, ours, setting, None, None, note))
+                points.append(TimedRun(problem, name, ours, setting, None, None, note))
                 continue
             finite = bool(np.isfinite(error))
             points.append(
-                Point(problem, name, ours, setting, error if finite else None, cpu, "" if finite else "diverged")
+                TimedRun(problem, name, ours, setting, error if finite else None, cpu, "" if finite else "diverged")
             )
-    return Report(points, ratios(points), ratios(points, CHAIN), skipped)
+    return Benchmark(points, ratios(points), ratios(points, CHAIN), skipped)
 
 
 def _prepared(prepare: Callable[[float], peers.Run], setting: float) -> peers.Run:
@@ -168,7 +174,7 @@ def _prepared(prepare: Callable[[float], peers.Run], setting: float) -> peers.Ru
     return run
 
 
-def ratios(points: Sequence[Point], problem: str = FOUR_BARS) -> dict[str, list[float]]:
+def ratios(points: Sequence[TimedRun], problem: str = FOUR_BARS) -> dict[str, list[float]]:
     """How many times our CPU time each peer takes, least and largest over its runs, at equal error or less."""
     ours = [
         (p.error, p.cpu)

@@ -1,4 +1,4 @@
-"""General integrators on our mechanisms: what a user without a mechanics package would do.
+"""General integrators on our mechanisms, for a user without a mechanics package.
 
 Every function prepares a simulation and returns a callable that runs it and gives what the benchmark compares.
 """
@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from biped.dynamics import pattern
+from biped.dynamics.bench.peers import TIMES, Run
 from biped.dynamics.mechanisms import four_bars, pendulum, squeezer
-from biped.studies.bench.peers import TIMES, Run
 
 MOST_SECONDS = 60.0
 """CPU time [s] after which SciPy is stopped: steps collapse at a singular position."""

@@ -10,9 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from biped.dynamics import RK8, integrate
+from biped.dynamics.bench.leg import STEP, in_mujoco, leg_of, relative
 from biped.dynamics.mechanisms.leg import LINKS, Drive, Leg, hanging_leg
-from biped.robot.tree import Tree
-from biped.studies.bench.legs import STEP, leg_of, relative
 
 PERIOD = 4.0 / 3.0
 """[s] in which all three references of Fig 4.8 repeat."""
@@ -28,7 +27,7 @@ FIG_4_8 = Drive(
 
 
 class Response(NamedTuple):
-    """What a joint makes of its reference, at the reference's frequency.
+    """Motion of a joint at the frequency of its reference.
 
     Attributes:
         amplitude: [degrees].
@@ -67,11 +66,9 @@ PERIODS = 60
 WINDOW = (8, 11)
 
 
-def follow(tree: Tree, model: Path, drive: Drive = FIG_4_8, periods: int = PERIODS) -> Followed:
+def follow(model: Path, drive: Drive = FIG_4_8, periods: int = PERIODS) -> Followed:
     """The experiment of Fig 4.8, in both."""
-    from biped.studies.bench.hanging import in_mujoco
-
-    leg, duration = leg_of(tree), periods * PERIOD
+    leg, duration = leg_of(model), periods * PERIOD
     out = integrate(hanging_leg(leg, drive), np.zeros(LINKS), np.zeros(LINKS), duration=duration, dt=STEP, scheme=RK8)
     angle, reference = relative(out.q), drive.reference(out.t)
     theirs = in_mujoco(model, leg, drive, {}, np.zeros(LINKS), 4 * PERIOD, STEP)
@@ -98,7 +95,7 @@ def response(t: np.ndarray, angle: np.ndarray, drive: Drive, periods: tuple[int,
 
 
 def linear_response(leg: Leg, drive: Drive) -> tuple[Response, ...]:
-    """What a linearisation says, about where the leg would stand if the references stayed at their means."""
+    """Responses of the equations linearised about where the leg would stand if the references stayed at their means."""
     system = hanging_leg(leg, drive._replace(amplitude=np.zeros(LINKS)))
     rest, still, step = np.zeros(LINKS), np.zeros(LINKS), 1e-6
 

@@ -10,16 +10,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from biped.base.files import folder
-from biped.robot.model import tree_at
-from biped.studies.bench.followed import Followed, follow
-from biped.studies.bench.legs import READINGS, Reading
-from biped.studies.bench.swings import Swing, joints, swing
+from biped.dynamics.bench.followed import Followed, follow
+from biped.dynamics.bench.leg import MODEL, READINGS, Reading
+from biped.dynamics.bench.swings import Swing, joints, swing
 
 
 @dataclass(frozen=True, eq=False)
-class Report:
-    """Everything.
+class Experiments:
+    """Both figures of the bench with the hanging leg.
 
     Attributes:
         model: The model file.
@@ -32,7 +30,7 @@ class Report:
     followed: Followed
 
     def as_dict(self) -> dict[str, Any]:
-        """What `--json` prints."""
+        """Plain data for `--json`."""
         named = lambda found: dict(zip(("hip", "knee", "ankle"), (r._asdict() for r in found), strict=True))  # noqa: E731
         return {
             "model": self.model,
@@ -50,9 +48,7 @@ class Report:
         }  # fmt: skip
 
 
-def measure(readings: Sequence[Reading] = READINGS) -> Report:
+def measure(readings: Sequence[Reading] = READINGS) -> Experiments:
     """Both figures, of the shipped robot."""
-    model = folder("models") / "robot.xml"
-    tree = tree_at(model)
-    swings = tuple(swing(tree, model, joint, reading) for joint in joints() for reading in readings)
-    return Report("robot", swings, follow(tree, model))
+    swings = tuple(swing(MODEL, joint, reading) for joint in joints() for reading in readings)
+    return Experiments(MODEL.stem, swings, follow(MODEL))

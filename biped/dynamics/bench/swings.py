@@ -10,9 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from biped.dynamics import RK8, integrate
+from biped.dynamics.bench.leg import STEP, Reading, in_mujoco, leg_of, relative
 from biped.dynamics.mechanisms.leg import LINKS, NO_DRIVE, Leg, hanging_leg
-from biped.robot.tree import Tree
-from biped.studies.bench.legs import STEP, Reading, leg_of, relative
 
 _HIP, _KNEE = 0, 1
 
@@ -20,8 +19,8 @@ SWING = 8.0
 """[s] of a free swing."""
 
 
-class Joint(NamedTuple):
-    """Whose swing is shown.
+class SwingingJoint(NamedTuple):
+    """A joint of the leg that swings while others are held.
 
     Attributes:
         name: hip or knee.
@@ -36,15 +35,15 @@ class Joint(NamedTuple):
     start: tuple[float, float, float]
 
 
-def joints(amplitude: float = math.radians(30.0)) -> tuple[Joint, Joint]:
+def joints(amplitude: float = math.radians(30.0)) -> tuple[SwingingJoint, SwingingJoint]:
     """The free swings of Fig 4.7: hip with a straight leg, knee with the thigh held horizontal.
 
     The knee's angle counts from its stop, the straight leg; the shank hangs at -90 degrees.
     """
     ahead = 0.5 * math.pi
     return (
-        Joint("hip", _HIP, {1: 0.0, 2: 0.0}, (amplitude, amplitude, amplitude)),
-        Joint("knee", _KNEE, {0: ahead, 2: 0.0}, (ahead, amplitude, amplitude)),
+        SwingingJoint("hip", _HIP, {1: 0.0, 2: 0.0}, (amplitude, amplitude, amplitude)),
+        SwingingJoint("knee", _KNEE, {0: ahead, 2: 0.0}, (ahead, amplitude, amplitude)),
     )
 
 
@@ -71,7 +70,7 @@ class Swing:
     apart: float
 
 
-def small_swing(leg: Leg, joint: Joint) -> tuple[float, float]:
+def small_swing(leg: Leg, joint: SwingingJoint) -> tuple[float, float]:
     """Period [s] of small undamped swings of a joint about where it hangs, and their damping ratio."""
     free = hanging_leg(leg._replace(coulomb=np.zeros(LINKS)))
     moving = np.array([j >= joint.number for j in range(LINKS)], dtype=float)
@@ -89,7 +88,7 @@ def small_swing(leg: Leg, joint: Joint) -> tuple[float, float]:
     return 2.0 * math.pi / rate, float(leg.damping[joint.number]) / (2.0 * float(inertia) * rate)
 
 
-def _hanging(free: Any, joint: Joint, moving: np.ndarray) -> np.ndarray:
+def _hanging(free: Any, joint: SwingingJoint, moving: np.ndarray) -> np.ndarray:
     """Angles (3,) at which the links from the joint on hang still, those above as the joint's experiment holds them."""
     q = np.where(moving > 0.0, 0.0, joint.start)
     for _ in range(20):
@@ -99,11 +98,9 @@ def _hanging(free: Any, joint: Joint, moving: np.ndarray) -> np.ndarray:
     return q
 
 
-def swing(tree: Tree, model: Path, joint: Joint, reading: Reading) -> Swing:
+def swing(model: Path, joint: SwingingJoint, reading: Reading) -> Swing:
     """One free swing, in both."""
-    from biped.studies.bench.hanging import in_mujoco
-
-    leg = leg_of(tree, reading)
+    leg = leg_of(model, reading)
     start = np.array(joint.start)
     out = integrate(
         hanging_leg(leg, NO_DRIVE, joint.locked), start, np.zeros(LINKS), duration=SWING, dt=STEP, scheme=RK8

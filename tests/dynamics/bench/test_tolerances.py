@@ -1,8 +1,8 @@
 import pytest
 
-from biped.show.bench.tolerances import show
-from biped.show.figures.tolerances import draw
-from biped.studies.bench.tolerances import Reached, cases, measure, slope
+from biped.dynamics.bench.figures import draw_tolerances
+from biped.dynamics.bench.tables import print_tolerances
+from biped.dynamics.bench.tolerances import AdaptiveRun, cases, measure, slope
 
 
 def test_one_problem_is_measured_shown_and_drawn(tmp_path, capsys):
@@ -10,12 +10,12 @@ def test_one_problem_is_measured_shown_and_drawn(tmp_path, capsys):
     reached = measure((pendulum,), (1e-4, 1e-8))
     assert [r.tolerance for r in reached] == [1e-4, 1e-8]
     assert slope(reached) == pytest.approx(1.0, abs=0.1)
-    ended = Reached("pendulum", 1e-14, None, None, "at t = 1 s no step passes")
-    show([*reached, ended])
+    ended = AdaptiveRun("pendulum", 1e-14, None, None, "at t = 1 s no step passes")
+    print_tolerances([*reached, ended])
     out = capsys.readouterr().out
     assert "error" in out
     assert "pendulum, 1e-14: at t = 1 s no step passes" in out
-    draw([*reached, ended], tmp_path / "new")
+    draw_tolerances([*reached, ended], tmp_path / "new")
     assert (tmp_path / "new" / "tolerances.png").stat().st_size > 10_000
 
 

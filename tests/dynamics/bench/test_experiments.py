@@ -7,17 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from biped.base.files import folder
+from biped.dynamics.bench.experiments import measure
+from biped.dynamics.bench.followed import FIG_4_8, linear_response
+from biped.dynamics.bench.leg import MODEL, READINGS, in_mujoco, leg_of
+from biped.dynamics.bench.swings import joints, small_swing
 from biped.dynamics.mechanisms.leg import NO_DRIVE
-from biped.robot.model import tree_at
-from biped.studies.bench.followed import FIG_4_8, linear_response
-from biped.studies.bench.hanging import in_mujoco
-from biped.studies.bench.legs import READINGS, leg_of
-from biped.studies.bench.robot import measure
-from biped.studies.bench.swings import joints, small_swing
 
-MODEL = folder("models") / "robot.xml"
-TREE = tree_at(MODEL)
 HIP, KNEE = joints()
 BUILT, DRY, HIGH, SQUARED = READINGS
 
@@ -30,7 +25,7 @@ BUILT, DRY, HIGH, SQUARED = READINGS
     ],
 )  # fmt: skip
 def test_periods_and_damping(joint, reading, period, damping):
-    found = small_swing(leg_of(TREE, reading), joint)
+    found = small_swing(leg_of(MODEL, reading), joint)
     assert found == pytest.approx((period, damping), rel=6e-4)
 
 
@@ -40,16 +35,16 @@ def test_the_hips_period_by_hand():
     inertia += 0.0007 + 0.36 * (0.628**2 + 0.014**2) + 0.0067
     weight = 9.81 * math.hypot(0.67 * 0.147 + 0.84 * 0.295 + 0.55 * 0.435 + 0.84 * 0.593 + 0.36 * 0.628, 0.36 * 0.014)
     period = 2.0 * math.pi * math.sqrt(inertia / weight)
-    assert small_swing(leg_of(TREE), HIP)[0] == pytest.approx(period, rel=1e-6)
+    assert small_swing(leg_of(MODEL), HIP)[0] == pytest.approx(period, rel=1e-6)
 
 
 def test_a_linearisation_of_the_moving_references():
-    hip = linear_response(leg_of(TREE), FIG_4_8)[0]
+    hip = linear_response(leg_of(MODEL), FIG_4_8)[0]
     assert hip == pytest.approx((64.34, 80.97), abs=0.02)
 
 
 def test_mujoco_swings_with_the_period_of_small_swings():
-    leg = leg_of(TREE, BUILT)
+    leg = leg_of(MODEL, BUILT)
     small = (math.radians(1.0),) * 3
     angle = in_mujoco(MODEL, leg, NO_DRIVE, HIP.locked, np.array(small), 4.0, 1e-3)[:, 0]
     angle += math.atan2(0.36 * 0.014, 1.30974)  # the foot's mass lies ahead: it hangs back

@@ -1,4 +1,4 @@
-"""What `biped bench mechanisms` measures on: each problem with its start, what is compared, and the truth."""
+"""Problems of `biped bench mechanisms`: each with its start, what is compared, and the truth."""
 
 import tempfile
 from collections.abc import Callable
@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from biped.dynamics import RK8, ConstrainedSystem, Scheme, integrate
+from biped.dynamics.bench.peers import DURATION, SAMPLE, TIMES, Run
 from biped.dynamics.mechanisms import four_bars, overconstrained, pendulum, squeezer
-from biped.studies.bench.peers import DURATION, SAMPLE, TIMES, Run
 
 
 @dataclass(frozen=True)

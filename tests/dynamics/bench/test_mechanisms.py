@@ -5,13 +5,16 @@ import numpy as np
 import pytest
 
 from biped.cli.main import main
-from biped.studies.bench import integrators, mechanisms, peers
-from biped.studies.bench.mechanisms import FOUR_BARS, PENDULUM, Point, ratios
+from biped.dynamics.bench import chapter2, integrators, mechanisms, peers
+from biped.dynamics.bench.figures import draw_work_precision
+from biped.dynamics.bench.mechanisms import FOUR_BARS, PENDULUM, TimedRun, ratios
+from biped.dynamics.bench.problems import PROBLEMS
+from biped.dynamics.bench.tables import print_mechanisms
 
 
 def test_a_ratio_is_taken_at_equal_error_or_less():
     def point(method, ours, error, cpu):
-        return Point(FOUR_BARS, method, ours, 1e-2, error, cpu)
+        return TimedRun(FOUR_BARS, method, ours, 1e-2, error, cpu)
 
     points = [
         point("RK4", True, 1e-3, 1.0),
@@ -34,7 +37,7 @@ def test_a_ratio_is_taken_at_equal_error_or_less():
     ],
 )
 def test_peers_simulate_the_same_mechanism(prepare, setting, bound):
-    exact = mechanisms._exact(FOUR_BARS)
+    exact = mechanisms.exact(FOUR_BARS)
     assert np.abs(prepare(setting)() - exact).max() < bound
 
 
@@ -52,15 +55,17 @@ def test_the_benchmark_prints_one_json_object_with_every_method(capsys):
         assert (name in report["skipped"]) == (find_spec(module) is None)
 
 
-def test_the_quick_benchmark_prints_every_method_and_draws_all_figures(tmp_path, capsys, monkeypatch):
-    small = tuple(problem for problem in mechanisms.PROBLEMS if problem.name in (PENDULUM, FOUR_BARS))
-    monkeypatch.setattr(mechanisms, "PROBLEMS", small)
-    assert main(["bench", "mechanisms", "--quick", "--out", str(tmp_path / "figures")]) == 0
+def test_the_quick_benchmark_prints_every_method_and_draws_all_figures(tmp_path, capsys):
+    small = [problem for problem in PROBLEMS if problem.name in (PENDULUM, FOUR_BARS)]
+    report = mechanisms.measure(quick=True, problems=small)
+    print_mechanisms(report)
     out = capsys.readouterr().out
     for method in ("RK4", "RK8", "MuJoCo connect", "Pinocchio proximal"):
         assert method in out
     for name, module in (("exudyn", "exudyn"), ("SUNDIALS IDA", "sksundae")):
         assert (f"{name}: skipped" in out) == (find_spec(module) is None)
+    draw_work_precision(report.points, tmp_path / "figures")
+    chapter2.draw(tmp_path / "figures")
     drawn = {path.name for path in (tmp_path / "figures").iterdir()}
     assert {f"fig_2_{k}.png" for k in (1, 2, 3, 4, 5, 6, 8, 9, 10)} < drawn
     assert {f"work_precision_{problem.replace(' ', '_')}.png" for problem in (PENDULUM, FOUR_BARS)} < drawn
