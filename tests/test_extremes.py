@@ -33,11 +33,13 @@ def outcome_of(number: int) -> str:
     row = made.as_dict()
     assert row["end"] == t.end
     assert np.isfinite(t.log).all(), (number, "rows that blew up are not kept")
-    if t.end in ("doubtful", "diverged"):
+    if row["verdict"] != "sound":
         assert not row["walked"]
         assert not row["stood"]
-        assert " at " in t.cause or " after " in t.cause, (number, "the time")
-        return t.end
+        assert row["fell"] == (t.end == "fell" or row["verdict"] == "diverged"), number
+        why = row["doubt"] or t.cause
+        assert " at " in why or " after " in why, (number, "the time")
+        return row["verdict"]
     assert t.end in ("completed", "fell"), number
     assert t.warnings.keys() <= {"chattering_steps"}, number
     assert made_of_nothing(t) < MADE, (number, name, changes)

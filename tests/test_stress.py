@@ -81,11 +81,12 @@ def run(*changes: str, seconds: float = 0.6) -> Trajectory:
 def outcome(t: Trajectory) -> str:
     t, numbers = assess(t, (0.0, 10.0))
     assert np.isfinite(t.log).all()
-    if t.end in ("diverged", "doubtful"):
-        assert re.search(r"\d\.\d{3} s", t.cause), "the time"
-        assert re.search(r"coordinate|faster than any fall|accounted for|from nowhere|warned of bad", t.cause), "what"
+    if numbers["verdict"] != "sound":
+        why = numbers["doubt"] or t.cause
+        assert re.search(r"\d\.\d{3} s", why), "the time"
+        assert re.search(r"coordinate|faster than any fall|accounted for|from nowhere|warned of bad", why), "what"
         assert not numbers["walked"]
-        return FAILED if t.end == "diverged" else FLAGGED
+        return FAILED if numbers["verdict"] == "diverged" else FLAGGED
     assert t.end in ("completed", "fell")
     assert t.warnings == {}, "an engine that warns has failed"
     return SOUND

@@ -11,7 +11,8 @@ Columns = dict[str, np.ndarray]
 """(n,) values by name, of n runs in the order of their numbers."""
 
 TYPES: dict[str, Any] = {
-    "index": np.int64, "seed": np.int64, "end": object, "cause": object, "warnings": object, "signals": object,
+    "index": np.int64, "seed": np.int64, "end": object, "cause": object, "verdict": object, "doubt": object,
+    "warnings": object, "signals": object,
     "fell": bool, "walked": bool, "diverged": bool, "doubtful": bool,
 }  # fmt: skip
 """Of columns that are not numbers (float, nan where there is none)."""

@@ -22,6 +22,7 @@ from biped.ensemble.folder import Folder
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import RAISED
 from biped.ensemble.stored_rows import StoredRows
+from biped.measure.metrics.walking import outcome
 from biped.scenario.laws import own_law
 
 LAST_SECONDS = 3.0
@@ -35,7 +36,7 @@ class Ending(NamedTuple):
 
     Attributes:
         index: Its number.
-        cause: How it ended.
+        cause: What became of it.
         data: Its last seconds, as a file.
         traceback: Of a law of the user's own that raised.
     """
@@ -62,7 +63,7 @@ class Endings:
         with tempfile.TemporaryDirectory(prefix="biped-") as folder:
             path = Path(folder) / f"ending{packed.SUFFIX}"
             packed.save(trajectory.last(LAST_SECONDS), path)
-            return Ending(index, row.cause, path.read_bytes(), trajectory.traceback)
+            return Ending(index, outcome(row.as_dict()), path.read_bytes(), trajectory.traceback)
 
 
 def chosen(plan: Plan, rows: StoredRows) -> Iterator[int]:

@@ -8,6 +8,9 @@ from typing import Any
 
 import msgspec
 
+from biped.measure.metrics.walking import apart
+from biped.measure.verdict import SOUND
+
 NAN = math.nan
 
 
@@ -18,11 +21,13 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         index: Number in the campaign.
         seed: Its own seed.
         values: What its point of the sweep and its draws changed, by key.
-        fell: Whether it fell or diverged.
-        end: `completed`, `fell`, `diverged`, `doubtful`, `RAISED`, or `LOST`.
+        fell: Whether it fell, or its numbers diverged.
+        end: `completed`, `fell`, `diverged` (its numbers were not finite any more), `RAISED`, or `LOST`.
         cause: How it ended, in words; empty if completed.
-        diverged: Whether its numbers blew up.
-        doubtful: Whether a sentinel failed.
+        verdict: On its numbers: `sound`, `doubtful` or `diverged` (`biped.measure.verdict`).
+        doubt: Which sentinels failed; empty of sound numbers.
+        diverged: Whether the verdict is that.
+        doubtful: Whether the verdict is that.
         walked: Whether it walked (`biped.measure.metrics`).
         stood: 1 if it stood still in the window.
         sat: 1 if it sat still in the window.
@@ -102,6 +107,8 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     fell: bool
     end: str
     cause: str
+    verdict: str = SOUND
+    doubt: str = ""
     diverged: bool = False
     doubtful: bool = False
     walked: bool
@@ -188,7 +195,8 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
 
     @classmethod
     def of(cls, record: Mapping[str, Any]) -> Row:
-        """The row that `as_dict` gave a record of."""
+        """The row that `as_dict` gave a record of; rows of versions before are brought up to date."""
+        record = apart(record)
         return cls(**{name: record[name] for name in cls.__struct_fields__ if name in record})
 
 

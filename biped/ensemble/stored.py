@@ -12,6 +12,7 @@ from biped.base.errors import InputError
 from biped.base.files import label
 from biped.ensemble.columns import batches
 from biped.ensemble.plan import Plan
+from biped.measure.metrics.walking import apart
 from biped.scenario.metrics import METRICS
 
 Number = int | float | None
@@ -104,6 +105,8 @@ def result_in(folder: Path) -> dict[str, Any]:
             raise ValueError("points and thresholds: expected both or neither")
         if "points" in result and not (read.points and all(point.values for point in read.points)):
             raise ValueError("points: expected values of what is swept")
+        if "runs" in result:
+            result["runs"] = [dict(apart(run)) for run in result["runs"]]
         for where in (result["summary"], *result.get("runs", []), *result.get("points", [])):
             _complete(where)
     except OSError as error:

@@ -39,8 +39,7 @@ class Trajectory(Logged):
         generalized: Whether Q_d itself moved the biped.
         torque_limit: Limits of the six joint torques [N m].
         pushes: Pushes as (start [s], end [s], forward [N], up [N], body), those that change in pieces.
-        end: `completed`, `fell`, `diverged` or `raised` (a law of the user's own failed); once judged, perhaps
-            `doubtful`.
+        end: `completed`, `fell`, `diverged` or `raised` (a law of the user's own failed).
         cause: How it ended, in words; empty if completed.
         warnings: The engine's warnings, name to count.
         robot: What walked.

@@ -1,8 +1,9 @@
-"""Whether a run's numbers can be believed: its sentinels, and what they make of its end.
+"""The verdict on a run's numbers: sentinels say whether they are sound, doubtful or diverged.
 
-A run that completed or fell is *diverged* instead if a link became faster than any fall can make it, or if energy or
-momentum is out of all proportion; it is *doubtful* if a sentinel only says that something is wrong. Both engines'
-runs are judged alike, from the trajectory alone.
+It stands beside what became of the run and does not replace it: a run that fell with doubtful numbers fell. Numbers are
+*diverged* if a link became faster than any fall can make it, or if energy or momentum is out of all proportion; they
+are *doubtful* if a sentinel only says that something is wrong. Both engines' runs are judged alike, from the trajectory
+alone.
 
 What sound runs show (2,100 of the shipped scenarios, all regression runs, and the gaits at home): energy within 0.55 %,
 momentum within 0.13 %, links up to 18 m/s and 57 rad/s in falls (the human's bounds are 38 m/s and 290 rad/s), 1.4 % of
@@ -38,16 +39,21 @@ CHATTERING = 0.1
 """Share of ticks in which contacts may chatter at home."""
 
 
-class Ending(NamedTuple):
-    """How a run ended.
+SOUND, DOUBTFUL, DIVERGENT = "sound", "doubtful", "diverged"
+"""The verdicts."""
+
+
+class Verdict(NamedTuple):
+    """Whether the numbers of a run can be believed.
 
     Attributes:
-        end: `completed`, `fell`, `diverged` or `doubtful`.
-        cause: In words; empty if completed.
+        verdict: `sound`, `doubtful` or `diverged`.
+        doubt: Which sentinels failed, when and by how much; empty where the numbers are sound, or where the run's own
+            `cause` says how they blew up.
     """
 
-    end: str
-    cause: str
+    verdict: str
+    doubt: str
 
 
 class Most(NamedTuple):
@@ -127,15 +133,15 @@ def momentum_residual(t: Trajectory, momentum: tuple[float, float], force: float
     return abs(off) / max(weight * max(count, LEAST_TIME / t.tick), abs(force), pushed)
 
 
-def ending(t: Ended, numbers: Mapping[str, float]) -> Ending:
-    """How a run ended, its sentinels heard.
+def verdict_on(t: Ended, numbers: Mapping[str, float]) -> Verdict:
+    """The verdict on the numbers of a run.
 
     Args:
         t: The run as its engine ended it.
         numbers: Its `energy_residual`, `momentum_residual` and `energy_from_nowhere`.
     """
     if t.end == "diverged":
-        return Ending(t.end, t.cause)
+        return Verdict(DIVERGENT, "")
     wide = SAMPLED if t.sampled else 1.0
     when = f"at {t.time[-1]:.3f} s"
     diverged, doubtful = [], []
@@ -153,6 +159,5 @@ def ending(t: Ended, numbers: Mapping[str, float]) -> Ending:
     if ticks > CHATTERING * len(t):
         doubtful.append(f"contacts chattering {when}: in {ticks} of {len(t)} ticks, at most {100.0 * CHATTERING:g} %")
     if not diverged and not doubtful:
-        return Ending(t.end, t.cause)
-    said = "; ".join([*diverged, *doubtful, *([t.cause] if t.cause else [])])
-    return Ending("diverged" if diverged else "doubtful", said)
+        return Verdict(SOUND, "")
+    return Verdict(DIVERGENT if diverged else DOUBTFUL, "; ".join([*diverged, *doubtful]))

@@ -56,9 +56,11 @@ _WALKED = (
 )
 
 _ALL = (
-    Metric("falls", "", "runs that fell or diverged", "count", better="less"),
-    Metric("diverged", "", "runs whose numbers blew up, which are among the falls", "count", better="less"),
-    Metric("doubtful", "", "runs whose sentinels failed: neither walked, nor stood, nor fell", "count", better="less"),
+    Metric("falls", "", "runs that fell, whatever the verdict on their numbers, or whose numbers diverged", "count",
+           better="less"),
+    Metric("diverged", "", "runs whose numbers blew up, which count as falls", "count", better="less"),
+    Metric("doubtful", "", "runs with a sentinel that failed: they may have fallen, but count as neither walking, "
+           "standing nor sitting", "count", better="less"),
     Metric("walked", "", _WALKED, "count", table="engines", better="more"),
     Metric("stood", "", "runs that stood still in the window: no foot strike, torso within 0.1 m of its mean place, "
            "on ground that bears the weight", "count"),

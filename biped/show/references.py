@@ -7,7 +7,7 @@ from pathlib import Path
 
 from biped.base.statistics import wilson
 from biped.show.terminal import number
-from biped.studies.regress.references import METRICS, Reference, References, read, shipped
+from biped.studies.regress.references import FALLEN, METRICS, Reference, References, read, shipped
 
 PAGE = Path(__file__).parents[2] / "docs" / "references.md"
 
@@ -42,7 +42,7 @@ def _names(scenarios: Sequence[str], most: int = 3) -> str:
 def _row(name: str, one: Reference) -> str:
     runs, walked = len(one.runs), one.ends.count("w")
     low, high = wilson(walked, runs)
-    fell = one.ends.count("f") + one.ends.count("d")
+    fell = sum(end in FALLEN for end in one.ends)
     means = []
     for metric in METRICS:
         values = [

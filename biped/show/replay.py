@@ -50,10 +50,10 @@ def chosen(rows: Sequence[Mapping[str, Any]]) -> list[tuple[str, int]]:
         picked.append(("median", _walker(rows, count // 2)))
     fallen: list[tuple[str, int]] = []
     still: list[tuple[str, int]] = []
-    for columns in batches(rows, ("index", "end", "fell", "walked")):
+    for columns in batches(rows, ("index", "end", "walked")):
         up = columns["end"] == "completed"
         for place in np.flatnonzero(~up)[: FALLEN - len(fallen)]:
-            fallen.append(("fell" if columns["fell"][place] else "doubtful", int(columns["index"][place])))
+            fallen.append((str(columns["end"][place]), int(columns["index"][place])))
         for place in np.flatnonzero(up & ~columns["walked"])[: 1 - len(still)]:
             still.append(("stayed_up", int(columns["index"][place])))
     return picked + [(f"{how}_{index}", index) for how, index in (*fallen, *still)]

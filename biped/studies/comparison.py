@@ -18,6 +18,7 @@ from biped.ensemble.plan import Plan
 from biped.ensemble.results import result_of
 from biped.ensemble.rows import LOST, RAISED
 from biped.measure.trajectory import Trajectory
+from biped.measure.verdict import SOUND
 from biped.robot.tree import absolute
 from biped.scenario.metrics import METRICS
 from biped.scenario.reading import to_toml
@@ -50,7 +51,9 @@ class Comparison(NamedTuple):
         rows = [self.results[engine]["runs"] for engine in ENGINES]
         return {
             "scenario": self.scenario,
-            "passed": not any(run["end"] in ("diverged", "doubtful", LOST, RAISED) for runs in rows for run in runs),
+            "passed": all(
+                run["verdict"] == SOUND and run["end"] not in (LOST, RAISED) for runs in rows for run in runs
+            ),
             "parted_at": parted_at(*(self.first[engine] for engine in ENGINES)),
             "metrics": self.metrics(),
             "results": self.results,

@@ -27,6 +27,7 @@ from biped.ensemble.results import result_of, told, write_table
 from biped.ensemble.rows import RAISED, Row
 from biped.ensemble.shard import Shard
 from biped.ensemble.stored_rows import StoredRows
+from biped.measure.metrics.walking import outcome
 from biped.scenario.laws import own_law
 from biped.scenario.vary import run_seed
 
@@ -203,4 +204,4 @@ def keep_ending(folder: Path, index: int, trajectory: AnyTrajectory, row: Row, m
     """Keeps the last seconds of a run that fell, is doubtful or was ended by its law, and how to make it again."""
     if row.fell or row.doubtful or row.end == RAISED:
         ending = partial(packed.save, trajectory.last(LAST_SECONDS))
-        keep(folder, index, row.cause, ending, more, trajectory.traceback)
+        keep(folder, index, outcome(row.as_dict()), ending, more, trajectory.traceback)

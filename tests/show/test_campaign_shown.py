@@ -51,10 +51,13 @@ def test_causes_are_counted():
         {"end": "doubtful", "walked": False, "cause": "energy not accounted for at 9.999 s: 3 %, at most 1 %"},
         {"end": "doubtful", "walked": False, "cause": "energy not accounted for at 7.123 s: 4 %, at most 1 %"},
         {"end": "diverged", "walked": False, "cause": "MuJoCo warned of badqacc before 0.024 s; fell at 0.024 s"},
-    ]
+        {"end": "fell", "walked": False, "cause": "fell backward at 0.300 s", "verdict": "doubtful",
+         "doubt": "energy from nowhere at 0.300 s: 9 %, at most 5 %"},
+    ]  # fmt: skip
     assert causes_of(runs) == [
-        ("fell forward", 2), ("doubtful: energy not accounted for", 2), ("stayed up without walking: in the air", 1),
-        ("diverged: MuJoCo warned of badqacc", 1),
+        ("fell forward", 2), ("stayed up; doubtful: energy not accounted for", 2),
+        ("stayed up without walking: in the air", 1), ("diverged: MuJoCo warned of badqacc", 1),
+        ("fell backward; doubtful: energy from nowhere", 1),
     ]  # fmt: skip
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,10 +33,9 @@ def assess(t: GeneralTrajectory, window: tuple[float, float]) -> Assessed:
         t = t.rows(slice(max(1, int(sound.cumprod().sum()))))
     with np.errstate(all="ignore"):  # numbers of a run that blows up; what comes of them is judged
         numbers = _numbers(t, window)
-        end, cause = verdict.ending(t, numbers)
-    t = replace(t, end=end, cause=cause)
-    outcome = outcome_of(t, numbers)
-    return Assessed(t, numbers | outcome | stopped(t, outcome))
+        judged = verdict.verdict_on(t, numbers)
+    outcome = outcome_of(t, numbers, judged.verdict)
+    return Assessed(t, numbers | outcome | stopped(t, outcome) | judged._asdict())
 
 
 def _numbers(t: GeneralTrajectory, window: tuple[float, float]) -> dict[str, Any]:

@@ -63,7 +63,7 @@ class GeneralTrajectory(Logged):
         generalized: Whether the law's forces were no torques of actuators.
         torque_limit: [N m] of the actuators.
         pushes: Pushes as (start [s], end [s], forward [N], left [N], up [N], body), horizontally and up.
-        end: `completed`, `fell`, `diverged` or `raised`; once judged, perhaps `doubtful`.
+        end: `completed`, `fell`, `diverged` or `raised`.
         cause: How it ended, in words; empty if completed.
         warnings: The engine's warnings, name to count.
         robot: What walked.

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,9 +24,8 @@ class Assessed(NamedTuple):
     """A run and its numbers.
 
     Attributes:
-        trajectory: The run with the end and the cause that its sentinels give it, and without the rows from where it
-            blew up.
-        numbers: Every metric by name; see `measure`.
+        trajectory: The run without the rows from where it blew up; it ends as `diverged` there.
+        numbers: Every metric by name, `verdict` and `doubt`; see `measure`.
     """
 
     trajectory: Trajectory
@@ -47,10 +45,9 @@ def assess(t: Trajectory, window: tuple[float, float]) -> Assessed:
             cause = f"{said}; {t.cause}" if t.cause else said
             t = t.rows(slice(len(sums.point)), end="diverged", cause=cause)
         numbers = _numbers(t, sums)
-        end, cause = verdict.ending(t, numbers)
-    t = replace(t, end=end, cause=cause)
-    outcome = outcome_of(t, numbers)
-    return Assessed(t, numbers | outcome | stopped(t, outcome))
+        judged = verdict.verdict_on(t, numbers)
+    outcome = outcome_of(t, numbers, judged.verdict)
+    return Assessed(t, numbers | outcome | stopped(t, outcome) | judged._asdict())
 
 
 def measure(t: Trajectory, window: tuple[float, float]) -> dict[str, Any]:
@@ -61,9 +58,10 @@ def measure(t: Trajectory, window: tuple[float, float]) -> dict[str, Any]:
         window: [s] start and end of the interval that means are taken over; a run that ended before it has nan there.
 
     Returns:
-        Name to number; `falls`, `diverged`, `doubtful`, `walked`, `stood` and `sat` are 0 or 1. `per_joint` holds
-        peak and mean torque of hip, knee and ankle, `leg_states` the commonest cycle of leg states and its share of all
-        cycles, `signals` mean, smallest and largest of what a law of the user's own logged.
+        Name to number, and the `verdict` with its `doubt` (`biped.measure.verdict.Verdict`). `falls`, `diverged`,
+        `doubtful`, `walked`, `stood` and `sat` are 0 or 1. `per_joint` holds peak and mean torque of hip, knee and
+        ankle, `leg_states` the commonest cycle of leg states and its share of all cycles, `signals` mean, smallest and
+        largest of what a law of the user's own logged.
     """
     return assess(t, window).numbers
 

@@ -9,15 +9,24 @@ import numpy as np
 
 from biped.measure.ended import Ended
 from biped.measure.metrics import walking
+from biped.measure.verdict import DIVERGENT, DOUBTFUL, SOUND
 
 
-def outcome_of(t: Ended, numbers: dict[str, Any]) -> dict[str, int]:
-    """What became of a run, each 0 or 1."""
-    up = t.end == "completed"
+def outcome_of(t: Ended, numbers: dict[str, Any], verdict: str) -> dict[str, int]:
+    """The outcome of a run and the verdict on its numbers, each 0 or 1.
+
+    A fall is a fall whatever the verdict; only a run with sound numbers can have walked, stood or sat.
+
+    Args:
+        t: The run.
+        numbers: Its metrics.
+        verdict: On its numbers (`biped.measure.verdict`).
+    """
+    up = t.end == "completed" and verdict == SOUND
     return {
-        "falls": int(t.end in ("fell", "diverged")),
-        "diverged": int(t.end == "diverged"),
-        "doubtful": int(t.end == "doubtful"),
+        "falls": int(t.end == "fell" or verdict == DIVERGENT),
+        "diverged": int(verdict == DIVERGENT),
+        "doubtful": int(verdict == DOUBTFUL),
         "walked": int(up and walking.walked(numbers, len(t) * t.tick, t.robot.walked)),
         "stood": int(up and walking.stood(numbers)),
         "sat": int(up and walking.sat(numbers)),

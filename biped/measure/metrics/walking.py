@@ -12,6 +12,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+from biped.measure.verdict import DIVERGENT, SOUND
 from biped.robot.description import Walked
 
 ALTERNATION = 0.2
@@ -51,20 +52,58 @@ def sat(numbers: Mapping[str, Any]) -> bool:
     return seated >= SEATED and borne and numbers["strayed"] < STILL
 
 
-TOLD_BY = ("end", "cause", "walked", "stood", "sat", "flight", "support", "alternation")
-"""What of a row `outcome` looks at."""
+TOLD_BY = ("end", "cause", "verdict", "doubt", "walked", "stood", "sat", "flight", "support", "alternation")
+"""Columns of a row that `outcome` reads."""
+_ENDED = re.compile("fell|collapsed")
+"""How the cause of a fall begins."""
+_SENTINEL = re.compile("(energy|momentum) not accounted for|energy from nowhere|contacts chattering")
+"""How a sentinel's words begin."""
 
 
 def outcome(run: Mapping[str, Any]) -> str:
-    """What became of a run, in words.
+    """The outcome of a run in words, and beside it the verdict on its numbers unless they are sound.
 
     Args:
         run: Its row, from memory or from a file (where a number that does not exist is None).
     """
-    if run["end"] in ("diverged", "doubtful"):
-        return f"{run['end']}: {run['cause']}"
+    run = apart(run)
+    return "; ".join(filter(None, (_outcome(run), _doubt(run))))
+
+
+def kind_of(run: Mapping[str, Any]) -> str:
+    """The outcome and the verdict of a run without times and numbers, so that runs can be counted by them."""
+    run = apart(run)
+    return "; ".join(re.split(_WHEN, words)[0] for words in (_outcome(run), _doubt(run)) if words)
+
+
+def apart(run: Mapping[str, Any]) -> Mapping[str, Any]:
+    """A row whose verdict stands beside its end; rows from before had `doubtful` or `diverged` for an end."""
+    if isinstance(run.get("verdict"), str):
+        return run
+    end, cause = run["end"], run.get("cause") or ""
+    if end not in ("doubtful", "diverged"):
+        return {**run, "verdict": SOUND, "doubt": ""}
+    parts = cause.split("; ")
+    own = "" if _SENTINEL.match(parts[-1]) else parts.pop()
+    if end == "diverged" and not _SENTINEL.match(cause):
+        return {**run, "verdict": DIVERGENT, "doubt": ""}
+    fell = _ENDED.match(own) is not None
+    became = "fell" if fell else "raised" if own else "completed"
+    more = {"fell": True} if fell and "fell" in run else {}
+    return {**run, **more, "end": became, "cause": own, "verdict": end, "doubt": "; ".join(parts)}
+
+
+_WHEN = r" (?:at|after|before) (?=\d)"
+
+
+def _outcome(run: Mapping[str, Any]) -> str:
+    """The outcome in words."""
+    if run["end"] == "diverged":
+        return f"diverged: {run['cause']}"
     if run["end"] != "completed":
         return run["cause"]
+    if run["verdict"] != SOUND:
+        return "stayed up"  # whether it walked, numbers that cannot be believed do not say
     if run["walked"]:
         return "walked"
     if run["stood"]:
@@ -74,9 +113,9 @@ def outcome(run: Mapping[str, Any]) -> str:
     return f"stayed up without walking: {_no_steps(run) or 'too slow'}"
 
 
-def kind_of(run: Mapping[str, Any]) -> str:
-    """What became of a run without its time and numbers, so that runs can be counted by it."""
-    return re.split(r" (?:at|after|before) (?=\d)", outcome(run))[0]
+def _doubt(run: Mapping[str, Any]) -> str:
+    """The verdict in words; nothing where the numbers are sound, or where the end says it."""
+    return "" if run["verdict"] == SOUND or not run["doubt"] else f"{run['verdict']}: {run['doubt']}"
 
 
 def airborne(run: Mapping[str, Any]) -> bool:

@@ -170,4 +170,4 @@ def _identical(pairs: Pairs) -> bool:
 
 def _numbers(run: Row) -> bytes:
     """What two runs must share to be the same run."""
-    return msgspec.json.encode({name: run.get(name) for name in (*METRICS, "fell", "end", "cause")})
+    return msgspec.json.encode({name: run.get(name) for name in (*METRICS, "fell", "end", "cause", "verdict", "doubt")})

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from biped.base.statistics import same_rate
-from biped.studies.regress.references import METRICS, Reference
+from biped.studies.regress.references import FALLEN, METRICS, Reference
 
 TOLERANCE = {"speed": 0.02, "cost_of_transport": 0.05, "double_support": 0.10}
 """Relative change of a mean that is never taken for one."""
@@ -122,7 +122,7 @@ def missing(name: str, verdict: str, runs: int) -> Verdict:
 
 
 def _fell(one: Reference) -> int:
-    return one.ends.count("f") + one.ends.count("d")
+    return sum(end in FALLEN for end in one.ends)
 
 
 def _moved(values: Sequence[tuple[float, float]], tolerance: float) -> Moved:

@@ -17,6 +17,8 @@ from biped.scenario.valid import humane
 
 METRICS = HEAD
 """Numbers kept of every run."""
+FALLEN = "fFd"
+"""Letters of `Reference.ends` that count as falls."""
 
 
 class Reference(Struct, frozen=True, forbid_unknown_fields=True):
@@ -26,7 +28,8 @@ class Reference(Struct, frozen=True, forbid_unknown_fields=True):
         since: Date of the change that it has been the same since; `References.history` says why.
         platform: Key of the platform that it was recorded on.
         runs: Numbers of the runs, in the ensemble that `biped.studies.regress.runs` makes of the scenario.
-        ends: A letter for each: w walked, s stayed up without walking on, f fell, d diverged, ? doubtful.
+        ends: A letter for each: w walked, s stayed up without walking on, f fell, d diverged, ! its law failed;
+            where the numbers are doubtful, F fell and ? stayed up.
         digests: Of the bits of each run's log.
         speed: [m/s] of each run; None where it has none. Likewise the other metrics.
         cost_of_transport: Net.

@@ -91,8 +91,11 @@ def _made(plan: Plan, index: int) -> tuple[Row, str]:
 
 
 def _letter(row: Row) -> str:
-    letters = {"completed": "s", "fell": "f", "diverged": "d", "doubtful": "?", RAISED: "!"}
-    return "w" if row.walked else letters[row.end]
+    if row.diverged:
+        return "d"
+    if row.doubtful:
+        return {"completed": "?", "fell": "F"}.get(row.end, "!")
+    return "w" if row.walked else {"completed": "s", "fell": "f", RAISED: "!"}[row.end]
 
 
 def _rounded(value: float) -> float | None:

@@ -51,7 +51,7 @@ def test_verdict_five_numbers_and_what_failed(run):
         ({"end": "completed", "walked": False, "stood": 1}, "stood still"),
         (
             {"end": "doubtful", "walked": False, "cause": "energy not accounted for"},
-            "doubtful: energy not accounted for",
+            "stayed up; doubtful: energy not accounted for",
         ),
         ({}, "stayed up to the end"),
     ],
