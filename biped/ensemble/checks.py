@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
+from biped.base.replacing import Kind
+from biped.base.writing import write_text
 from biped.ensemble.columns import batches
 from biped.ensemble.rows import LOST, RAISED
 from biped.measure.metrics.walking import airborne
@@ -66,6 +68,9 @@ def _words(bound: Bound) -> str:
     return f"{bound.min:g} … {bound.max:g}"
 
 
+JUNIT = Kind("a report of biped check", (".xml",), (b'<testsuites name="biped"',))
+
+
 def write_junit(path: Path, results: Sequence[Mapping[str, Any]]) -> None:
     """Writes checks as JUnit XML, one suite per scenario, one case per check.
 
@@ -86,4 +91,4 @@ def write_junit(path: Path, results: Sequence[Mapping[str, Any]]) -> None:
                 text = f"{check['name']} = {check['value']}, expected {check['expected']}"
                 ElementTree.SubElement(case, "failure", message=text)
     ElementTree.indent(root)
-    ElementTree.ElementTree(root).write(path, encoding="unicode", xml_declaration=True)
+    write_text(path, f"<?xml version='1.0' encoding='utf-8'?>\n{ElementTree.tostring(root, encoding='unicode')}\n")

@@ -33,7 +33,7 @@ from biped.ensemble.origin import origin_of
 from biped.ensemble.parts import FOLDER as PARTS
 from biped.ensemble.parts import Made, commit_to
 from biped.ensemble.plan import Plan
-from biped.ensemble.refusal import complaining, holds_something_else, same_runs, unusable
+from biped.ensemble.refusal import OF_SEARCHES, complaining, holds_something_else, same_runs, unusable
 from biped.ensemble.shard import Shard
 from biped.scenario.reading import to_toml
 
@@ -47,6 +47,7 @@ class Folder:
         runs: Numbers of the runs that are made, where it is not all of the plan's: they have a folder of their own.
         fresh: Whether the folder must not exist yet.
         shard: The share of the campaign that is made: others may be at work in the folder on theirs.
+        foreign: Names that say that another command made the folder.
 
     Attributes:
         path: Where, without `..` and symbolic links: what is tested is what is written to.
@@ -59,7 +60,7 @@ class Folder:
     """
 
     def __init__(self, path: Path, plan: Plan, runs: Sequence[int] | None = None, fresh: bool = False,
-                 shard: Shard | None = None):  # fmt: skip
+                 shard: Shard | None = None, foreign: frozenset[str] = OF_SEARCHES):  # fmt: skip
         self.notes: list[str] = []
         self._plan = plan
         self._created: set[Path] = set()
@@ -72,7 +73,7 @@ class Folder:
         text = to_toml(plan.scenario)
         try:
             self.path = Path(os.path.realpath(path))
-            if not fresh and holds_something_else(self.path, text):
+            if not fresh and holds_something_else(self.path, text, foreign):
                 raise InputError(
                     f"--out {path}: already holds something else; expected a new folder, or one with the results of "
                     "exactly this scenario, which are then continued"

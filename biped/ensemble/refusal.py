@@ -9,6 +9,7 @@ from pathlib import Path
 
 from biped.base.errors import InputError, RunError
 from biped.base.files import label
+from biped.base.replacing import RESULTS
 from biped.base.writing import reason
 from biped.ensemble.lock import NAME as LOCK
 from biped.ensemble.parts import FOLDER as PARTS
@@ -39,14 +40,29 @@ def complaining(path: Path) -> Iterator[None]:
         ) from error
 
 
-def holds_something_else(path: Path, text: str) -> bool:
-    """Whether a folder has anything in it but the results of the scenario with this text."""
+_STUDIED = RESULTS - {"result.json", "runs.jsonl", PARTS}
+OF_RUNS = _STUDIED | {"trajectory.npz", "runs.parquet", PARTS}
+"""Names that are in no folder of a search."""
+OF_SEARCHES = _STUDIED | {"gait.toml", "convergence.png", "least.png"}
+"""Names that are in no folder of runs."""
+
+
+def holds_something_else(path: Path, text: str, foreign: frozenset[str]) -> bool:
+    """Whether a folder has anything in it but the results of the scenario with this text.
+
+    Args:
+        path: The folder.
+        text: The scenario.
+        foreign: Names that say that another command made the folder, of the same scenario perhaps.
+    """
     if not path.exists():
         return False
     there = path / "scenario.toml"
     if not path.is_dir():
         return True
     inside = {one.name for one in path.iterdir()}  # once: another command may begin at this moment
+    if inside & foreign:
+        return True
     if there.name in inside:
         return not there.is_file() or there.read_bytes() != text.encode()
     # A command that was killed before it wrote anything may have left these.

@@ -7,6 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from biped.base.errors import InputError
+from biped.base.replacing import Kind, may_add, may_write
+from biped.base.writing import reason, write_text
+from biped.ensemble.naming import numbered
 from biped.ensemble.plan import Plan
 from biped.ensemble.sweeps import threshold_words
 from biped.scenario.keys import Scenario
@@ -19,6 +22,9 @@ from biped.show.terminal import NOWHERE, causes_of, failures, nowhere, number
 from biped.show.words import harmless, told
 from biped.studies.folders import results_at
 
+MARK = "<!-- written by biped report -->"
+KIND = Kind("a report of biped", (".md", ".markdown"), (MARK.encode(),))
+
 
 def write_report(folders: Sequence[Path], out: Path, title: str) -> None:
     """Writes a report of results folders, its figures in a folder beside it.
@@ -29,19 +35,24 @@ def write_report(folders: Sequence[Path], out: Path, title: str) -> None:
         title: First heading.
 
     Raises:
-        InputError: A folder holds no results, or the report cannot be written.
+        InputError: A folder holds no results, the report cannot be written, or something else is there.
     """
+    may_write(out, "--out", KIND)
     parts = [f"# {told(title)}\n"]
+    taken: set[Path] = set()
     for folder in folders:
         result = harmless(results_at(folder))
         scenario = read_scenario(str(folder / "scenario.toml"), looking=True)
-        figures = plot_results(folder, out.with_suffix("") / folder.name)
+        beside = next(path for path in numbered(out.with_suffix(""), folder.resolve().name) if path not in taken)
+        taken.add(beside)
+        may_add(beside, "--out")
+        figures = plot_results(folder, beside)
         drawn = [figure.relative_to(out.parent) for figure in figures]
         parts.append(_section(result, scenario, _command(folder, result, scenario), drawn))
     try:
-        out.write_text("\n".join(parts), encoding="utf-8")
+        write_text(out, "\n".join([*parts, MARK, ""]))
     except OSError as error:
-        raise InputError(f"--out {out}: cannot be written: {error.strerror}") from None
+        raise InputError(f"--out {out}: cannot be written: {reason(error)}") from None
 
 
 def _command(folder: Path, result: Mapping[str, Any], scenario: Scenario) -> str:

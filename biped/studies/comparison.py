@@ -11,6 +11,7 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.json import dumps
+from biped.base.replacing import may_fill
 from biped.base.writing import write_into
 from biped.ensemble import campaign
 from biped.ensemble.backend import Jobs
@@ -123,6 +124,9 @@ def _in_engine(name: str, changes: Sequence[str], engine: str) -> Plan:
         raise InputError(f"compare: in the engine '{engine}': {str(error).removeprefix('--set: ')}") from None
 
 
+OWN = ("comparison.json",)
+
+
 def write(comparison: Comparison, folder: Path) -> None:
     """Writes comparison.json, and the scenario that it is of.
 
@@ -131,8 +135,9 @@ def write(comparison: Comparison, folder: Path) -> None:
         folder: Where; made if it does not exist.
 
     Raises:
-        InputError: It cannot be written.
+        InputError: It cannot be written, or something else is there.
     """
+    may_fill(folder, "--out", OWN)
     files = {
         "comparison.json": dumps(comparison.as_dict(), indent=1),
         "scenario.toml": to_toml(comparison.plans["mujoco"].scenario),

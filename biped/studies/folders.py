@@ -10,12 +10,14 @@ from biped.base.errors import InputError
 from biped.base.files import label
 from biped.ensemble.folder import Folder
 from biped.ensemble.plan import Plan
+from biped.ensemble.refusal import OF_SEARCHES
 
 RUNS = Path("runs")
 """Where results go unless --out says otherwise, below the working folder."""
 
 
-def folder_for(out: Path | None, title: str, plan: Plan, runs: Sequence[int] | None = None) -> Folder:
+def folder_for(out: Path | None, title: str, plan: Plan, runs: Sequence[int] | None = None,
+               foreign: frozenset[str] = OF_SEARCHES) -> Folder:  # fmt: skip
     """The results folder that the user asks for, or else a new one below `RUNS`.
 
     Args:
@@ -23,11 +25,12 @@ def folder_for(out: Path | None, title: str, plan: Plan, runs: Sequence[int] | N
         title: Of a new one.
         plan: What is run.
         runs: Numbers of the runs that are made, where it is not all of the plan's.
+        foreign: Names that say that another command made the folder.
 
     Raises:
         InputError: Something else is already there, another process is at work in it, or it cannot be written.
     """
-    return Folder.new(RUNS, title, plan, runs) if out is None else Folder(out, plan, runs)
+    return Folder.new(RUNS, title, plan, runs) if out is None else Folder(out, plan, runs, foreign=foreign)
 
 
 def results_at(path: Path) -> dict[str, Any]:

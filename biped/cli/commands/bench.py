@@ -5,11 +5,14 @@ from __future__ import annotations
 import argparse
 from importlib import import_module
 
+from biped.base.replacing import may_add
 from biped.cli.common import DONE, FAILED, print_json, reason_of, warn
 
 
 def command(args: argparse.Namespace) -> int:
     """Measures one thing."""
+    if args.out is not None:
+        may_add(args.out, "--out")
     return {
         "throughput": _throughput,
         "walking": _walking,

@@ -5,8 +5,10 @@ from __future__ import annotations
 import argparse
 
 from biped.base.errors import InputError
+from biped.base.replacing import may_write
+from biped.base.writing import reason
 from biped.cli.common import DONE, FAILED, changes_of, print_all, warn, workers_of
-from biped.ensemble.checks import write_junit
+from biped.ensemble.checks import JUNIT, write_junit
 from biped.show.terminal import progress, show_verdict
 from biped.studies.planned import plan_of
 from biped.studies.run import run
@@ -14,8 +16,10 @@ from biped.studies.run import run
 
 def command(args: argparse.Namespace) -> int:
     """Checks scenarios; nothing is written but the JUnit file."""
-    if args.junit is not None and not args.junit.absolute().parent.is_dir():
-        raise InputError(f"--junit {args.junit}: cannot be written: expected a file in a folder that exists")
+    if args.junit is not None:
+        may_write(args.junit, "--junit", JUNIT)
+        if not args.junit.absolute().parent.is_dir():
+            raise InputError(f"--junit {args.junit}: cannot be written: expected a file in a folder that exists")
     for name in args.scenario:
         if not plan_of(name, changes_of(args)).scenario.expect:
             raise InputError(f"{name}: expect: missing; a scenario to check says what it expects, e.g. "
@@ -32,7 +36,7 @@ def command(args: argparse.Namespace) -> int:
         try:
             write_junit(args.junit, results)
         except OSError as error:
-            raise InputError(f"--junit {args.junit}: cannot be written: {error.strerror}") from None
+            raise InputError(f"--junit {args.junit}: cannot be written: {reason(error)}") from None
     if args.json:
         print_all(results)
     return DONE if all(result["passed"] for result in results) else FAILED

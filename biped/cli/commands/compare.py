@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 
 from biped.base.errors import InputError
+from biped.base.replacing import may_fill
 from biped.cli.common import DONE, FAILED, one_folder, print_all, workers_of
 from biped.ensemble.naming import new_folder
 from biped.show.side_by_side import draw, show
-from biped.studies.comparison import compare, write
+from biped.studies.comparison import OWN, compare, write
 from biped.studies.folders import RUNS
 from biped.studies.planned import title_of
 
@@ -18,6 +19,8 @@ def command(args: argparse.Namespace) -> int:
     if args.engine is not None:
         raise InputError("--engine: compare runs both engines; expected no --engine")
     one_folder(args)
+    if args.out is not None:
+        may_fill(args.out, "--out", OWN)
     made = []
     with workers_of(args) as jobs:
         for name in args.scenario:

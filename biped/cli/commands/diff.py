@@ -7,6 +7,7 @@ from pathlib import Path
 
 from biped.base.errors import InputError
 from biped.base.files import label
+from biped.base.replacing import may_fill, may_write
 from biped.cli.common import DONE, FAILED, print_json, warn, workers_of
 from biped.show.diff import show, write
 from biped.show.terminal import progress
@@ -19,6 +20,12 @@ def command(args: argparse.Namespace) -> int:
     folders = [Path(word) for word in (args.first, args.second)]
     stored = [(folder / "result.json").is_file() for folder in folders]
     out: Path | None = args.out
+    if out is not None:
+        may_fill(out, "--out", ("diff.json", "first", "second"))
+    if args.html is not None:
+        from biped.show.page import KIND
+
+        may_write(args.html, "--html", KIND)
     if all(stored):
         if args.scenario is not None or args.changes:
             raise InputError("diff: --scenario and --set: expected with gaits or laws only, results are what they are")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -21,7 +22,7 @@ def command(args: argparse.Namespace) -> int:
     file: Path = args.file
     if file.suffix != ".py" or not file.stem.isidentifier():
         raise InputError(f"new: {file}: expected the name of a Python module, such as my_law.py")
-    if file.exists():
+    if os.path.lexists(file):
         raise InputError(f"new: {file}: is there already; expected another name, nothing is overwritten")
     try:
         write_text(file, start().replace(NAMED, str(file)))

@@ -29,6 +29,7 @@ def _reference(args: argparse.Namespace) -> int:
 
 def _gait(args: argparse.Namespace) -> int:
     from biped.base.json import dumps
+    from biped.base.replacing import may_fill
     from biped.base.writing import write_text
     from biped.ensemble.naming import new_folder
     from biped.ensemble.refusal import complaining
@@ -37,6 +38,8 @@ def _gait(args: argparse.Namespace) -> int:
     from biped.studies.folders import RUNS
     from biped.studies.stability.study import ENGINES, study
 
+    if args.out is not None:
+        may_fill(args.out, "--out", ("stability.json",))
     engines = ENGINES if args.engine is None else (args.engine,)
     with workers_of(args) as jobs:
         studied = study(args.scenario, args.changes, engines, jobs, args.basin)

@@ -11,10 +11,11 @@ from pathlib import Path
 import numpy as np
 
 from biped.base.errors import InputError, RunError
+from biped.base.replacing import Kind, may_write
 from biped.base.text import short
 from biped.base.writing import reason, written
 
-SUFFIXES = (".mp4", ".gif")
+KIND = Kind("a clip", (".mp4", ".gif"), (b"ftypisom", b"GIF89a"))
 _COLOURS, _SAMPLED = 128, 30
 
 
@@ -24,8 +25,7 @@ def check(out: Path) -> None:
     Raises:
         InputError: The file cannot be made.
     """
-    if out.suffix.lower() not in SUFFIXES:
-        raise InputError(f"--out {out}: expected a file *.mp4 or *.gif")
+    may_write(out, "--out", KIND)
     if not out.absolute().parent.is_dir():
         raise InputError(f"--out {out}: cannot be written: expected a file in a folder that exists")
     if out.suffix.lower() == ".mp4":

@@ -14,12 +14,15 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from biped.base.errors import InputError
+from biped.base.replacing import Kind, may_write
 from biped.base.writing import reason, write_text
 from biped.show.page import campaign, compared, differing, regressed, stable, standing, tuned
 from biped.show.page.html import Markup, join, tag
 
 MOST = 3_000_000
 """[bytes] that a page should stay below."""
+
+KIND = Kind("a page of biped", (".html", ".htm"), (b"Made by biped.",))
 
 _SECTIONS: dict[str, Callable[[Path], Markup]] = {
     "campaign": campaign.section,
@@ -38,12 +41,13 @@ def write_page(results: Sequence[Path], out: Path, title: str) -> None:
     Args:
         results: Folders of `run`, `compare`, `diff`, `tune`, `stability` or `standard`, or a file of what
             `regress --json` printed.
-        out: The HTML file; one that is there is replaced.
+        out: The HTML file; a page that is there is replaced, anything else is not.
         title: Of the page.
 
     Raises:
-        InputError: Something is no result, or the page cannot be written.
+        InputError: Something is no result, something else is there, or the page cannot be written.
     """
+    may_write(out, "--html", KIND)
     write_sections([_SECTIONS[kind_of(path)](path) for path in results], out, title)
 
 
@@ -51,8 +55,9 @@ def write_sections(sections: Sequence[Markup], out: Path, title: str) -> None:
     """Writes one page of sections.
 
     Raises:
-        InputError: It cannot be written.
+        InputError: It cannot be written, or something else is there.
     """
+    may_write(out, "--html", KIND)
     try:
         write_text(out, page(title, sections))
     except OSError as error:

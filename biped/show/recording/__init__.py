@@ -12,6 +12,7 @@ from pathlib import Path
 import rerun as rr
 
 from biped.base.errors import InputError
+from biped.base.replacing import Kind, may_write
 from biped.measure.signals import every
 from biped.show.recording.body import PICTURES, log_body
 from biped.show.recording.layout import layout
@@ -21,6 +22,9 @@ from biped.show.recording.scene import log_scene
 from biped.show.recording.series import log_series, log_states
 
 __all__ = ["Recorded", "record"]
+
+
+KIND = Kind("a recording", (), (b"RRF2",))
 
 
 def record(path: Path, runs: Sequence[Recorded], *, title: str) -> None:
@@ -34,8 +38,9 @@ def record(path: Path, runs: Sequence[Recorded], *, title: str) -> None:
         title: What the viewer calls the recording.
 
     Raises:
-        InputError: The file cannot be written, or a run is finite at no time.
+        InputError: The file cannot be written, something else is there, or a run is finite at no time.
     """
+    may_write(path, "recording", KIND)
     placed = place(runs)
     try:
         path.open("wb").close()  # rerun would say so only after taking data for it

@@ -13,6 +13,7 @@ import msgspec
 from biped.base.errors import InputError
 from biped.base.files import label
 from biped.base.json import dumps
+from biped.base.replacing import may_fill
 from biped.base.writing import reason, write_text
 from biped.ensemble.origin import origin_of
 from biped.ensemble.plan import Plan
@@ -40,6 +41,7 @@ class Measured:
     def __init__(self, folder: Path):
         self._file = folder / FILE
         self._kept: dict[str, Any] = {}
+        may_fill(folder, "--out", (FILE, "standard.json"))
         try:
             folder.mkdir(parents=True, exist_ok=True)
             if self._file.is_file():

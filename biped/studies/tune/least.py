@@ -13,6 +13,7 @@ from biped.base.progress import Progress, Told, silent, unheard
 from biped.ensemble.backend import Jobs
 from biped.ensemble.folder import Folder
 from biped.ensemble.plan import Plan
+from biped.ensemble.refusal import OF_RUNS
 from biped.scenario.gains import GAINS, OUT_OF_PLANE, Gains, number, single, with_numbers
 from biped.scenario.gait import read_gains
 from biped.scenario.reading import read_scenario
@@ -80,7 +81,7 @@ def least(
     if not names:
         raise InputError(f"--least {gait}: expected another gait than the scenario's own, '{scenario.controller}'")
     title = title_of(name) + "-least"
-    with folder_for(out, title, Plan(scenario)) as folder:
+    with folder_for(out, title, Plan(scenario), foreign=OF_RUNS) as folder:
         steps = _known(folder, gait, len(names), tell)
         with workers(study, jobs) as evaluate, progress(title, len(names) + 1, len(steps)) as advance:
             while len(steps) <= len(names):

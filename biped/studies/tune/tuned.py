@@ -15,6 +15,7 @@ from biped.base.progress import Progress, Told, silent, unheard
 from biped.ensemble.backend import Jobs
 from biped.ensemble.folder import Folder
 from biped.ensemble.plan import Plan
+from biped.ensemble.refusal import OF_RUNS
 from biped.scenario.keys import Scenario
 from biped.scenario.reading import read_scenario
 from biped.studies.folders import folder_for
@@ -95,7 +96,7 @@ def tune(
     title = title_of(name)
     strategy(Space(stages[0].scenario, stages[0].gains), stages[0].tune, scenario.seed)
     began = time.perf_counter()
-    with folder_for(out, title, Plan(scenario)) as folder:
+    with folder_for(out, title, Plan(scenario), foreign=OF_RUNS) as folder:
         search, found, journal, made = _search(folder, scenario, stages, jobs, partial(progress, title), after, tell)
         seconds = time.perf_counter() - began
         path = folder.path / "gait.toml"
