@@ -10,6 +10,7 @@ import msgspec
 
 from biped.base.errors import InputError
 from biped.base.files import label
+from biped.base.typed import convert
 from biped.ensemble.columns import batches
 from biped.ensemble.plan import Plan
 from biped.measure.metrics.walking import apart
@@ -98,7 +99,7 @@ def result_in(folder: Path) -> dict[str, Any]:
         raise InputError(f"{label(folder)}: expected the scenario.toml of its result beside it, there is none")
     try:
         result = json.loads(file.read_bytes())
-        read = msgspec.convert(result, _Result)
+        read = convert(result, _Result)
         if read.runs is msgspec.UNSET and not read.summary.runs:
             raise ValueError("no runs")
         if ("points" in result) != ("thresholds" in result):

@@ -12,6 +12,7 @@ import msgspec
 import numpy as np
 
 from biped.base.files import folder
+from biped.base.typed import convert
 from biped.measure.columns import COLUMNS, UNITS, WIDTH
 from biped.measure.logged import Columns, Logged
 from biped.robot.description import Robot, robot_at
@@ -223,14 +224,14 @@ def made_of(
         ValueError: They do not fit.
     """
     about = dict(about)
-    about["robot"] = msgspec.convert(about["robot"], Robot)
+    about["robot"] = convert(about["robot"], Robot)
     about["tree"] = Tree(**{name: np.array(value, dtype=float) for name, value in about["tree"].items()})
     about["torque_limit"] = tuple(about["torque_limit"])
     about["signal_names"] = tuple(about.get("signal_names", ()))
     about["pushes"] = tuple(tuple(push) for push in about["pushes"])
     about["changes"] = tuple(about.get("changes", ()))
     about["ground"] = profile_from(about.get("ground"))
-    about["seat"] = msgspec.convert(about["seat"], Seat) if "seat" in about else None
+    about["seat"] = convert(about["seat"], Seat) if "seat" in about else None
     found = Trajectory(log=log, inferred=inferred, seat_force=seat_force, **about)
     shape = (len(log), WIDTH + len(found.signal_names))
     if log.shape != shape or log.dtype != np.float64 or len(log) == 0 or not found.tick > 0.0:

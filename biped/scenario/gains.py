@@ -7,6 +7,7 @@ from typing import Any
 
 import msgspec
 
+from biped.base.typed import convert
 from biped.scenario.section import Degrees, Four, NonNegative, Positive, Real, Section, Springs
 
 
@@ -188,4 +189,4 @@ def with_numbers(gains: Gains, numbers: Mapping[str, float]) -> Gains:
             table[part] = list(table[part]) if isinstance(table[part], tuple) else table[part]
             table = table[part]
         table[int(last) if last.isdigit() else last] = value
-    return msgspec.convert(values, Gains)
+    return convert(values, Gains)

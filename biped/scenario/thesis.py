@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import msgspec
-
 from biped.base.files import layered
+from biped.base.typed import convert
 from biped.scenario.keys import Scenario
 
 ABOUT = ("model", "controller", "law", "gains", "change", "backstep", "push", "truth", "ground.slope")
@@ -30,7 +29,7 @@ def about(data: Mapping[str, Any], origin: Mapping[str, Path]) -> dict[str, floa
 
 def _about(data: Mapping[str, Any]) -> list[Any]:
     """What a scenario says of `ABOUT`, and what of it varies."""
-    s = msgspec.convert(data, Scenario)
+    s = convert(data, Scenario)
     varied = {**s.sweep, **s.randomise.draw}
     told = [getattr(s, key) for key in ABOUT if "." not in key]
     return [*told, s.ground.slope, {key: varied[key] for key in varied if f"{key}.".startswith(_PREFIXES)}]

@@ -10,6 +10,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 import msgspec
 
+from biped.base import typed
 from biped.base.errors import InputError
 from biped.base.files import nearest
 from biped.base.text import echo, said
@@ -39,7 +40,7 @@ def fault(key: str, what: str) -> InputError:
 def convert(data: Any, kind: type, fail: Fail) -> Any:
     """Converts plain data to a typed record, turning the library's complaint into ours."""
     try:
-        return msgspec.convert(data, kind)
+        return typed.convert(data, kind)
     except msgspec.ValidationError as error:
         text, _, place = str(error).partition(" - at `$")
         key = place.rstrip("`").lstrip(".")

@@ -14,6 +14,7 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.base.files import nearest
 from biped.base.text import echo, said, short
+from biped.base.typed import convert
 from biped.scenario.keys import Scenario
 from biped.scenario.possible import possible
 from biped.scenario.randomise import Distribution
@@ -172,7 +173,7 @@ def with_values(scenario: Scenario, values: Mapping[str, Any], asked: Asked) -> 
         if rest:
             section = _replaced(section, rest, value)
         try:
-            typed = msgspec.convert(section, _hints()[first])
+            typed = convert(section, _hints()[first])
         except msgspec.ValidationError as error:
             raise fault(humane(str(error).partition(" - at ")[0])) from None
         scenario = msgspec.structs.replace(scenario, **{first: typed})

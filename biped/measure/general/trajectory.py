@@ -14,6 +14,7 @@ import msgspec
 import mujoco
 import numpy as np
 
+from biped.base.typed import convert
 from biped.measure.logged import Logged
 from biped.robot.general.facts import General
 from biped.robot.ground import LEVEL, Profile, profile_from
@@ -251,7 +252,7 @@ def made_of(about: dict[str, Any], log: np.ndarray) -> GeneralTrajectory:
     """
     about = dict(about)
     about.pop("kind")
-    about["robot"] = msgspec.convert(about["robot"], General)
+    about["robot"] = convert(about["robot"], General)
     about["ground"] = profile_from(about.pop("ground", None))
     about["changes"] = about.get("changes", ())
     for name in ("gravity", "torque_limit", "signal_names", "changes"):
@@ -270,7 +271,7 @@ def loaded(about: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> GeneralTr
         KeyError: An array is missing.
         ValueError: They do not fit.
     """
-    robot = msgspec.convert(about["robot"], General)
+    robot = convert(about["robot"], General)
     n = len(arrays["time"])
     names = (*columns_of(robot), *(("signals",) if about["signal_names"] else ()))
     return made_of(about, np.hstack([np.asarray(arrays[name], dtype=float).reshape(n, -1) for name in names]))

@@ -10,6 +10,7 @@ import msgspec
 
 from biped.base.errors import InputError
 from biped.base.files import label
+from biped.base.typed import convert
 from biped.show.words import harmless
 
 _MOST = 200_000_000
@@ -32,7 +33,7 @@ def read_as(file: Path, kind: Any, what: str, again: str) -> Any:
         if file.stat().st_size > _MOST:
             raise InputError(f"{label(file)}: expected {what} of at most {_MOST // 1_000_000} MB")
         found = harmless(json.loads(file.read_bytes()))
-        msgspec.convert(found, kind)
+        convert(found, kind)
     except OSError as error:
         raise InputError(f"{label(file)}: cannot be read: {str(error.strerror).lower()}") from None
     except (ValueError, RecursionError, msgspec.MsgspecError) as error:

@@ -11,6 +11,7 @@ import msgspec
 
 from biped.base.errors import InputError
 from biped.base.statistics import same_rate, wilson
+from biped.base.typed import convert
 from biped.show.page.html import Markup, card, join, table, tag
 from biped.show.page.plot import Frame, around, legend
 from biped.show.page.read import read_as
@@ -141,7 +142,7 @@ def _journal(file: Path) -> list[dict[str, Any]]:
     for line in lines:
         try:
             record = json.loads(line)
-            msgspec.convert(record, _Generation)
+            convert(record, _Generation)
         except (ValueError, RecursionError, msgspec.MsgspecError):
             continue
         if record["costs"]:

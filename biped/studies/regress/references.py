@@ -12,6 +12,7 @@ from msgspec import Struct, field
 
 from biped.base.errors import InputError
 from biped.base.files import folder, label
+from biped.base.typed import convert
 from biped.scenario.metrics import HEAD
 from biped.scenario.valid import humane
 
@@ -108,7 +109,7 @@ def read(path: Path) -> References:
         InputError: It cannot be read or is something else.
     """
     try:
-        found = msgspec.json.decode(path.read_bytes(), type=References)
+        found = convert(msgspec.json.decode(path.read_bytes()), References)
     except FileNotFoundError:
         return References()
     except OSError as error:

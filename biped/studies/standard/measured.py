@@ -14,6 +14,7 @@ from biped.base.errors import InputError
 from biped.base.files import label
 from biped.base.json import dumps
 from biped.base.replacing import may_fill
+from biped.base.typed import convert
 from biped.base.writing import reason, write_text
 from biped.ensemble.origin import origin_of
 from biped.ensemble.plan import Plan
@@ -46,7 +47,7 @@ class Measured:
             folder.mkdir(parents=True, exist_ok=True)
             if self._file.is_file():
                 self._kept = json.loads(self._file.read_bytes())
-                msgspec.convert(self._kept, dict[str, _Kept])
+                convert(self._kept, dict[str, _Kept])
         except OSError as error:
             raise InputError(f"--out {folder}: cannot be written: {reason(error)}; choose another folder") from None
         except (ValueError, RecursionError, msgspec.MsgspecError) as error:

@@ -8,6 +8,7 @@ from typing import Any
 import msgspec
 
 from biped.base.statistics import wilson
+from biped.base.typed import convert
 from biped.scenario.gains import GAINS, OUT_OF_PLANE, Gains
 from biped.scenario.gait import SETTINGS, made_for
 from biped.scenario.vary import Asked, with_values
@@ -76,4 +77,4 @@ def gait_of(text: str) -> Gains:
     import tomllib
 
     data = tomllib.loads(text)
-    return msgspec.convert({key: data[key] for key in (*GAINS, *OUT_OF_PLANE) if key in data}, Gains)
+    return convert({key: data[key] for key in (*GAINS, *OUT_OF_PLANE) if key in data}, Gains)
