@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 from typing import TYPE_CHECKING, Any
@@ -13,6 +12,7 @@ from numba import typeof, types
 from numba.core import registry
 
 from biped.base.objects import file_of, letters_of, there
+from biped.base.sealed import sealed
 from biped.base.writing import written
 
 if TYPE_CHECKING:
@@ -43,13 +43,12 @@ def keep(kernel: Kernel, arguments: tuple[Any, ...]) -> bool:
     code, calls = _object(compiled)
     if not there(calls):
         return False
-    head = {"name": compiled.fndesc.llvm_func_name, "result": result, "calls": calls,
-            "digest": hashlib.blake2b(code).hexdigest()}  # fmt: skip
+    head = {"name": compiled.fndesc.llvm_func_name, "result": result, "calls": calls}
     file = file_of(kernel, arguments)
     try:
         file.parent.mkdir(exist_ok=True)
         with written(file) as part:
-            part.write_bytes(json.dumps(head).encode() + b"\n" + code)
+            part.write_bytes(sealed(json.dumps(head).encode() + b"\n" + code))
     except OSError:  # a full disk, or another process that keeps the same
         return False
     return True

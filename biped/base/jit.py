@@ -167,12 +167,14 @@ class Kernel(Deferred):
 
 
 def _apart(dispatcher: Any) -> Any:
-    """A dispatcher whose code is kept in files of its process's own.
+    """A dispatcher whose code is kept in files of its process's own, with checksums.
 
     numba numbers the files of a function: two processes that compile it for different types at the same moment both
     write number 1, and the index, whoever of them writes it last, may give one's types the other's code.
     """
-    kept = dispatcher._cache._cache_file
+    from biped.base.sealed import cache_file_of
+
+    kept = dispatcher._cache._cache_file = cache_file_of(dispatcher._cache._cache_file)
     kept._data_name_pattern = kept._data_name_pattern.replace("{number", f"{os.urandom(6).hex()}.{{number")
     return dispatcher
 
@@ -204,7 +206,10 @@ def kernel(
     if signature is None:
         return Kernel(function, options, entry)
     with cached():
-        return numba().njit(signature, **options)(function)
+        made = _apart(numba().njit(**options)(function))
+        made.compile(signature)
+        made.disable_compile()
+        return made
 
 
 entry_kernel = partial(kernel, entry=True)

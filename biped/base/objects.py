@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from biped.base.kernels import cache_folder
+from biped.base.sealed import say_damaged, unsealed
 
 if TYPE_CHECKING:
     from biped.base.jit import Kernel
@@ -110,13 +111,17 @@ def file_of(kernel: Kernel, arguments: tuple[Any, ...]) -> Path:
 def loaded(kernel: Kernel, arguments: tuple[Any, ...]) -> Callable[..., Any] | None:
     """A kernel's code for arguments of these kinds; None if there is none that can be used."""
     try:
-        head, _, code = file_of(kernel, arguments).read_bytes().partition(b"\n")
-        said = json.loads(head)
+        file = file_of(kernel, arguments)
+        data = file.read_bytes()
         letters = letters_of(arguments)
-    except (OSError, ValueError, TypeError):
+    except (OSError, TypeError):
         return None
-    if hashlib.blake2b(code).hexdigest() != said["digest"]:
+    whole = unsealed(data)
+    if whole is None:
+        say_damaged(file.parents[1])
         return None
+    head, _, code = whole.partition(b"\n")
+    said = json.loads(head)
     llvm = import_module("llvmlite.binding")
     if not there(said["calls"]):
         return None

@@ -68,7 +68,7 @@ def test_kernels_take_in_nothing_from_rooms_that_the_digest_leaves_out():
     assert found > 50
 
 
-SMALL = ("base/__init__.py", "base/kernels.py", "base/jit.py", "base/errors.py")
+SMALL = ("base/__init__.py", "base/kernels.py", "base/jit.py", "base/errors.py", "base/sealed.py")
 CALLER = """from biped.base.jit import kernel
 from biped.control.callee import f
 
@@ -118,6 +118,42 @@ def test_an_edited_number_in_another_file_is_compiled_again(small):
         (small / "robot" / "number.py").write_text(f"FACTOR = {factor}\n", encoding="utf-8")
         said += [called(small)[0] for _ in range(2)]
     assert said == [["2.0", "0"], ["2.0", "1"], ["3.0", "0"], ["3.0", "1"]]
+
+
+def _emptied(data: bytes) -> bytes:
+    return b""
+
+
+def _cut(data: bytes) -> bytes:
+    return data[: len(data) // 2]
+
+
+def _turned(data: bytes) -> bytes:
+    middle = len(data) // 2
+    return data[:middle] + bytes([data[middle] ^ 1]) + data[middle + 1 :]
+
+
+@pytest.mark.parametrize("damage", [_emptied, _cut, _turned])
+@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
+def test_a_damaged_cache_is_compiled_again_with_a_word(small, suffix, damage):
+    called(small)
+    files = [file for folder in folders(small) for file in folder.rglob(f"*.{suffix}")]
+    assert files
+    for file in files:
+        file.write_bytes(damage(file.read_bytes()))
+    (value, hits), said = called(small)
+    assert (value, hits) == ("2.0", "0")
+    assert said.count("are damaged: compiled again") == len(said.splitlines()) == 1
+    assert called(small) == (["2.0", "1"], "")
+
+
+def test_where_a_cache_cannot_be_written_kernels_run_all_the_same(small):
+    called(small)
+    for folder in folders(small):
+        for file in folder.rglob("*.nbi"):
+            file.unlink()
+            file.mkdir()
+    assert called(small)[0] == ["2.0", "0"]
 
 
 def test_only_versions_that_nobody_used_for_a_week_are_removed(small):

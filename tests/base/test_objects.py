@@ -16,6 +16,7 @@ import pytest
 
 from biped.base import objects
 from biped.base.jit import SETTINGS, Kernel, entry_kernel, kernel, long_kernel
+from biped.base.sealed import sealed, unsealed
 
 pytestmark = pytest.mark.skipif(SETTINGS, reason="numba has been told how to compile")
 
@@ -141,12 +142,18 @@ def _empty(file):
 
 
 def _elsewhere(file):
-    head, _, code = file.read_bytes().partition(b"\n")
+    head, _, code = (unsealed(file.read_bytes()) or b"").partition(b"\n")
     said = json.loads(head) | {"calls": ["a_function_that_nobody_has"]}
-    file.write_bytes(json.dumps(said).encode() + b"\n" + code)
+    file.write_bytes(sealed(json.dumps(said).encode() + b"\n" + code))
 
 
-@pytest.mark.parametrize("damage", [_cut, _turn, _empty, _elsewhere])
+def _turn_head(file):
+    code = bytearray(file.read_bytes())
+    code[40] ^= 1
+    file.write_bytes(code)
+
+
+@pytest.mark.parametrize("damage", [_cut, _turn, _turn_head, _empty, _elsewhere])
 def test_a_damaged_file_is_not_used_but_made_again(own_folder, damage):
     number(1.0)
     (file,) = own_folder.iterdir()
