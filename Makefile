@@ -9,7 +9,7 @@ STAMP := $(VENV)/.installed
 TOOLS := $(VENV)/.tools
 # Short tests of compiled kernels: `make coverage` runs them as plain Python too.
 KERNEL_TESTS := tests/control tests/engines/rigid tests/numerics tests/engines/test_mujoco.py tests/dynamics/test_linalg.py \
-	tests/robot/test_posture.py tests/base/test_kernels.py::test_compiled_kernels_do_what_they_do_as_plain_python
+	tests/robot/planar/test_posture.py tests/base/test_kernels.py::test_compiled_kernels_do_what_they_do_as_plain_python
 # One BLAS thread: 9x9 problems gain nothing from more and can lose milliseconds.
 export OPENBLAS_NUM_THREADS := 1
 # Tests on all cores; one that is done takes over from another. `make test ABREAST=` runs them one after another.

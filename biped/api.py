@@ -26,7 +26,7 @@ from biped.ensemble import campaign
 from biped.ensemble.columns import batches
 from biped.ensemble.results import table_of
 from biped.ensemble.stored_rows import StoredRows
-from biped.robot.given import Factory, factory_of
+from biped.robot.law_factory import Factory, factory_of
 from biped.scenario.inline import setting
 from biped.scenario.keys import Scenario
 from biped.studies import comparison

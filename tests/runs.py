@@ -11,9 +11,9 @@ from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.measure.columns import COLUMNS, WIDTH
 from biped.measure.trajectory import Trajectory
-from biped.robot.description import robot_at
-from biped.robot.model import tree_at
-from biped.robot.tree import Tree
+from biped.robot.planar.description import robot_at
+from biped.robot.planar.model import tree_at
+from biped.robot.planar.tree import Tree
 from biped.scenario.actuation import Actuation
 from biped.scenario.ground import Ground
 from biped.scenario.keys import Scenario, Simulation, Start

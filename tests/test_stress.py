@@ -17,7 +17,7 @@ from biped.ensemble.campaign import simulate
 from biped.measure.metrics import assess
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
-from biped.robot.tree import motion
+from biped.robot.planar.tree import motion
 from biped.studies.planned import plan_of
 
 SOUND, FLAGGED, FAILED = "sound", "flagged", "failed"

@@ -16,11 +16,11 @@ from biped.control.setup import controller_record
 from biped.control.tick import pushing_tick, thesis_tick
 from biped.ensemble.plan import Plan
 from biped.measure.columns import WIDTH
-from biped.robot.believed import believed_model
-from biped.robot.description import robot_at
-from biped.robot.foreign import compile_foreign
-from biped.robot.kinematics import mass_matrix
-from biped.robot.model import tree_at
+from biped.robot.planar.build import compile_foreign
+from biped.robot.planar.controller_model import believed_model
+from biped.robot.planar.description import robot_at
+from biped.robot.planar.kinematics import mass_matrix
+from biped.robot.planar.model import tree_at
 from biped.scenario.actuation import Actuation
 from biped.scenario.ground import Ground
 from biped.scenario.keys import Scenario

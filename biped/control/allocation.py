@@ -15,7 +15,7 @@ from biped.base.jit import kernel
 from biped.control.constraints import believed_mass, imposed_constraints
 from biped.numerics.factor import minimum_norm, reflect_block
 from biped.numerics.triangular import BLOCK, solve_transposed_block
-from biped.robot.topology import BASE, NQ, NU
+from biped.robot.planar.topology import BASE, NQ, NU
 
 
 @kernel

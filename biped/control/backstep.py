@@ -10,7 +10,7 @@ import math
 from biped.base.jit import inner_kernel
 from biped.robot.gravity import GRAVITY
 from biped.robot.leg_states import EXTENDED, FIRST_IN_AIR
-from biped.robot.topology import LEGS, N_POINTS, X, Z
+from biped.robot.planar.topology import LEGS, N_POINTS, X, Z
 
 
 @inner_kernel

@@ -11,10 +11,10 @@ from biped.control.pushing import pushing_torques
 from biped.control.sensing import sense_links
 from biped.control.setup import controller_record
 from biped.measure.trajectory import Trajectory
-from biped.robot.kinematics import mass_matrix
-from biped.robot.model import tree_at
+from biped.robot.planar.kinematics import mass_matrix
+from biped.robot.planar.model import tree_at
+from biped.robot.planar.topology import N_POINTS, NQ
 from biped.robot.run import Run
-from biped.robot.topology import N_POINTS, NQ
 from biped.scenario.keys import Sensors
 
 if TYPE_CHECKING:

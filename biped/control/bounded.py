@@ -14,7 +14,7 @@ from biped.base.jit import kernel
 from biped.control.allocation import reduced_problem
 from biped.control.constraints import believed_mass, constraint_rows, factor_constraints
 from biped.numerics.box import solve_in_box
-from biped.robot.topology import NU
+from biped.robot.planar.topology import NU
 
 EXACT, FOREIGN = 1, 2
 """Who solves the problem: `biped.numerics.box`, or a package."""

@@ -10,8 +10,8 @@ from __future__ import annotations
 from biped.base.jit import inner_kernel, kernel
 from biped.numerics.factor import factor_rows, least_squares, transposed_minimum_norm
 from biped.numerics.triangular import cholesky, solve_transposed, solve_upper, weigh_rows
-from biped.robot.kinematics import bias_forces, point_row
-from biped.robot.topology import (
+from biped.robot.planar.kinematics import bias_forces, point_row
+from biped.robot.planar.topology import (
     ANKLE,
     BASE,
     HEEL,

@@ -13,9 +13,9 @@ from biped.control.law import NO_SIGNALS, Law, Tick
 from biped.control.referee import agrees
 from biped.control.setup import controller_record
 from biped.control.tick import NOT_FINITE, log_tick, pushing_tick, pushing_tick_in, thesis_tick, thesis_tick_in
-from biped.robot.believed import believed_model
+from biped.robot.planar.controller_model import believed_model
+from biped.robot.planar.tree import Tree
 from biped.robot.run import Run
-from biped.robot.tree import Tree
 
 
 class ThesisLaw:

@@ -20,8 +20,8 @@ from biped.base.jit import kernel
 from biped.control.tick import NOT_FINITE, fallen
 from biped.measure.columns import FORCE, Q, V
 from biped.robot.gravity import GRAVITY
-from biped.robot.kinematics import PLACES, TREE, forward
-from biped.robot.topology import BASE, N_POINTS, NQ, NU, PITCH, X, Z
+from biped.robot.planar.kinematics import PLACES, TREE, forward
+from biped.robot.planar.topology import BASE, N_POINTS, NQ, NU, PITCH, X, Z
 
 ANGLE, RATE, GYRO, CLIPPED = range(4)
 """Columns of what is noted of an estimate: pitch [rad], its rate [rad/s], whether it rests on the gyro, and whether

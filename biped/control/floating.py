@@ -23,9 +23,9 @@ from biped.base.jit import inner_kernel, kernel
 from biped.control.allocation import clip_torques
 from biped.control.constraints import NO_ROW, candidates
 from biped.numerics.lanes import added, everywhere, largest, load, placed, plus, squared, store, times, total
-from biped.robot.kinematics import bias_forces, point_row
-from biped.robot.topology import BASE, HEEL, KNEE, N_POINTS, N_ROWS, N_STOPS, NQ, NU, STOP_ROW
-from biped.robot.weighing import factor_from_feet, factor_torso, weigh, weigh_torso
+from biped.robot.planar.kinematics import bias_forces, point_row
+from biped.robot.planar.topology import BASE, HEEL, KNEE, N_POINTS, N_ROWS, N_STOPS, NQ, NU, STOP_ROW
+from biped.robot.planar.weighing import factor_from_feet, factor_torso, weigh, weigh_torso
 
 Q_LANE = N_ROWS
 

@@ -12,7 +12,7 @@ from biped.control.changes import bring_up_to_date
 from biped.control.estimator import Inference, infer, judged
 from biped.control.tick import law_tick
 from biped.measure.columns import Q, U, V
-from biped.robot.topology import BASE, NQ, NU, PITCH
+from biped.robot.planar.topology import BASE, NQ, NU, PITCH
 
 
 class Control(NamedTuple):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from biped.base.jit import kernel
 from biped.control.constraints import candidates
 from biped.control.springs import desired_forces
-from biped.robot.kinematics import point_row
-from biped.robot.topology import KNEE, N_POINTS, N_STOPS, NQ, STOP_ROW
+from biped.robot.planar.kinematics import point_row
+from biped.robot.planar.topology import KNEE, N_POINTS, N_STOPS, NQ, STOP_ROW
 
 
 @kernel

@@ -6,7 +6,7 @@ import math
 
 from biped.base.jit import inner_kernel
 from biped.robot.leg_states import EXTENDED, PUSH_OFF, STANCE, SWING
-from biped.robot.topology import HEEL, KNEE, LEGS, THIGH, TOE
+from biped.robot.planar.topology import HEEL, KNEE, LEGS, THIGH, TOE
 
 
 @inner_kernel

@@ -22,15 +22,15 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 
 from biped.base.files import nearest
-from biped.robot.description import Robot
 from biped.robot.leg_states import STATES
-from biped.robot.topology import BASE
+from biped.robot.planar.description import Robot
+from biped.robot.planar.topology import BASE
 
 if TYPE_CHECKING:
     from biped.control.general.law import Setup as AnySetup
     from biped.control.general.sensed import Sensed as AnySensed
     from biped.control.user import Sensed, Setup
-    from biped.robot.general.facts import General
+    from biped.robot.robot import General
 
 NEEDS = "a policy network needs onnxruntime, which is not installed; pip install 'biped[onnx]'"
 

@@ -24,8 +24,8 @@ from biped.base.jit import kernel
 from biped.control.constraints import perturb_row, perturbed_mass
 from biped.numerics.lanes import added, everywhere, load, plus, squared, store, times, total
 from biped.numerics.nonnegative import nonnegative
-from biped.robot.kinematics import bias_forces, point_row
-from biped.robot.topology import (
+from biped.robot.planar.kinematics import bias_forces, point_row
+from biped.robot.planar.topology import (
     BASE,
     HIP,
     KNEE,
@@ -39,7 +39,7 @@ from biped.robot.topology import (
     STOP_ROW,
     TOE,
 )  # fmt: skip
-from biped.robot.weighing import coupled, factor_from_feet, factor_torso, weigh, weigh_torso
+from biped.robot.planar.weighing import coupled, factor_from_feet, factor_torso, weigh, weigh_torso
 
 Q_LANE = N_ROWS
 _LEG = (*(POINT_LEG[row // 2] for row in range(STOP_ROW)), *range(N_STOPS))

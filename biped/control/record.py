@@ -12,9 +12,9 @@ import numpy as np
 from biped.numerics.lanes import LANES
 from biped.numerics.triangular import BLOCK
 from biped.robot.ground import GROUND
-from biped.robot.kinematics import PLACES, TREE
 from biped.robot.leg_states import STATES
-from biped.robot.topology import BASE, LEGS, N_CONSTRAINTS, N_POINTS, N_ROWS, NQ, NU, SEGMENTS
+from biped.robot.planar.kinematics import PLACES, TREE
+from biped.robot.planar.topology import BASE, LEGS, N_CONSTRAINTS, N_POINTS, N_ROWS, NQ, NU, SEGMENTS
 
 GAIT = np.dtype(
     [

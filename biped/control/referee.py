@@ -19,10 +19,10 @@ from biped.base.jit import entry_kernel
 from biped.base.kernels import cache_folder
 from biped.control import record
 from biped.control.sensing import sense_links
-from biped.robot.believed import believed_model
-from biped.robot.kinematics import mass_matrix
-from biped.robot.topology import LINK_DOF, N_LINKS, NQ, X, Z
-from biped.robot.tree import Tree
+from biped.robot.planar.controller_model import believed_model
+from biped.robot.planar.kinematics import mass_matrix
+from biped.robot.planar.topology import LINK_DOF, N_LINKS, NQ, X, Z
+from biped.robot.planar.tree import Tree
 
 CONFIGURATIONS = 5
 """Random ones at which both have to agree."""

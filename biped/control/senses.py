@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from biped.control.estimator import ESTIMATOR, NOTED, Inference
+from biped.robot.planar.topology import LEGS, NU
+from biped.robot.planar.tree import Tree
 from biped.robot.run import Run
-from biped.robot.topology import LEGS, NU
-from biped.robot.tree import Tree
 from biped.scenario.senses import Encoders, Estimator, Gyro, Switches
 from biped.scenario.vary import stream
 

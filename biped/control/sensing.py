@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from biped.base.jit import inner_kernel, kernel
 from biped.robot.ground import height_below
-from biped.robot.kinematics import biases_on_links, forward, link_angles, points_on_links
-from biped.robot.topology import HEEL, LINK_DOF, N_LINKS, N_POINTS, X, Z
+from biped.robot.planar.kinematics import biases_on_links, forward, link_angles, points_on_links
+from biped.robot.planar.topology import HEEL, LINK_DOF, N_LINKS, N_POINTS, X, Z
 
 
 @inner_kernel

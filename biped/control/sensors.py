@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from biped.control.loop import measure
+from biped.robot.planar.topology import NQ, PITCH
 from biped.robot.run import Run
-from biped.robot.topology import NQ, PITCH
 from biped.scenario.vary import stream
 
 

@@ -9,12 +9,12 @@ import numpy as np
 from biped.control import record
 from biped.control.bounded import EXACT, FOREIGN
 from biped.control.smoothing import fraction
-from biped.robot.foreign import torque_limits
 from biped.robot.gravity import gravity
 from biped.robot.ground import profile_of, set_ground
+from biped.robot.planar.build import torque_limits
+from biped.robot.planar.topology import FOOT, N_ROWS, STOP_ROW, Z
+from biped.robot.planar.tree import Tree
 from biped.robot.run import Run
-from biped.robot.topology import FOOT, N_ROWS, STOP_ROW, Z
-from biped.robot.tree import Tree
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario
 

@@ -6,7 +6,7 @@ import math
 
 from biped.base.jit import inner_kernel
 from biped.robot.leg_states import EXTENDED
-from biped.robot.topology import ANKLE, HIP, KNEE, LEGS, PITCH, THIGH, TORSO, X, Z
+from biped.robot.planar.topology import ANKLE, HIP, KNEE, LEGS, PITCH, THIGH, TORSO, X, Z
 
 
 @inner_kernel

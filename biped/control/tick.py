@@ -19,8 +19,8 @@ from biped.control.smoothing import smooth
 from biped.control.springs import desired_forces
 from biped.measure.columns import ACTIVE, BELIEVED, HEIGHT, PHASE, Q_D, TIME, Q, U, V
 from biped.robot.ground import height_below
-from biped.robot.kinematics import mass_matrix
-from biped.robot.topology import LEGS, N_CONSTRAINTS, N_POINTS, NQ, NU, PITCH, X, Z
+from biped.robot.planar.kinematics import mass_matrix
+from biped.robot.planar.topology import LEGS, N_CONSTRAINTS, N_POINTS, NQ, NU, PITCH, X, Z
 
 GOING, LOW, TILTED, NOT_FINITE = 0, 1, 2, 3
 """What a tick reports: the run goes on, the torso is too low, it leans too far, a number is not finite."""

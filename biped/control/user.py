@@ -18,11 +18,11 @@ from biped.control.loading import load_law, said, signal_names
 from biped.control.offered import offer
 from biped.control.setup import controller_record
 from biped.control.tick import NOT_FINITE, log_tick, sense_in
-from biped.robot.believed import believed_model
-from biped.robot.description import Robot, robot_at
+from biped.robot.planar.controller_model import believed_model
+from biped.robot.planar.description import Robot, robot_at
+from biped.robot.planar.topology import N_POINTS, N_ROWS, N_STOPS, NQ, NU, STOP_ROW, TOE, UPRIGHT
+from biped.robot.planar.tree import Tree
 from biped.robot.run import Run
-from biped.robot.topology import N_POINTS, N_ROWS, N_STOPS, NQ, NU, STOP_ROW, TOE, UPRIGHT
-from biped.robot.tree import Tree
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario
 

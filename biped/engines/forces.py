@@ -5,7 +5,7 @@ from __future__ import annotations
 from biped.base.jit import inner_kernel
 from biped.engines.planes import above, turned
 from biped.measure.columns import FORCE, STOP, Q
-from biped.robot.topology import KNEE
+from biped.robot.planar.topology import KNEE
 
 
 @inner_kernel

@@ -18,12 +18,12 @@ from biped.engines.rigid.events import advance, touch_down
 from biped.engines.rigid.record import rigid_record
 from biped.engines.rigid.walk import log_impulses, walk_rigid
 from biped.measure.trajectory import Trajectory
-from biped.robot.description import robot_at
 from biped.robot.ground import profile_of
-from biped.robot.model import tree_at
+from biped.robot.planar.description import robot_at
+from biped.robot.planar.model import tree_at
+from biped.robot.planar.topology import BASE
+from biped.robot.planar.truth import true_tree
 from biped.robot.run import Run
-from biped.robot.topology import BASE
-from biped.robot.truth import true_tree
 
 
 def simulate(run: Run) -> Trajectory:

@@ -17,13 +17,13 @@ from biped.control.tick import GOING, LOW, TILTED
 from biped.engines.spans import push_spans
 from biped.measure.columns import Q_D, WIDTH, Q, U, V
 from biped.measure.trajectory import Trajectory
-from biped.robot.description import Robot, robot_at
-from biped.robot.foreign import torque_limits
 from biped.robot.ground import profile_of
-from biped.robot.model import tree_at
+from biped.robot.planar.build import torque_limits
+from biped.robot.planar.description import Robot, robot_at
+from biped.robot.planar.model import tree_at
+from biped.robot.planar.topology import NQ, PITCH, X
+from biped.robot.planar.tree import Tree
 from biped.robot.run import Run
-from biped.robot.topology import NQ, PITCH, X
-from biped.robot.tree import Tree
 from biped.scenario.keys import Sensors as SensorKeys
 from biped.scenario.pushing import pieces
 

@@ -18,9 +18,9 @@ from biped.engines.native import without_clock
 from biped.engines.planes import lay, planes_of
 from biped.engines.seat import log_seat, seated
 from biped.measure.trajectory import Trajectory
-from biped.robot.description import robot_at
-from biped.robot.foreign import Foreign, compile_foreign
 from biped.robot.ground import profile_of
+from biped.robot.planar.build import Foreign, compile_foreign
+from biped.robot.planar.description import robot_at
 from biped.robot.run import Run
 
 _LEAST_FRICTION = 1e-5

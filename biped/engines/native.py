@@ -20,8 +20,8 @@ from weakref import WeakKeyDictionary
 import mujoco
 
 from biped.base.jit import COMPILED
-from biped.robot.order import Order
-from biped.robot.topology import KNEE, N_ROWS, Z
+from biped.robot.planar.order import Order
+from biped.robot.planar.topology import KNEE, N_ROWS, Z
 
 _OFFSETS: dict[str, tuple[int, ...]] = {"4.0.0": (160576, 162096)}
 """Of nefc and efc_force in mjData [bytes], by version: asking MuJoCo takes as long as 10 s of walking."""

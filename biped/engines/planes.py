@@ -15,9 +15,9 @@ import numpy as np
 
 from biped.base.jit import inner_kernel, kernel
 from biped.measure.columns import FORCE
-from biped.robot.description import Robot
-from biped.robot.foreign import plane_below
 from biped.robot.ground import GROUND, Profile, height_below, piece_below, rise_of, set_ground
+from biped.robot.planar.build import plane_below
+from biped.robot.planar.description import Robot
 
 
 class Planes(NamedTuple):

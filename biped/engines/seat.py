@@ -14,8 +14,8 @@ import numpy as np
 from biped.base.jit import kernel
 from biped.engines.planes import above
 from biped.measure.columns import FORCE, Q
-from biped.robot.order import Order
-from biped.robot.topology import BASE, KNEE, N_POINTS, PITCH, X, Z
+from biped.robot.planar.order import Order
+from biped.robot.planar.topology import BASE, KNEE, N_POINTS, PITCH, X, Z
 
 SEAT = 3
 """Numbers of a seat's force: along the ground and normal to it [N], and its moment about the torso's origin [N m]."""

@@ -155,7 +155,7 @@ def side_by_side(plan: Plan) -> bool:
     if plan.scenario.robot is not None:
         return False
     from biped.control.controller import python_needed
-    from biped.robot.model import tree_at
+    from biped.robot.planar.model import tree_at
 
     first = plan.run(0)
     return not FORKS and not python_needed(first, tree_at(first.model))

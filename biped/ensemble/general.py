@@ -11,13 +11,13 @@ import msgspec
 from biped.base.errors import InputError
 from biped.base.files import locate, nearest
 from biped.base.text import said
-from biped.robot.general.build import limits_of
-from biped.robot.general.facts import General
-from biped.robot.general.posture import Standing
-from biped.robot.general.truth import check_truth
-from biped.robot.given import Factory
+from biped.robot.build import limits_of
 from biped.robot.ground import begin_beyond, first_of, profile_of
+from biped.robot.law_factory import Factory
+from biped.robot.posture import Standing
+from biped.robot.robot import General
 from biped.robot.run import Run
+from biped.robot.truth import check_truth
 from biped.scenario.gains import Gains
 from biped.scenario.gait import Gaits, out_of_the_plane
 from biped.scenario.keys import Scenario

@@ -9,7 +9,7 @@ import biped
 from biped.base.kernels import digest
 from biped.base.platform import here
 from biped.ensemble.plan import Plan
-from biped.robot.description import description_of
+from biped.robot.planar.description import description_of
 from biped.scenario.laws import own_law
 from biped.scenario.reading import to_toml
 

@@ -11,7 +11,7 @@ import msgspec
 
 from biped.base.errors import InputError
 from biped.base.text import echo, said
-from biped.robot.given import Factory
+from biped.robot.law_factory import Factory
 from biped.robot.run import Run
 from biped.scenario.keys import Scenario
 from biped.scenario.origin import UNKNOWN, Origin

@@ -12,15 +12,15 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.base.files import locate, nearest
 from biped.base.text import said
-from biped.robot.description import robot_at
-from biped.robot.given import Factory
 from biped.robot.ground import begin_beyond, profile_of
-from biped.robot.model import bodies_of, posture_of, tree_at
-from biped.robot.posture import project
+from biped.robot.law_factory import Factory
+from biped.robot.planar.description import robot_at
+from biped.robot.planar.model import bodies_of, posture_of, tree_at
+from biped.robot.planar.posture import project
+from biped.robot.planar.topology import N_ANGLES, N_ROWS, NQ, PITCH
+from biped.robot.planar.tree import ABSOLUTE_FROM_JOINT, Tree, absolute, from_absolute, motion
+from biped.robot.planar.truth import true_tree
 from biped.robot.run import Run
-from biped.robot.topology import N_ANGLES, N_ROWS, NQ, PITCH
-from biped.robot.tree import ABSOLUTE_FROM_JOINT, Tree, absolute, from_absolute, motion
-from biped.robot.truth import true_tree
 from biped.scenario.gains import Gains
 from biped.scenario.gait import Gaits, Settings, in_the_plane, resettled, settings_on
 from biped.scenario.keys import Scenario, Start, Truth

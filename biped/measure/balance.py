@@ -12,8 +12,8 @@ import numpy as np
 from biped.measure.signals import centre_of_mass
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
-from biped.robot.topology import ENDS, LEGS
-from biped.robot.tree import motion
+from biped.robot.planar.topology import ENDS, LEGS
+from biped.robot.planar.tree import motion
 
 FLIGHT, FL_SINGLE, FR_SINGLE, FL_DOUBLE, FR_DOUBLE = range(5)
 """Support phases: none; the left or the right foot alone; both, after the left or the right alone."""

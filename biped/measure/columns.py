@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from biped.robot.topology import LEGS, N_CONSTRAINTS, N_POINTS, N_STOPS, NQ, NU
+from biped.robot.planar.topology import LEGS, N_CONSTRAINTS, N_POINTS, N_STOPS, NQ, NU
 
 # First column of each quantity in the log (compiled code needs plain numbers).
 TIME = 0

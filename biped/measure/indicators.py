@@ -14,7 +14,7 @@ from biped.measure.metrics.pushed import push_work
 from biped.measure.signals import centre_velocity, foot_force, toes_and_heels
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
-from biped.robot.topology import HEEL
+from biped.robot.planar.topology import HEEL
 
 LEAST_RUNS, MOST_FAILED = 10, 0.3
 """A disturbance counts as withstood if fewer than this share of at least so many runs fail."""

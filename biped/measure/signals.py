@@ -12,8 +12,8 @@ import numpy as np
 
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
-from biped.robot.topology import BASE, CHAINS, ENDS, HEEL, LEGS, PITCH, TOE
-from biped.robot.tree import motion
+from biped.robot.planar.topology import BASE, CHAINS, ENDS, HEEL, LEGS, PITCH, TOE
+from biped.robot.planar.tree import motion
 
 if TYPE_CHECKING:
     from biped.measure.stored import AnyTrajectory

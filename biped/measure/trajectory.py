@@ -15,10 +15,10 @@ from biped.base.files import folder
 from biped.base.typed import convert
 from biped.measure.columns import COLUMNS, UNITS, WIDTH
 from biped.measure.logged import Columns, Logged
-from biped.robot.description import Robot, robot_at
 from biped.robot.ground import LEVEL, Profile, profile_from
-from biped.robot.topology import BASE, ENDS, LEGS
-from biped.robot.tree import Tree
+from biped.robot.planar.description import Robot, robot_at
+from biped.robot.planar.topology import BASE, ENDS, LEGS
+from biped.robot.planar.tree import Tree
 from biped.scenario.ground import Seat
 
 if TYPE_CHECKING:
@@ -170,7 +170,7 @@ class Trajectory(Logged):
 
     def qpos(self, model: mujoco.MjModel) -> np.ndarray:
         """(n, 9) coordinates as a MuJoCo model of the robot has them."""
-        from biped.robot.order import order_of
+        from biped.robot.planar.order import order_of
 
         out = np.empty_like(self.q)
         out[:, order_of(model, self.robot).joints] = self.q

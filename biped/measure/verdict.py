@@ -21,7 +21,7 @@ import numpy as np
 from biped.measure.ended import Ended
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import gravity
-from biped.robot.tree import motion
+from biped.robot.planar.tree import motion
 
 ENERGY = 0.01
 """Energy residual beyond which a run is doubtful."""

@@ -1,80 +1,107 @@
-"""Start postures: named ones of the model, or nine absolute coordinates, projected onto the ground.
-
-The captions of the thesis are printed to two digits and one of them leaves a foot 14 mm in the air, so a start is
-projected: the least change of the nine coordinates (angles, with the torso free to move) that puts the contacts it
-names on the ground, no other point below it and no knee beyond its stop.
-"""
+"""Start postures of a robot of any kind: a keyframe, disturbed if that is asked for, set down on the ground."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import mujoco
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.robot.topology import KNEE, N_POINTS, NQ, Z
-from biped.robot.tree import ABSOLUTE_FROM_JOINT, Tree, motion
+from biped.base.files import label, nearest
+from biped.robot.build import frame
+from biped.robot.recognise import robot_of
+from biped.robot.robot import General
+from biped.robot.spec import parsed
+from biped.robot.upright import contact_points, stand_upright
+from biped.scenario.ground import Ground
+from biped.scenario.keys import Start
+from biped.scenario.robot import Described
 
-_STEPS = 50
-_TOLERANCE = 1e-12
-# [rad] A link that must turn by more makes another posture, not a settled one.
-_FURTHEST = 0.5
-# Metres of torso travel that weigh as much as a radian: moving the torso is how a posture is put down, so it is cheap.
-_TRAVEL = 100.0
-
-
-def _heights(tree: Tree, q: np.ndarray) -> np.ndarray:
-    """Heights (4,) [m] of the points."""
-    return motion(tree, q, np.zeros(NQ)).point[..., 1]
+_UPRIGHT = "start.upright"
 
 
-def _jacobian(tree: Tree, q: np.ndarray) -> np.ndarray:
-    """Of the heights, (4, 9)."""
-    return motion(tree, np.broadcast_to(q, (NQ, NQ)), np.eye(NQ)).point_velocity[..., 1].T
-
-
-def project(tree: Tree, q: np.ndarray, contacts: tuple[str, ...], points: tuple[str, ...]) -> np.ndarray:
-    """The nearest posture that stands on the ground z = 0 with the named contacts.
+class Standing:
+    """Start postures of one robot.
 
     Args:
-        tree: Lengths of the biped.
-        q: (9,) joint coordinates [m, rad].
-        contacts: Names of points that touch; none: the lowest point touches.
-        points: Names of the robot's points.
-
-    Returns:
-        (9,) joint coordinates: named points at height 0 to 1e-12 m, the others not below it, no knee overstretched.
-
-    Raises:
-        InputError: The contacts cannot all be reached without turning a link by more than half a radian.
+        path: Its model file.
+        table: Its description.
     """
-    q = np.array(q, dtype=float)
-    if not contacts:
-        q[Z] -= _heights(tree, q).min()
-        return q
-    printed = q.copy()
-    touching = [points.index(name) for name in contacts]
-    weight = np.ones(NQ)
-    weight[: Z + 1] = _TRAVEL
-    step = np.linalg.inv(ABSOLUTE_FROM_JOINT) * weight
-    low: set[int] = set()
-    straight: set[int] = set()
-    for _ in range(_STEPS):
-        height = _heights(tree, q)
-        low |= {i for i in range(N_POINTS) if i not in touching and height[i] < -_TOLERANCE}
-        straight |= {j for j in KNEE if q[j] > _TOLERANCE}
-        standing = touching + sorted(low)
-        stops = sorted(straight)
-        residual = np.concatenate([height[standing], q[stops]])
-        if np.abs(residual).max() < _TOLERANCE:
-            if np.abs(ABSOLUTE_FROM_JOINT @ (q - printed))[Z + 1 :].max() > _FURTHEST:
-                break
-            return q
-        rows = np.vstack([_jacobian(tree, q)[standing], np.eye(NQ)[stops]])
-        try:
-            q -= step @ (np.linalg.pinv(rows @ step, rcond=1e-9) @ residual)
-        except np.linalg.LinAlgError:  # lengths beyond all measure
-            break
-    raise InputError(
-        f"start.contacts: the posture cannot be put on the ground with {', '.join(contacts)} touching; "
-        "expected contacts that the legs can reach, or start.settle = false",
-        "start.contacts",
-    )
+
+    def __init__(self, path: Path, table: Described):
+        self._path, self.robot = path, robot_of(path, table)
+        self.model = parsed(path, table)[1]
+        self._data = mujoco.MjData(self.model)
+
+    def start(
+        self, start: Start, ground: Ground, noise: np.random.Generator | None
+    ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+        """Coordinates (nq,) and velocities (nv,) that a run starts with.
+
+        Args:
+            start: Which posture; "" is the robot's own.
+            ground: What it stands on.
+            noise: Draws the deviations of its hinges and of its base's orientation; None: there are none.
+
+        Raises:
+            InputError: There is no such keyframe, or the robot cannot stand so.
+        """
+        model, data, robot = self.model, self._data, self.robot
+        mujoco.mj_resetData(model, data)
+        name = start.posture or robot.start
+        if name:
+            if name not in robot.starts:
+                hint = nearest(name, list(robot.starts)) if robot.starts else "there are none"
+                raise InputError(
+                    f"start.posture: model {label(self._path)} has no keyframe '{name}'; {hint}", "start.posture"
+                )
+            mujoco.mj_resetDataKeyframe(model, data, robot.starts.index(name))
+        if start.upright:
+            self._stand_upright(ground)
+        if noise is not None:
+            turning = np.array([_turns(model, column) for column in range(model.nv)])
+            deviation = np.where(turning, noise.standard_normal(model.nv) * start.jitter, 0.0)
+            mujoco.mj_integratePos(model, data.qpos, deviation, 1.0)
+        if start.settle:
+            mujoco.mj_kinematics(model, data)
+            data.qpos[height_of(model, robot)] -= lowest(data, robot)
+        return data.qpos.copy(), data.qvel.copy()
+
+    def _stand_upright(self, ground: Ground) -> None:
+        """Stands the posture up on a slope."""
+        if self.robot.planar:
+            raise InputError(f"start.upright: expected false: model {label(self._path)} moves in the plane", _UPRIGHT)
+        if ground.slope == 0.0 and ground.side_slope == 0.0:
+            return
+        stand_upright(self.model, self._data, self.robot, frame(ground.slope, ground.side_slope))
+
+    def foremost(self) -> float:
+        """[m] the foremost contact point of the latest start."""
+        mujoco.mj_kinematics(self.model, self._data)
+        return float(contact_points(self._data, self.robot)[:, 0].max())
+
+
+def lowest(data: mujoco.MjData, robot: General) -> float:
+    """[m] height of the lowest contact point; of data with kinematics."""
+    return float(contact_points(data, robot)[:, 2].min())
+
+
+def height_of(model: mujoco.MjModel, robot: General) -> int:
+    """Which coordinate lifts the base."""
+    first = int(model.body_jntadr[robot.base_number])
+    if not robot.planar:
+        return int(model.jnt_qposadr[first]) + 2
+    column = robot.base_columns[1]
+    return int(model.jnt_qposadr[model.dof_jntid[column]])
+
+
+def _turns(model: mujoco.MjModel, column: int) -> bool:
+    """Whether a velocity turns something."""
+    joint = int(model.dof_jntid[column])
+    match mujoco.mjtJoint(model.jnt_type[joint]):
+        case mujoco.mjtJoint.mjJNT_FREE:
+            return column - int(model.jnt_dofadr[joint]) >= 3
+        case mujoco.mjtJoint.mjJNT_SLIDE:
+            return False
+    return True

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from biped.robot.given import Factory
+from biped.robot.law_factory import Factory
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario
 from biped.scenario.origin import UNKNOWN, Origin
@@ -28,7 +28,7 @@ class Run(NamedTuple):
         mass_factor: (9, 9) elementwise factors of the controller's M, or None.
         row_factor: (10, 9) elementwise factors of the controller's A, or None.
         origin: Where the keys of its scenario were written.
-        law: Makes the run's own law where one was handed over as an object (`biped.robot.given`).
+        law: Makes the run's own law where one was handed over as an object (`biped.robot.law_factory`).
     """
 
     scenario: Scenario

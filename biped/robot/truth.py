@@ -1,66 +1,64 @@
-"""How the biped that walks differs from its model file: lengths, masses, inertias, dampers."""
+"""How a robot of any kind differs from the model file that its law knows: masses, inertias, damping."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+import mujoco
 import numpy as np
 
-from biped.robot.description import Robot
-from biped.robot.topology import BASE, PARENT, POINT_LINK, THIGH, TORSO
-from biped.robot.tree import Tree
+from biped.base.errors import InputError
+from biped.base.files import nearest
+from biped.robot.robot import General
 from biped.scenario.keys import Truth
 
-if TYPE_CHECKING:
-    import mujoco
+_HINGE = mujoco.mjtJoint.mjJNT_HINGE
 
 
-def true_tree(tree: Tree, truth: Truth) -> Tree:
-    """Lengths and masses of the biped that walks, given those of the model file."""
-    mass, length = np.array(truth.mass), np.array(truth.length)
-    parent = length[list(PARENT)]
-    scaled = tree._replace(
-        joint=tree.joint * parent[:, None],
-        com=tree.com * length[:, None],
-        mass=tree.mass * mass,
-        inertia=tree.inertia * mass * length**2 * np.array(truth.inertia),
-        damping=tree.damping + truth.joint_damping,
-        point=tree.point * length[list(POINT_LINK)][:, None],
-    )
-    return scaled if truth.hip_mass == 0.0 else _with_hip_mass(scaled, truth.hip_mass)
+def apply_truth(spec: mujoco.MjSpec, truth: Truth, robot: General) -> None:
+    """Changes a completed file to what is true of the robot.
+
+    Args:
+        spec: The file, which is changed.
+        truth: Of the scenario.
+        robot: What the file says.
+    """
+    model = spec.compile()
+    bodies = {one.name: one for one in truth.part}
+    spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
+    for number in range(1, model.nbody):
+        body, true = spec.body(model.body(number).name), bodies.get(model.body(number).name)
+        mass, inertia, shift = (1.0, 1.0, np.zeros(3)) if true is None else (true.mass, true.inertia, true.shift)
+        body.explicitinertial = True
+        body.fullinertia = [np.nan, 0.0, 0.0, 0.0, 0.0, 0.0]  # a URDF's: said along its own axes from here on
+        body.mass = mass * model.body_mass[number]
+        body.inertia = mass * inertia * model.body_inertia[number]
+        body.ipos = model.body_ipos[number] + np.array(shift)
+        body.iquat = model.body_iquat[number]
+    base = spec.body(robot.base)
+    for joint in spec.joints:
+        if joint.type == _HINGE and joint.parent.name != base.name:
+            # MuJoCo 4 keeps a polynomial in the rate: linear, quadratic and cubic coefficient.
+            joint.damping = joint.damping + np.array([truth.joint_damping, 0.0, 0.0])
 
 
-def _with_hip_mass(tree: Tree, hip: float) -> Tree:
-    """The tree whose torso carries a point mass [kg] on the hip's axis too."""
-    own, at = float(tree.mass[TORSO]), tree.joint[THIGH[0]] - tree.com[TORSO]
-    com, mass, inertia = np.array(tree.com), np.array(tree.mass), np.array(tree.inertia)
-    mass[TORSO] = own + hip
-    com[TORSO] += hip / (own + hip) * at
-    inertia[TORSO] += own * hip / (own + hip) * float(at @ at)
-    return tree._replace(com=com, mass=mass, inertia=inertia)
+def check_truth(truth: Truth, robot: General) -> None:
+    """Makes sure that bodies are the robot's, each named once.
+
+    Raises:
+        InputError: They are not.
+    """
+    seen = set()
+    for i, one in enumerate(truth.part):
+        if one.name not in robot.bodies:
+            raise InputError(
+                f"truth.part[{i}].name: model '{robot.name}' has no body '{one.name}'; "
+                f"{nearest(one.name, list(robot.bodies))}", f"truth.part[{i}].name",
+            )  # fmt: skip
+        if one.name in seen:
+            raise InputError(f"truth.part[{i}].name: '{one.name}' is named twice", f"truth.part[{i}].name")
+        seen.add(one.name)
 
 
-def apply_truth(spec: mujoco.MjSpec, truth: Truth, robot: Robot) -> None:
-    """Scales masses, inertias and lengths in a parsed model, in place."""
-    for i, link in enumerate(robot.links):
-        body = spec.body(link)
-        length = truth.length[i]
-        body.mass *= truth.mass[i]
-        body.inertia = body.inertia * (truth.mass[i] * length**2 * truth.inertia[i])
-        body.ipos = body.ipos * length
-        for part in [*body.sites, *body.geoms, *body.bodies]:
-            part.pos = part.pos * length
-        for geom in body.geoms:
-            geom.fromto = geom.fromto * length
-    if truth.hip_mass > 0.0:
-        torso, hip = spec.body(robot.base.link), spec.body(robot.leg[0].links[0])
-        total = torso.mass + truth.hip_mass
-        at = np.array([hip.pos[0], 0.0, hip.pos[2]]) - torso.ipos
-        torso.inertia = torso.inertia + torso.mass * truth.hip_mass / total * np.array(
-            [at[2] ** 2, at @ at, at[0] ** 2]
-        )
-        torso.ipos = torso.ipos + truth.hip_mass / total * at
-        torso.mass = total
-    for joint in robot.joints[BASE:]:
-        # MuJoCo 4 keeps a polynomial in the rate: linear, quadratic and cubic coefficient.
-        spec.joint(joint).damping = spec.joint(joint).damping + np.array([truth.joint_damping, 0.0, 0.0])
+def masses_of(truth: Truth, robot: General) -> tuple[float, ...]:
+    """[kg] of the bodies as they are."""
+    factors = {one.name: one.mass for one in truth.part}
+    return tuple(mass * factors.get(name, 1.0) for name, mass in zip(robot.bodies, robot.masses, strict=True))

@@ -1,6 +1,6 @@
 """What a user says of a robot that is not a planar biped of seven links: `[robot]` of a scenario, or its description.
 
-What is not said is recognised in the model file (`biped.robot.general`).
+What is not said is recognised in the model file (`biped.robot.recognise`).
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ from biped.measure.indicators import Indicator, gait_events, gait_parameters, of
 from biped.measure.metrics.pushed import impulses
 from biped.measure.signals import centre_of_mass, centre_velocity, seen, toes_and_heels
 from biped.measure.trajectory import Trajectory
-from biped.robot.topology import BASE, ENDS, LEGS
+from biped.robot.planar.topology import BASE, ENDS, LEGS
 from biped.scenario.keys import Scenario
 from biped.show.kept import Kept
 

@@ -14,8 +14,8 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
-from biped.robot.description import robot_at
 from biped.robot.ground import Profile, profile_of, slabs
+from biped.robot.planar.description import robot_at
 from biped.robot.run import Run
 from biped.scenario.push import PLANE
 from biped.show.lighting import light_evenly
@@ -125,7 +125,7 @@ def _engine(run: Run) -> tuple[Callable[..., AnyTrajectory], str, Profile]:
     if run.scenario.robot is None:
         return simulate, robot_at(run.model).base.link, profile_of(run.scenario.ground, run.seed)
     from biped.engines.general.simulate import simulate as general
-    from biped.robot.general.recognise import robot_of
+    from biped.robot.recognise import robot_of
 
     return general, robot_of(run.model, run.scenario.robot).base, profile_of(run.scenario.ground, run.seed)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from biped.base.files import label
 from biped.base.text import plain
-from biped.robot.general.facts import General
+from biped.robot.robot import General
 from biped.show.terminal import console, table
 from biped.studies.robot import Found
 

@@ -56,7 +56,7 @@ def draw(comparison: Comparison, folder: Path) -> None:
     Raises:
         InputError: A file cannot be written.
     """
-    from biped.robot.foreign import compile_foreign
+    from biped.robot.planar.build import compile_foreign
     from biped.scenario.reading import to_toml
     from biped.show.figures import plot_overlay
     from biped.show.recording import Recorded, record

@@ -14,8 +14,8 @@ from biped.measure.pushes import Shown, pushes_of
 from biped.measure.signals import centre_of_mass
 from biped.measure.trajectory import Trajectory
 from biped.robot.ground import box_of
-from biped.robot.topology import THIGH
-from biped.robot.tree import motion
+from biped.robot.planar.topology import THIGH
+from biped.robot.planar.tree import motion
 
 if TYPE_CHECKING:
     from biped.measure.stored import AnyTrajectory
@@ -57,7 +57,7 @@ def plumb(t: AnyTrajectory) -> np.ndarray:
 
 def tilt(t: AnyTrajectory) -> np.ndarray:
     """(3, 3) from the ground's frame to the world's, in which gravity is vertical."""
-    from biped.robot.general.build import frame
+    from biped.robot.build import frame
 
     return frame(t.slope, 0.0 if isinstance(t, Trajectory) else t.side_slope).T
 

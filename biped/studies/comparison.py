@@ -20,7 +20,7 @@ from biped.ensemble.results import result_of
 from biped.ensemble.rows import LOST, RAISED
 from biped.measure.trajectory import Trajectory
 from biped.measure.verdict import SOUND
-from biped.robot.tree import absolute
+from biped.robot.planar.tree import absolute
 from biped.scenario.metrics import METRICS
 from biped.scenario.reading import to_toml
 from biped.studies.planned import plan_of

@@ -10,9 +10,9 @@ import msgspec
 
 from biped.base.errors import InputError
 from biped.base.files import description_of, is_file, label, locate, read_toml
-from biped.robot.general.facts import General
-from biped.robot.general.recognise import looked_at
-from biped.robot.general.spec import parsed
+from biped.robot.recognise import looked_at
+from biped.robot.robot import General
+from biped.robot.spec import parsed
 from biped.scenario.general import KIND
 from biped.scenario.laws import BUILT_IN, SPATIAL
 from biped.scenario.robot import Described
@@ -89,7 +89,7 @@ def _planar(path: Path, general: bool) -> str:
     """Why a model is no planar biped of seven links; empty if it is one."""
     if general or path.suffix != ".xml":
         return "it is described as another"
-    from biped.robot.model import tree_at
+    from biped.robot.planar.model import tree_at
 
     try:
         description_of(path)

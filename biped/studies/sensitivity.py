@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from biped.ensemble.plan import Plan
-from biped.robot.description import robot_at
-from biped.robot.topology import N_ANGLES, PITCH
-from biped.robot.tree import absolute
+from biped.robot.planar.description import robot_at
+from biped.robot.planar.topology import N_ANGLES, PITCH
+from biped.robot.planar.tree import absolute
 from biped.scenario.vary import stream
 
 LEAST = 20

@@ -21,8 +21,8 @@ from biped.control.setup import controller_record
 from biped.control.tick import pushing_tick
 from biped.ensemble.plan import Plan
 from biped.measure.columns import WIDTH
-from biped.robot.description import robot_at
-from biped.robot.model import tree_at
+from biped.robot.planar.description import robot_at
+from biped.robot.planar.model import tree_at
 from biped.scenario.reading import read_scenario
 
 SEED, HIDDEN, SECONDS = 7, 96, 5.0

@@ -8,7 +8,7 @@ from biped.control.controller import ThesisLaw
 from biped.engines.mujoco import simulate
 from biped.measure.columns import WIDTH
 from biped.robot.gravity import GRAVITY
-from biped.robot.model import tree_at
+from biped.robot.planar.model import tree_at
 from biped.studies.planned import plan_of
 
 

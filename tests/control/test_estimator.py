@@ -12,10 +12,10 @@ from biped.control.estimator import ANGLE, CLIPPED, GYRO, RATE, estimate, fit_li
 from biped.control.senses import Senses
 from biped.ensemble.plan import Plan
 from biped.measure.columns import FORCE, WIDTH
-from biped.robot.model import posture_of, tree_at
-from biped.robot.posture import project
-from biped.robot.topology import BASE, HIP, N_POINTS, NU, PITCH, X, Z
-from biped.robot.tree import motion
+from biped.robot.planar.model import posture_of, tree_at
+from biped.robot.planar.posture import project
+from biped.robot.planar.topology import BASE, HIP, N_POINTS, NU, PITCH, X, Z
+from biped.robot.planar.tree import motion
 from biped.scenario.keys import Scenario, Sensors, Start
 from biped.scenario.senses import Encoders, Estimator, Gyro, Switches
 

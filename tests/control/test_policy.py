@@ -14,7 +14,7 @@ from biped.cli.main import main
 from biped.control import policy
 from biped.measure.stored import load
 from biped.measure.trajectory import Trajectory
-from biped.robot.description import robot_at
+from biped.robot.planar.description import robot_at
 from biped.scenario.law import digest
 from tests.cases import SHORT, command, write
 from tests.ticks import HUMAN

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from biped.control import referee
-from biped.robot.model import tree_at
+from biped.robot.planar.model import tree_at
 from tests.ticks import HUMAN
 
 

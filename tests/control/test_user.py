@@ -21,8 +21,8 @@ from biped.ensemble import packed
 from biped.ensemble.plan import Plan
 from biped.measure.columns import PHASE, WIDTH
 from biped.measure.stored import load
-from biped.robot.given import factory_of
-from biped.robot.model import tree_at
+from biped.robot.law_factory import factory_of
+from biped.robot.planar.model import tree_at
 from biped.scenario.reading import read_scenario
 from tests.cases import SHORT, command, write
 from tests.show.recordings import read

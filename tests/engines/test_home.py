@@ -9,7 +9,7 @@ from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure
 from biped.measure.metrics.energy import energy
 from biped.robot.gravity import GRAVITY, gravity
-from biped.robot.tree import motion
+from biped.robot.planar.tree import motion
 from biped.scenario.reading import read_scenario
 
 GAITS = ("slow", "normal", "fast", "style")

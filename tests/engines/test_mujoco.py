@@ -10,8 +10,8 @@ import pytest
 
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
-from biped.robot.description import robot_at
-from biped.robot.foreign import compile_foreign
+from biped.robot.planar.build import compile_foreign
+from biped.robot.planar.description import robot_at
 from biped.scenario.keys import Scenario, Simulation, Start
 from tests.runs import SCENARIOS, made
 from tests.ticks import HUMAN

@@ -13,8 +13,8 @@ import pytest
 from biped.engines import layout, native
 from biped.engines import mujoco as engine
 from biped.ensemble.plan import Plan
-from biped.robot.foreign import compile_foreign
-from biped.robot.order import Order
+from biped.robot.planar.build import compile_foreign
+from biped.robot.planar.order import Order
 from biped.scenario.keys import Scenario, Start
 from tests.ticks import HUMAN
 

@@ -15,8 +15,8 @@ from biped.ensemble.plan import Plan
 from biped.measure import stored
 from biped.measure.metrics import measure
 from biped.measure.trajectory import Trajectory
-from biped.robot.foreign import PELVIS, SEAT, compile_foreign
 from biped.robot.ground import box_of
+from biped.robot.planar.build import PELVIS, SEAT, compile_foreign
 from biped.scenario.ground import Seat
 from biped.scenario.keys import Scenario
 from biped.scenario.reading import read_scenario

@@ -18,10 +18,10 @@ from biped.ensemble.plan import Plan
 from biped.measure import stored
 from biped.measure.metrics import measure
 from biped.measure.metrics.energy import energy
-from biped.robot.foreign import compile_foreign
 from biped.robot.gravity import gravity
 from biped.robot.ground import profile_of
-from biped.robot.tree import motion
+from biped.robot.planar.build import compile_foreign
+from biped.robot.planar.tree import motion
 from biped.scenario.actuation import Actuation
 from biped.scenario.ground import Ground, Steps, Tiles
 from biped.scenario.keys import Fall, Scenario, Start

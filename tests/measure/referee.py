@@ -11,8 +11,8 @@ import numpy as np
 from biped.measure.metrics.energy import energy
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY, gravity
-from biped.robot.topology import ANKLE, BASE, HEEL, HIP, KNEE, LEGS, NQ, PITCH, SEGMENTS, THIGH, TOE, TORSO
-from biped.robot.tree import Motion, motion
+from biped.robot.planar.topology import ANKLE, BASE, HEEL, HIP, KNEE, LEGS, NQ, PITCH, SEGMENTS, THIGH, TOE, TORSO
+from biped.robot.planar.tree import Motion, motion
 
 
 def numbers(t: Trajectory, window: tuple[float, float]) -> dict[str, Any]:

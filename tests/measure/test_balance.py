@@ -113,7 +113,7 @@ def test_angular_momentum_changes_by_the_moment_of_the_ground():
     """About the centre of mass nothing else turns the biped: gravity and pushes at the torso aside."""
     t = made("long")
     b = balance(t)
-    from biped.robot.tree import motion
+    from biped.robot.planar.tree import motion
 
     arm = motion(t.tree, t.q, t.v).point - b.com[:, None]
     moment = (arm[..., 0] * t.force[..., 1] - arm[..., 1] * t.force[..., 0]).sum(axis=1)

@@ -14,7 +14,7 @@ from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure
 from biped.measure.metrics.energy import energy
 from biped.measure.trajectory import Trajectory
-from biped.robot.foreign import compile_foreign
+from biped.robot.planar.build import compile_foreign
 from biped.scenario.actuation import Actuation
 from biped.scenario.ground import Ground
 from biped.scenario.keys import Scenario, Simulation, Start, Truth

@@ -10,8 +10,8 @@ import pytest
 
 from biped.measure.metrics import measure
 from biped.measure.metrics.ground import centre_of_pressure
-from biped.robot.foreign import compile_foreign
-from biped.robot.tree import motion
+from biped.robot.planar.build import compile_foreign
+from biped.robot.planar.tree import motion
 from tests.measure.made_up import WEIGHT, steady
 from tests.runs import SCENARIOS, made
 from tests.ticks import HUMAN

@@ -11,9 +11,9 @@ from biped.measure.columns import WIDTH, Q, U, V
 from biped.measure.metrics.motors import load
 from biped.measure.metrics.posture import inferred
 from biped.measure.trajectory import Trajectory
-from biped.robot.description import robot_at
-from biped.robot.model import tree_at
-from biped.robot.topology import BASE, HIP, NU
+from biped.robot.planar.description import robot_at
+from biped.robot.planar.model import tree_at
+from biped.robot.planar.topology import BASE, HIP, NU
 
 DISTANCE = 0.5
 """[m] in the second that runs last here."""

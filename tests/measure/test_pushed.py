@@ -12,7 +12,7 @@ from biped.measure.metrics import measure
 from biped.measure.metrics.pushed import impulses, pushed
 from biped.measure.pushes import pushes_of
 from biped.measure.trajectory import Trajectory
-from biped.robot.tree import motion
+from biped.robot.planar.tree import motion
 from biped.scenario.keys import Scenario
 from biped.scenario.metrics import METRICS
 from biped.scenario.push import Push

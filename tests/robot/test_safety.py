@@ -11,9 +11,9 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.base.files import folder
-from biped.robot import model as models
 from biped.robot import safety, trial
-from biped.robot.model import spec_of, tree_at
+from biped.robot.planar import model as models
+from biped.robot.planar.model import spec_of, tree_at
 from biped.robot.safety import examine, packaged
 from tests.bad import HUMAN
 

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from biped.base.errors import InputError
 from biped.engines.general import simulate as engine
 from biped.ensemble.plan import Plan
-from biped.robot.given import factory_of
+from biped.robot.law_factory import factory_of
 from biped.scenario.actuation import Actuation
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Change, Push, Scenario
@@ -30,7 +30,7 @@ NOT_OF_A_RUN = {
 }  # fmt: skip
 """What a campaign is, and what its results are held against."""
 OF_THE_ROBOT = {"robot", "model", "engine"}
-"""What `biped.robot.general` reads, with tests of its own; there is one engine."""
+"""What `biped.robot` reads, with tests of its own; there is one engine."""
 TOLD = {f"{table}.{key}".lstrip(".") for table, keys in OWN.items() for key in keys}
 """What a law of one's own may make of what it is."""
 OTHERS: dict[str, Any] = {

@@ -8,7 +8,7 @@ from rerun.chunk import RrdReader
 
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
-from biped.robot.foreign import compile_foreign
+from biped.robot.planar.build import compile_foreign
 from biped.scenario.reading import read_scenario, to_toml
 from biped.show.recording import Recorded
 

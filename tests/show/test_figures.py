@@ -12,7 +12,7 @@ from matplotlib.patches import Circle, Polygon
 from biped.base.errors import InputError
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
-from biped.robot.tree import motion
+from biped.robot.planar.tree import motion
 from biped.scenario.reading import read_scenario
 from biped.show.figures import curves, plot_ensemble, plot_run
 from biped.show.figures.strobe import body_rows, capsule, strobe

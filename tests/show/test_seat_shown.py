@@ -9,8 +9,8 @@ from matplotlib.patches import Polygon
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.measure.signals import corners_of
-from biped.robot.foreign import compile_foreign
 from biped.robot.gravity import GRAVITY
+from biped.robot.planar.build import compile_foreign
 from biped.scenario.reading import read_scenario, to_toml
 from biped.show import spatial
 from biped.show.figures.strobe import strobe

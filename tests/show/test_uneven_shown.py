@@ -11,9 +11,9 @@ import pytest
 
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
-from biped.robot.description import robot_at
-from biped.robot.foreign import compile_foreign
 from biped.robot.ground import LEVEL, slabs
+from biped.robot.planar.build import compile_foreign
+from biped.robot.planar.description import robot_at
 from biped.scenario.reading import read_scenario
 from biped.show.figures.strobe import ground_line
 from biped.show.live import _arrange

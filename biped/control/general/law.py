@@ -17,8 +17,8 @@ from biped.base.files import label
 from biped.control.general.sensed import Sensed
 from biped.control.law import Raised, Signals, numbers
 from biped.control.loading import load_law, said, signal_names
-from biped.robot.general.build import Command
-from biped.robot.general.facts import General
+from biped.robot.build import Command
+from biped.robot.robot import General
 from biped.robot.run import Run
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario

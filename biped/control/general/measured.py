@@ -11,7 +11,7 @@ import math
 import mujoco
 import numpy as np
 
-from biped.robot.general.facts import General
+from biped.robot.robot import General
 from biped.robot.run import Run
 from biped.scenario.senses import Gyro
 from biped.scenario.vary import stream

@@ -12,9 +12,9 @@ from scipy.optimize import least_squares
 
 from biped.control.general.law import Setup
 from biped.control.general.sensed import Sensed
-from biped.robot.general.facts import General
-from biped.robot.general.posture import height_of
-from biped.robot.general.soles import points_of
+from biped.robot.posture import height_of
+from biped.robot.robot import General
+from biped.robot.soles import points_of
 
 _BALANCE = 1000.0
 """Price of the centre of mass's distance [m] from above the feet, squared; of joints' deviations [rad] it is 1."""

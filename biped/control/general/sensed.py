@@ -8,8 +8,8 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from biped.robot.general.facts import General
 from biped.robot.ground import LEVEL, Profile
+from biped.robot.robot import General
 
 
 class Touch(NamedTuple):

@@ -16,8 +16,8 @@ from scipy.optimize import nnls
 from biped.control.general.law import Setup
 from biped.control.general.regulator import Regulator
 from biped.control.general.sensed import Sensed
-from biped.robot.general.facts import General
-from biped.robot.general.legs import above
+from biped.robot.legs import above
+from biped.robot.robot import General
 
 SWAY = 1.5
 """Frequency of the centre of mass's return / that of its fall, sqrt(g / height)."""

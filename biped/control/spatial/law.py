@@ -11,7 +11,7 @@ from biped.control.spatial.places import Mechanics
 from biped.control.spatial.record import GAIT
 from biped.control.spatial.setup import controller_record, mechanics_of, set_gains
 from biped.control.spatial.tick import spatial_tick
-from biped.robot.general.build import Command
+from biped.robot.build import Command
 from biped.scenario.keys import Scenario
 
 SIGNALS = ("right_state", "left_state", "right_placed", "left_placed", "at_limit")

@@ -14,7 +14,7 @@ from biped.control.smoothing import fraction
 from biped.control.spatial import record
 from biped.control.spatial.places import Mechanics
 from biped.control.spatial.topology import BASE, BODIES, FOOT, LEG_POINTS, LEGS, NU, N
-from biped.robot.general.facts import General
+from biped.robot.robot import General
 from biped.scenario.gains import Gains
 from biped.scenario.gait import out_of_the_plane
 from biped.scenario.keys import Scenario

@@ -11,7 +11,7 @@ from biped.control.spatial.law import Spatial
 from biped.control.spatial.setup import mechanics_of
 from biped.engines.general.walk import Plant
 from biped.engines.native import halves
-from biped.robot.general.facts import General
+from biped.robot.robot import General
 
 _AT_ORIGIN = 1e-9
 """[m] A push on a centre of mass that is no further from its body's origin has no moment about it."""

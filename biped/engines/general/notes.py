@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from biped.control.general.sensed import Sensed
-from biped.robot.general.facts import General
+from biped.robot.robot import General
 
 
 class Notes:

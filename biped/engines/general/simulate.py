@@ -22,11 +22,11 @@ from biped.engines.general.uneven import Uneven, own
 from biped.engines.general.upright import Upright
 from biped.engines.spans import push_spans
 from biped.measure.general.trajectory import GeneralTrajectory, columns_of, width_of
-from biped.robot.general.build import compiled, frame, limits_of
-from biped.robot.general.recognise import robot_of
-from biped.robot.general.truth import masses_of
+from biped.robot.build import compiled, frame, limits_of
 from biped.robot.ground import levelled, profile_of
+from biped.robot.recognise import robot_of
 from biped.robot.run import Run
+from biped.robot.truth import masses_of
 from biped.scenario.laws import SPATIAL
 from biped.scenario.pushing import pieces
 from biped.scenario.senses import Sensors

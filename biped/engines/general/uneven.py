@@ -1,7 +1,7 @@
 """Ground that is not level below a robot of any kind: planes that are laid below its parts before every step.
 
 What `biped.engines.planes` is to the compiled loop, this is to a run that is stepped from Python; the model is
-`biped.robot.general.uneven`'s.
+`biped.robot.uneven`'s.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ import copy
 import mujoco
 import numpy as np
 
-from biped.robot.general.uneven import pairs_with_planes
 from biped.robot.ground import Profile
+from biped.robot.uneven import pairs_with_planes
 
 
 class Uneven:

@@ -7,8 +7,8 @@ import math
 import mujoco
 import numpy as np
 
-from biped.robot.general.facts import General
 from biped.robot.ground import Profile
+from biped.robot.robot import General
 from biped.scenario.keys import Fall
 
 _STILL = 0.2

@@ -14,7 +14,7 @@ from biped.engines.rigid.motion import gaps, impact, land
 from biped.engines.rigid.release import release
 from biped.engines.rigid.step import attempt, keep_stage
 from biped.engines.rigid.tree import place
-from biped.robot.topology import N_CONSTRAINTS, N_ROWS, NQ
+from biped.robot.planar.topology import N_CONSTRAINTS, N_ROWS, NQ
 
 CUTS = 8
 """Events per step. Feet that rock from heel to toe and back have infinitely many in a finite time: after this many,

@@ -22,7 +22,7 @@ from biped.numerics.factor import (
     transposed_minimum_norm,
 )
 from biped.numerics.triangular import solve_upper
-from biped.robot.topology import NQ
+from biped.robot.planar.topology import NQ
 
 RANK = 1e-10
 """Relative size below which a row of C is dependent: between rounding and what a real force would need."""

@@ -12,8 +12,8 @@ import math
 
 from biped.base.jit import kernel
 from biped.robot.ground import piece_below, rise_of
-from biped.robot.kinematics import point_row
-from biped.robot.topology import CHAINS, LINK_DOF, NQ, POINT_LEG, STOP_ROW, X
+from biped.robot.planar.kinematics import point_row
+from biped.robot.planar.topology import CHAINS, LINK_DOF, NQ, POINT_LEG, STOP_ROW, X
 
 
 @kernel

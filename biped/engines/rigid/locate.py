@@ -9,7 +9,7 @@ from __future__ import annotations
 from biped.base.jit import kernel
 from biped.engines.rigid.release import multiplier_row, pulled
 from biped.engines.rigid.step import attempt
-from biped.robot.topology import N_CONSTRAINTS
+from biped.robot.planar.topology import N_CONSTRAINTS
 
 TOUCH = 1e-9
 """[m, rad] within which a gap is closed."""

@@ -12,7 +12,7 @@ from biped.engines.rigid.ground import add_impulse, bias_on, row_on, set_down, s
 from biped.engines.rigid.respond import residual, respond, respond_again
 from biped.engines.rigid.tree import applied_forces, mass_and_bias, place
 from biped.numerics.triangular import cholesky, solve_transposed, solve_upper, weigh_rows
-from biped.robot.topology import (
+from biped.robot.planar.topology import (
     CHAINS,
     KNEE,
     LINK_DOF,

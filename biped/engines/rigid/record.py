@@ -8,14 +8,14 @@ import numpy as np
 import pinocchio
 
 from biped.numerics.lanes import FEW, LANES
-from biped.robot.believed import believed_model
-from biped.robot.description import Robot, robot_at
 from biped.robot.gravity import gravity
 from biped.robot.ground import GROUND, LEVEL, Profile, set_ground
-from biped.robot.kinematics import PLACES, TREE
-from biped.robot.topology import BASE, N_CONSTRAINTS, N_LINKS, N_POINTS, N_ROWS, NQ, NU
-from biped.robot.tree import Tree
-from biped.robot.truth import true_tree
+from biped.robot.planar.controller_model import believed_model
+from biped.robot.planar.description import Robot, robot_at
+from biped.robot.planar.kinematics import PLACES, TREE
+from biped.robot.planar.topology import BASE, N_CONSTRAINTS, N_LINKS, N_POINTS, N_ROWS, NQ, NU
+from biped.robot.planar.tree import Tree
+from biped.robot.planar.truth import true_tree
 from biped.scenario.keys import Truth
 
 STAGES = 5

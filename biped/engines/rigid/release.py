@@ -6,7 +6,7 @@ from biped.base.jit import kernel
 from biped.engines.rigid.gauss import change, unilateral
 from biped.engines.rigid.ground import bias_on, row_on
 from biped.engines.rigid.motion import evaluate, evaluate_again, land, prepare
-from biped.robot.topology import N_CONSTRAINTS, N_POINTS, N_ROWS, NQ, STOP_ROW
+from biped.robot.planar.topology import N_CONSTRAINTS, N_POINTS, N_ROWS, NQ, STOP_ROW
 
 APART = 1e-9
 """Relative acceleration away from a constraint, or relative pull, that is only rounding."""

@@ -15,8 +15,8 @@ from biped.engines.rigid.ground import bias_on, off_ground, row_on
 from biped.numerics.factor import reflect
 from biped.numerics.lanes import added, everywhere, load, lone, store
 from biped.numerics.rows import factor_lanes, reflect_few_back, solve_few, solve_lanes_transposed
-from biped.robot.topology import KNEE, N_POINTS, N_ROWS, N_STOPS, NQ, STOP_ROW, TOE, X
-from biped.robot.weighing import coupled, factor_from_feet, unweigh, weigh
+from biped.robot.planar.topology import KNEE, N_POINTS, N_ROWS, N_STOPS, NQ, STOP_ROW, TOE, X
+from biped.robot.planar.weighing import coupled, factor_from_feet, unweigh, weigh
 
 F_LANE = N_ROWS
 """Lane in which the forces are weighed and reflected along with the rows."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from biped.base.jit import kernel
 from biped.engines.rigid.motion import evaluate
-from biped.robot.topology import N_CONSTRAINTS, N_ROWS, NQ
+from biped.robot.planar.topology import N_CONSTRAINTS, N_ROWS, NQ
 
 
 @kernel

@@ -8,8 +8,8 @@ road.
 from __future__ import annotations
 
 from biped.base.jit import kernel
-from biped.robot.kinematics import add_force, bias_forces, forward, mass_matrix
-from biped.robot.topology import BASE, N_LINKS, NQ, NU
+from biped.robot.planar.kinematics import add_force, bias_forces, forward, mass_matrix
+from biped.robot.planar.topology import BASE, N_LINKS, NQ, NU
 
 
 @kernel

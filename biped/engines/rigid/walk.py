@@ -6,7 +6,7 @@ from biped.base.jit import kernel, long_kernel
 from biped.control.loop import control_tick
 from biped.engines.rigid.events import advance
 from biped.measure.columns import FORCE, STOP
-from biped.robot.topology import N_POINTS, N_STOPS, STOP_ROW
+from biped.robot.planar.topology import N_POINTS, N_STOPS, STOP_ROW
 
 
 @kernel

@@ -9,7 +9,7 @@ import numpy as np
 from biped.measure.general.gait import travelled
 from biped.measure.general.trajectory import GeneralTrajectory
 from biped.measure.verdict import LEAST_TIME
-from biped.robot.general.build import frame
+from biped.robot.build import frame
 from biped.robot.gravity import GRAVITY
 from biped.scenario.section import LARGEST
 

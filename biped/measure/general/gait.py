@@ -8,8 +8,8 @@ import numpy as np
 
 from biped.measure.general.trajectory import GeneralTrajectory
 from biped.measure.metrics.gait import MOVED, mean_of, stepping
-from biped.robot.general.facts import General
 from biped.robot.gravity import GRAVITY
+from biped.robot.robot import General
 
 
 def travelled(t: GeneralTrajectory, span: slice) -> float:

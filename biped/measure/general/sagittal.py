@@ -16,7 +16,7 @@ from biped.measure.general.gait import leans
 from biped.measure.general.trajectory import GeneralTrajectory
 from biped.robot.ground import LEVEL, Profile
 from biped.robot.leg_states import FIRST_IN_AIR
-from biped.robot.topology import BASE, ENDS, LEGS, N_CONSTRAINTS, NQ, NU, SEGMENTS
+from biped.robot.planar.topology import BASE, ENDS, LEGS, N_CONSTRAINTS, NQ, NU, SEGMENTS
 from biped.scenario.robot import Shown
 from biped.scenario.section import LARGEST
 
@@ -31,7 +31,7 @@ class Side(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """What is seen of a robot; attributes as of `biped.robot.description.Robot`."""
+    """What is seen of a robot; attributes as of `biped.robot.planar.description.Robot`."""
 
     leg: tuple[Side, ...]
     shown: Shown

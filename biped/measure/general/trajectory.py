@@ -16,8 +16,8 @@ import numpy as np
 
 from biped.base.typed import convert
 from biped.measure.logged import Logged
-from biped.robot.general.facts import General
 from biped.robot.ground import LEVEL, Profile, profile_from
+from biped.robot.robot import General
 
 KIND = "general"
 """What a file says that it is a trajectory of."""

@@ -10,8 +10,8 @@ from biped.measure.metrics.gait import travelled
 from biped.measure.metrics.sums import Sums
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY, gravity
-from biped.robot.topology import BASE, LEGS, NU, SEGMENTS
-from biped.robot.tree import Tree, motion
+from biped.robot.planar.topology import BASE, LEGS, NU, SEGMENTS
+from biped.robot.planar.tree import Tree, motion
 
 
 def energy(tree: Tree, q: np.ndarray, v: np.ndarray, slope: float) -> np.ndarray:

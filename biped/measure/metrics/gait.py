@@ -13,7 +13,7 @@ from biped.measure.metrics.sums import Sums
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
 from biped.robot.leg_states import STANCE
-from biped.robot.topology import HEEL
+from biped.robot.planar.topology import HEEL
 
 MOVED = 0.1
 """[m] that must be travelled in the window for numbers per distance."""

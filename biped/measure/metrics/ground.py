@@ -12,7 +12,7 @@ from biped.measure.metrics.gait import travelled
 from biped.measure.metrics.sums import Sums
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY, gravity
-from biped.robot.topology import POINT_LEG
+from biped.robot.planar.topology import POINT_LEG
 
 _SWING = 0.1
 """[s] in the air from which a swing has a clearance."""

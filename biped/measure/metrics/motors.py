@@ -6,7 +6,7 @@ import numpy as np
 
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
-from biped.robot.topology import BASE
+from biped.robot.planar.topology import BASE
 
 
 def load(t: Trajectory, span: slice, distance: float) -> dict[str, float]:

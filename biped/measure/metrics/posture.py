@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from biped.measure.trajectory import Trajectory
-from biped.robot.topology import PITCH
+from biped.robot.planar.topology import PITCH
 
 
 def inferred(t: Trajectory, span: slice) -> dict[str, float]:

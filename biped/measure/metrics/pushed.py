@@ -13,8 +13,8 @@ import numpy as np
 
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
-from biped.robot.topology import HEEL
-from biped.robot.tree import motion
+from biped.robot.planar.topology import HEEL
+from biped.robot.planar.tree import motion
 
 STEPS = 4
 """Steps after a push whose lengths are metrics."""

@@ -11,8 +11,8 @@ import math
 from biped.base.jit import inner_kernel
 from biped.measure.columns import ACTIVE, FORCE, PHASE, Q_D, STOP, TIME, Q, U, V
 from biped.robot.ground import height_below
-from biped.robot.kinematics import forward
-from biped.robot.topology import (
+from biped.robot.planar.kinematics import forward
+from biped.robot.planar.topology import (
     ANKLE,
     BASE,
     ENDS,

@@ -13,8 +13,8 @@ from biped.measure.metrics.rows import add_row
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import gravity
 from biped.robot.ground import GROUND, set_ground
-from biped.robot.kinematics import PLACES, TREE
-from biped.robot.topology import N_POINTS, NU
+from biped.robot.planar.kinematics import PLACES, TREE
+from biped.robot.planar.topology import N_POINTS, NU
 
 _TOLD = np.dtype(
     [

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from biped.measure.verdict import DIVERGENT, SOUND
-from biped.robot.description import Walked
+from biped.robot.planar.description import Walked
 
 ALTERNATION = 0.2
 """Least share of its foot strikes in the window that are the other leg's than the one before."""

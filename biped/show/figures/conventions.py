@@ -14,11 +14,11 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Arc
 
 from biped.base.files import folder
-from biped.robot.description import Robot, robot_at
-from biped.robot.model import posture_of, tree_at
-from biped.robot.posture import project
-from biped.robot.topology import FOOT, HEEL, NQ, PITCH, SHANK, THIGH, TOE, TORSO, X
-from biped.robot.tree import ABSOLUTE_OFFSET, Motion, Tree, motion
+from biped.robot.planar.description import Robot, robot_at
+from biped.robot.planar.model import posture_of, tree_at
+from biped.robot.planar.posture import project
+from biped.robot.planar.topology import FOOT, HEEL, NQ, PITCH, SHANK, THIGH, TOE, TORSO, X
+from biped.robot.planar.tree import ABSOLUTE_OFFSET, Motion, Tree, motion
 from biped.show.figures.style import LEFT, QUIET, RIGHT, SETTINGS, TRUNK, figure, save
 
 PAGE = folder("models").parent / "docs" / "figures" / "conventions.png"

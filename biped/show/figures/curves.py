@@ -13,7 +13,7 @@ from biped.measure.pushes import pushes_of
 from biped.measure.signals import SMOOTH, every, foot_force, inferred_torso_angle, inside, smooth, torso_angle
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
-from biped.robot.topology import BASE, SEGMENTS
+from biped.robot.planar.topology import BASE, SEGMENTS
 from biped.show.figures.style import (
     LEFT,
     PUSH,

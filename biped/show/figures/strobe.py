@@ -12,7 +12,7 @@ from matplotlib.patches import Circle, Polygon
 
 from biped.measure.signals import corners_of, limbs
 from biped.measure.trajectory import Trajectory
-from biped.robot.topology import CHAINS
+from biped.robot.planar.topology import CHAINS
 from biped.show.figures.style import LEFT, RIGHT, TRUNK, figure
 
 # Metres between bodies and beside them for a leg of a metre, seconds between stick figures.

@@ -10,7 +10,7 @@ from biped.measure.pushes import pushes_of
 from biped.measure.signals import SMOOTH, every, finite, inside, smooth
 from biped.measure.trajectory import Trajectory
 from biped.robot.leg_states import FIRST_IN_AIR
-from biped.robot.topology import BASE, LEGS, SEGMENTS
+from biped.robot.planar.topology import BASE, LEGS, SEGMENTS
 from biped.show.page.html import Markup, card, tag
 from biped.show.page.player import SIDES, state_legend
 from biped.show.page.plot import Frame, around, legend

@@ -18,8 +18,8 @@ from biped.measure.signals import means
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
 from biped.robot.ground import slabs
-from biped.robot.topology import POINT_LINK
-from biped.robot.tree import motion
+from biped.robot.planar.topology import POINT_LINK
+from biped.robot.planar.tree import motion
 from biped.show import spatial
 from biped.show.recording.body import drawn_geoms, mass_centres
 from biped.show.recording.footing import log_footing

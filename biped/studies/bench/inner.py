@@ -11,8 +11,8 @@ from biped.control.sensing import sense_links
 from biped.control.setup import controller_record
 from biped.control.tick import thesis_tick
 from biped.measure.trajectory import Trajectory
-from biped.robot.kinematics import mass_matrix
-from biped.robot.model import tree_at
+from biped.robot.planar.kinematics import mass_matrix
+from biped.robot.planar.model import tree_at
 from biped.robot.run import Run
 
 

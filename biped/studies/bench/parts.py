@@ -23,7 +23,7 @@ from biped.engines.native import without_clock
 from biped.engines.spans import push_spans
 from biped.measure.metrics import measure
 from biped.measure.trajectory import Trajectory
-from biped.robot.foreign import compile_foreign
+from biped.robot.planar.build import compile_foreign
 from biped.robot.run import Run
 
 REPEATS = 7

@@ -13,8 +13,8 @@ from biped.engines.mujoco import simulate
 from biped.engines.native import reason
 from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure
-from biped.robot.foreign import compile_foreign
-from biped.robot.model import tree_at
+from biped.robot.planar.build import compile_foreign
+from biped.robot.planar.model import tree_at
 from biped.robot.run import Run
 from biped.scenario.reading import read_scenario
 from biped.studies.bench.parts import clock, replay, strict

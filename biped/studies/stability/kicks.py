@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from biped.base.errors import RunError
-from biped.robot.topology import KNEE, N_POINTS, NQ, PITCH, X, Z
-from biped.robot.tree import ABSOLUTE_FROM_JOINT, motion
+from biped.robot.planar.topology import KNEE, N_POINTS, NQ, PITCH, X, Z
+from biped.robot.planar.tree import ABSOLUTE_FROM_JOINT, motion
 from biped.studies.stability.section import RIGHT_HEEL, Section
 
 LEAN, SPEED = PITCH, NQ + X

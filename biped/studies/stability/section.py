@@ -22,9 +22,9 @@ from biped.base.errors import RunError
 from biped.ensemble.campaign import simulate_planar
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
+from biped.robot.planar.topology import HEEL
+from biped.robot.planar.tree import Tree
 from biped.robot.run import Run
-from biped.robot.topology import HEEL
-from biped.robot.tree import Tree
 from biped.scenario.keys import Window
 
 ABOVE = 0.001

@@ -12,8 +12,8 @@ from biped.ensemble.backend import Jobs
 from biped.ensemble.campaign import simulate_planar
 from biped.ensemble.plan import Plan
 from biped.robot.ground import first_of, is_level
-from biped.robot.model import tree_at
-from biped.robot.truth import true_tree
+from biped.robot.planar.model import tree_at
+from biped.robot.planar.truth import true_tree
 from biped.scenario.vary import stream
 from biped.studies.planned import plan_of, title_of
 from biped.studies.stability import sizes

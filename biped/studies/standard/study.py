@@ -16,9 +16,9 @@ from biped.base.progress import Progress, silent
 from biped.base.text import said
 from biped.ensemble.backend import Jobs
 from biped.ensemble.plan import Plan
-from biped.robot.general.recognise import robot_of
 from biped.robot.gravity import GRAVITY
-from biped.robot.model import tree_at
+from biped.robot.planar.model import tree_at
+from biped.robot.recognise import robot_of
 from biped.scenario.gains import Gains
 from biped.scenario.gait import read_gains, speeds_of
 from biped.scenario.metrics import METRICS

@@ -15,7 +15,7 @@ from biped.ensemble import executor
 from biped.ensemble.backend import Jobs
 from biped.ensemble.plan import Plan
 from biped.measure.trajectory import Trajectory
-from biped.robot.description import robot_at
+from biped.robot.planar.description import robot_at
 from biped.robot.run import Run
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario, Window

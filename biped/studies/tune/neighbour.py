@@ -6,9 +6,9 @@ import math
 
 from biped.base.errors import RunError
 from biped.measure.trajectory import Trajectory
-from biped.robot.model import tree_at
+from biped.robot.planar.model import tree_at
+from biped.robot.planar.truth import true_tree
 from biped.robot.run import Run
-from biped.robot.truth import true_tree
 from biped.scenario.vary import stream
 from biped.studies.stability.kicks import Kicks
 from biped.studies.stability.orbit import NEIGHBOUR, growth

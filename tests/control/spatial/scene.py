@@ -14,8 +14,8 @@ from biped.control.general.law import Setup
 from biped.control.spatial.places import point_motion, sense_places
 from biped.control.spatial.setup import controller_record, mechanics_of
 from biped.ensemble.plan import Plan
-from biped.robot.general.build import compiled, limits_of
-from biped.robot.general.recognise import robot_of
+from biped.robot.build import compiled, limits_of
+from biped.robot.recognise import robot_of
 from biped.scenario.reading import read_scenario
 
 N, BASE, LEG = 18, 6, 6

@@ -96,7 +96,7 @@ def test_in_the_plane_it_is_the_planar_law(scene, phase):
     hips = pitch + joints[[0, 3]]
     c["at"]["angle"][:] = 0.0
     angle, rate = c["at"]["angle"], c["at"]["rate"]
-    from biped.robot.topology import PITCH, THIGH, TORSO
+    from biped.robot.planar.topology import PITCH, THIGH, TORSO
 
     angle[TORSO], rate[TORSO] = pitch, rates[0]
     for leg in range(2):

@@ -10,7 +10,7 @@ import pytest
 from biped.base.errors import InputError
 from biped.engines.general.simulate import simulate
 from biped.measure.general.metrics import assess
-from biped.robot.general.build import compiled
+from biped.robot.build import compiled
 from biped.scenario.reading import read_scenario
 from biped.studies.planned import plan_of
 from tests.engines.general.test_simulate import law_of, named, stood

@@ -14,7 +14,7 @@ from biped.engines.general.simulate import simulate
 from biped.ensemble import packed
 from biped.measure.general.metrics import assess
 from biped.measure.stored import load
-from biped.robot.general.build import compiled
+from biped.robot.build import compiled
 from biped.robot.ground import profile_of
 from biped.scenario.ground import Ground, Steps
 from biped.show.model import shown_model

@@ -9,11 +9,11 @@ from biped.engines.rigid.motion import active_rows, gaps
 from biped.engines.rigid.record import pinocchio_tree, rigid_record
 from biped.engines.rigid.tree import applied_forces, mass_and_bias, place
 from biped.measure.metrics.energy import energy
-from biped.robot.believed import believed_model
-from biped.robot.description import robot_at
-from biped.robot.model import tree_at
-from biped.robot.tree import motion
-from biped.robot.truth import true_tree
+from biped.robot.planar.controller_model import believed_model
+from biped.robot.planar.description import robot_at
+from biped.robot.planar.model import tree_at
+from biped.robot.planar.tree import motion
+from biped.robot.planar.truth import true_tree
 from biped.scenario.keys import Truth
 
 HUMAN = locate("models", "human", "test")

@@ -8,9 +8,9 @@ import pytest
 
 from biped.ensemble.plan import Plan
 from biped.robot.gravity import GRAVITY
-from biped.robot.model import spec_of
-from biped.robot.topology import POINT_LINK
-from biped.robot.tree import motion
+from biped.robot.planar.model import spec_of
+from biped.robot.planar.topology import POINT_LINK
+from biped.robot.planar.tree import motion
 from biped.scenario.reading import read_scenario
 from biped.show.recording import record
 from biped.show.recording.scene import BODY_WEIGHT, PUSH

@@ -12,7 +12,7 @@ from biped.engines.mujoco import simulate
 from biped.engines.native import native
 from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure
-from biped.robot.foreign import compile_foreign
+from biped.robot.planar.build import compile_foreign
 from biped.scenario.keys import Scenario, Simulation, Start
 from biped.scenario.push import Push
 from biped.scenario.reading import read_scenario

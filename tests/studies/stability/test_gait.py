@@ -11,7 +11,7 @@ import pytest
 from biped.base.errors import InputError, RunError
 from biped.cli.main import main
 from biped.ensemble.campaign import simulate
-from biped.robot.tree import motion
+from biped.robot.planar.tree import motion
 from biped.studies.planned import plan_of
 from biped.studies.stability import basin as basin_module
 from biped.studies.stability.fit import Returns, fit_map

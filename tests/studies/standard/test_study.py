@@ -11,7 +11,7 @@ from biped.base.errors import InputError
 from biped.cli.main import main
 from biped.ensemble.campaign import simulate
 from biped.robot.gravity import GRAVITY
-from biped.robot.model import tree_at
+from biped.robot.planar.model import tree_at
 from biped.scenario.metrics import METRICS
 from biped.show.page import write_page
 from biped.show.standing import lines_of, markdown

@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 
 from biped.base.files import nearest
-from biped.robot.general.facts import Drive
+from biped.robot.robot import Drive
 from biped.scenario.robot import Described
 from biped.scenario.section import LARGEST
 

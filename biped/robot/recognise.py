@@ -12,15 +12,15 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import label, nearest
-from biped.robot.general.base import base_of, ground_of
-from biped.robot.general.beside import belongs, physics_of, surroundings
-from biped.robot.general.drives import drives_of
-from biped.robot.general.facts import FootParts, General
-from biped.robot.general.legs import above, leg_length, pitching
-from biped.robot.general.soles import FLAT, pairs_of, points_of, touches
-from biped.robot.general.spec import parsed
+from biped.robot.base import base_of, ground_of
+from biped.robot.drives import drives_of
+from biped.robot.legs import above, leg_length, pitching
+from biped.robot.robot import FootParts, General
 from biped.robot.safety import examine, packaged
 from biped.robot.sizes import check_sizes
+from biped.robot.soles import FLAT, pairs_of, points_of, touches
+from biped.robot.spec import parsed
+from biped.robot.surroundings import belongs, physics_of, surroundings
 from biped.robot.trial import tried
 from biped.scenario.robot import Described, Foot
 

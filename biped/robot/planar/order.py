@@ -1,7 +1,7 @@
 """Where a model file has the parts of a biped: MuJoCo's numbers for them, in canonical order.
 
 A file may list legs, motors and contact pairs in any order. Engines and controllers speak the canonical one
-(`biped.robot.topology`); where the file's is another, the MuJoCo engine gathers and scatters by these numbers.
+(`biped.robot.planar.topology`); where the file's is another, the MuJoCo engine gathers and scatters by these numbers.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from biped.robot.description import Robot
-from biped.robot.topology import NQ, NU
+from biped.robot.planar.description import Robot
+from biped.robot.planar.topology import NQ, NU
 
 
 class Order(NamedTuple):

@@ -1,6 +1,6 @@
 """The planar seven-link tree: what a model file says about lengths and masses, and forward kinematics from it.
 
-Links, coordinates and contact points are in the order of `biped.robot.topology`. Vectors are (x, z), angles
+Links, coordinates and contact points are in the order of `biped.robot.planar.topology`. Vectors are (x, z), angles
 counter-clockwise.
 """
 
@@ -12,9 +12,9 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.jit import entry_kernel
-from biped.robot.description import Robot
-from biped.robot.kinematics import PLACES, TREE, forward
-from biped.robot.topology import (
+from biped.robot.planar.description import Robot
+from biped.robot.planar.kinematics import PLACES, TREE, forward
+from biped.robot.planar.topology import (
     BASE,
     CHAINS,
     FOOT,

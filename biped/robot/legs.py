@@ -8,7 +8,7 @@ from itertools import pairwise
 import mujoco
 import numpy as np
 
-from biped.robot.general.facts import FootParts
+from biped.robot.robot import FootParts
 
 _HINGE = mujoco.mjtJoint.mjJNT_HINGE
 _PITCHES = 0.7

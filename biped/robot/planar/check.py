@@ -12,8 +12,8 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.base.files import nearest
 from biped.base.text import short
-from biped.robot.description import Robot
-from biped.robot.topology import BASE, LINK_DOF, PARENT, POINT_LINK, TORSO, Z
+from biped.robot.planar.description import Robot
+from biped.robot.planar.topology import BASE, LINK_DOF, PARENT, POINT_LINK, TORSO, Z
 
 _SLACK = 1e-9
 ANY_ROBOT = "others run with [robot] and law = 'path.py:Class' or 'stand' (biped model FILE; docs/robots.md)"

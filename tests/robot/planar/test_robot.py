@@ -8,13 +8,13 @@ import pinocchio
 import pytest
 
 from biped.base.files import folder
-from biped.robot.believed import believed_model
-from biped.robot.description import robot_at
-from biped.robot.foreign import compile_foreign
-from biped.robot.model import tree_at
-from biped.robot.topology import BASE, NQ, SHANK, THIGH
-from biped.robot.tree import Tree
-from biped.robot.truth import true_tree
+from biped.robot.planar.build import compile_foreign
+from biped.robot.planar.controller_model import believed_model
+from biped.robot.planar.description import robot_at
+from biped.robot.planar.model import tree_at
+from biped.robot.planar.topology import BASE, NQ, SHANK, THIGH
+from biped.robot.planar.tree import Tree
+from biped.robot.planar.truth import true_tree
 from biped.scenario.ground import Ground
 from biped.scenario.keys import Scenario, Truth
 

@@ -3,8 +3,8 @@
 A biped is a torso with two legs of three links. Links are the torso, then thigh, shank and foot of the first leg, then
 of the second; coordinates x, z and pitch of the torso, then hip, knee and ankle of the first leg, then of the second;
 contact points toe and heel of the first foot, then of the second; stops the first knee's, then the second's. This is
-the canonical order: whatever order a model file has (`biped.robot.description`), arrays and kernels have this one.
-Compiled code takes these numbers in as constants.
+the canonical order: whatever order a model file has (`biped.robot.planar.description`), arrays and kernels have this
+one. Compiled code takes these numbers in as constants.
 """
 
 from __future__ import annotations

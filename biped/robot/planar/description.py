@@ -2,7 +2,7 @@
 
 `models/human.xml` is described by `models/human.toml`. A model file without a description beside it has the parts and
 names of the human's; so a variant of the human is a model file alone, and another robot is a model file and a
-description. Names are in the canonical order of `biped.robot.topology`; the model file may have another.
+description. Names are in the canonical order of `biped.robot.planar.topology`; the model file may have another.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from msgspec import Meta, field
 
 from biped.base.errors import InputError
 from biped.base.files import description_of, label, read_toml
-from biped.robot.topology import BASE, ENDS, LEGS, SEGMENTS
+from biped.robot.planar.topology import BASE, ENDS, LEGS, SEGMENTS
 from biped.scenario.robot import Shown, Walked
 from biped.scenario.section import Positive, Section
 from biped.scenario.valid import convert, known_keys

@@ -7,7 +7,7 @@ the subtree that hinge j carries, and hinges at p, for i above or equal to j
     M_ij = T_j - S_j·(p_i + p_j) + m_j p_i·p_j
 
 The numbers are Pinocchio's at a tenth of the price; the controller asks Pinocchio at every model whether they are
-(`biped.control.referee`), and the tests hold both together. Coordinates and order as in `biped.robot.topology`;
+(`biped.control.referee`), and the tests hold both together. Coordinates and order as in `biped.robot.planar.topology`;
 vectors (x, z), angles counter-clockwise.
 """
 
@@ -17,7 +17,7 @@ import numpy as np
 
 from biped.base.jit import inner_kernel, kernel
 from biped.numerics.sines import sines
-from biped.robot.topology import (
+from biped.robot.planar.topology import (
     BASE,
     CHAINS,
     FOOT,
@@ -49,7 +49,7 @@ TREE = np.dtype(
     ],
     align=True,
 )
-"""`biped.robot.tree.Tree` as kernels read it."""
+"""`biped.robot.planar.tree.Tree` as kernels read it."""
 
 PLACES = np.dtype(
     [

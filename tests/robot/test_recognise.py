@@ -14,10 +14,10 @@ import pytest
 from biped.base.errors import InputError
 from biped.cli.main import main
 from biped.control.general.sensed import Sensed
-from biped.robot.general.build import compiled, frame, gravity3
-from biped.robot.general.recognise import looked_at, robot_of
+from biped.robot.build import compiled, frame, gravity3
 from biped.robot.gravity import gravity
-from biped.robot.model import tree_at
+from biped.robot.planar.model import tree_at
+from biped.robot.recognise import looked_at, robot_of
 from biped.scenario.reading import read_scenario
 from biped.scenario.robot import Actuators, Base, Described, Foot
 from tests.cases import command, write

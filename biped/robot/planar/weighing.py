@@ -10,7 +10,7 @@ import math
 
 from biped.base.jit import inner_kernel, kernel
 from biped.numerics.lanes import added, everywhere, few, load, load_few, store, times
-from biped.robot.topology import BASE, HIP, NQ, X
+from biped.robot.planar.topology import BASE, HIP, NQ, X
 
 _FLOOR = 1e-10
 """Smallest square of a pivot, by the biped's mass."""

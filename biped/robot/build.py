@@ -11,14 +11,14 @@ import mujoco
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.robot.general.actuated import replace_actuators
-from biped.robot.general.facts import Drive, General
-from biped.robot.general.recognise import robot_of
-from biped.robot.general.spec import read
-from biped.robot.general.truth import apply_truth
-from biped.robot.general.uneven import give_planes, name_geoms, pairs_with_planes
+from biped.robot.actuators import replace_actuators
 from biped.robot.gravity import GRAVITY
 from biped.robot.ground import is_level, levelled
+from biped.robot.recognise import robot_of
+from biped.robot.robot import Drive, General
+from biped.robot.spec import read
+from biped.robot.truth import apply_truth
+from biped.robot.uneven import give_planes, name_geoms, pairs_with_planes
 from biped.scenario.ground import Ground
 from biped.scenario.keys import Scenario, Simulation, Truth
 from biped.scenario.robot import Described

@@ -10,19 +10,19 @@ import pytest
 from biped.base.files import folder
 from biped.engines import mujoco as engine
 from biped.ensemble.plan import Plan
-from biped.robot.believed import believed_model
-from biped.robot.description import robot_at
-from biped.robot.foreign import compile_foreign
 from biped.robot.gravity import gravity
-from biped.robot.model import posture_of, tree_at
-from biped.robot.tree import (
+from biped.robot.planar.build import compile_foreign
+from biped.robot.planar.controller_model import believed_model
+from biped.robot.planar.description import robot_at
+from biped.robot.planar.model import posture_of, tree_at
+from biped.robot.planar.tree import (
     ABSOLUTE_FROM_JOINT,
     ABSOLUTE_OFFSET,
     absolute,
     from_absolute,
     motion,
 )
-from biped.robot.truth import true_tree
+from biped.robot.planar.truth import true_tree
 from biped.scenario.ground import Ground
 from biped.scenario.keys import Scenario, Simulation, Start, Truth
 

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from biped.robot.foreign import plane_below
-from biped.robot.general.facts import General
-from biped.robot.general.soles import pairs_of, touches
+from biped.robot.planar.build import plane_below
+from biped.robot.robot import General
+from biped.robot.soles import pairs_of, touches
 
 _POINT = 1e-6
 """[m] radius of the spheres that stand for points."""

@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.robot.general.facts import General
-from biped.robot.general.legs import places_of
+from biped.robot.legs import places_of
+from biped.robot.robot import General
 
 _STEPS = 100
 _STEADY = 1e-9

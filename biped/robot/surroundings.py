@@ -5,9 +5,9 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from biped.robot.general.legs import above
-from biped.robot.general.soles import pairs_of, touches
 from biped.robot.gravity import GRAVITY
+from biped.robot.legs import above
+from biped.robot.soles import pairs_of, touches
 
 _GRAVITY = 0.02
 """[m/s²] by which a file's gravity may differ."""

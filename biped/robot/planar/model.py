@@ -1,8 +1,8 @@
 """models/*.xml as they are: parsed, checked, tried elsewhere first, and what is written in them.
 
 Coordinates are x, z of the torso's centre of mass, pitch, then hip, knee and ankle leg by leg; the file's may be in
-another order (`biped.robot.order`). What MuJoCo steps is `biped.robot.foreign`, what the controller computes with
-`biped.robot.believed`.
+another order (`biped.robot.planar.order`). What MuJoCo steps is `biped.robot.planar.build`, what the controller
+computes with `biped.robot.planar.controller_model`.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ import numpy as np
 import biped.robot.silence  # noqa: F401
 from biped.base.errors import InputError
 from biped.base.files import label, nearest
-from biped.robot.believed import canonical
-from biped.robot.check import check_model, check_parts
-from biped.robot.description import robot_at, version_of
-from biped.robot.order import order_of
+from biped.robot.planar.check import check_model, check_parts
+from biped.robot.planar.controller_model import canonical
+from biped.robot.planar.description import robot_at, version_of
+from biped.robot.planar.order import order_of
+from biped.robot.planar.tree import Tree, tree_of
 from biped.robot.safety import examine, packaged
 from biped.robot.sizes import check_sizes
-from biped.robot.tree import Tree, tree_of
 from biped.robot.trial import tried
 
 

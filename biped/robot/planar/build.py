@@ -9,14 +9,14 @@ from typing import NamedTuple
 import mujoco
 
 from biped.base.files import label
-from biped.robot.description import Robot, robot_at, version_of
 from biped.robot.gravity import gravity
 from biped.robot.ground import box_of, is_level, levelled
-from biped.robot.model import spec_of
-from biped.robot.order import Order, order_of
-from biped.robot.topology import NU
-from biped.robot.tree import Tree, tree_of
-from biped.robot.truth import apply_truth
+from biped.robot.planar.description import Robot, robot_at, version_of
+from biped.robot.planar.model import spec_of
+from biped.robot.planar.order import Order, order_of
+from biped.robot.planar.topology import NU
+from biped.robot.planar.tree import Tree, tree_of
+from biped.robot.planar.truth import apply_truth
 from biped.scenario.ground import Ground
 from biped.scenario.keys import Scenario, Simulation, Truth
 

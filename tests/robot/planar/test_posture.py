@@ -8,10 +8,10 @@ import pytest
 from biped.base.errors import InputError
 from biped.base.files import folder
 from biped.ensemble.plan import Plan
-from biped.robot.description import robot_at
-from biped.robot.model import posture_of, tree_at
-from biped.robot.posture import project
-from biped.robot.tree import absolute, from_absolute, motion
+from biped.robot.planar.description import robot_at
+from biped.robot.planar.model import posture_of, tree_at
+from biped.robot.planar.posture import project
+from biped.robot.planar.tree import absolute, from_absolute, motion
 from biped.scenario.keys import Scenario, Start
 
 HUMAN = folder("models") / "human.xml"

@@ -9,13 +9,13 @@ import pytest
 from biped.base.errors import InputError
 from biped.base.files import description_of, folder, read_toml
 from biped.ensemble.plan import Plan
-from biped.robot.description import robot_at
-from biped.robot.model import tree_at
-from biped.robot.topology import CHAINS, INWARD, PARENT, POINT_LINK
+from biped.robot.planar.description import robot_at
+from biped.robot.planar.model import tree_at
+from biped.robot.planar.topology import CHAINS, INWARD, PARENT, POINT_LINK
 from biped.scenario.actuation import Actuation
 from biped.scenario.keys import Backstep, Scenario
 from biped.scenario.reading import read_scenario, to_toml
-from tests.robot.toy import DESCRIPTION, make, shuffled_human
+from tests.robot.planar.toy import DESCRIPTION, make, shuffled_human
 
 HUMAN = folder("models") / "human.xml"
 

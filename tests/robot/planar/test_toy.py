@@ -19,14 +19,14 @@ from biped.measure.metrics import measure
 from biped.measure.metrics.walking import walked
 from biped.measure.stored import load
 from biped.measure.trajectory import Trajectory
-from biped.robot.believed import believed_model
-from biped.robot.description import robot_at
-from biped.robot.foreign import compile_foreign
-from biped.robot.model import posture_of, tree_at
-from biped.robot.topology import N_CONSTRAINTS, N_POINTS, NQ
+from biped.robot.planar.build import compile_foreign
+from biped.robot.planar.controller_model import believed_model
+from biped.robot.planar.description import robot_at
+from biped.robot.planar.model import posture_of, tree_at
+from biped.robot.planar.topology import N_CONSTRAINTS, N_POINTS, NQ
 from biped.scenario.keys import Scenario
 from biped.scenario.reading import read_scenario
-from tests.robot.toy import make, shuffled_human
+from tests.robot.planar.toy import make, shuffled_human
 
 SLOPE = 4.0
 ENGINES = {"mujoco": foreign.simulate, "home": home.simulate}

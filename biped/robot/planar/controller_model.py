@@ -10,9 +10,9 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import label
-from biped.robot.description import Robot, robot_at, version_of
 from biped.robot.gravity import gravity
-from biped.robot.topology import BASE
+from biped.robot.planar.description import Robot, robot_at, version_of
+from biped.robot.planar.topology import BASE
 
 if TYPE_CHECKING:
     import pinocchio

@@ -1,0 +1,80 @@
+"""Start postures: named ones of the model, or nine absolute coordinates, projected onto the ground.
+
+The captions of the thesis are printed to two digits and one of them leaves a foot 14 mm in the air, so a start is
+projected: the least change of the nine coordinates (angles, with the torso free to move) that puts the contacts it
+names on the ground, no other point below it and no knee beyond its stop.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from biped.base.errors import InputError
+from biped.robot.planar.topology import KNEE, N_POINTS, NQ, Z
+from biped.robot.planar.tree import ABSOLUTE_FROM_JOINT, Tree, motion
+
+_STEPS = 50
+_TOLERANCE = 1e-12
+# [rad] A link that must turn by more makes another posture, not a settled one.
+_FURTHEST = 0.5
+# Metres of torso travel that weigh as much as a radian: moving the torso is how a posture is put down, so it is cheap.
+_TRAVEL = 100.0
+
+
+def _heights(tree: Tree, q: np.ndarray) -> np.ndarray:
+    """Heights (4,) [m] of the points."""
+    return motion(tree, q, np.zeros(NQ)).point[..., 1]
+
+
+def _jacobian(tree: Tree, q: np.ndarray) -> np.ndarray:
+    """Of the heights, (4, 9)."""
+    return motion(tree, np.broadcast_to(q, (NQ, NQ)), np.eye(NQ)).point_velocity[..., 1].T
+
+
+def project(tree: Tree, q: np.ndarray, contacts: tuple[str, ...], points: tuple[str, ...]) -> np.ndarray:
+    """The nearest posture that stands on the ground z = 0 with the named contacts.
+
+    Args:
+        tree: Lengths of the biped.
+        q: (9,) joint coordinates [m, rad].
+        contacts: Names of points that touch; none: the lowest point touches.
+        points: Names of the robot's points.
+
+    Returns:
+        (9,) joint coordinates: named points at height 0 to 1e-12 m, the others not below it, no knee overstretched.
+
+    Raises:
+        InputError: The contacts cannot all be reached without turning a link by more than half a radian.
+    """
+    q = np.array(q, dtype=float)
+    if not contacts:
+        q[Z] -= _heights(tree, q).min()
+        return q
+    printed = q.copy()
+    touching = [points.index(name) for name in contacts]
+    weight = np.ones(NQ)
+    weight[: Z + 1] = _TRAVEL
+    step = np.linalg.inv(ABSOLUTE_FROM_JOINT) * weight
+    low: set[int] = set()
+    straight: set[int] = set()
+    for _ in range(_STEPS):
+        height = _heights(tree, q)
+        low |= {i for i in range(N_POINTS) if i not in touching and height[i] < -_TOLERANCE}
+        straight |= {j for j in KNEE if q[j] > _TOLERANCE}
+        standing = touching + sorted(low)
+        stops = sorted(straight)
+        residual = np.concatenate([height[standing], q[stops]])
+        if np.abs(residual).max() < _TOLERANCE:
+            if np.abs(ABSOLUTE_FROM_JOINT @ (q - printed))[Z + 1 :].max() > _FURTHEST:
+                break
+            return q
+        rows = np.vstack([_jacobian(tree, q)[standing], np.eye(NQ)[stops]])
+        try:
+            q -= step @ (np.linalg.pinv(rows @ step, rcond=1e-9) @ residual)
+        except np.linalg.LinAlgError:  # lengths beyond all measure
+            break
+    raise InputError(
+        f"start.contacts: the posture cannot be put on the ground with {', '.join(contacts)} touching; "
+        "expected contacts that the legs can reach, or start.settle = false",
+        "start.contacts",
+    )
