@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 
 from biped.base.errors import InputError, RunError
 from biped.base.jit import kernel
-from biped.dynamics import codes, march, pattern
+from biped.dynamics import march, pattern
 from biped.dynamics import room as rooms
-from biped.dynamics.branches import obstacle
-from biped.dynamics.explain import explain
+from biped.dynamics.compiled import EVENT, OK, SPILLED
+from biped.dynamics.explain import explain, obstacle
 from biped.dynamics.rank import structural_rank
 from biped.dynamics.schemes import RK4, Scheme
 from biped.dynamics.sparse import Sparse, dense
@@ -90,10 +90,10 @@ def integrate(
         code, when = loop(
             *system.functions, system.p, grid, scheme.settings(), scheme.tableau, end_q, end_v, place, out
         )
-        if code != codes.SPILLED or filled is None:
+        if code != SPILLED or filled is None:
             break
         filled = (filled[0] | (place.M != 0.0) | (place.M != 0.0).T, filled[1] | (place.A != 0.0))
-    if code not in (codes.OK, codes.EVENT):
+    if code not in (OK, EVENT):
         raise RunError(explain(system, scheme, code, when, end_q, end_v, dt))
     kept = out.count[rooms.KEPT]
     return Trajectory(
@@ -104,7 +104,7 @@ def integrate(
         leaps=int(place.seen[rooms.LEAPT]),
         refused=int(place.seen[rooms.REFUSED]),
         structural_rank=most,
-        event=system.events[int(place.seen[rooms.FIRED])] if code == codes.EVENT else None,
+        event=system.events[int(place.seen[rooms.FIRED])] if code == EVENT else None,
         system=system,
     )
 

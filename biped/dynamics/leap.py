@@ -10,12 +10,10 @@ position is not asked there but told by the polynomial of the others.
 import numpy as np
 
 from biped.base.jit import kernel
-from biped.dynamics.codes import NOT_LEAPT, OK
 from biped.dynamics.collocation import ERROR, INTEGRAL, NODE, NODES, WEIGHT, WITHOUT
-from biped.dynamics.compiled import shared
-from biped.dynamics.evaluate import evaluate, find_power, resolve
+from biped.dynamics.compiled import NOT_LEAPT, OK, shared
+from biped.dynamics.evaluate import evaluate, find_power, project, resolve
 from biped.dynamics.orthogonal import copy
-from biped.dynamics.project import project
 from biped.dynamics.room import LAST_Q, LAST_V, LEAPT, PLACE, SPEED, largest
 from biped.dynamics.stages import find_acceleration, leave_step
 

@@ -3,12 +3,10 @@
 import numpy as np
 
 from biped.base.jit import kernel
-from biped.dynamics.codes import INDEFINITE, NOT_FINITE, NOT_LEAPT, OK
-from biped.dynamics.compiled import shared
-from biped.dynamics.evaluate import apply, evaluate, find_lag, find_power, resolve
+from biped.dynamics.compiled import INDEFINITE, NOT_FINITE, NOT_LEAPT, OK, shared
+from biped.dynamics.evaluate import apply, evaluate, find_lag, find_power, project, resolve
 from biped.dynamics.linalg import apply_w, solve_mass
 from biped.dynamics.orthogonal import copy, dot
-from biped.dynamics.project import project
 from biped.dynamics.room import ACCELERATION, B_V, FIX_Q, FIX_V, LAG, MOVE, PHI, PLACE, SPEED, Q, largest
 from biped.dynamics.schemes import Correction
 from biped.dynamics.sparse import solve_sparse

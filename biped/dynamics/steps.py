@@ -3,8 +3,7 @@
 import numpy as np
 
 from biped.base.jit import kernel
-from biped.dynamics.codes import NOT_FINITE, NOT_LEAPT, OK, TOO_MANY_RETRIES
-from biped.dynamics.compiled import shared
+from biped.dynamics.compiled import NOT_FINITE, NOT_LEAPT, OK, TOO_MANY_RETRIES, shared
 from biped.dynamics.leap import leap
 from biped.dynamics.room import PLACE, REFUSED, SPEED
 from biped.dynamics.stages import attempt, leave_step

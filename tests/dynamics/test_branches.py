@@ -5,7 +5,7 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.dynamics import RK4, RK8, integrate
-from biped.dynamics.build import GROUND, Plane
+from biped.dynamics.bodies import GROUND, Plane
 from biped.dynamics.mechanisms import four_bars
 
 SCHEMES = [(RK8.adaptive(1e-9), None), (RK8, 0.01), (RK4, 0.01)]

@@ -5,7 +5,7 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.dynamics import RK8, integrate
-from biped.dynamics.build import GROUND, Plane, Space
+from biped.dynamics.bodies import GROUND, Plane, Space
 from biped.dynamics.check import check_derivatives
 from biped.dynamics.mechanisms import slider_crank
 

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from biped.dynamics import RK8, integrate
-from biped.dynamics.build import GROUND, Plane, Space
+from biped.dynamics.bodies import GROUND, Plane, Space
 
 G = 9.81
 STEP = 1e-3  # of differences, of fourth order

@@ -7,7 +7,7 @@ from biped.base.errors import InputError
 from biped.dynamics import RK4, RK8, integrate
 from biped.dynamics.check import check_derivatives
 from biped.dynamics.mechanisms import four_bars
-from biped.dynamics.mechanisms.four_bars_mjcf import four_bars_mjcf
+from biped.dynamics.mechanisms.four_bars import four_bars_mjcf
 from biped.dynamics.mjcf import load
 
 

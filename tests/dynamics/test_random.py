@@ -8,7 +8,7 @@ import pytest
 
 from biped.base.errors import InputError, RunError
 from biped.dynamics import RK8, integrate
-from biped.dynamics.build import GROUND, Plane
+from biped.dynamics.bodies import GROUND, Plane
 
 DURATION = 0.4  # [s]
 TOLERANCE = 1e-9

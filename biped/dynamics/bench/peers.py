@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from biped.dynamics.mechanisms import four_bars, overconstrained
-from biped.dynamics.mechanisms.four_bars_mjcf import four_bars_mjcf
+from biped.dynamics.mechanisms.four_bars import four_bars_mjcf
 
 Run = Callable[[], np.ndarray]
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from biped.dynamics.build import GROUND, Plane, Space
+from biped.dynamics.bodies import GROUND, Plane, Space
 
 THICK = 1e-6
 """Inertia of a rod of 1 kg about itself [kg m²]: rods in space need some."""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from biped.dynamics.build import GROUND, Body, Plane
+from biped.dynamics.bodies import GROUND, Body, Plane
 
 A, B, C = (-0.06934, -0.00227), (-0.03635, 0.03273), (0.014, 0.072)  # [m]
 DURATION = 0.03  # [s]
