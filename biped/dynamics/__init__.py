@@ -3,7 +3,7 @@
 from biped.dynamics.integrate import integrate
 from biped.dynamics.schemes import EULER, RK4, RK8, Correction, Scheme
 from biped.dynamics.system import ConstrainedSystem, Evaluation
-from biped.dynamics.trajectory import Trajectory
+from biped.dynamics.trajectory import Solution
 
 __all__ = [
     "EULER",
@@ -13,6 +13,6 @@ __all__ = [
     "Correction",
     "Evaluation",
     "Scheme",
-    "Trajectory",
+    "Solution",
     "integrate",
 ]

@@ -17,7 +17,7 @@ from biped.dynamics.rank import structural_rank
 from biped.dynamics.schemes import RK4, Scheme
 from biped.dynamics.sparse import Sparse, dense
 from biped.dynamics.system import SIGNATURES, ConstrainedSystem
-from biped.dynamics.trajectory import Trajectory
+from biped.dynamics.trajectory import Solution
 
 MOST_VALUES = 500_000_000
 """Numbers a trajectory may hold (4 GB)."""
@@ -41,7 +41,7 @@ def integrate(
     t: float = 0.0,
     every: int = 1,
     rank: int | None = None,
-) -> Trajectory:
+) -> Solution:
     """Simulate a system from a start that need not satisfy the constraints.
 
     Args:
@@ -96,7 +96,7 @@ def integrate(
     if code not in (OK, EVENT):
         raise RunError(explain(system, scheme, code, when, end_q, end_v, dt))
     kept = out.count[rooms.KEPT]
-    return Trajectory(
+    return Solution(
         **{name: values[:kept] for name, values in zip(SAMPLED, out[:8], strict=True)},
         steps=int(out.count[rooms.TAKEN]),
         evaluations=int(place.seen[rooms.EVALUATED]),

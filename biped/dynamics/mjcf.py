@@ -16,7 +16,7 @@ AXES = "xyz"
 """Rows of a connect, in their order."""
 
 
-class Mechanism(NamedTuple):
+class LoadedMechanism(NamedTuple):
     """A system and the start its file describes."""
 
     system: ConstrainedSystem
@@ -25,7 +25,7 @@ class Mechanism(NamedTuple):
     joints: list[str]  # names, in the order of q
 
 
-def load(path: str | Path, drop: Mapping[str | int, str] | None = None) -> Mechanism:
+def load(path: str | Path, drop: Mapping[str | int, str] | None = None) -> LoadedMechanism:
     """Read a mechanism of hinges and slides whose loops are closed by `<equality><connect>`.
 
     Each connect gives the three rows Φ = p₁ − p₂ [m] in world axes; in a planar mechanism one of them is
@@ -62,7 +62,7 @@ def load(path: str | Path, drop: Mapping[str | int, str] | None = None) -> Mecha
         name=path.stem,
         compiled=False,
     )
-    return Mechanism(system, q, v, [mj.joint(i).name for i in range(mj.njnt)])
+    return LoadedMechanism(system, q, v, [mj.joint(i).name for i in range(mj.njnt)])
 
 
 def _refuse(path: Path, mj: Any, model: Any) -> None:

@@ -24,7 +24,7 @@ from numba.extending import (
 T = TypeVar("T")
 
 
-class Reference(types.Type):
+class ReferenceType(types.Type):
     """The address of a named tuple, which nobody changes: its arrays stay where they are."""
 
     def __init__(self, target: types.BaseNamedTuple) -> None:
@@ -33,14 +33,14 @@ class Reference(types.Type):
         super().__init__(name=f"Reference({target})")
 
 
-register_model(Reference)(models.OpaqueModel)
+register_model(ReferenceType)(models.OpaqueModel)
 
 
 def by_reference(named: type[T]) -> type[T]:
     """Mark a class of named tuples: compiled functions get its instances by address."""
 
-    def reference(value: Any, c: Any) -> Reference:
-        return Reference(types.NamedTuple([typeof_impl(x, c) for x in value], named))
+    def reference(value: Any, c: Any) -> ReferenceType:
+        return ReferenceType(types.NamedTuple([typeof_impl(x, c) for x in value], named))
 
     typeof_impl.register(named, reference)
     return named
@@ -56,7 +56,7 @@ def _address(_: Any, x: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.bitcast(cgutils.alloca_once_value(builder, arguments[0]), cgutils.voidptr_t)
 
-    return Reference(x)(x), generate
+    return ReferenceType(x)(x), generate
 
 
 @overload(refer, inline="always")
@@ -67,7 +67,7 @@ def _refer(x):  # numba compares parameters with those below, types included
     return implementation
 
 
-@unbox(Reference)
+@unbox(ReferenceType)
 def _unbox(reference: Any, value: Any, c: Any) -> NativeValue:
     native = c.unbox(reference.target, value)
     place = c.builder.bitcast(cgutils.alloca_once_value(c.builder, native.value), cgutils.voidptr_t)
@@ -76,14 +76,14 @@ def _unbox(reference: Any, value: Any, c: Any) -> NativeValue:
 
 @infer_getattr
 class _Fields(AttributeTemplate):
-    key = Reference
+    key = ReferenceType
 
     def generic_resolve(self, reference: Any, name: str) -> Any:
         target = reference.target
         return target.types[target.fields.index(name)] if name in target.fields else None
 
 
-@lower_getattr_generic(Reference)
+@lower_getattr_generic(ReferenceType)
 def _load(context: Any, builder: Any, reference: Any, value: Any, name: str) -> Any:
     target = reference.target
     start = builder.bitcast(value, context.get_value_type(target).as_pointer())

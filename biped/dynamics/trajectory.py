@@ -80,7 +80,7 @@ def energies(system: ConstrainedSystem, t: np.ndarray, q: np.ndarray, v: np.ndar
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectory:
+class Solution:
     """A motion, in K samples.
 
     Attributes:

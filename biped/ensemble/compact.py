@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from biped.base.errors import InputError
 from biped.base.files import label
-from biped.ensemble.parts import GROUP, About, Part, Piece, cover, digest, name, rows_of, writer_to
+from biped.ensemble.parts import GROUP, About, PartFile, PartRange, cover, digest, name, rows_of, writer_to
 
 if TYPE_CHECKING:
     import pyarrow
@@ -19,13 +19,13 @@ LARGEST = 128 * 2**20
 """[bytes] of a file."""
 
 
-def agree(parts: Sequence[Part]) -> None:
+def agree(parts: Sequence[PartFile]) -> None:
     """Makes sure that files say the same of runs that several of them hold.
 
     Raises:
         InputError: They do not.
     """
-    active: list[Part] = []
+    active: list[PartFile] = []
     for part in parts:
         active = [other for other in active if other.last >= part.first]
         for other in active:
@@ -33,7 +33,7 @@ def agree(parts: Sequence[Part]) -> None:
         active.append(part)
 
 
-def _same(one: Part, other: Part) -> None:
+def _same(one: PartFile, other: PartFile) -> None:
     lost = {*one.about.lost, *other.about.lost}
     at, last = max(one.first, other.first), min(one.last, other.last)
     while at <= last:
@@ -51,14 +51,14 @@ def _same(one: Part, other: Part) -> None:
         at = upto + 1
 
 
-def _rows(part: Part, first: int, last: int) -> pyarrow.Table:
+def _rows(part: PartFile, first: int, last: int) -> pyarrow.Table:
     import pyarrow as pa
 
-    table = pa.Table.from_batches(rows_of([Piece(part, first, last)]))
+    table = pa.Table.from_batches(rows_of([PartRange(part, first, last)]))
     return table.replace_schema_metadata(None).combine_chunks()
 
 
-def compact(folder: Path, parts: Sequence[Part]) -> None:
+def compact(folder: Path, parts: Sequence[PartFile]) -> None:
     """Writes all rows anew, in order, into files of at most `LARGEST`, and removes the others.
 
     Stopped in between, the folder holds some rows twice, which the next time finds.
@@ -72,7 +72,9 @@ def compact(folder: Path, parts: Sequence[Part]) -> None:
         InputError: A file is damaged.
     """
     pieces = cover(parts)
-    if all(part.about.compact for part in parts) and pieces == [Piece(part, part.first, part.last) for part in parts]:
+    if all(part.about.compact for part in parts) and pieces == [
+        PartRange(part, part.first, part.last) for part in parts
+    ]:
         return
     lost = sorted({number for part in parts for number in part.about.lost})
     lost = [

@@ -31,7 +31,7 @@ POINTS = 100
 """Most points of a sweep of which any are kept: so many, evenly spread."""
 
 
-class Ending(NamedTuple):
+class LastSeconds(NamedTuple):
     """The end of a run.
 
     Attributes:
@@ -57,13 +57,13 @@ class Endings:
     def __init__(self, plan: Plan):
         self._plan = plan
 
-    def __call__(self, index: int) -> Ending:
+    def __call__(self, index: int) -> LastSeconds:
         """The end of run `index`."""
         trajectory, row = run_one(self._plan, index)
         with tempfile.TemporaryDirectory(prefix="biped-") as folder:
             path = Path(folder) / f"ending{packed.SUFFIX}"
             packed.save(trajectory.last(LAST_SECONDS), path)
-            return Ending(index, outcome(row.as_dict()), path.read_bytes(), trajectory.traceback)
+            return LastSeconds(index, outcome(row.as_dict()), path.read_bytes(), trajectory.traceback)
 
 
 def chosen(plan: Plan, rows: StoredRows) -> Iterator[int]:

@@ -50,7 +50,7 @@ class InParts:
         for part in self._there:
             self._met(part.about.platforms)
 
-    def _survey(self) -> list[parts.Part]:
+    def _survey(self) -> list[parts.PartFile]:
         """The files that are there and whole; others are set aside."""
         found, about = [], self._chunks.about()
         for path in sorted(self._folder.glob("*.parquet")):

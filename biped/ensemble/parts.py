@@ -86,7 +86,7 @@ class Made(NamedTuple):
     platform: str
 
 
-class Part(NamedTuple):
+class PartFile(NamedTuple):
     """A file of rows first … last."""
 
     path: Path
@@ -95,10 +95,10 @@ class Part(NamedTuple):
     about: About
 
 
-class Piece(NamedTuple):
+class PartRange(NamedTuple):
     """Rows first … last of a file."""
 
-    part: Part
+    part: PartFile
     first: int
     last: int
 
@@ -125,7 +125,7 @@ def writer_to(sink: Any, schema: pyarrow.Schema) -> Any:
     return ParquetWriter(sink, schema, compression="zstd", **settings)
 
 
-def listed(folder: Path) -> list[Part]:
+def listed(folder: Path) -> list[PartFile]:
     """The files of a folder of parts, by their first run.
 
     Raises:
@@ -134,7 +134,7 @@ def listed(folder: Path) -> list[Part]:
     return sorted((read(path) for path in folder.glob("*.parquet")), key=lambda part: (part.first, part.last))
 
 
-def read(path: Path) -> Part:
+def read(path: Path) -> PartFile:
     """What a file says that it holds.
 
     Raises:
@@ -156,7 +156,7 @@ def read(path: Path) -> Part:
             if meta.num_rows != last - first + 1 or any(group.total_byte_size > MOST for group in groups):
                 raise ValueError(f"{meta.num_rows} rows")
             told = About(about["origin"], tuple(about["platforms"]), tuple(about["lost"]), bool(about["compact"]))
-            return Part(path, first, last, told)
+            return PartFile(path, first, last, told)
     except (OSError, pa.ArrowException, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(
             f"{label(path)}: expected rows of a campaign: {' '.join(str(error).split())[:200]}; remove it to have its "
@@ -170,7 +170,7 @@ def _opened(path: Path) -> ParquetFile:
     return ParquetFile(path, page_checksum_verification=True, memory_map=False)
 
 
-def sound(part: Part) -> bool:
+def sound(part: PartFile) -> bool:
     """Whether a file is the one that was written, to the last bit."""
     try:
         with open(part.path, "rb") as file:
@@ -187,31 +187,31 @@ def digest(file: BinaryIO) -> str:
     return state.hexdigest()
 
 
-def cover(parts: Sequence[Part], lost: bool = True) -> list[Piece]:
+def cover(parts: Sequence[PartFile], lost: bool = True) -> list[PartRange]:
     """Which file gives which rows: in order, none twice.
 
     Args:
         parts: Files, which may overlap.
         lost: Whether rows of lost runs count where there is no other.
     """
-    whole: list[Piece] = []
+    whole: list[PartRange] = []
     for part in parts:
         at = part.first
         for gone in (*sorted(part.about.lost), part.last + 1):
             if gone > at:
-                whole.append(Piece(part, at, gone - 1))
+                whole.append(PartRange(part, at, gone - 1))
             at = gone + 1
     pieces = _disjoint(whole)
     if lost:
         left = missing(pieces, max((part.last + 1 for part in parts), default=0))
         gone = {number: part for part in parts for number in part.about.lost}
-        fills = [Piece(gone[number], number, number) for some in left for number in some if number in gone]
+        fills = [PartRange(gone[number], number, number) for some in left for number in some if number in gone]
         pieces = sorted([*pieces, *fills], key=lambda piece: piece.first)
     return pieces
 
 
-def _disjoint(pieces: list[Piece]) -> list[Piece]:
-    out: list[Piece] = []
+def _disjoint(pieces: list[PartRange]) -> list[PartRange]:
+    out: list[PartRange] = []
     reached = 0
     for piece in sorted(pieces, key=lambda piece: (piece.first, -piece.last)):
         if piece.last >= reached:
@@ -220,7 +220,7 @@ def _disjoint(pieces: list[Piece]) -> list[Piece]:
     return out
 
 
-def missing(pieces: Sequence[Piece], total: int) -> list[range]:
+def missing(pieces: Sequence[PartRange], total: int) -> list[range]:
     """Numbers of the runs, of so many, that no piece holds."""
     out, reached = [], 0
     for piece in pieces:
@@ -231,7 +231,7 @@ def missing(pieces: Sequence[Piece], total: int) -> list[range]:
 
 
 def rows_of(
-    pieces: Sequence[Piece], columns: Sequence[str] | None = None, among: Collection[int] | None = None
+    pieces: Sequence[PartRange], columns: Sequence[str] | None = None, among: Collection[int] | None = None
 ) -> Iterator[pyarrow.RecordBatch]:
     """Rows of pieces, in their order, a group at a time.
 
@@ -267,7 +267,7 @@ def rows_of(
             ) from None
 
 
-def read_all(part: Part) -> pyarrow.Table:
+def read_all(part: PartFile) -> pyarrow.Table:
     """All rows of a file.
 
     Raises:
@@ -275,7 +275,7 @@ def read_all(part: Part) -> pyarrow.Table:
     """
     import pyarrow as pa
 
-    return pa.Table.from_batches(rows_of([Piece(part, part.first, part.last)]))
+    return pa.Table.from_batches(rows_of([PartRange(part, part.first, part.last)]))
 
 
 def commit_to(folder: Path, made: Made) -> None:

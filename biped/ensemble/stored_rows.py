@@ -12,7 +12,7 @@ from biped.base.errors import InputError
 from biped.base.files import label
 from biped.base.text import plain
 from biped.ensemble.columns import TYPES, Columns, InPieces
-from biped.ensemble.parts import FOLDER, Piece, cover, listed, missing, rows_of, sound
+from biped.ensemble.parts import FOLDER, PartRange, cover, listed, missing, rows_of, sound
 from biped.ensemble.table import records
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ class StoredRows(InPieces, Sequence[dict[str, Any]]):
         pieces: Where they are, in their order.
     """
 
-    def __init__(self, pieces: Sequence[Piece]):
+    def __init__(self, pieces: Sequence[PartRange]):
         self.pieces = list(pieces)
         self._begins = np.cumsum([0, *(piece.last - piece.first + 1 for piece in self.pieces)])
 
@@ -44,7 +44,7 @@ class StoredRows(InPieces, Sequence[dict[str, Any]]):
         which = int(np.searchsorted(self._begins, place, side="right")) - 1
         piece = self.pieces[which]
         number = piece.first + place - int(self._begins[which])
-        return next(self._records([Piece(piece.part, number, number)]))
+        return next(self._records([PartRange(piece.part, number, number)]))
 
     def __iter__(self) -> Iterator[dict[str, Any]]:
         return self._records(self.pieces)
@@ -58,7 +58,7 @@ class StoredRows(InPieces, Sequence[dict[str, Any]]):
         return list(self._records(self.pieces, numbers))
 
     @staticmethod
-    def _records(pieces: Sequence[Piece], among: Collection[int] | None = None) -> Iterator[dict[str, Any]]:
+    def _records(pieces: Sequence[PartRange], among: Collection[int] | None = None) -> Iterator[dict[str, Any]]:
         for batch in rows_of(pieces, among=among):
             for record in records(batch):
                 yield _harmless(record)

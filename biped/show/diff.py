@@ -11,7 +11,7 @@ from biped.base.text import echo, short
 from biped.base.writing import write_into
 from biped.show.terminal import console, table
 from biped.show.words import told
-from biped.studies.diff.changes import BETTER, CHANGED, LEAST_PAIRS, LEVEL, SAME, UNSAID, WORSE, Change
+from biped.studies.diff.changes import BETTER, CHANGED, LEAST_PAIRS, LEVEL, SAME, UNSAID, WORSE, MetricChange
 from biped.studies.diff.study import Difference
 
 HEADS = ("metric", "first", "second", "change", "95 % interval", "pairs", "verdict")
@@ -82,18 +82,18 @@ def remarks(found: Difference) -> list[str]:
     return lines
 
 
-def shown(found: Difference) -> list[Change]:
+def shown(found: Difference) -> list[MetricChange]:
     """The metrics with a value, those that matter first."""
     return ordered(found.changes)
 
 
-def ordered(changes: Sequence[Change]) -> list[Change]:
+def ordered(changes: Sequence[MetricChange]) -> list[MetricChange]:
     """Of changes those of metrics with a value, those that matter first."""
     there = [change for change in changes if change.pairs]
     return sorted(there, key=lambda change: _ORDER.index(change.verdict))
 
 
-def cells(change: Change) -> tuple[str, ...]:
+def cells(change: MetricChange) -> tuple[str, ...]:
     """A metric's row of `HEADS` up to the verdict."""
     metric, e = change.metric, change.estimate
     head = f"{change.name} [{metric.unit}]" if metric.unit else change.name

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from biped.base.statistics import wilson
 from biped.show.terminal import number
-from biped.studies.regress.references import FALLEN, METRICS, Reference, References, read, shipped
+from biped.studies.regress.references import FALLEN, METRICS, RecordedScenario, References, read, shipped
 
 PAGE = Path(__file__).parents[2] / "docs" / "references.md"
 
@@ -39,7 +39,7 @@ def _names(scenarios: Sequence[str], most: int = 3) -> str:
     return ", ".join(scenarios[:most]) + more
 
 
-def _row(name: str, one: Reference) -> str:
+def _row(name: str, one: RecordedScenario) -> str:
     runs, walked = len(one.runs), one.ends.count("w")
     low, high = wilson(walked, runs)
     fell = sum(end in FALLEN for end in one.ends)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from biped.scenario.metrics import METRICS as EVERY
 from biped.show.terminal import console, table
 from biped.studies.regress.compare import DIGITS, GONE, NEW, PHYSICS, RUNS, SAME, Moved, Verdict, compared
-from biped.studies.regress.guard import Outcome
+from biped.studies.regress.guard import ScenarioOutcome
 from biped.studies.regress.references import METRICS
 
 _WORDS = {
@@ -18,7 +18,7 @@ _WORDS = {
 }
 
 
-def show(outcome: Outcome) -> None:
+def show(outcome: ScenarioOutcome) -> None:
     """Prints one line per scenario, and what to do about changes."""
     out = console()
     short = [name.replace("cost_of_transport", "cost").replace("double_support", "double s.") for name in METRICS]

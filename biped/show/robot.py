@@ -6,10 +6,10 @@ from biped.base.files import label
 from biped.base.text import plain
 from biped.robot.robot import General
 from biped.show.terminal import console, table
-from biped.studies.robot import Found
+from biped.studies.robot import ModelReport
 
 
-def show_robot(found: Found) -> None:
+def show_robot(found: ModelReport) -> None:
     """Prints what a robot is, or what is wrong with it and what to write."""
     out = console()
     by = "" if found.description is None else f", described by {plain(label(found.description))}"

@@ -8,7 +8,7 @@ import numpy as np
 
 from biped.show.terminal import console
 from biped.studies.stability.basin import FELL, RETURNED, WALKS, Basin
-from biped.studies.stability.gait import Measured, Studied
+from biped.studies.stability.gait import MeasuredGait, Studied
 from biped.studies.stability.reference import Known
 from biped.studies.stability.sizes import RETURNS
 
@@ -26,7 +26,7 @@ def show(studied: Studied) -> None:
             out.print(f"    {line}", soft_wrap=True)
 
 
-def _lines(gait: Measured) -> list[str]:
+def _lines(gait: MeasuredGait) -> list[str]:
     lines = [
         f"{gait.strides} strides of {gait.period:.4f} ± {gait.period_std:.4f} s, states spread by "
         f"{gait.spread:.2g}; {gait.fell} of {gait.walks} walks fell"

@@ -19,7 +19,7 @@ from biped.scenario.robot import Described
 from biped.scenario.valid import convert, known_keys
 
 
-class Found(NamedTuple):
+class ModelReport(NamedTuple):
     """What a model file is.
 
     Attributes:
@@ -47,7 +47,7 @@ class Found(NamedTuple):
         }  # fmt: skip
 
 
-def look(name: str) -> Found:
+def look(name: str) -> ModelReport:
     """What a model file is.
 
     Args:
@@ -71,7 +71,7 @@ def look(name: str) -> Found:
         table = convert(data, Described, fail)
     robot, faults = looked_at(path, table)
     laws = () if robot is None else _laws(path, table, robot)
-    return Found(path, own if general else None, robot, faults, _planar(path, general), laws)
+    return ModelReport(path, own if general else None, robot, faults, _planar(path, general), laws)
 
 
 def _laws(path: Path, table: Described, robot: General) -> tuple[str, ...]:

@@ -9,14 +9,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from biped.dynamics.mechanisms.leg import LINKS, STICKING, Drive, Leg, hanging_leg
+from biped.dynamics.mechanisms.leg import LINKS, STICKING, HangingLeg, MovingSprings, hanging_leg
 
 MASS, INERTIA = np.array([1.5, 1.4, 0.36]), np.array([0.018, 0.015, 0.0007])
 COM = np.array([[0.01, -0.23], [-0.005, -0.235], [0.014, -0.035]])
 JOINT = np.array([[0.0, -0.295], [0.003, -0.298], [0.0, 0.0]])
-LEG = Leg(MASS, INERTIA, COM, JOINT, np.array([0.0067, 0.0022, 0.005]), np.array([0.13, 0.11, 0.05]),
+LEG = HangingLeg(MASS, INERTIA, COM, JOINT, np.array([0.0067, 0.0022, 0.005]), np.array([0.13, 0.11, 0.05]),
           np.array([0.09, 0.05, 0.08]))  # fmt: skip
-DRIVE = Drive(np.array([2.0, 1.5, 1.0]), np.array([0.2, 0.3, 0.1]), np.array([1.0, 0.5, 0.4]),
+DRIVE = MovingSprings(np.array([2.0, 1.5, 1.0]), np.array([0.2, 0.3, 0.1]), np.array([1.0, 0.5, 0.4]),
               np.array([4.7, 9.4, 18.8]), np.array([0.0, -1.5, 0.2]), np.array([0.1, -1.5, 0.5]))  # fmt: skip
 STEP = 1e-30
 

@@ -7,7 +7,7 @@ import pytest
 from numba import typeof
 
 from biped.base.jit import COMPILED, kernel
-from biped.dynamics.reference import Reference, by_reference, refer
+from biped.dynamics.reference import ReferenceType, by_reference, refer
 from biped.dynamics.room import room
 
 
@@ -52,7 +52,7 @@ def test_arrays_are_reached_through_addresses_and_stay_where_they_are():
 
 @pytest.mark.skipif(not COMPILED, reason="nothing is compiled")
 def test_a_room_is_one_address_whatever_its_size():
-    assert isinstance(typeof(room(2, 1, 4)), Reference)
+    assert isinstance(typeof(room(2, 1, 4)), ReferenceType)
     assert typeof(room(2, 1, 4)) == typeof(room(30, 20, 12, 2, 1))
 
 

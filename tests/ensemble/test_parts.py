@@ -13,7 +13,7 @@ from biped.cli.main import main
 from biped.ensemble import chunks, parts
 from biped.ensemble.campaign import run_one
 from biped.ensemble.chunks import Chunks
-from biped.ensemble.parts import About, Chunk, Part, Piece, cover, missing
+from biped.ensemble.parts import About, Chunk, PartFile, PartRange, cover, missing
 from biped.ensemble.plan import Plan
 from biped.ensemble.stored_rows import stored_rows
 from biped.scenario.reading import read_scenario
@@ -93,8 +93,8 @@ def test_files_that_hold_the_same_runs_agree_or_are_an_error(undisturbed, capsys
     assert "say different things of run 2" in capsys.readouterr().err
 
 
-def part(first: int, last: int, lost: tuple[int, ...] = ()) -> Part:
-    return Part(Path(f"{first}-{last}"), first, last, About({}, ("here",), lost))
+def part(first: int, last: int, lost: tuple[int, ...] = ()) -> PartFile:
+    return PartFile(Path(f"{first}-{last}"), first, last, About({}, ("here",), lost))
 
 
 def test_a_lost_run_gives_way_and_nothing_is_there_twice():
@@ -104,7 +104,7 @@ def test_a_lost_run_gives_way_and_nothing_is_there_twice():
     assert missing(pieces, 15) == [range(10, 12), range(13, 15)]
     assert missing(cover(files, lost=False), 15) == [range(10, 15)]
     whole = part(0, 9, (4,))
-    assert cover([whole], lost=False) == [Piece(whole, 0, 3), Piece(whole, 5, 9)]
+    assert cover([whole], lost=False) == [PartRange(whole, 0, 3), PartRange(whole, 5, 9)]
     assert [(piece.first, piece.last) for piece in cover([whole])] == [(0, 3), (4, 4), (5, 9)]
 
 

@@ -33,7 +33,7 @@ def test_every_table_is_part_of_the_next():
         assert set(smaller) < set(larger)
     assert names[-1] == list(METRICS)
     assert references.METRICS == HEAD
-    assert set(HEAD) <= set(references.Reference.__struct_fields__)
+    assert set(HEAD) <= set(references.RecordedScenario.__struct_fields__)
 
 
 @pytest.mark.parametrize(

@@ -17,8 +17,8 @@ from biped.show.regress import show
 from biped.studies.planned import plan_of
 from biped.studies.regress import platform, references
 from biped.studies.regress.compare import DIGITS, PHYSICS, RUNS, SAME, altogether, compare
-from biped.studies.regress.guard import Outcome, regress
-from biped.studies.regress.references import Reference
+from biped.studies.regress.guard import ScenarioOutcome, regress
+from biped.studies.regress.references import RecordedScenario
 from biped.studies.regress.runs import MOST, SECONDS, chosen, digest, ensemble
 from tests.cases import SHORT, command, write
 
@@ -135,7 +135,7 @@ def test_interrupted_update_keeps_what_was_finished(monkeypatch, capsys):
     write("t.toml", SHORT)
     made = module.measured
 
-    def interrupted(plan: Plan, *rest) -> Reference:
+    def interrupted(plan: Plan, *rest) -> RecordedScenario:
         if references.read(Path("r.json")).scenarios:
             raise KeyboardInterrupt
         return made(plan, *rest)
@@ -199,11 +199,11 @@ def test_every_shipped_scenario_has_a_reference_of_the_runs_made_of_it():
     assert all(change.reason and change.date for change in found.history)
 
 
-def reference(ends: str = "w" * 12, speed: float | list[float] = 0.8, **more) -> Reference:
+def reference(ends: str = "w" * 12, speed: float | list[float] = 0.8, **more) -> RecordedScenario:
     n = len(ends)
     speeds = [speed] * n if isinstance(speed, float) else speed
     values = [value if end == "w" else None for value, end in zip(speeds, ends, strict=True)]
-    made = Reference("2026-01-01", "here", list(range(n)), ends, ["d"] * n, values, values, values)
+    made = RecordedScenario("2026-01-01", "here", list(range(n)), ends, ["d"] * n, values, values, values)
     return msgspec.structs.replace(made, **more)
 
 
@@ -268,10 +268,10 @@ def test_the_file_is_readable_line_by_line():
 def test_then_now_and_difference_are_shown(capsys):
     """Then, now and the difference of what moved; what did not is one number."""
     moved = compare("s", reference(), reference(speed=0.9, digests=["e"] * 12))
-    show(Outcome([moved], {}, False, [], False))
+    show(ScenarioOutcome([moved], {}, False, [], False))
     out = capsys.readouterr().out
     assert "0.8 → 0.9 (+12.5%)" in out
     assert "CHANGED" in out
     assert "0/12" in out
-    show(Outcome([compare("s", reference(), reference())], {}, False, [], False))
+    show(ScenarioOutcome([compare("s", reference(), reference())], {}, False, [], False))
     assert "→" not in capsys.readouterr().out

@@ -7,7 +7,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from biped.dynamics import RK4, ConstrainedSystem, Trajectory, integrate
+from biped.dynamics import RK4, ConstrainedSystem, Solution, integrate
 from biped.dynamics.mechanisms import exercises, four_bars, pendulum, slider_crank
 
 FIG_2_2_STEPS = (5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2)
@@ -73,7 +73,7 @@ def fig_2_2(folder: Path) -> None:
     _save(figure, folder, "fig_2_2")
 
 
-def _residuals(system: ConstrainedSystem, r: Trajectory, every: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _residuals(system: ConstrainedSystem, r: Solution, every: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """T (K,), |Φ| and |Φ̇| (K, m) of every so many samples."""
     chosen = range(0, len(r.t), every)
     states = [(system.evaluate(r.t[k], r.q[k], r.v[k]), r.v[k]) for k in chosen]

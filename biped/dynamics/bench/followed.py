@@ -11,11 +11,11 @@ import numpy as np
 
 from biped.dynamics import RK8, integrate
 from biped.dynamics.bench.leg import STEP, in_mujoco, leg_of, relative
-from biped.dynamics.mechanisms.leg import LINKS, Drive, Leg, hanging_leg
+from biped.dynamics.mechanisms.leg import LINKS, HangingLeg, MovingSprings, hanging_leg
 
 PERIOD = 4.0 / 3.0
 """[s] in which all three references of Fig 4.8 repeat."""
-FIG_4_8 = Drive(
+FIG_4_8 = MovingSprings(
     K=np.array([2.0, 1.5, 1.0]),
     B=np.array([0.2, 0.2, 0.1]),
     amplitude=np.pi * np.array([1 / 3, 1 / 6, 1 / 6]),
@@ -66,7 +66,7 @@ PERIODS = 60
 WINDOW = (8, 11)
 
 
-def follow(model: Path, drive: Drive = FIG_4_8, periods: int = PERIODS) -> Followed:
+def follow(model: Path, drive: MovingSprings = FIG_4_8, periods: int = PERIODS) -> Followed:
     """The experiment of Fig 4.8, in both."""
     leg, duration = leg_of(model), periods * PERIOD
     out = integrate(hanging_leg(leg, drive), np.zeros(LINKS), np.zeros(LINKS), duration=duration, dt=STEP, scheme=RK8)
@@ -83,7 +83,7 @@ def follow(model: Path, drive: Drive = FIG_4_8, periods: int = PERIODS) -> Follo
     )
 
 
-def response(t: np.ndarray, angle: np.ndarray, drive: Drive, periods: tuple[int, int]) -> tuple[Response, ...]:
+def response(t: np.ndarray, angle: np.ndarray, drive: MovingSprings, periods: tuple[int, int]) -> tuple[Response, ...]:
     """Amplitude and lag of each joint at the frequency of its reference, over whole periods (first, last)."""
     first, last = (round(k * PERIOD / STEP) for k in periods)
     rows, found = slice(first, last), []
@@ -94,7 +94,7 @@ def response(t: np.ndarray, angle: np.ndarray, drive: Drive, periods: tuple[int,
     return tuple(found)
 
 
-def linear_response(leg: Leg, drive: Drive) -> tuple[Response, ...]:
+def linear_response(leg: HangingLeg, drive: MovingSprings) -> tuple[Response, ...]:
     """Responses of the equations linearised about where the leg would stand if the references stayed at their means."""
     system = hanging_leg(leg, drive._replace(amplitude=np.zeros(LINKS)))
     rest, still, step = np.zeros(LINKS), np.zeros(LINKS), 1e-6

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from biped.base.files import folder
-from biped.dynamics.mechanisms.leg import LINKS, Drive, Leg
+from biped.dynamics.mechanisms.leg import LINKS, HangingLeg, MovingSprings
 
 MODEL = folder("models") / "robot.xml"
 """The robot of chapter IV."""
@@ -61,7 +61,7 @@ READINGS = (
 )
 
 
-def leg_of(model: Path, reading: Reading = READINGS[0]) -> Leg:
+def leg_of(model: Path, reading: Reading = READINGS[0]) -> HangingLeg:
     """Reads the right leg out of the model file and gives it other gears than its own."""
     compiled = mujoco.MjModel.from_xml_path(str(model))
     bodies = [compiled.body(name).id for name in BODIES]
@@ -69,7 +69,7 @@ def leg_of(model: Path, reading: Reading = READINGS[0]) -> Leg:
     ratio = (np.array(reading.gears) / GEARS) ** 2
     hinge = np.zeros((LINKS, 2))
     hinge[:2] = compiled.body_pos[bodies[1:]][:, [0, 2]]
-    return Leg(
+    return HangingLeg(
         mass=compiled.body_mass[bodies],
         inertia=compiled.body_inertia[bodies, 1],
         com=compiled.body_ipos[bodies][:, [0, 2]],
@@ -85,7 +85,7 @@ def relative(q: np.ndarray) -> np.ndarray:
     return np.column_stack([q[:, 0], np.diff(q, axis=1)])
 
 
-def hanging(model: Path, leg: Leg, drive: Drive, locked: dict[int, float]) -> mujoco.MjModel:
+def hanging(model: Path, leg: HangingLeg, drive: MovingSprings, locked: dict[int, float]) -> mujoco.MjModel:
     """The model file with its right leg alone, which hangs.
 
     Args:
@@ -119,7 +119,13 @@ def hanging(model: Path, leg: Leg, drive: Drive, locked: dict[int, float]) -> mu
 
 
 def in_mujoco(
-    model: Path, leg: Leg, drive: Drive, locked: dict[int, float], start: np.ndarray, duration: float, sampling: float
+    model: Path,
+    leg: HangingLeg,
+    drive: MovingSprings,
+    locked: dict[int, float],
+    start: np.ndarray,
+    duration: float,
+    sampling: float,
 ) -> np.ndarray:
     """(n, 3) [rad] joint angles of the leg at the samples.
 

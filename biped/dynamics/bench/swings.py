@@ -11,7 +11,7 @@ import numpy as np
 
 from biped.dynamics import RK8, integrate
 from biped.dynamics.bench.leg import STEP, Reading, in_mujoco, leg_of, relative
-from biped.dynamics.mechanisms.leg import LINKS, NO_DRIVE, Leg, hanging_leg
+from biped.dynamics.mechanisms.leg import LINKS, NO_DRIVE, HangingLeg, hanging_leg
 
 _HIP, _KNEE = 0, 1
 
@@ -70,7 +70,7 @@ class Swing:
     apart: float
 
 
-def small_swing(leg: Leg, joint: SwingingJoint) -> tuple[float, float]:
+def small_swing(leg: HangingLeg, joint: SwingingJoint) -> tuple[float, float]:
     """Period [s] of small undamped swings of a joint about where it hangs, and their damping ratio."""
     free = hanging_leg(leg._replace(coulomb=np.zeros(LINKS)))
     moving = np.array([j >= joint.number for j in range(LINKS)], dtype=float)

@@ -10,7 +10,7 @@ from biped.base.errors import InputError
 from biped.dynamics.bodies import tables
 from biped.dynamics.bodies.affine import ONE, Affine, Row, inner, linear, plus, scaled
 from biped.dynamics.system import ConstrainedSystem
-from biped.dynamics.trajectory import Trajectory
+from biped.dynamics.trajectory import Solution
 
 
 class Body(NamedTuple):
@@ -134,7 +134,7 @@ class Mechanism:
         return np.stack([sum(a * (q[:, j] if j >= 0 else 1.0) for j, a in x.items()) + np.zeros(len(q))
                          for x in self._place(body, point)], axis=1)  # fmt: skip
 
-    def joint_forces(self, motion: Trajectory, joint: Joint) -> tuple[np.ndarray, np.ndarray]:
+    def joint_forces(self, motion: Solution, joint: Joint) -> tuple[np.ndarray, np.ndarray]:
         """What a joint does to the first of its bodies, at the samples of a motion.
 
         Redundant joints share their load as `reactions` says.

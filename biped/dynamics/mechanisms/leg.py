@@ -18,7 +18,7 @@ STICKING = 0.01
 """[rad/s] Coulomb friction is τ tanh(rate / STICKING): a number that a Runge–Kutta scheme can follow."""
 
 
-class Leg(NamedTuple):
+class HangingLeg(NamedTuple):
     """Lengths and masses, proximal link first; vectors (ahead, up) in the link's frame.
 
     Attributes:
@@ -40,7 +40,7 @@ class Leg(NamedTuple):
     coulomb: np.ndarray
 
 
-class Drive(NamedTuple):
+class MovingSprings(NamedTuple):
     """Torques −K (φ − φ_d) − B φ̇ of hip, knee and ankle, with φ_d = amplitude sin(frequency t + phase) + mean.
 
     Attributes:
@@ -64,7 +64,7 @@ class Drive(NamedTuple):
         return self.amplitude * np.sin(self.frequency * t[:, None] + self.phase) + self.mean
 
 
-NO_DRIVE = Drive(*np.zeros((6, LINKS)))
+NO_DRIVE = MovingSprings(*np.zeros((6, LINKS)))
 """Joints that swing freely."""
 
 _MASS, _INERTIA, _COM, _JOINT, _ARMATURE, _DAMPING, _COULOMB = 0, 3, 6, 12, 18, 21, 24
@@ -133,7 +133,9 @@ def _b_v(t, q, v, p, b_v):
     """Rows of A are constant."""
 
 
-def hanging_leg(leg: Leg, drive: Drive = NO_DRIVE, locked: dict[int, float] | None = None) -> ConstrainedSystem:
+def hanging_leg(
+    leg: HangingLeg, drive: MovingSprings = NO_DRIVE, locked: dict[int, float] | None = None
+) -> ConstrainedSystem:
     """The leg as a constrained system.
 
     Args:

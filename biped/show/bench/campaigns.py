@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from biped.show.terminal import console, table
-from biped.studies.bench.campaigns import Cost
+from biped.studies.bench.campaigns import CampaignCost
 
 
-def show(costs: Sequence[Cost]) -> None:
+def show(costs: Sequence[CampaignCost]) -> None:
     """Prints the clock's times of processes here and of a cluster, and their ratios."""
     page = console()
     page.print("[bold]Campaigns[/bold], seconds by the clock: processes here; a cluster here with as many workers")

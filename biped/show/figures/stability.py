@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from biped.show.figures.style import JOINTS, PUSH, QUIET, SETTINGS, figure, make_folder, save
-from biped.studies.stability.gait import Gait, Measured, Studied
+from biped.studies.stability.gait import Gait, MeasuredGait, Studied
 
 _COLOURS = [*JOINTS.values(), PUSH]
 
@@ -46,7 +46,7 @@ def plot_stability(studied: Studied, folder: Path) -> Path:
         return save(page, folder / "stability.png")
 
 
-def _sizes(axes: Axes, gait: Gait, measured: Measured, colour: str) -> None:
+def _sizes(axes: Axes, gait: Gait, measured: MeasuredGait, colour: str) -> None:
     rows = measured.sizes
     axes.loglog([row.size for row in rows], [row.after[-1] for row in rows], "o-", color=colour, markersize=4.0,
                 label=f"{gait.place}: {measured.kind}")  # fmt: skip

@@ -27,7 +27,7 @@ from biped.show.page.plot import Frame, legend
 from biped.show.page.read import read_as
 from biped.show.page.words import chip, key_words, value_of
 from biped.show.words import harmless
-from biped.studies.diff.changes import BETTER, CHANGED, LEAST_PAIRS, SAME, UNSAID, WORSE, Change
+from biped.studies.diff.changes import BETTER, CHANGED, LEAST_PAIRS, SAME, UNSAID, WORSE, MetricChange
 
 FILE = "diff.json"
 Number = int | float | None
@@ -129,17 +129,17 @@ def _drawn(found: Mapping[str, Any]) -> Markup:
     )  # fmt: skip
 
 
-def _change(name: str, one: Mapping[str, Any]) -> Change:
+def _change(name: str, one: Mapping[str, Any]) -> MetricChange:
     def real(value: float | None) -> float:
         return math.nan if value is None else float(value)
 
     low, high = map(real, one["interval"])
     estimate = Estimate(real(one["change"]), low, high, real(one["p"]))
-    return Change(name, real(one["first"]), real(one["second"]), one["pairs"], estimate, real(one["adjusted_p"]),
+    return MetricChange(name, real(one["first"]), real(one["second"]), one["pairs"], estimate, real(one["adjusted_p"]),
                   one["verdict"] if one["verdict"] in _KIND else UNSAID)  # fmt: skip
 
 
-def _said(found: Mapping[str, Any], changes: Sequence[Change]) -> str:
+def _said(found: Mapping[str, Any], changes: Sequence[MetricChange]) -> str:
     if found["identical"]:
         return f"The same to the last digit in all {found['pairs']} pairs of runs."
     if found["worse"]:
@@ -148,7 +148,7 @@ def _said(found: Mapping[str, Any], changes: Sequence[Change]) -> str:
     return ", ".join(f"{count} {verdict}" for verdict, count in counts.items() if count) + "."
 
 
-def _forest(changes: Sequence[Change], margin: float) -> Markup | None:
+def _forest(changes: Sequence[MetricChange], margin: float) -> Markup | None:
     """Changes with their intervals, one below the other; of means as shares of the first's."""
     shown = [one for one in changes if one.verdict != UNSAID and math.isfinite(_relative(one, one.estimate.change))]
     if not shown:
@@ -175,7 +175,7 @@ def _forest(changes: Sequence[Change], margin: float) -> Markup | None:
     return tag("div", card("What changed", key, drawn, note=note, wide=True), class_="cards")
 
 
-def _relative(one: Change, value: float) -> float:
+def _relative(one: MetricChange, value: float) -> float:
     """A change as a share: of the runs, or of the first's mean."""
     if one.metric.kind == "count":
         return value

@@ -21,7 +21,7 @@ CAMPAIGNS = ((100_000, 0.2), (20_000, 10.0))
 QUICK = ((12_000, 0.2), (200, 10.0))
 
 
-class Cost(NamedTuple):
+class CampaignCost(NamedTuple):
     """One campaign, carried out twice.
 
     Attributes:
@@ -47,7 +47,7 @@ class Cost(NamedTuple):
         return self._asdict() | {"cluster_to_here": self.cluster / self.here, "here_to_work": self.here / self.work}
 
 
-def measure(quick: bool, tell: Told) -> list[Cost]:
+def measure(quick: bool, tell: Told) -> list[CampaignCost]:
     """Carries out every campaign here and on a cluster of as many workers.
 
     Args:
@@ -60,7 +60,7 @@ def measure(quick: bool, tell: Told) -> list[Cost]:
     return [_cost(runs, duration, tell) for runs, duration in (QUICK if quick else CAMPAIGNS)]
 
 
-def _cost(runs: int, duration: float, tell: Told) -> Cost:
+def _cost(runs: int, duration: float, tell: Told) -> CampaignCost:
     count = cores()
     changes = ["sweep={}", f"randomise.runs={runs}", f"duration={duration}", "start.jitter=0.002", "expect={}"]
     if duration < 5.0:
@@ -80,7 +80,7 @@ def _cost(runs: int, duration: float, tell: Told) -> Cost:
             _timed(changes, cluster, there)
         second = time.perf_counter() - began
         same = _rows(here) == _rows(there)
-        return Cost(runs, duration, first, second, children / count, 1e3 * own / runs, same)
+        return CampaignCost(runs, duration, first, second, children / count, 1e3 * own / runs, same)
 
 
 def _timed(changes: list[str], jobs: Jobs, out: Path) -> float:

@@ -16,7 +16,7 @@ from biped.ensemble.campaign import simulate
 from biped.studies.bench.throughput import tick_costs
 from biped.studies.planned import plan_of, title_of
 from biped.studies.regress import platform
-from biped.studies.regress.references import Cost, Reference, read, shipped, write
+from biped.studies.regress.references import RecordedScenario, TickCost, read, shipped, write
 from biped.studies.regress.runs import digest
 
 SCENARIOS = ("level_normal", "level_normal_generalized", "robust/own")
@@ -40,12 +40,14 @@ class Timed(NamedTuple):
 
     scenario: str
     result: str
-    old: Cost | None
-    new: Cost
+    old: TickCost | None
+    new: TickCost
     slower: float
 
 
-def judged(name: str, reference: Reference | None, old: Cost | None, new: Cost, bits: str, here: str) -> Timed:
+def judged(
+    name: str, reference: RecordedScenario | None, old: TickCost | None, new: TickCost, bits: str, here: str
+) -> Timed:
     """Compares result and cost of a scenario with what was recorded.
 
     Args:
@@ -98,7 +100,7 @@ def guard(file: Path | None = None, reason: str | None = None) -> Guarded:
     timed = []
     for name in SCENARIOS:
         costs = tick_costs(name)
-        new = Cost(date.today().isoformat(), reason or "", *(round(costs[f"ratio_{part}"], 2) for part in
+        new = TickCost(date.today().isoformat(), reason or "", *(round(costs[f"ratio_{part}"], 2) for part in
                                                             ("loop", "with_metrics")))  # fmt: skip
         bits = digest(simulate(plan_of(name, ()).run(0)))
         title = title_of(name)

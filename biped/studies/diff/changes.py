@@ -20,7 +20,7 @@ SAME, UNSAID = "same", "cannot say"
 BETTER, WORSE, CHANGED = "better", "worse", "changed"
 
 
-class Change(NamedTuple):
+class MetricChange(NamedTuple):
     """One metric.
 
     Attributes:
@@ -48,13 +48,13 @@ class Change(NamedTuple):
         return METRICS[self.name]
 
 
-def change_of(metric: Metric, pairs: Pairs, margin: float) -> Change:
+def change_of(metric: Metric, pairs: Pairs, margin: float) -> MetricChange:
     """One metric, not yet judged with regard to the others."""
     if metric.kind == "count":
         key = "fell" if metric.name == "falls" else metric.name
         table = [sum((bool(a[key]), bool(b[key])) == cell for a, b in pairs) for cell in _CELLS]
         both, first, second, _ = table
-        return Change(metric.name, both + first, both + second, len(pairs), shares(*table), math.nan, UNSAID)
+        return MetricChange(metric.name, both + first, both + second, len(pairs), shares(*table), math.nan, UNSAID)
     walkers = any(run["walked"] for pair in pairs for run in pair)
     values = [
         (float(a[metric.name]), float(b[metric.name]))
@@ -62,18 +62,18 @@ def change_of(metric: Metric, pairs: Pairs, margin: float) -> Change:
         if exists(a[metric.name]) and exists(b[metric.name]) and (not walkers or (a["walked"] and b["walked"]))
     ]
     if not values:
-        return Change(metric.name, math.nan, math.nan, 0, UNKNOWN, math.nan, UNSAID)
+        return MetricChange(metric.name, math.nan, math.nan, 0, UNKNOWN, math.nan, UNSAID)
     mine, theirs = (math.fsum(side) / len(values) for side in zip(*values, strict=True))
     estimate = means([b - a for a, b in values])
-    return Change(metric.name, mine, theirs, len(values), estimate, math.nan, UNSAID)
+    return MetricChange(metric.name, mine, theirs, len(values), estimate, math.nan, UNSAID)
 
 
 _CELLS = ((True, True), (True, False), (False, True), (False, False))
 
 
-def judged(changes: Sequence[Change], margin: float) -> list[Change]:
+def judged(changes: Sequence[MetricChange], margin: float) -> list[MetricChange]:
     """The same with verdicts; those with a direction are one family of tests, the others another."""
-    out: dict[str, Change] = {}
+    out: dict[str, MetricChange] = {}
     for directed in (True, False):
         members = [change for change in changes if (change.metric.better != "neither") == directed]
         testable = [change.estimate.p if _enough(change) else math.nan for change in members]
@@ -82,11 +82,11 @@ def judged(changes: Sequence[Change], margin: float) -> list[Change]:
     return [out[change.name] for change in changes]
 
 
-def _enough(change: Change) -> bool:
+def _enough(change: MetricChange) -> bool:
     return change.pairs >= LEAST_PAIRS
 
 
-def _verdict(change: Change, adjusted: float, margin: float) -> str:
+def _verdict(change: MetricChange, adjusted: float, margin: float) -> str:
     e, metric = change.estimate, change.metric
     least = margin * (1.0 if metric.kind == "count" else abs(change.first))
     if not _enough(change):

@@ -13,7 +13,7 @@ from biped.ensemble.naming import new_folder
 from biped.ensemble.stored import result_in
 from biped.scenario.inline import setting
 from biped.studies.diff.changes import MARGIN
-from biped.studies.diff.sides import Side, side
+from biped.studies.diff.sides import ComparedSide, side
 from biped.studies.diff.study import Difference, differ
 from biped.studies.folders import RUNS
 from biped.studies.planned import plan_of
@@ -63,7 +63,7 @@ def of_controllers(
     for one in asked:
         plan_of(scenario, one)  # complaints come before the first campaign
     where = new_folder(RUNS, f"diff-{Path(first).stem}-{Path(second).stem}") if out is None else out
-    sides: list[Side] = []
+    sides: list[ComparedSide] = []
     for word, name, one in zip((first, second), ("first", "second"), asked, strict=True):
         done = run(scenario, one, jobs, where / name, progress=progress, tell=tell)
         sides.append(side(word, where / name, done.result))

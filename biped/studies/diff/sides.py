@@ -14,7 +14,7 @@ Row = Mapping[str, Any]
 Pairs = Sequence[tuple[Row, Row]]
 
 
-class Side(NamedTuple):
+class ComparedSide(NamedTuple):
     """One of the two.
 
     Attributes:
@@ -40,16 +40,16 @@ class Side(NamedTuple):
         return f"biped run {label(self.folder / 'scenario.toml')} --only {index}{trust}"
 
 
-def side(name: str, folder: Path, result: Mapping[str, Any]) -> Side:
+def side(name: str, folder: Path, result: Mapping[str, Any]) -> ComparedSide:
     """A result with its scenario.
 
     Raises:
         InputError: Its scenario cannot be read.
     """
-    return Side(name, folder, result, read_toml(folder / "scenario.toml"))
+    return ComparedSide(name, folder, result, read_toml(folder / "scenario.toml"))
 
 
-def pairs_of(first: Side, second: Side) -> Pairs:
+def pairs_of(first: ComparedSide, second: ComparedSide) -> Pairs:
     """Runs of the same seed at the same point of a sweep: (first, second).
 
     Raises:
@@ -74,7 +74,7 @@ def pairs_of(first: Side, second: Side) -> Pairs:
     return pairs
 
 
-def swept(one: Side) -> list[str]:
+def swept(one: ComparedSide) -> list[str]:
     """Keys that a sweep went over; none where there was no sweep."""
     points = one.result.get("points") or []
     return sorted(points[0]["values"]) if points else []
@@ -84,7 +84,7 @@ def _words(keys: Sequence[str]) -> str:
     return ", ".join(keys) or "none"
 
 
-def settings(first: Side, second: Side) -> list[tuple[str, Any, Any]]:
+def settings(first: ComparedSide, second: ComparedSide) -> list[tuple[str, Any, Any]]:
     """Where the scenarios differ; a key that a version does not know is None."""
     a, b = _flat(first.scenario), _flat(second.scenario)
     return [(key, a.get(key), b.get(key)) for key in dict.fromkeys([*a, *b]) if a.get(key) != b.get(key)]

@@ -11,8 +11,8 @@ from biped.base.errors import InputError
 from biped.base.files import nearest
 from biped.measure.metrics.walking import outcome
 from biped.scenario.metrics import METRICS
-from biped.studies.diff.changes import LEVEL, MARGIN, SAME, WORSE, Change, change_of, exists, judged
-from biped.studies.diff.sides import Pairs, Row, Side, pairs_of, settings, swept
+from biped.studies.diff.changes import LEVEL, MARGIN, SAME, WORSE, MetricChange, change_of, exists, judged
+from biped.studies.diff.sides import ComparedSide, Pairs, Row, pairs_of, settings, swept
 
 
 class Point(NamedTuple):
@@ -44,11 +44,11 @@ class Difference(NamedTuple):
         settings: Keys of the scenarios that differ: (key, first's value, second's value).
     """
 
-    first: Side
-    second: Side
+    first: ComparedSide
+    second: ComparedSide
     pairs: Pairs
     margin: float
-    changes: list[Change]
+    changes: list[MetricChange]
     points: list[Point]
     settings: list[tuple[str, Any, Any]]
 
@@ -128,7 +128,7 @@ class Difference(NamedTuple):
         return {"index": run["index"], "seed": run.get("seed"), "outcome": outcome(run), "again": again}
 
 
-def differ(first: Side, second: Side, margin: float = MARGIN, only: Sequence[str] = ()) -> Difference:
+def differ(first: ComparedSide, second: ComparedSide, margin: float = MARGIN, only: Sequence[str] = ()) -> Difference:
     """Compares two results.
 
     Args:

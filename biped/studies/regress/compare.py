@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from biped.base.statistics import same_rate
-from biped.studies.regress.references import FALLEN, METRICS, Reference
+from biped.studies.regress.references import FALLEN, METRICS, RecordedScenario
 
 TOLERANCE = {"speed": 0.02, "cost_of_transport": 0.05, "double_support": 0.10}
 """Relative change of a mean that is never taken for one."""
@@ -65,7 +65,7 @@ class Verdict(NamedTuple):
     passed: bool
 
 
-def compare(name: str, old: Reference, new: Reference) -> Verdict:
+def compare(name: str, old: RecordedScenario, new: RecordedScenario) -> Verdict:
     """Compares a scenario's reference with what came; digits count where both are of one platform."""
     if old.runs != new.runs:
         return missing(name, RUNS, len(new.runs))
@@ -121,7 +121,7 @@ def missing(name: str, verdict: str, runs: int) -> Verdict:
     return Verdict(name, verdict, runs, 0, (0, 0), (0, 0), 1.0, {}, False, False)
 
 
-def _fell(one: Reference) -> int:
+def _fell(one: RecordedScenario) -> int:
     return sum(end in FALLEN for end in one.ends)
 
 

@@ -15,11 +15,11 @@ from biped.ensemble.plan import Plan
 from biped.studies.planned import plan_of, title_of
 from biped.studies.regress import platform
 from biped.studies.regress.compare import GONE, NEW, SAME, Verdict, altogether, compare, compared, missing
-from biped.studies.regress.references import Change, Reference, References, read, shipped, write
+from biped.studies.regress.references import RecordedScenario, ReferenceChange, References, read, shipped, write
 from biped.studies.regress.runs import chosen, ensemble, measured
 
 
-class Outcome(NamedTuple):
+class ScenarioOutcome(NamedTuple):
     """What came of a regression run.
 
     Attributes:
@@ -52,7 +52,7 @@ class Outcome(NamedTuple):
 
 def regress(
     scenarios: Sequence[str], jobs: Jobs, file: Path | None, reason: str | None, progress: Progress = silent
-) -> Outcome:
+) -> ScenarioOutcome:
     """Runs scenarios and compares them with their references.
 
     Args:
@@ -86,7 +86,7 @@ def regress(
                 update.record(name, None)
     if len(compared(verdicts)) > 1:
         verdicts.append(altogether(verdicts))
-    return Outcome(verdicts, here, update is not None, [] if update is None else update.recorded, stopped)
+    return ScenarioOutcome(verdicts, here, update is not None, [] if update is None else update.recorded, stopped)
 
 
 def _plans(scenarios: Sequence[str]) -> dict[str, Plan]:
@@ -101,7 +101,7 @@ def _plans(scenarios: Sequence[str]) -> dict[str, Plan]:
 
 def _compare(
     plans: dict[str, Plan],
-    known: dict[str, Reference],
+    known: dict[str, RecordedScenario],
     jobs: Jobs,
     here: str,
     update: _Update | None,
@@ -129,7 +129,7 @@ class _Update:
         self.history = references.history
         references.platforms[self.key] = here
 
-    def record(self, name: str, new: Reference | None) -> None:
+    def record(self, name: str, new: RecordedScenario | None) -> None:
         """Puts a scenario's reference in the file, or takes it out."""
         if new is None:
             del self.references.scenarios[name]
@@ -137,7 +137,7 @@ class _Update:
             self.references.scenarios[name] = new
         self.recorded.append(name)
         whole = self.every is not None and self.every <= set(self.recorded)
-        change = Change(
+        change = ReferenceChange(
             date=date.today().isoformat(),
             reason=self.reason,
             sources=platform.sources(),

@@ -22,7 +22,7 @@ FALLEN = "fFd"
 """Letters of `Reference.ends` that count as falls."""
 
 
-class Reference(Struct, frozen=True, forbid_unknown_fields=True):
+class RecordedScenario(Struct, frozen=True, forbid_unknown_fields=True):
     """What one scenario gave.
 
     Attributes:
@@ -47,7 +47,7 @@ class Reference(Struct, frozen=True, forbid_unknown_fields=True):
     double_support: list[float | None]
 
 
-class Cost(Struct, frozen=True, forbid_unknown_fields=True):
+class TickCost(Struct, frozen=True, forbid_unknown_fields=True):
     """What a tick of a scenario cost, as ratios to bare `mj_step` in the same process.
 
     Attributes:
@@ -63,7 +63,7 @@ class Cost(Struct, frozen=True, forbid_unknown_fields=True):
     metrics: float
 
 
-class Change(Struct, frozen=True, forbid_unknown_fields=True):
+class ReferenceChange(Struct, frozen=True, forbid_unknown_fields=True):
     """One update of the file.
 
     Attributes:
@@ -91,10 +91,10 @@ class References(Struct, forbid_unknown_fields=True):
         scenarios: By name.
     """
 
-    history: list[Change] = field(default_factory=list)
+    history: list[ReferenceChange] = field(default_factory=list)
     platforms: dict[str, dict[str, str]] = field(default_factory=dict)
-    costs: dict[str, Cost] = field(default_factory=dict)
-    scenarios: dict[str, Reference] = field(default_factory=dict)
+    costs: dict[str, TickCost] = field(default_factory=dict)
+    scenarios: dict[str, RecordedScenario] = field(default_factory=dict)
 
 
 def shipped() -> Path:

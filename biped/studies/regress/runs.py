@@ -21,7 +21,7 @@ from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import RAISED, Row
 from biped.scenario.randomise import Distribution
-from biped.studies.regress.references import METRICS, Reference
+from biped.studies.regress.references import METRICS, RecordedScenario
 
 if TYPE_CHECKING:
     from biped.measure.stored import AnyTrajectory
@@ -53,7 +53,7 @@ def chosen(plan: Plan) -> list[int]:
     return sorted(i * points // count * runs + i % runs for i in range(count))
 
 
-def measured(plan: Plan, jobs: Jobs, date: str, platform: str, advance: Callable[[], None]) -> Reference:
+def measured(plan: Plan, jobs: Jobs, date: str, platform: str, advance: Callable[[], None]) -> RecordedScenario:
     """Makes the chosen runs of an `ensemble`.
 
     Args:
@@ -70,7 +70,7 @@ def measured(plan: Plan, jobs: Jobs, date: str, platform: str, advance: Callable
             rows.append(row)
             digests.append(name)
             advance()
-    return Reference(
+    return RecordedScenario(
         since=date,
         platform=platform,
         runs=numbers,

@@ -13,7 +13,7 @@ import numpy as np
 
 from biped.base.errors import RunError
 from biped.studies.stability.kicks import Kicks
-from biped.studies.stability.section import Section
+from biped.studies.stability.section import PoincareSection
 
 LEAN = tuple(np.linspace(-0.75, 0.75, 11))
 """[rad] forward."""
@@ -65,7 +65,7 @@ def reach(steady: np.ndarray) -> float:
 
 
 def basin(
-    section: Section,
+    section: PoincareSection,
     steady: np.ndarray,
     stride: float,
     rng: np.random.Generator,

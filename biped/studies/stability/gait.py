@@ -45,7 +45,7 @@ class KickedFit(NamedTuple):
         }
 
 
-class Measured(NamedTuple):
+class MeasuredGait(NamedTuple):
     """A gait in one place.
 
     Attributes:
@@ -104,7 +104,7 @@ class Gait(NamedTuple):
 
     engine: str
     timestep: float
-    measured: Measured | None
+    measured: MeasuredGait | None
     failed: str = ""
 
     @property

@@ -12,7 +12,7 @@ import numpy as np
 from biped.base.errors import RunError
 from biped.robot.planar.topology import KNEE, N_POINTS, NQ, PITCH, X, Z
 from biped.robot.planar.tree import ABSOLUTE_FROM_JOINT, motion
-from biped.studies.stability.section import RIGHT_HEEL, Section
+from biped.studies.stability.section import RIGHT_HEEL, PoincareSection
 
 LEAN, SPEED = PITCH, NQ + X
 """Torso's angle and forward velocity among the 18 absolute coordinates and velocities."""
@@ -38,7 +38,7 @@ class Kicks:
         basis: (17, r) orthonormal admissible directions, natural units.
     """
 
-    def __init__(self, section: Section, z: np.ndarray):
+    def __init__(self, section: PoincareSection, z: np.ndarray):
         self.section, self.z = section, z
         whole = section.whole(z)
         height = motion(section.tree, whole[:NQ], whole[NQ:]).point[:, 1]

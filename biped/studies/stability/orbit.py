@@ -17,7 +17,7 @@ from biped.base.errors import RunError
 from biped.base.statistics import Z95
 from biped.studies.stability.cycle import Cycle, Map, find_cycle
 from biped.studies.stability.kicks import Kicks
-from biped.studies.stability.section import Section
+from biped.studies.stability.section import PoincareSection
 
 RETURNS = 80
 """How often the map is repeated in search of a cycle."""
@@ -79,7 +79,7 @@ class Exponent(NamedTuple):
     lost: int
 
 
-def find_orbit(section: Section, z: np.ndarray, stride: float) -> Orbit:
+def find_orbit(section: PoincareSection, z: np.ndarray, stride: float) -> Orbit:
     """Repeats the return map from a state and looks for a cycle.
 
     Args:
@@ -103,7 +103,7 @@ def find_orbit(section: Section, z: np.ndarray, stride: float) -> Orbit:
     return Orbit(n, moved, states[-1], _cycle(section, states[-1], n, stride) if n <= SPECTRUM else None)
 
 
-def _cycle(section: Section, z: np.ndarray, n: int, stride: float) -> Cycle | None:
+def _cycle(section: PoincareSection, z: np.ndarray, n: int, stride: float) -> Cycle | None:
     """Fixed point of n returns by Newton's method.
 
     Compliant contacts give way: a foot that is pressed in is part of the state, and leaving it out moves the third
@@ -141,7 +141,7 @@ def growth(P: Map, z: np.ndarray, neighbour: np.ndarray, count: int) -> np.ndarr
 
 
 def exponent(
-    section: Section,
+    section: PoincareSection,
     steady: np.ndarray,
     stride: float,
     rng: np.random.Generator,

@@ -75,7 +75,7 @@ def crossings(t: Trajectory, height: float) -> Crossings:
     return Crossings(t.time[k] + s * t.tick, q, v)
 
 
-class Section:
+class PoincareSection:
     """The section of one run's gait.
 
     Args:

@@ -14,7 +14,7 @@ import numpy as np
 
 from biped.base.errors import RunError
 from biped.studies.stability.kicks import Kicks
-from biped.studies.stability.section import Section
+from biped.studies.stability.section import PoincareSection
 
 SIZES = (1e-8, 1e-6, 1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.2, 0.4)
 """Distances of the kicked state, natural units."""
@@ -42,7 +42,7 @@ class Shrinking(NamedTuple):
 
 
 def shrinking(
-    section: Section,
+    section: PoincareSection,
     steady: np.ndarray,
     stride: float,
     rng: np.random.Generator,

@@ -19,10 +19,10 @@ from biped.studies.planned import plan_of, title_of
 from biped.studies.stability import sizes
 from biped.studies.stability.basin import basin
 from biped.studies.stability.fit import Returns, fit_map
-from biped.studies.stability.gait import Gait, KickedFit, Measured, Studied
+from biped.studies.stability.gait import Gait, KickedFit, MeasuredGait, Studied
 from biped.studies.stability.kicks import Kicks
 from biped.studies.stability.orbit import Exponent, Orbit, exponent, find_orbit
-from biped.studies.stability.section import Section, crossings
+from biped.studies.stability.section import PoincareSection, crossings
 from biped.studies.stability.workers import mapped
 
 ENGINES = ("mujoco", "home")
@@ -53,7 +53,7 @@ class Steady(NamedTuple):
         walks: Walks.
     """
 
-    section: Section
+    section: PoincareSection
     states: np.ndarray
     periods: np.ndarray
     fell: int
@@ -67,7 +67,7 @@ def steady_strides(plan: Plan, mapped: Mapped) -> Steady:
         RunError: The scenario does not walk long enough.
     """
     first = plan.run(0)
-    section = Section(first, true_tree(tree_at(first.model), first.scenario.truth))
+    section = PoincareSection(first, true_tree(tree_at(first.model), first.scenario.truth))
 
     def walk(index: int) -> tuple[np.ndarray, np.ndarray] | None:
         t = simulate_planar(plan.run(index))
@@ -124,7 +124,7 @@ def word_for(orbit: Orbit | None, small: Exponent | None) -> str:
     return "stable limit cycle" if orbit.returns == 1 else f"stable cycle of {orbit.returns} returns"
 
 
-def measure(plan: Plan, jobs: Jobs, slices: bool) -> Measured:
+def measure(plan: Plan, jobs: Jobs, slices: bool) -> MeasuredGait:
     """Measures a gait in one engine at one step.
 
     Args:
@@ -149,7 +149,7 @@ def measure(plan: Plan, jobs: Jobs, slices: bool) -> Measured:
         orbit = None
     rows = sizes.shrinking(gait.section, gait.states, stride, rng, on_cores)
     returns, fell = kicked_returns(gait, 3.3 * stride, rng, on_cores)
-    return Measured(
+    return MeasuredGait(
         section=f"right heel {1e3 * gait.section.height:g} mm above the ground, coming down",
         walks=gait.walks,
         fell=gait.fell,

@@ -29,7 +29,7 @@ class _Kept(msgspec.Struct):
     numbers: dict[str, float | None]
 
 
-class Measured:
+class StoredMeasurements:
     """Ensembles by what they were made of: scenario, model, gains, kernels, machine.
 
     Args:

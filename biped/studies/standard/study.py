@@ -27,7 +27,7 @@ from biped.scenario.reading import read_scenario
 from biped.scenario.standard import Standard
 from biped.studies.planned import plan_of, title_of
 from biped.studies.run import run_plan
-from biped.studies.standard.measured import Measured
+from biped.studies.standard.measured import StoredMeasurements
 from biped.studies.standard.search import Limit, Tried, limit, search
 
 FAMILY = "standard/"
@@ -52,7 +52,7 @@ class Trial(NamedTuple):
     description: str
 
 
-class Standing(NamedTuple):
+class StandardResult(NamedTuple):
     """How a gait stood a test.
 
     Attributes:
@@ -100,7 +100,7 @@ class Table(NamedTuple):
     tests: list[Trial]
     gaits: list[str]
     changes: list[str]
-    standings: list[Standing]
+    standings: list[StandardResult]
 
     def as_dict(self) -> dict[str, Any]:
         """What `--json` prints and standard.json holds."""
@@ -167,7 +167,7 @@ def standard(
             s = _asked_of(test.standard, word)
             for value in () if s is None else (s.first, s.last):
                 _plan(test, word, changes, value)
-    kept = Measured(out)
+    kept = StoredMeasurements(out)
     standings = [
         _stand(test, word, gait, changes, partial(_made, kept, jobs, progress))
         for test in tests
@@ -203,20 +203,20 @@ def _asked_of(test: Standard, word: str) -> Standard | None:
     return None if last < first else replace(test, first=round(first, 12), last=round(last, 12))
 
 
-def _stand(test: Trial, word: str, gait: str, changes: Sequence[str], made: Any) -> Standing:
+def _stand(test: Trial, word: str, gait: str, changes: Sequence[str], made: Any) -> StandardResult:
     s = _asked_of(test.standard, word)
     if s is None:
-        return Standing(test.name, gait, [], None, 1.0)
+        return StandardResult(test.name, gait, [], None, 1.0)
 
     def at(value: float) -> Tried:
         title = f"{gait}, {s.title}" + (f" {value:g}" if s.key else "")
         return made(title, _plan(test, word, changes, value), s, value)
 
     if s.key is None:
-        return Standing(test.name, gait, [at(math.nan)], None, 1.0)
+        return StandardResult(test.name, gait, [at(math.nan)], None, 1.0)
     tried = search(s, test.rate, at)
     scale = _unit(_plan(test, word, changes, s.first), s.of)
-    return Standing(test.name, gait, tried, limit(tried, test.rate), scale)
+    return StandardResult(test.name, gait, tried, limit(tried, test.rate), scale)
 
 
 def _plan(test: Trial, word: str, changes: Sequence[str], value: float) -> Plan:
@@ -250,7 +250,7 @@ def _quoted(word: str) -> str:
 
 
 def _made(
-    kept: Measured, jobs: Jobs, progress: Progress, title: str, plan: Plan, test: Standard, value: float
+    kept: StoredMeasurements, jobs: Jobs, progress: Progress, title: str, plan: Plan, test: Standard, value: float
 ) -> Tried:
     """The ensemble of a plan, made unless it was before."""
     found = kept.get(plan, test.goal, value)

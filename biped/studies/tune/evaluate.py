@@ -53,7 +53,7 @@ class Task(NamedTuple):
     candidate: Candidate
 
 
-class Outcome(NamedTuple):
+class GainOutcome(NamedTuple):
     """What one run costs.
 
     Attributes:
@@ -126,7 +126,7 @@ class Study:
         """The given runs of each condition."""
         return [Task(name, i, seed, full, candidate) for name, numbers in runs.items() for i in numbers]
 
-    def outcome(self, task: Task) -> Outcome:
+    def outcome(self, task: Task) -> GainOutcome:
         """Carries out one task."""
         from biped.ensemble.campaign import measured
 
@@ -134,7 +134,7 @@ class Study:
         walk, numbers = measured(run)
         reached = bool(numbers[condition.goal])
         cost = self._reached(numbers, condition, run, walk) if reached else self._missed(numbers, condition, run)
-        return Outcome(cost, reached, numbers["speed"], numbers["cost_of_transport"])
+        return GainOutcome(cost, reached, numbers["speed"], numbers["cost_of_transport"])
 
     def _reached(self, numbers: Mapping[str, Any], condition: Condition, run: Run, walk: AnyTrajectory) -> float:
         """What a run costs that did what it should."""
@@ -175,7 +175,7 @@ class Study:
             self._plans[key] = Plan(msgspec.structs.replace(scenario, seed=task.seed, randomise=random), checked=True)
         return self._plans[key].run(task.number)._replace(gains=task.candidate.gains)
 
-    def cost(self, outcomes: dict[str, list[Outcome]], distance: float) -> float:
+    def cost(self, outcomes: dict[str, list[GainOutcome]], distance: float) -> float:
         """The objective: weighted mean over conditions of their runs' mean cost, and the distance from the start.
 
         Args:
@@ -196,16 +196,16 @@ def _slowest(run: Run) -> float:
     return (robot_at(run.model).walked if robot is None else robot.walked).speed
 
 
-def by_condition(tasks: Sequence[Task], outcomes: Sequence[Outcome]) -> dict[str, list[Outcome]]:
+def by_condition(tasks: Sequence[Task], outcomes: Sequence[GainOutcome]) -> dict[str, list[GainOutcome]]:
     """What the runs of each condition cost, in order."""
-    found: dict[str, list[Outcome]] = {}
+    found: dict[str, list[GainOutcome]] = {}
     for task, outcome in zip(tasks, outcomes, strict=True):
         found.setdefault(task.condition, []).append(outcome)
     return found
 
 
 @contextmanager
-def workers(study: Study, jobs: Jobs) -> Iterator[Callable[[Sequence[Task]], list[Outcome]]]:
+def workers(study: Study, jobs: Jobs) -> Iterator[Callable[[Sequence[Task]], list[GainOutcome]]]:
     """A function that carries out tasks on `jobs` processes, in their order; the results do not depend on `jobs`."""
     with executor.workers(study.outcome, jobs) as carried_out:
         yield lambda tasks: list(carried_out(tasks))

@@ -19,7 +19,7 @@ from biped.scenario.gait import read_gains
 from biped.scenario.reading import read_scenario
 from biped.studies.folders import folder_for
 from biped.studies.planned import title_of
-from biped.studies.tune.evaluate import Outcome, Study, Task, by_condition, workers
+from biped.studies.tune.evaluate import GainOutcome, Study, Task, by_condition, workers
 from biped.studies.tune.space import Candidate
 from biped.studies.tune.tuned import nothing_after
 
@@ -130,7 +130,7 @@ def _known(folder: Folder, gait: str, count: int, tell: Told) -> list[Record]:
 
 def _step(
     study: Study,
-    evaluate: Callable[[Sequence[Task]], list[Outcome]],
+    evaluate: Callable[[Sequence[Task]], list[GainOutcome]],
     gait: str,
     origin: Gains,
     found: Gains,

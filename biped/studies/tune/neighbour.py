@@ -12,7 +12,7 @@ from biped.robot.run import Run
 from biped.scenario.vary import stream
 from biped.studies.stability.kicks import Kicks
 from biped.studies.stability.orbit import NEIGHBOUR, growth
-from biped.studies.stability.section import Section, crossings
+from biped.studies.stability.section import PoincareSection, crossings
 
 ALIGNED, MEASURED = 2, 3
 """Returns that turn the neighbour into the direction that grows most; those that are measured."""
@@ -30,7 +30,7 @@ def parting(run: Run, walk: Trajectory) -> float:
     Returns:
         The growth; infinite if the walker does not return often enough.
     """
-    section = Section(run, true_tree(tree_at(run.model), run.scenario.truth))
+    section = PoincareSection(run, true_tree(tree_at(run.model), run.scenario.truth))
     seen = crossings(walk, section.height)
     if len(seen.time) < 2:
         return math.inf

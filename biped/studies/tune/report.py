@@ -12,10 +12,10 @@ from biped.base.typed import convert
 from biped.scenario.gains import GAINS, OUT_OF_PLANE, Gains
 from biped.scenario.gait import SETTINGS, made_for
 from biped.scenario.vary import Asked, with_values
-from biped.studies.tune.search import Found, Record, Search, Tally
+from biped.studies.tune.search import Record, Search, SearchResult, Tally
 
 
-def gait_text(title: str, search: Search, found: Found, journal: Sequence[Record] | None = None) -> str:
+def gait_text(title: str, search: Search, found: SearchResult, journal: Sequence[Record] | None = None) -> str:
     """The gait as a controller file; its head says how it was found and what it scored on unseen seeds.
 
     Args:

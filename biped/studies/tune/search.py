@@ -15,10 +15,10 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.scenario.tune import Tune
 from biped.scenario.vary import stream
-from biped.studies.tune.evaluate import Outcome, Study, by_condition
-from biped.studies.tune.space import Candidate, Space
+from biped.studies.tune.evaluate import GainOutcome, Study, by_condition
+from biped.studies.tune.space import Candidate, SearchSpace
 
-Evaluate = Callable[[Sequence[Any]], list[Outcome]]
+Evaluate = Callable[[Sequence[Any]], list[GainOutcome]]
 Record = dict[str, Any]
 """One generation in the journal: what CMA-ES was told, and the re-check if there was one."""
 
@@ -39,7 +39,7 @@ class Tally(NamedTuple):
     cost_of_transport: float
 
 
-class Found(NamedTuple):
+class SearchResult(NamedTuple):
     """The result of a search.
 
     Attributes:
@@ -59,7 +59,7 @@ class Found(NamedTuple):
     start_tallies: dict[str, Tally]
 
 
-def strategy(space: Space, tune: Tune, seed: int):
+def strategy(space: SearchSpace, tune: Tune, seed: int):
     """CMA-ES of the `cma` package over the space, starting at its origin.
 
     Raises:
@@ -95,7 +95,7 @@ class Search:
 
     def __init__(self, study: Study, evaluate: Evaluate, journal: Sequence[Record] = (), before: int = 0):
         self.study = study
-        self.space = Space(study.scenario, study.gains)
+        self.space = SearchSpace(study.scenario, study.gains)
         self.evaluate = evaluate
         self.runs = 0
         self.before = before
@@ -142,7 +142,7 @@ class Search:
         tune, study = self.study.tune, self.study
         first = {name: range(max(1, math.floor(tune.first * c.runs))) for name, c in tune.conditions.items()}
         rest = {name: range(len(first[name]), c.runs) for name, c in tune.conditions.items()}
-        found: list[dict[str, list[Outcome]]] = [{} for _ in points]
+        found: list[dict[str, list[GainOutcome]]] = [{} for _ in points]
         self._add(found, list(range(len(points))), points, seed, first)
         costs = [study.cost(outcomes, _distance(x)) for outcomes, x in zip(found, points, strict=True)]
         order = sorted(range(len(points)), key=costs.__getitem__)
@@ -158,7 +158,7 @@ class Search:
         return costs, sum(o.walked for o in outcomes), len(outcomes)
 
     def _add(
-        self, found: list[dict[str, list[Outcome]]], which: list[int], points: list[np.ndarray], seed: int,
+        self, found: list[dict[str, list[GainOutcome]]], which: list[int], points: list[np.ndarray], seed: int,
         runs: dict[str, range],
     ) -> None:  # fmt: skip
         tasks, owners = [], []
@@ -192,7 +192,7 @@ class Search:
         _, generation, x = min(final)
         return x, generation
 
-    def finish(self, start: Candidate | None = None) -> Found:
+    def finish(self, start: Candidate | None = None) -> SearchResult:
         """The winner, scored on seeds never used before, beside the gait that it all started at.
 
         Args:
@@ -202,14 +202,14 @@ class Search:
         unseen, runs = self.study.seed("unseen"), self.study.tune.unseen
         cost, tallies = self._scored(x, unseen, runs)
         origin = self.space.candidate([0.0] * len(self.space.axes)) if start is None else start
-        return Found(self.space.candidate(x), generation, cost, tallies, *self.score(origin, unseen, runs))
+        return SearchResult(self.space.candidate(x), generation, cost, tallies, *self.score(origin, unseen, runs))
 
 
 def _distance(x: Sequence[float] | np.ndarray) -> float:
     return float(np.mean(np.square(x)))
 
 
-def _tally(outcomes: list[Outcome]) -> Tally:
+def _tally(outcomes: list[GainOutcome]) -> Tally:
     walkers = [o for o in outcomes if o.walked]
     means = [float(np.mean([getattr(o, name) for o in walkers])) if walkers else math.nan
              for name in ("speed", "cost_of_transport")]  # fmt: skip

@@ -68,7 +68,7 @@ class Candidate(NamedTuple):
     keys: tuple[tuple[str, float], ...]
 
 
-class Space:
+class SearchSpace:
     """The numbers that vary.
 
     Args:

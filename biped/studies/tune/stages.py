@@ -14,7 +14,7 @@ from biped.scenario.reading import changed
 from biped.scenario.tune import Stage
 from biped.scenario.vary import Asked, with_values
 from biped.studies.tune.evaluate import Study
-from biped.studies.tune.space import Candidate, Space
+from biped.studies.tune.space import Candidate, SearchSpace
 
 
 def studies(scenario: Scenario) -> list[Study]:
@@ -26,7 +26,7 @@ def studies(scenario: Scenario) -> list[Study]:
     found = []
     for number, stage in enumerate(_stages(scenario)):
         study = Study(_scenario_of(scenario, number, stage))
-        Space(study.scenario, study.gains)
+        SearchSpace(study.scenario, study.gains)
         found.append(study)
     return found
 

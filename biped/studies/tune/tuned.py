@@ -22,8 +22,8 @@ from biped.studies.folders import folder_for
 from biped.studies.planned import title_of
 from biped.studies.tune.evaluate import Study, workers
 from biped.studies.tune.report import gait_text
-from biped.studies.tune.search import Found, Record, Search, strategy
-from biped.studies.tune.space import Candidate, Space
+from biped.studies.tune.search import Record, Search, SearchResult, strategy
+from biped.studies.tune.space import Candidate, SearchSpace
 from biped.studies.tune.stages import studies, study_from
 
 
@@ -43,7 +43,7 @@ class Tuned(NamedTuple):
     scenario: str
     folder: Path
     gait: Path
-    found: Found
+    found: SearchResult
     keys: dict[str, float]
     runs: int
     seconds: float
@@ -94,7 +94,7 @@ def tune(
     scenario = read_scenario(name, changes)
     stages = studies(scenario)  # complaints come before anything is written
     title = title_of(name)
-    strategy(Space(stages[0].scenario, stages[0].gains), stages[0].tune, scenario.seed)
+    strategy(SearchSpace(stages[0].scenario, stages[0].gains), stages[0].tune, scenario.seed)
     began = time.perf_counter()
     with folder_for(out, title, Plan(scenario), foreign=OF_RUNS) as folder:
         search, found, journal, made = _search(folder, scenario, stages, jobs, partial(progress, title), after, tell)
@@ -114,7 +114,7 @@ def _search(
     progress: Callable[..., Any],
     after: Callable[[list[Record], Path], None],
     tell: Told,
-) -> tuple[Search, Found, list[Record], int]:
+) -> tuple[Search, SearchResult, list[Record], int]:
     """Goes through the generations that an earlier search did not finish; returns the journal and the runs made too."""
     generations = sum(study.tune.generations for study in stages)
     known = {record["index"]: record for record in folder.finished()}

@@ -21,7 +21,7 @@ from biped.studies.regress.runs import ensemble, measured
 from biped.studies.run import run
 from biped.studies.stability.study import study
 from biped.studies.tune.evaluate import Study, Task
-from biped.studies.tune.space import Space
+from biped.studies.tune.space import SearchSpace
 from biped.studies.tune.tuned import tune
 from tests.cases import contents, write
 
@@ -64,7 +64,7 @@ def test_work_is_made_anew_where_it_comes_to():
     again = pickle.loads(pickle.dumps(plan))
     assert again.scenario == plan.scenario
     study = Study(read_scenario("tune/efficient"))
-    name, space = next(iter(study.tune.conditions)), Space(study.scenario, study.gains)
+    name, space = next(iter(study.tune.conditions)), SearchSpace(study.scenario, study.gains)
     task = Task(name, 0, 1, False, space.candidate([0.0] * len(space.axes)))
     there = cloudpickle.loads(cloudpickle.dumps(study.outcome))
     assert there.__self__.tune == study.tune

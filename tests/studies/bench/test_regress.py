@@ -14,7 +14,7 @@ from biped.studies.bench import parts, regress, throughput
 from biped.studies.bench.parts import shares
 from biped.studies.bench.regress import CHANGED, ELSEWHERE, SAME, SLOWER, UNKNOWN, judged
 from biped.studies.regress import references
-from biped.studies.regress.references import Cost, Reference
+from biped.studies.regress.references import RecordedScenario, TickCost
 from tests.cases import SHORT, write
 
 
@@ -52,8 +52,8 @@ def test_parts_add_up_and_each_repeat_is_divided_by_its_own_steps():
     })  # fmt: skip
 
 
-REFERENCE = Reference("2026-01-01", "here", [0, 1], "ww", ["aa", "bb"], *[[None, None]] * 3)
-COST = Cost("2026-01-01", "a test", 2.0, 2.5)
+REFERENCE = RecordedScenario("2026-01-01", "here", [0, 1], "ww", ["aa", "bb"], *[[None, None]] * 3)
+COST = TickCost("2026-01-01", "a test", 2.0, 2.5)
 
 
 @pytest.mark.parametrize(
@@ -70,7 +70,7 @@ def test_the_result_is_compared_where_it_can_be(reference, bits, expected):
 
 
 def test_the_worse_of_the_two_costs_counts():
-    new = Cost("2026-01-02", "", 2.0, 3.0)
+    new = TickCost("2026-01-02", "", 2.0, 3.0)
     assert judged("s", REFERENCE, COST, new, "aa", "here").slower == pytest.approx(0.2)
     assert judged("s", REFERENCE, None, new, "aa", "here").slower == 0.0
 

@@ -17,7 +17,7 @@ from biped.studies.stability import basin as basin_module
 from biped.studies.stability.fit import Returns, fit_map
 from biped.studies.stability.kicks import Kicks
 from biped.studies.stability.orbit import Exponent, Orbit, find_orbit, growth
-from biped.studies.stability.section import Section, crossings
+from biped.studies.stability.section import PoincareSection, crossings
 from biped.studies.stability.sizes import SIZES, Shrinking, floor
 from biped.studies.stability.study import study, word_for
 from biped.studies.stability.workers import mapped
@@ -29,7 +29,7 @@ SLOW = "level_slow_generalized"
 def walk():
     run = plan_of(SLOW, ["duration=14.0", "window.end=14.0"]).run(0)
     t = simulate(run)
-    section = Section(run, t.tree)
+    section = PoincareSection(run, t.tree)
     return t, section, crossings(t, section.height)
 
 

@@ -15,7 +15,7 @@ from biped.scenario.gains import Gains
 from biped.scenario.gait import read_gains
 from biped.scenario.reading import read_scenario
 from biped.studies.tune import least as way
-from biped.studies.tune.evaluate import Outcome, Study
+from biped.studies.tune.evaluate import GainOutcome, Study
 
 TEXT = """
 controller = "fast"
@@ -80,7 +80,7 @@ def test_what_is_missed_least_goes_first(files, monkeypatch):
         for task in tasks:
             gains = task.candidate.gains
             cost = abs(math.log(gains.k_d1 / 700.0)) + 0.01 * abs(gains.theta_b - 80.0)
-            out.append(Outcome(cost, cost < 0.05, 0.8, 0.2))
+            out.append(GainOutcome(cost, cost < 0.05, 0.8, 0.2))
         return out
 
     steps = []

@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from biped.studies.tune.evaluate import Outcome, workers
+from biped.studies.tune.evaluate import GainOutcome, workers
 from biped.studies.tune.report import gait_text
 from biped.studies.tune.search import Search
-from biped.studies.tune.space import Space
+from biped.studies.tune.space import SearchSpace
 from tests.studies.tune.small import study_of
 
 
@@ -24,7 +24,7 @@ def test_no_two_purposes_share_a_seed(scenario_file):
 
 
 def run_of(study, seed, number):
-    candidate = Space(study.scenario, study.gains).candidate([0.0] * 31)
+    candidate = SearchSpace(study.scenario, study.gains).candidate([0.0] * 31)
     task = study.tasks(candidate, seed, True, {"level": range(number, number + 1)})[0]
     return study._run(task)
 
@@ -38,7 +38,7 @@ def landscape(study, target):
             gains = task.candidate.gains
             noise = np.random.default_rng([task.seed, task.number]).normal(0.0, 0.01)
             cost = math.log(gains.k_d1 / target[0]) ** 2 + ((gains.theta_b - target[1]) / 20.0) ** 2 + noise
-            out.append(Outcome(cost, True, 0.8, 0.2))
+            out.append(GainOutcome(cost, True, 0.8, 0.2))
         return out
 
     return evaluate
@@ -72,12 +72,12 @@ def test_given_up_points_rank_behind(scenario_file):
 
 def test_a_walker_never_costs_more_than_a_faller(scenario_file):
     study = study_of(scenario_file, "tune.weights.speed=1000.0", "tune.gains=['theta_b']", "fall.tilt=5.0")
-    candidate = Space(study.scenario, study.gains).candidate([0.0])
+    candidate = SearchSpace(study.scenario, study.gains).candidate([0.0])
     with workers(study, 1) as evaluate:
         fallen = evaluate(study.tasks(candidate, 1, True, {"uphill": range(2)}))
     assert all(not o.walked and 0.5 <= o.cost <= 1.0 for o in fallen)
     upright = study_of(scenario_file, "tune.weights.speed=1000.0", "duration=3.0", "gains.theta_b=78.0")
-    candidate = Space(upright.scenario, upright.gains).candidate([0.0] * 31)
+    candidate = SearchSpace(upright.scenario, upright.gains).candidate([0.0] * 31)
     with workers(upright, 1) as evaluate:
         walked = [o for o in evaluate(upright.tasks(candidate, 3, True, {"level": range(3)})) if o.walked]
     assert walked
@@ -103,7 +103,9 @@ def test_who_should_stand_is_paid_for_standing_and_not_for_distance(tmp_path):
     path = tmp_path / "stand.toml"
     path.write_text(STAND, encoding="utf-8")
     study = study_of(path, "window.start=0.5", "window.end=1.0", "tune.weights.progress=1.0")
-    candidate = Space(study.scenario, study.gains).candidate([0.0] * len(Space(study.scenario, study.gains).axes))
+    candidate = SearchSpace(study.scenario, study.gains).candidate(
+        [0.0] * len(SearchSpace(study.scenario, study.gains).axes)
+    )
     with workers(study, 1) as evaluate:
         quiet = evaluate(study.tasks(candidate, 1, True, {"quiet": range(1)}))[0]
         pushed = evaluate(study.tasks(candidate, 1, True, {"pushed": range(1)}))[0]

@@ -9,13 +9,13 @@ from biped.base.errors import InputError
 from biped.scenario.gains import GAINS
 from biped.scenario.reading import read_scenario
 from biped.studies.tune.evaluate import Study
-from biped.studies.tune.space import Space
+from biped.studies.tune.space import SearchSpace
 from tests.studies.tune.small import study_of
 
 
 def test_space_keeps_structure(scenario_file):
     study = study_of(scenario_file)
-    space = Space(study.scenario, study.gains)
+    space = SearchSpace(study.scenario, study.gains)
     names = {axis.name for axis in space.axes}
     assert not names & {"k_d2.3", "k_d3.2"}  # zero springs stay zero
     assert "theta_l.3" not in names  # a thigh angle without a spring means nothing
@@ -37,7 +37,7 @@ def test_space_keeps_structure(scenario_file):
 def test_keys_vary_within_their_range(scenario_file):
     change = 'tune.keys={"actuation.release_force"={min=50.0,max=400.0,scale="log"},"sensing.ahead"={min=0.0,max=0.2}}'
     study = study_of(scenario_file, change, 'tune.gains=["theta_b"]')
-    space = Space(study.scenario, study.gains)
+    space = SearchSpace(study.scenario, study.gains)
     assert [axis.name for axis in space.axes] == ["theta_b", "actuation.release_force", "sensing.ahead"]
     assert dict(space.candidate([0.0, 0.0, 0.0]).keys) == {"actuation.release_force": 150.0, "sensing.ahead": 0.1}
     assert dict(space.candidate([0.0, -9.0, 9.0]).keys) == {"actuation.release_force": 50.0, "sensing.ahead": 0.2}
@@ -60,7 +60,7 @@ def test_keys_vary_within_their_range(scenario_file):
 def test_mistakes_are_named(scenario_file, change, words):
     def space():
         study = study_of(scenario_file, change)
-        return Space(study.scenario, study.gains)
+        return SearchSpace(study.scenario, study.gains)
 
     with pytest.raises(InputError) as error:
         space()
@@ -83,4 +83,4 @@ def test_tuning_scenarios_are_sound():
     assert tuning
     for name in tuning:
         study = Study(read_scenario(name))
-        assert Space(study.scenario, study.gains).axes
+        assert SearchSpace(study.scenario, study.gains).axes

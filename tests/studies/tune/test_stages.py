@@ -12,7 +12,7 @@ from biped.cli.main import main
 from biped.scenario.gains import Gains
 from biped.scenario.gait import read_gains
 from biped.scenario.reading import read_scenario
-from biped.studies.tune.space import Candidate, Space
+from biped.studies.tune.space import Candidate, SearchSpace
 from biped.studies.tune.stages import studies, study_from
 
 TEXT = """
@@ -61,18 +61,18 @@ def test_each_stage_is_a_search_of_its_own(scenario_file):
     assert first.tune.generations == 1
     assert first.gains.theta_b == 80.0
     assert first.gains.k_d2 == (800.0, 61.0, *first.gains.k_d2[2:])
-    assert {axis.name for axis in Space(first.scenario, first.gains).axes} == {"k_d1", "k_d2.0", "k_d2.2"}
+    assert {axis.name for axis in SearchSpace(first.scenario, first.gains).axes} == {"k_d1", "k_d2.0", "k_d2.2"}
     assert first.condition("level", True).actuation.release_force == 100.0
     assert list(second.tune.conditions) == ["level", "uphill"]
     assert second.tune.spread == 0.2
     assert second.condition("level", True).actuation.release_force == 150.0
-    assert "theta_b" in {axis.name for axis in Space(second.scenario, second.gains).axes}
+    assert "theta_b" in {axis.name for axis in SearchSpace(second.scenario, second.gains).axes}
 
 
 def test_a_stage_starts_at_what_the_one_before_found(scenario_file):
     scenario = read_scenario(str(scenario_file))
     first = studies(scenario)[0]
-    space = Space(first.scenario, first.gains)
+    space = SearchSpace(first.scenario, first.gains)
     found = space.candidate([0.1] * len(space.axes))
     second = study_from(scenario, 1, found)
     assert second.gains == found.gains
@@ -83,7 +83,7 @@ def test_keys_that_were_found_go_on_too(scenario_file):
     scenario = read_scenario(str(scenario_file), ['tune.keys={"sensing.ahead"={min=0.0,max=0.2}}'])
     second = study_from(scenario, 1, Candidate(studies(scenario)[0].gains, (("sensing.ahead", 0.15),)))
     assert second.scenario.sensing.ahead == 0.15
-    space = Space(second.scenario, second.gains)
+    space = SearchSpace(second.scenario, second.gains)
     assert space.candidate(np.zeros(len(space.axes))).keys == (("sensing.ahead", 0.15),)
 
 
