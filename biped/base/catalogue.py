@@ -1,16 +1,14 @@
-"""What has a name: models, controllers and scenarios, with a line each. Imports nothing that simulates."""
+"""What has a name: models, controllers, readings and scenarios, with a line each. Imports nothing that simulates."""
 
 from __future__ import annotations
 
-from biped.base.files import locate, names, read_toml
+from biped.base.files import SUFFIX, locate, names, read_toml
 from biped.base.text import plain
 
 
 def listing() -> list[tuple[str, str, str]]:
-    """Every model, controller and scenario that has a name: (kind, name, one line)."""
-    return [
-        (kind, name, _one_line(kind, name)) for kind in ("models", "controllers", "scenarios") for name in names(kind)
-    ]
+    """Every model, controller, reading and scenario that has a name: (kind, name, one line)."""
+    return [(kind, name, _one_line(kind, name)) for kind in SUFFIX for name in names(kind)]
 
 
 def _one_line(kind: str, name: str) -> str:

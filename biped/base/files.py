@@ -1,4 +1,4 @@
-"""Where models, controllers and scenarios are: the user's own path, or a name in the three folders."""
+"""Where models, controllers, readings and scenarios are: a path, or a name in the folder of their kind."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 from biped.base.errors import InputError
 from biped.base.text import echo, said, short
 
-SUFFIX = {"models": ".xml", "controllers": ".toml", "scenarios": ".toml"}
+SUFFIX = {"models": ".xml", "controllers": ".toml", "readings": ".toml", "scenarios": ".toml"}
 
 URDF = ".urdf"
 """Of the other kind of model files."""
@@ -27,7 +27,7 @@ _LONG_KEY = re.compile(rf"""(?<![\w-])(?:(?:"[^"\n]*"|'[^'\n]*'|[\w-]++)[ \t]*+\
 
 
 def folder(kind: str) -> Path:
-    """The folder of `models`, `controllers` or `scenarios`: beside the package, or inside it if installed."""
+    """The folder of a kind, such as `models` or `readings`: beside the package, or inside it if installed."""
     package = Path(__file__).parents[1]
     installed = package / "data" / kind
     return installed if installed.is_dir() else package.parent / kind
@@ -51,7 +51,7 @@ def locate(kind: str, name: str, asked_by: str, beside: Path | None = None) -> P
     """The file that a name or path stands for.
 
     Args:
-        kind: `models`, `controllers` or `scenarios`.
+        kind: `models`, `controllers`, `readings` or `scenarios`.
         name: A name in that folder, or a path (with its suffix), relative to the working folder or to `beside`.
         asked_by: Who asks, for the error: `file: key`, or nothing.
         beside: Folder of the file that asks.
@@ -106,7 +106,7 @@ def canonical(kind: str, path: Path) -> str:
 
 
 def label(path: Path) -> str:
-    """A short name of a file for people: relative to the working folder or to the three folders if it is below them."""
+    """A short name of a file for people: relative to the working folder, or to the folder of its kind, if below one."""
     try:
         whole, here = path.resolve(), Path.cwd()
     except OSError:  # the working folder is gone

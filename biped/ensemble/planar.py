@@ -22,10 +22,11 @@ from biped.robot.planar.tree import ABSOLUTE_FROM_JOINT, Tree, absolute, from_ab
 from biped.robot.planar.truth import true_tree
 from biped.robot.run import Run
 from biped.scenario.gains import Gains
-from biped.scenario.gait import Gaits, Settings, in_the_plane, resettled, settings_on
+from biped.scenario.gait import Gaits, in_the_plane, read_settings
 from biped.scenario.keys import Scenario, Start, Truth
 from biped.scenario.origin import Origin
 from biped.scenario.push import PLANE
+from biped.scenario.settings import Settings, read_reading, resettled, settings_on
 from biped.scenario.vary import stream
 
 STARTS = 256
@@ -40,7 +41,7 @@ class PlanarRuns:
     def __init__(self):
         self._models: dict[str, tuple[Path, Tree]] = {}
         self._gaits = Gaits()
-        self._settings: dict[tuple[str, str], Settings] = {}
+        self._settings: dict[tuple[str, str, str | None], Settings] = {}
         self._starts: dict[tuple[str, Start, tuple[float, ...]], np.ndarray] = {}
 
     def model(self, s: Scenario) -> Path:
@@ -70,10 +71,10 @@ class PlanarRuns:
         in_the_plane(gains, s.model, at)
 
     def exchanged(self, s: Scenario, before: Scenario, varied: Iterable[str]) -> Scenario:
-        """The scenario with the settings of its gait, where that is another than before."""
-        if s.controller == before.controller:
+        """The scenario with the settings of its gait and its reading, where one is another than before."""
+        if (s.controller, s.reading) == (before.controller, before.reading):
             return s
-        old, new = (self._made_for(s.model, controller) for controller in (before.controller, s.controller))
+        old, new = (self._made_for(s.model, one.controller, one.reading) for one in (before, s))
         return resettled(s, old, new, set(varied))
 
     def check(self, s: Scenario) -> None:
@@ -108,11 +109,13 @@ class PlanarRuns:
             law=law,
         )
 
-    def _made_for(self, model: str, controller: str) -> Settings:
-        if (model, controller) not in self._settings:
-            gait = locate("controllers", controller, "controller")
-            self._settings[model, controller] = settings_on(self._model(model)[0], gait)
-        return self._settings[model, controller]
+    def _made_for(self, model: str, controller: str, reading: str | None) -> Settings:
+        key = model, controller, reading
+        if key not in self._settings:
+            gait, _ = read_settings(_file("controller", controller))
+            below = {} if reading is None else read_reading(_file("reading", reading))[0]
+            self._settings[key] = settings_on(self._model(model)[0], gait, below)
+        return self._settings[key]
 
     def _model(self, name: str) -> tuple[Path, Tree]:
         if name not in self._models:
@@ -211,6 +214,18 @@ class PlanarRuns:
                 self._starts.clear()
             self._starts[key] = project(self._true_tree(s), q, contacts, points) if start.settle else q
         return self._starts[key]
+
+
+def _file(key: str, name: str) -> Path:
+    """The file that a key names; whoever knows where the key was written can say so of the error.
+
+    Raises:
+        InputError: There is none.
+    """
+    try:
+        return locate(f"{key}s", name, key)
+    except InputError as error:
+        raise InputError(str(error), key) from error
 
 
 def _factors(deviation: float, seed: int, name: str, shape: tuple[int, int]) -> np.ndarray | None:

@@ -163,6 +163,8 @@ class Scenario(Section, frozen=True):
         robot: What the model is, if it is no planar biped of seven links ([robots.md](robots.md)); default: what the
             description beside the model file says.
         controller: Name in controllers/ or path of a gait file.
+        reading: Name in readings/ or path of a reading of the thesis ([readings.md](readings.md)): settings that lie
+            below this file's own keys; default: none.
         law: A control law of the user's own, `path.py:Class`, looked for beside this file first; default: the thesis's.
             It runs only if it is trusted ([security.md](security.md)). Or one for any robot, by its name: `stand`.
         law_sha256: What the law was when results were made; written with them, so that a changed law is noticed.
@@ -197,6 +199,7 @@ class Scenario(Section, frozen=True):
     model: Name = "human"
     robot: Described | None = None
     controller: Name = "normal"
+    reading: Name | None = None
     law: Name | None = None
     law_sha256: Name | None = None
     engine: Literal["mujoco", "home"] = "mujoco"

@@ -22,7 +22,7 @@ ALL: Keys = {
 """Whatever the law is. Tables that are not named here are read whole."""
 OWN: Keys = {"": ("controller", "gains"), "ground": ("angles",)}
 """What a law of one's own is told besides (`biped.control.general.law.Setup`)."""
-_ASKED = ("controller", "gains", "change", "backstep", "estimator")
+_ASKED = ("controller", "reading", "gains", "change", "backstep", "estimator")
 """Keys of the scenario itself that only some laws read."""
 
 

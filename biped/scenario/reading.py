@@ -14,13 +14,14 @@ from biped.base.errors import InputError
 from biped.base.files import DEEPEST, canonical, layered, locate, merge, parse_toml
 from biped.base.text import said
 from biped.scenario import thesis
-from biped.scenario.gait import habits_of, lay_below
+from biped.scenario.gait import read_settings
 from biped.scenario.general import lay_under, make_general
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import own_law
 from biped.scenario.noticed import taken
 from biped.scenario.origin import COMMAND_LINE, Origin
 from biped.scenario.possible import possible
+from biped.scenario.settings import Settings, beside_gait, habits_of, lay_below, read_reading
 from biped.scenario.valid import Fail, convert, known_keys
 
 
@@ -106,23 +107,32 @@ def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path, looking: b
     fail = origin.fault
     known_keys(data, Scenario, "", fail)
     # A controller or model named in a file is looked for beside that file too.
-    beside = {key: keys[key].parent for key in ("model", "controller") if key in keys}
+    beside = {key: keys[key].parent for key in ("model", "controller", "reading") if key in keys}
 
     def found(kind: str, name: str, key: str, folder: Path | None) -> Path:
         return locate(kind, name, f"{origin.of(key)}: {key}", folder)
 
-    def lay_gait(gait: Any) -> None:
-        if isinstance(gait, str):  # otherwise the conversion says so
-            lay_below(data, keys, found("controllers", gait, "controller", beside.get("controller")))
+    def lay_gait(gait: Any) -> Settings:
+        if not isinstance(gait, str):
+            return {}  # the conversion says so
+        settings, theirs = read_settings(found("controllers", gait, "controller", beside.get("controller")))
+        if "law" in data:
+            settings.pop("backstep", None)  # it belongs to the thesis's leg states
+        lay_below(data, keys, settings, theirs)
+        return settings
 
+    settings: Settings = {}
     named_here = bool(data.get("controller"))
     if named_here:
-        lay_gait(data["controller"])  # above what is said of its robot
+        settings = lay_gait(data["controller"])  # above what is said of its robot
     general = make_general(data, keys)
     gait = data.get("controller", Scenario().controller)
     if not named_here and not (general and not gait):
-        lay_gait(gait)
+        settings = lay_gait(gait)
     if not general:
+        if isinstance(reading := data.get("reading"), str):
+            below, theirs = read_reading(found("readings", reading, "reading", beside.get("reading")))
+            lay_below(data, keys, beside_gait(below, settings), theirs)
         _on_robot(data, keys)
     known_keys(data, Scenario, "", fail)
     scenario = convert(data, Scenario, fail)
@@ -131,8 +141,8 @@ def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path, looking: b
         taken(scenario, fail)
     named: dict[str, Any] = {
         key: canonical(f"{key}s", found(f"{key}s", getattr(scenario, key), key, beside.get(key)))
-        for key in ("model", "controller")
-        if getattr(scenario, key) or not general
+        for key in ("model", "controller", "reading")
+        if getattr(scenario, key) or not (general or key == "reading")
     }
     if scenario.change:
         folder = keys["change"].parent if "change" in keys else None

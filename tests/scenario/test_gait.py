@@ -13,9 +13,10 @@ from biped.base.files import locate, names
 from biped.ensemble.plan import Plan
 from biped.scenario.actuation import Pushing
 from biped.scenario.gains import Frontal, Gains, Placement, number, single, with_numbers
-from biped.scenario.gait import made_for, read_gains, read_settings
+from biped.scenario.gait import read_gains, read_settings
 from biped.scenario.keys import Backstep, Sensing
 from biped.scenario.reading import read, read_scenario, to_toml
+from biped.scenario.settings import made_for
 
 GAIT = 'extends = "normal"\n[sensing]\nknee_angle = 0.01\nheel_on = 0.002\n[actuation]\nsingle_tangential = true\n'
 

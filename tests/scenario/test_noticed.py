@@ -38,7 +38,7 @@ OTHERS: dict[str, Any] = {
     "controller": "human3d_generalized", "truth.part.0.name": "left_foot",
     "fall.height": 0.9999999, "fall.tilt": 0.01, "simulation.iterations": 1, "simulation.tolerance": 1.0,
     "simulation.timestep": 0.0005, "simulation.control_rate": 500.0, "actuation.torque_limit": 1.0,
-    "start.contacts": ("right_toe",), "seed": 3,
+    "start.contacts": ("right_toe",), "seed": 3, "reading": "clipped",
 }  # fmt: skip
 """Values that differ from the base's, where half as much again would not do or is no value."""
 SWITCHES = {"ground.tiles": {"height": 0.01}, "ground.steps": {"rise": 0.01}, "ground.seat": {"height": 0.4}}

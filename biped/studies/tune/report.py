@@ -10,7 +10,7 @@ import msgspec
 from biped.base.statistics import wilson
 from biped.base.typed import convert
 from biped.scenario.gains import GAINS, OUT_OF_PLANE, Gains
-from biped.scenario.gait import SETTINGS, made_for
+from biped.scenario.settings import GAIT, made_for
 from biped.scenario.vary import Asked, with_values
 from biped.studies.tune.search import Record, Search, SearchResult, Tally
 
@@ -40,7 +40,7 @@ def gait_text(title: str, search: Search, found: SearchResult, journal: Sequence
         f"objective {found.cost:.4f}, before {found.start_cost:.4f}",
     ]
     settings = made_for(with_values(study.scenario, dict(candidate.keys), Asked("tune.keys")))
-    others = [(key, value) for key, value in candidate.keys if key.partition(".")[0] not in SETTINGS]
+    others = [(key, value) for key, value in candidate.keys if key.partition(".")[0] not in GAIT]
     if others:
         lines += ["It was found together with these settings, which a scenario must have:"]
         lines += [f"  {key} = {value:g}" for key, value in others]
