@@ -269,8 +269,7 @@ def means(run: Walk, start: float = 5.0) -> dict[str, float]:
     """Speed, net cost of transport and share of double support, from so many seconds on."""
     q, v, u, load = (rows[round(1000 * start) :] for rows in run[:4])
     way = q[-1, 0] - q[0, 0]
-    middle = 0.5 * (v[1:, 3:] + v[:-1, 3:])
-    power = (u[:-1] * middle).sum(axis=1)
+    power = (u * v[:, 3:]).sum(axis=1)  # torques and rates at the beginning of a tick
     return {
         "speed": way / (1e-3 * (len(q) - 1)),
         "cost_of_transport": float(np.abs(power).sum() * 1e-3 / (M * G * way)),

@@ -1,0 +1,88 @@
+"""The study of readings: the thesis's claims with their weights, and the places where its text leaves a choice."""
+
+from __future__ import annotations
+
+import tomllib
+from functools import cache
+from hashlib import blake2b
+from pathlib import Path
+
+import msgspec
+from msgspec import field
+
+FILE = Path(__file__).with_name("study.toml")
+
+Value = bool | float | str
+
+
+class Claim(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Something that the thesis prints.
+
+    Attributes:
+        name: For people.
+        scenario: Where it is put to the test.
+        source: Figure or table of the thesis.
+        runs: Runs of the search.
+        weight: In the score.
+        set: `--set` changes of the scenario.
+        postures: Whether runs begin in the three printed postures in turn.
+        share: Printed share of runs that stay up.
+        printed: Printed means by metric.
+    """
+
+    name: str
+    scenario: str
+    source: str
+    runs: int
+    weight: float
+    set: tuple[str, ...] = ()
+    postures: bool = False
+    share: float = 1.0
+    printed: dict[str, float] = field(default_factory=dict)
+
+
+class Place(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A place where the text is silent, misprinted or ambiguous.
+
+    Attributes:
+        key: The scenario key that decides it.
+        values: Alternatives.
+        thesis: The sentence or equation that they interpret.
+    """
+
+    key: str
+    values: tuple[Value, ...]
+    thesis: str
+
+
+class Definition(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The study.
+
+    Attributes:
+        base: The reading that the search starts from.
+        seed: Of the search.
+        confirmed: Of the confirmation.
+        most: Scales that a number may at most be off.
+        scale: Relative error that costs one unit, by metric.
+        claim: What is printed.
+        place: Where a choice is left.
+    """
+
+    base: str
+    seed: int
+    confirmed: int
+    most: float
+    scale: dict[str, float]
+    claim: tuple[Claim, ...]
+    place: tuple[Place, ...]
+
+
+@cache
+def definition() -> Definition:
+    """The study as it was written down, study.toml."""
+    return msgspec.convert(tomllib.loads(FILE.read_text(encoding="utf-8")), Definition)
+
+
+def digest() -> str:
+    """A name for the study as it was written down: results of another are not continued."""
+    return blake2b(FILE.read_bytes(), digest_size=8).hexdigest()

@@ -1,0 +1,182 @@
+"""Readings tried one after another: every single change of the base, then changes of the best so far."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from biped.base.errors import InputError
+from biped.base.files import folder as folder_of
+from biped.base.progress import Progress, silent
+from biped.base.writing import reason
+from biped.ensemble.backend import Jobs
+from biped.ensemble.journal import Journal
+from biped.ensemble.origin import origin_of
+from biped.scenario.inline import setting
+from biped.scenario.vary import stream
+from biped.studies.planned import plan_of
+from biped.studies.readings.definition import Claim, Definition, Value, definition, digest
+from biped.studies.readings.score import Outcome, outcome_of, score
+from biped.studies.run import run_plan
+
+POSTURES = 'randomise.draw={"start.posture"={grid=["heel_toe","flat","single"]}}'
+MOST_CHANGES = 3
+"""Of the best reading so far, in one step."""
+SEARCH, CONFIRMED = "search.jsonl", "confirmed.jsonl"
+
+
+class Tried(NamedTuple):
+    """A reading that was tried.
+
+    Attributes:
+        reading: The named reading below it.
+        changes: What differs from that, by key.
+        outcomes: By claim.
+        score: 1 if everything is as printed.
+    """
+
+    reading: str
+    changes: Mapping[str, Value]
+    outcomes: Mapping[str, Outcome]
+    score: float
+
+
+def search(tries: int, jobs: Jobs, out: Path, progress: Progress = silent) -> list[Tried]:
+    """Tries readings until so many were tried, those of an earlier call in the same folder among them.
+
+    Args:
+        tries: How many.
+        jobs: Processes, or a cluster.
+        out: Folder of the journal.
+        progress: Told of every reading.
+
+    Raises:
+        InputError: The folder cannot be written, or holds another study.
+    """
+    study = definition()
+    tried, note = _journal(out / SEARCH, study.seed)
+    with progress("readings", tries, min(len(tried), tries)) as step:
+        while len(tried) < tries:
+            found = trial(study, study.base, proposal(study, tried), study.seed, None, jobs)
+            tried.append(found)
+            note(found)
+            step()
+    return tried
+
+
+def confirm(tried: Sequence[Tried], runs: int, jobs: Jobs, out: Path, progress: Progress = silent) -> list[Tried]:
+    """Tries the best readings of a search and the named ones on seeds that no search has seen.
+
+    Args:
+        tried: The search.
+        runs: Runs of each claim.
+        jobs: Processes, or a cluster.
+        out: Folder of the journal.
+        progress: Told of every reading.
+    """
+    study = definition()
+    again, note = _journal(out / CONFIRMED, study.confirmed)
+    wanted: list[tuple[str, Mapping[str, Value]]] = [("clipped", {}), ("bounded", {}), ("touching", {})]
+    wanted += [(study.base, one.changes) for one in best(tried)[:2] if one.changes]
+    known = [(one.reading, dict(one.changes)) for one in again]
+    left = [(reading, changes) for reading, changes in wanted if (reading, dict(changes)) not in known]
+    with progress("confirmation", len(wanted), len(wanted) - len(left)) as step:
+        for reading, changes in left:
+            found = trial(study, reading, changes, study.confirmed, runs, jobs)
+            again.append(found)
+            note(found)
+            step()
+    return again
+
+
+def best(tried: Sequence[Tried]) -> list[Tried]:
+    """Readings, the best first."""
+    return sorted(tried, key=lambda one: -one.score)
+
+
+def proposal(study: Definition, tried: Sequence[Tried]) -> dict[str, Value]:
+    """What to try next: the base, its single changes in the study's order, then changes of the best reading so far."""
+    base = based(study)
+    singles = [{}, *({place.key: value} for place in study.place for value in place.values if base[place.key] != value)]
+    if len(tried) < len(singles):
+        return singles[len(tried)]
+    random = stream(study.seed, f"reading {len(tried)}")
+    known = [dict(one.changes) for one in tried]
+    while True:
+        changes = dict(best(tried)[0].changes)
+        for index in random.choice(len(study.place), size=random.integers(1, MOST_CHANGES + 1), replace=False):
+            place = study.place[index]
+            value = place.values[random.integers(len(place.values))]
+            changes.pop(place.key, None)
+            if value != base[place.key]:
+                changes[place.key] = value
+        if changes not in known:
+            return changes
+
+
+def based(study: Definition) -> dict[str, Value]:
+    """What the base says of every place."""
+    s = plan_of("level_normal", [f"reading={study.base}"]).scenario
+    found = {}
+    for place in study.place:
+        table, _, key = place.key.partition(".")
+        found[place.key] = getattr(getattr(s, table), key)
+    return found
+
+
+def trial(
+    study: Definition, reading: str, changes: Mapping[str, Value], seed: int, runs: int | None, jobs: Jobs
+) -> Tried:
+    """Puts a reading to the test of all claims.
+
+    Args:
+        study: The study.
+        reading: A named reading.
+        changes: What differs from it.
+        seed: Of all runs.
+        runs: Of each claim; default: those of the search.
+        jobs: Processes, or a cluster.
+    """
+    outcomes = {}
+    for claim in study.claim:
+        plan = plan_of(claim.scenario, list(_settings(claim, reading, changes, seed, runs or claim.runs)))
+        outcomes[claim.name] = outcome_of(list(run_plan(claim.name, plan, jobs).result["runs"]), study.scale)
+    return Tried(reading, changes, outcomes, score(study, outcomes))
+
+
+def _settings(claim: Claim, reading: str, changes: Mapping[str, Value], seed: int, runs: int) -> Iterator[str]:
+    """`--set` changes of a claim under a reading; the reading's come last, where they replace the claim's."""
+    yield from (f"reading={reading}", f"seed={seed}", f"randomise.runs={runs}", *claim.set)
+    if claim.postures:
+        yield POSTURES
+    for key, value in changes.items():
+        if not any(word.startswith("sweep=") and f'"{key}"' in word for word in claim.set):
+            yield setting(key, value)
+
+
+def _journal(path: Path, seed: int) -> tuple[list[Tried], Callable[[Tried], dict[str, Any]]]:
+    """Readings that a journal holds, and what adds one to it."""
+    about = {key: text for key, text in origin_of(plan_of("level_normal", [])).items() if key != "scenario"}
+    readings = sorted(folder_of("readings").glob("*.toml"))
+    about |= {"study": digest(), "seed": str(seed), "readings": str(len(readings))}
+    journal = Journal(path, about)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        records, _ = journal.read()
+    except OSError as error:
+        raise InputError(f"--out {path.parent}: cannot be written: {reason(error)}; choose another folder") from None
+    tried = [
+        Tried(one["reading"], one["changes"], {name: Outcome(**o) for name, o in one["outcomes"].items()}, one["score"])
+        for one in records
+    ]
+
+    def note(one: Tried) -> dict[str, Any]:
+        return journal.note(as_dict(one))
+
+    return tried, note
+
+
+def as_dict(one: Tried) -> dict[str, Any]:
+    """What is kept of a reading."""
+    return one._asdict() | {"outcomes": {name: outcome._asdict() for name, outcome in one.outcomes.items()}}
