@@ -8,8 +8,6 @@ TYPE_CHECKING = False  # as type checkers know it: importing typing would take l
 if TYPE_CHECKING:
     from biped.api import Compared, Loaded, Result, compare, load, run, sweep
 
-__version__ = "0.1.0"
-
 __all__ = ["Compared", "Loaded", "Result", "compare", "load", "run", "sweep"]
 
 
@@ -19,8 +17,12 @@ def __getattr__(name: str) -> object:
         from importlib import import_module
 
         return getattr(import_module("biped.api"), name)
+    if name == "__version__":
+        from biped.base import VERSION
+
+        return VERSION
     raise AttributeError(f"module 'biped' has no attribute '{name}'")
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+    return sorted([*globals(), *__all__, "__version__"])

@@ -1,1 +1,4 @@
-"""What every room stands on: errors, files, compiled kernels and their cache, statistics."""
+"""Errors, files, texts, statistics, and how kernels are compiled."""
+
+VERSION = "0.2.0"
+"""Version of the package, here alone: pyproject.toml, `biped --version` and results take it from here."""

@@ -1,10 +1,10 @@
-"""What numba has compiled, as object code that can be called without it (`biped.base.objects`)."""
+"""Writes code that numba has compiled as object code that is called without it (`biped.base.objects`)."""
 
 from __future__ import annotations
 
 import json
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import llvmlite.binding as llvm
 from llvmlite import ir
@@ -15,36 +15,38 @@ from biped.base.objects import file_of, letters_of, there
 from biped.base.sealed import sealed
 from biped.base.writing import written
 
-if TYPE_CHECKING:
-    from biped.base.jit import Kernel
-
 # numba's types know little of itself.
 _TARGET: Any = registry.cpu_target
 _ARRAY = ("meminfo", "parent", "nitems", "itemsize", "data", "shape", "strides")
-"""What numba's arrays consist of."""
+"""Fields of numba's arrays."""
 _RESULTS = {types.none: "", types.int64: "q", types.float64: "d", types.boolean: "?"}
 
 
-def keep(kernel: Kernel, arguments: tuple[Any, ...]) -> bool:
-    """Compiles a kernel for arguments of these kinds and keeps its object code; returns whether it could be kept.
+def write(name: str, dispatcher: Any, arguments: tuple[Any, ...]) -> bool:
+    """Compiles a kernel for arguments of these kinds and writes its object code; returns whether it could.
 
-    It is not where numba hands anything over, or calls anything, that `biped.base.objects` does not know.
+    It cannot where numba hands anything over, or calls anything, that `biped.base.objects` does not know.
+
+    Args:
+        name: Of the kernel, with its module.
+        dispatcher: numba's own of the kernel.
+        arguments: Of the call.
     """
     kinds = tuple(typeof(argument) for argument in arguments)
-    kernel.made.compile(kinds)
-    compiled = kernel.made.overloads[kinds]
+    dispatcher.compile(kinds)
+    compiled = dispatcher.overloads[kinds]
     try:
-        known = letters_of(arguments) == _taken(kinds)
+        known = letters_of(arguments) == _parameters(kinds)
     except TypeError:
         return False
-    result = _given(compiled.signature.return_type)
+    result = _result(compiled.signature.return_type)
     if not known or result is None:
         return False
     code, calls = _object(compiled)
     if not there(calls):
         return False
     head = {"name": compiled.fndesc.llvm_func_name, "result": result, "calls": calls}
-    file = file_of(kernel, arguments)
+    file = file_of(name, arguments)
     try:
         file.parent.mkdir(exist_ok=True)
         with written(file) as part:
@@ -54,7 +56,7 @@ def keep(kernel: Kernel, arguments: tuple[Any, ...]) -> bool:
     return True
 
 
-def _taken(kinds: tuple[Any, ...]) -> str | None:
+def _parameters(kinds: tuple[Any, ...]) -> str | None:
     """The numbers that numba's code takes for arguments of these types; None if they are not as known here."""
     context = _TARGET.target_context
     if context.data_model_manager.lookup(types.float64[:])._fields != _ARRAY:
@@ -72,7 +74,7 @@ def _taken(kinds: tuple[Any, ...]) -> str | None:
     return letters
 
 
-def _given(kind: Any) -> str | None:
+def _result(kind: Any) -> str | None:
     """The numbers of a result of a type, in brackets if it is a tuple; None if it is anything else."""
     if not isinstance(kind, types.BaseTuple):
         return _RESULTS.get(kind)

@@ -11,6 +11,8 @@ from typing import Any
 from biped.base.errors import InputError
 from biped.base.text import echo, said, short
 
+PACKAGE = Path(__file__).parents[1]
+"""Folder of the package."""
 SUFFIX = {"models": ".xml", "controllers": ".toml", "readings": ".toml", "scenarios": ".toml"}
 
 URDF = ".urdf"
@@ -28,9 +30,8 @@ _LONG_KEY = re.compile(rf"""(?<![\w-])(?:(?:"[^"\n]*"|'[^'\n]*'|[\w-]++)[ \t]*+\
 
 def folder(kind: str) -> Path:
     """The folder of a kind, such as `models` or `readings`: beside the package, or inside it if installed."""
-    package = Path(__file__).parents[1]
-    installed = package / "data" / kind
-    return installed if installed.is_dir() else package.parent / kind
+    installed = PACKAGE / "data" / kind
+    return installed if installed.is_dir() else PACKAGE.parent / kind
 
 
 def names(kind: str) -> list[str]:

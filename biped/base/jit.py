@@ -61,7 +61,7 @@ def cached() -> Iterator[None]:
         config.CACHE_DIR = before
 
 
-_making = RLock()
+_lock = RLock()
 
 
 class Deferred:
@@ -73,32 +73,32 @@ class Deferred:
 
     def __init__(self, make: Callable[[], Any]):
         self._make = make
-        self._made: Any = None
+        self._value: Any = None
 
     @property
-    def made(self) -> Any:
+    def value(self) -> Any:
         """The thing itself."""
-        if self._made is None:
-            with _making:
-                if self._made is None:
-                    self._made = self._make()
-        return self._made
+        if self._value is None:
+            with _lock:
+                if self._value is None:
+                    self._value = self._make()
+        return self._value
 
     def __call__(self, *arguments: Any) -> Any:
         """Calls it."""
-        return self.made(*arguments)
+        return self.value(*arguments)
 
     @property
     def _numba_type_(self) -> Any:
         """Of which type it is, as numba asks of everything that compiled code names."""
         context = import_module("numba.core.registry").cpu_target.typing_context
-        made = self.made
+        value = self.value
         context.refresh()  # knows what has been imported meanwhile
-        return context.resolve_value_type(made)
+        return context.resolve_value_type(value)
 
 
 def intrinsic(module: str, name: str) -> Callable[..., Any]:
-    """What compiled code calls by a name and a module defines for numba, imported when it first is."""
+    """A function that a module defines for numba and compiled code calls, imported when it is first called."""
     return Deferred(lambda: getattr(import_module(module), name))
 
 
@@ -127,7 +127,7 @@ class Kernel(Deferred):
 
     def __call__(self, *arguments: Any) -> Any:
         """Calls it."""
-        return self._code(arguments)(*arguments) if self._entry else self.made(*arguments)
+        return self._code(arguments)(*arguments) if self._entry else self.value(*arguments)
 
     def _code(self, arguments: tuple[Any, ...]) -> Callable[..., Any]:
         from biped.base import objects  # which takes numpy
@@ -135,31 +135,29 @@ class Kernel(Deferred):
         kinds = objects.kinds(arguments)
         code = self._codes.get(kinds)
         if code is None:
-            with _making:
-                code = self._codes[kinds] = objects.loaded(self, arguments) or self._kept(arguments)
+            with _lock:
+                name, alone = f"{self.__module__}.{self.__qualname__}", self._options["nogil"]
+                code = objects.load(name, arguments, alone)
+                if code is None and self._write(name, arguments):
+                    code = objects.load(name, arguments, alone)
+                code = self._codes[kinds] = code or self.value
         return code
 
-    def _kept(self, arguments: tuple[Any, ...]) -> Callable[..., Any]:
-        from biped.base.emitted import keep
-        from biped.base.objects import loaded
+    def _write(self, name: str, arguments: tuple[Any, ...]) -> bool:
+        from biped.base.emitted import write  # which takes numba
 
-        return (loaded(self, arguments) if keep(self, arguments) else None) or self.made
-
-    @property
-    def alone(self) -> bool:
-        """Whether Python's other threads go on while it runs."""
-        return self._options["nogil"]
+        return write(name, self.value, arguments)
 
     @property
     def signatures(self) -> list[Any]:
         """Types of arguments for which there is code in this process."""
-        return [*self._codes, *(self._made.signatures if self._made is not None else ())]
+        return [*self._codes, *(self._value.signatures if self._value is not None else ())]
 
     def __getattr__(self, name: str) -> Any:
-        """What else numba's dispatchers have: `stats`, `overloads`, `compile`."""
+        """The other attributes of numba's dispatchers: `stats`, `overloads`, `compile`."""
         if name.startswith("_"):
             raise AttributeError(name)
-        return getattr(self.made, name)
+        return getattr(self.value, name)
 
     def __reduce__(self) -> str:
         """Processes hand a kernel to each other by name."""
@@ -231,4 +229,4 @@ def bound(function: Callable[..., Any], *arguments: Any) -> Callable[..., Any]:
     """
     if not isinstance(function, Kernel):  # plain Python under NUMBA_DISABLE_JIT
         return function
-    return function.made.compile(tuple(numba().typeof(argument) for argument in arguments))
+    return function.value.compile(tuple(numba().typeof(argument) for argument in arguments))

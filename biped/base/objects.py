@@ -18,15 +18,12 @@ from functools import lru_cache
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from biped.base.kernels import cache_folder
 from biped.base.sealed import say_damaged, unsealed
-
-if TYPE_CHECKING:
-    from biped.base.jit import Kernel
 
 _C_ORDER, _FORTRAN_ORDER, _ALIGNED, _WRITEABLE = 0x1, 0x2, 0x100, 0x400
 """Flags of arrays."""
@@ -37,7 +34,7 @@ _RESULT = 256
 
 
 def kinds(value: Any) -> Hashable:
-    """What kind of arguments these are: those of the same kind are called with the same code."""
+    """The kind of a value or of several: arguments of one kind are called with the same code."""
     if isinstance(value, np.ndarray):
         flags = value.flags.num & (_C_ORDER | _FORTRAN_ORDER | _ALIGNED | _WRITEABLE)
         return value.dtype, value.ndim, flags & ~_FORTRAN_ORDER if flags & _C_ORDER else flags
@@ -83,7 +80,7 @@ def _numbers(value: Any, out: list[Any]) -> None:
 
 @lru_cache(maxsize=1)
 def _machine() -> str:
-    """For what is compiled, and by what.
+    """Processor and compiler, which object code is made for and by.
 
     Raises:
         OSError: The compiler is nowhere.
@@ -101,17 +98,22 @@ def _machine() -> str:
     return " ".join((*made_by, llvm.get_process_triple(), llvm.get_host_cpu_name(), features))
 
 
-def file_of(kernel: Kernel, arguments: tuple[Any, ...]) -> Path:
-    """Where a kernel's code for arguments of these kinds is kept on this machine."""
-    name = f"{kernel.__module__}.{kernel.__qualname__}"
+def file_of(name: str, arguments: tuple[Any, ...]) -> Path:
+    """The file of a kernel's code for arguments of these kinds on this machine."""
     types = hashlib.blake2b(f"{_spelt(kinds(arguments))}\n{_machine()}".encode(), digest_size=8)
     return cache_folder() / "objects" / f"{name}-{types.hexdigest()}.o"
 
 
-def loaded(kernel: Kernel, arguments: tuple[Any, ...]) -> Callable[..., Any] | None:
-    """A kernel's code for arguments of these kinds; None if there is none that can be used."""
+def load(name: str, arguments: tuple[Any, ...], alone: bool) -> Callable[..., Any] | None:
+    """Loads a kernel's code for arguments of these kinds; None if there is none that can be used.
+
+    Args:
+        name: Of the kernel, with its module.
+        arguments: Of the call.
+        alone: Whether Python's other threads go on while it runs.
+    """
     try:
-        file = file_of(kernel, arguments)
+        file = file_of(name, arguments)
         data = file.read_bytes()
         letters = letters_of(arguments)
     except (OSError, TypeError):
@@ -128,7 +130,7 @@ def loaded(kernel: Kernel, arguments: tuple[Any, ...]) -> Callable[..., Any] | N
     engine = _engine()
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
-    return _call(engine.get_function_address(said["name"]), letters, said["result"], kernel)
+    return _call(engine.get_function_address(said["name"]), letters, said["result"], name, alone)
 
 
 def there(calls: list[str]) -> bool:
@@ -140,7 +142,7 @@ def there(calls: list[str]) -> bool:
 
 @lru_cache(maxsize=1)
 def _engine() -> Any:
-    """What links and holds object code, of the same model of memory as numba's."""
+    """The linker that holds object code, of the same model of memory as numba's."""
     llvm = import_module("llvmlite.binding")
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
@@ -148,11 +150,10 @@ def _engine() -> Any:
     return llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
 
 
-def _call(address: int, letters: str, result: str, kernel: Kernel) -> Callable[..., Any]:
+def _call(address: int, letters: str, result: str, name: str, alone: bool) -> Callable[..., Any]:
     """A Python function that calls the code at an address."""
-    kind = ctypes.CFUNCTYPE if kernel.alone else ctypes.PYFUNCTYPE
+    kind = ctypes.CFUNCTYPE if alone else ctypes.PYFUNCTYPE
     function = kind(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *(_C[letter] for letter in letters))(address)
-    name = kernel.__qualname__
 
     def call(*arguments: Any) -> Any:
         out, error, numbers = ctypes.create_string_buffer(_RESULT), ctypes.c_void_p(), []

@@ -1,4 +1,4 @@
-"""Where bits can be expected to repeat: what the last digits of a run were measured to depend on.
+"""The platform and the sources that the last digits of a run were measured to depend on.
 
 How kernels are compiled does not matter: plain Python, no optimisation, a generic processor and any number of jobs give
 the same bits. What matters is the library code that adds and multiplies: MuJoCo, Pinocchio, the BLAS behind NumPy (it
@@ -7,8 +7,12 @@ picks its loops by the processor) and the C library's sines (likewise). See docs
 
 from __future__ import annotations
 
+import json
 import platform
+from hashlib import blake2b
 from importlib.metadata import version
+
+from biped.base.files import PACKAGE
 
 LIBRARIES = ("mujoco", "pin", "numpy", "scipy")
 
@@ -24,3 +28,15 @@ def here() -> dict[str, str]:
         "instructions": " ".join(simd.get("found", [])),
         **{name: version(name) for name in LIBRARIES},
     }
+
+
+def key(of: dict[str, str]) -> str:
+    """A short name of a platform."""
+    return blake2b(json.dumps(of, sort_keys=True).encode(), digest_size=4).hexdigest()
+
+
+def sources() -> str:
+    """A short name of the present state of all compiled sources."""
+    from biped.base.kernels import digest
+
+    return digest(PACKAGE)

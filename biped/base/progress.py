@@ -1,4 +1,4 @@
-"""How long work says how far it is: whoever starts it hands in what to tell; nobody below prints."""
+"""Progress of long work, as callbacks: whoever starts it hands them in, and nobody below prints."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from biped.base.errors import InputError
-from biped.base.files import SUFFIX, folder, label, nearest
+from biped.base.files import PACKAGE, SUFFIX, folder, label, nearest
 
 _GRANTED = "BIPED_TRUST"
 """Variable of the environment with what was granted so far: worker processes inherit it, however they start."""
@@ -63,7 +63,7 @@ def trusted(file: Path) -> bool:
     granted = _granted()
     if _EVERY in granted or str(whole) in granted:
         return True
-    package = [Path(__file__).parents[1], *(folder(kind) for kind in SUFFIX)]
+    package = [PACKAGE, *(folder(kind) for kind in SUFFIX)]
     return any(whole.is_relative_to(root.resolve()) for root in (*package, *_folders()))
 
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from biped import __version__
+from biped.base import VERSION
 from biped.base.errors import InputError
 from biped.base.text import said
 
@@ -57,7 +57,7 @@ def _parser() -> Parser:
         epilog="Exit code 0: done, all expectations met; 1: a run or a check failed; 2: bad input. "
         "With --debug anywhere, errors come with a traceback.",
     )
-    parser.add_argument("--version", action="version", version=f"biped {__version__}")
+    parser.add_argument("--version", action="version", version=f"biped {VERSION}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
 
     def scenarios(name: str, what: str) -> argparse.ArgumentParser:

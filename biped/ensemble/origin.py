@@ -5,9 +5,8 @@ from __future__ import annotations
 from hashlib import blake2b
 from pathlib import Path
 
-import biped
-from biped.base.kernels import digest
-from biped.base.platform import here
+from biped.base import VERSION
+from biped.base.platform import here, sources
 from biped.ensemble.plan import Plan
 from biped.robot.planar.description import description_of
 from biped.scenario.laws import own_law
@@ -24,5 +23,4 @@ def origin_of(plan: Plan) -> dict[str, str]:
     files = [Path(law.rpartition(":")[0])] if law is not None and own_law(law) else []
     for path in (plan.model, description_of(plan.model), *files):
         state.update(path.read_bytes())
-    package = Path(biped.__file__).parent
-    return {"scenario": state.hexdigest(), "biped": biped.__version__, "kernels": digest(package), **here()}
+    return {"scenario": state.hexdigest(), "biped": VERSION, "kernels": sources(), **here()}

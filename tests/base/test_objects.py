@@ -67,6 +67,9 @@ def an_array(x):
     return x
 
 
+NAME = f"{__name__}.number"
+
+
 def arguments(strided: bool = False):
     record = np.zeros(1, RECORD)
     record["length"], record["on"] = 0.7, 3
@@ -122,9 +125,9 @@ def test_what_is_not_known_is_left_to_numba(own_folder):
 
 
 def test_code_for_another_machine_is_another_file(own_folder, monkeypatch):
-    here = objects.file_of(number, (1.0,))
+    here = objects.file_of(NAME, (1.0,))
     monkeypatch.setattr(objects, "_machine", lambda: "another")
-    assert objects.file_of(number, (1.0,)) != here
+    assert objects.file_of(NAME, (1.0,)) != here
 
 
 def _cut(file):
@@ -159,7 +162,7 @@ def test_a_damaged_file_is_not_used_but_made_again(own_folder, damage):
     (file,) = own_folder.iterdir()
     whole = file.read_bytes()
     damage(file)
-    assert objects.loaded(number, (1.0,)) is None
+    assert objects.load(NAME, (1.0,), False) is None
     number._codes.clear()
     assert number(3.0) == 1.5
     assert file.read_bytes() == whole
@@ -186,9 +189,9 @@ def test_processes_that_compile_a_kernel_at_the_same_time_keep_their_code_apart(
 
     monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path))
     for argument in (1.0, 1):
-        made = Kernel(number.py_func, number._options, False)
-        monkeypatch.setattr(made.made._cache._cache_file, "_load_index", dict)
-        made(argument)
+        apart = Kernel(number.py_func, number._options, False)
+        monkeypatch.setattr(apart.value._cache._cache_file, "_load_index", dict)
+        apart(argument)
     assert len(list(tmp_path.rglob("*.nbc"))) == 2
 
 

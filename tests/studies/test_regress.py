@@ -8,6 +8,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from biped.base import platform
 from biped.base.statistics import same_rate
 from biped.cli.main import main
 from biped.ensemble.campaign import run_one
@@ -15,7 +16,7 @@ from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario
 from biped.show.regress import show
 from biped.studies.planned import plan_of
-from biped.studies.regress import platform, references
+from biped.studies.regress import references
 from biped.studies.regress.compare import DIGITS, PHYSICS, RUNS, SAME, altogether, compare
 from biped.studies.regress.guard import ScenarioOutcome, regress
 from biped.studies.regress.references import RecordedScenario

@@ -9,7 +9,8 @@ from hashlib import blake2b
 from importlib.metadata import version
 from pathlib import Path
 
-import biped
+from biped.base import VERSION
+from biped.base.files import PACKAGE
 from biped.base.platform import here
 from biped.ensemble.origin import PLACE
 
@@ -18,8 +19,8 @@ from biped.ensemble.origin import PLACE
 def versions() -> dict[str, str]:
     """Versions of what results depend on here, and of what client and workers say to each other."""
     return {
-        "biped": biped.__version__,
-        "sources": _sources(Path(biped.__file__).parent),
+        "biped": VERSION,
+        "sources": _sources(PACKAGE),
         "python": f"{sys.version_info.major}.{sys.version_info.minor}",
         **{name: value for name, value in here().items() if name not in PLACE},
         "numba": version("numba"),

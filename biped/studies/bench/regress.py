@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 
 import msgspec
 
+from biped.base import platform
 from biped.ensemble.campaign import simulate
 from biped.studies.bench.throughput import tick_costs
 from biped.studies.planned import plan_of, title_of
-from biped.studies.regress import platform
 from biped.studies.regress.references import RecordedScenario, TickCost, read, shipped, write
 from biped.studies.regress.runs import digest
 

@@ -7,13 +7,13 @@ from datetime import date
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from biped.base import platform
 from biped.base.errors import InputError
 from biped.base.files import names
 from biped.base.progress import Progress, silent
 from biped.ensemble.backend import Jobs
 from biped.ensemble.plan import Plan
 from biped.studies.planned import plan_of, title_of
-from biped.studies.regress import platform
 from biped.studies.regress.compare import GONE, NEW, SAME, Verdict, altogether, compare, compared, missing
 from biped.studies.regress.references import RecordedScenario, ReferenceChange, References, read, shipped, write
 from biped.studies.regress.runs import chosen, ensemble, measured
