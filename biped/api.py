@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from biped.base.errors import InputError
 from biped.base.progress import Progress, silent
 from biped.ensemble import campaign
+from biped.ensemble.checks import judgement
 from biped.ensemble.columns import batches
 from biped.ensemble.results import table_of
 from biped.ensemble.stored_rows import StoredRows
@@ -97,9 +98,9 @@ class Result:
 
     Attributes:
         scenario: The scenario as run, every key written out.
-        passed: Whether all its expectations hold (without any: nothing diverged, and a single run stayed up).
+        passed: Whether all its expectations hold; None if nothing was expected, or if there are too few runs to tell.
         summary: Means over the runs by metric, with counts and intervals; names and units in docs/scenarios.md.
-        checks: Every expectation: name, value, expected, passed.
+        checks: Every expectation: name, value, expected, passed, why.
         points: Of a sweep, an entry per point; else empty.
         thresholds: Of a sweep, where walking ends; else empty.
     """
@@ -107,7 +108,7 @@ class Result:
     def __init__(self, done: Done):
         self._done = done
         self.scenario = done.plan.scenario
-        self.passed: bool = done.result["passed"]
+        self.passed: bool | None = done.result["passed"]
         self.summary: dict[str, Any] = done.result["summary"]
         self.checks: list[dict[str, Any]] = done.result["checks"]
         self.points: list[dict[str, Any]] = done.result.get("points", [])
@@ -117,7 +118,7 @@ class Result:
     def __repr__(self) -> str:
         s, count = self.summary, len(self._done.result["runs"])
         return (f"<{self._done.result['scenario']} in {self.scenario.engine}: {s['walked']:.0f} of {count} walked, "
-                f"{s['speed']:.3g} m/s, {'passed' if self.passed else 'failed'}>")  # fmt: skip
+                f"{s['speed']:.3g} m/s, {judgement(self._done.result)}>")  # fmt: skip
 
     @cached_property
     def runs(self) -> pyarrow.Table:

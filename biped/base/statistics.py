@@ -39,6 +39,20 @@ def enough_for(rate: float, z: float = Z95) -> int | None:
     return None if rate >= 1.0 else math.ceil(z * z * rate / (1.0 - rate))
 
 
+def trials_to_tell(rate: float, share: float, z: float = Z95) -> int | None:
+    """How few trials tell a proportion from `share` by Wilson's interval, if `rate` of them succeed; None: no number.
+
+    The interval of n trials reaches to `share` as long as |rate - share| <= z sqrt(share (1 - share) / n).
+
+    Args:
+        rate: Of the trials, 0 … 1.
+        share: Strictly between 0 and 1.
+        z: Normal quantile.
+    """
+    apart = rate - share
+    return None if apart == 0.0 else math.ceil(z * z * share * (1.0 - share) / (apart * apart) * (1.0 - 1e-12))
+
+
 def same_rate(first: int, second: int, trials: int, other: int) -> float:
     """Probability of counts at least as unlikely as these if both ensembles had one rate: Fisher's exact test.
 

@@ -54,7 +54,8 @@ def _parser() -> Parser:
     parser = Parser(
         prog="biped",
         description="Does this walking controller really work? Runs walking scenarios, measures and checks them.",
-        epilog="Exit code 0: done, all expectations met; 1: a run or a check failed; 2: bad input. "
+        epilog="Exit code 0: done, all expectations met; 1: a run or a check failed; 2: bad input; "
+        "3: too few runs to decide a check. "
         "With --debug anywhere, errors come with a traceback.",
     )
     parser.add_argument("--version", action="version", version=f"biped {VERSION}")

@@ -13,7 +13,8 @@ from biped.base.errors import InputError
 if TYPE_CHECKING:
     from biped.ensemble.backend import Jobs
 
-DONE, FAILED, BAD_INPUT, STOPPED = 0, 1, 2, 130
+DONE, FAILED, BAD_INPUT, UNDECIDED, STOPPED = 0, 1, 2, 3, 130
+"""Exit codes."""
 
 
 def changes_of(args: argparse.Namespace) -> list[str]:
@@ -87,9 +88,22 @@ def print_all(results: Sequence[Mapping[str, Any]]) -> None:
     """Prints one object: a scenario's result, or those of several with their common verdict."""
     from biped.ensemble.results import told
 
-    passed = all(result["passed"] for result in results)
     shown = [told(result) for result in results]
-    print_json(shown[0] if len(results) == 1 else {"passed": passed, "results": shown})
+    print_json(shown[0] if len(results) == 1 else {"passed": all_passed(results), "results": shown})
+
+
+def all_passed(results: Sequence[Mapping[str, Any]]) -> bool | None:
+    """Whether all results passed; None if none failed, but of some nothing was expected or a check is undecided."""
+    verdicts = [result["passed"] for result in results]
+    return False if False in verdicts else None if None in verdicts else True
+
+
+def code_of(results: Sequence[Mapping[str, Any]]) -> int:
+    """The exit code of results: `FAILED` if one failed, else `UNDECIDED` if a check is, else `DONE`."""
+    if all_passed(results) is False:
+        return FAILED
+    undecided = any(check["passed"] is None for result in results for check in result["checks"])
+    return UNDECIDED if undecided else DONE
 
 
 def warn(words: str) -> None:

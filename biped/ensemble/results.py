@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 def result_of(name: str, plan: Plan, rows: Sequence[Row] | StoredRows) -> dict[str, Any]:
     """The result object of a scenario: verdict, checks, summary, runs.
 
-    Whether it passes is `biped.ensemble.checks.passed`.
+    Whether it passes is `biped.ensemble.checks.passed`: null if nothing was expected, or if a check is undecided.
 
     Args:
         name: Of the scenario.
@@ -36,14 +36,14 @@ def result_of(name: str, plan: Plan, rows: Sequence[Row] | StoredRows) -> dict[s
     for columns in batches(runs, tuple(METRICS)):
         totals.add(columns)
     summary = totals.numbers
-    checks: list[Check] = judge(plan.scenario.expect, summary)
+    checks: list[Check] = judge(plan.scenario.expect, summary, runs)
     low, high = wilson(int(summary["walked"]), len(rows))
     points = by_point(plan.scenario, runs) if plan.scenario.sweep else []
     swept = {"points": points, "thresholds": thresholds(plan.scenario, points)} if points else {}
     return {
         "scenario": name,
         "engine": plan.scenario.engine,
-        "passed": passed(checks, runs),
+        "passed": passed(checks),
         "summary": {name: summary[name] for name in METRICS} | {"runs": len(rows), "walked_interval": [low, high]},
         "thesis": plan.scenario.thesis,
         "runs": runs,

@@ -44,7 +44,8 @@ class _Check(msgspec.Struct):
     name: str
     value: Number
     expected: str
-    passed: bool
+    passed: bool | None
+    why: str = ""
 
 
 class _Point(msgspec.Struct):
@@ -76,7 +77,7 @@ class _Result(msgspec.Struct):
 
     scenario: str
     engine: str
-    passed: bool
+    passed: bool | None
     summary: _Summary
     thesis: dict[str, int | float]
     checks: list[_Check]

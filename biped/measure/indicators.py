@@ -115,7 +115,7 @@ def of_campaign(result: Mapping[str, Any], impulse: Mapping[int, float]) -> dict
         impulse: [N s] size of the push of each run by its number, for runs that are pushed.
     """
     runs = result["runs"]
-    failed = {run["index"]: bool(run["fell"]) or run["end"] != "completed" or bool(run["doubtful"]) for run in runs}
+    failed = {run["index"]: bool(run["fell"]) or run["end"] != "completed" or bool(run.get("doubtful")) for run in runs}
     out = {"fall_percentage": Indicator(100.0 * sum(bool(run["fell"]) for run in runs) / len(runs))}
     levels: dict[float, list[bool]] = {}
     for index, size in impulse.items():

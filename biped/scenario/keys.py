@@ -13,6 +13,7 @@ from msgspec import Meta, field
 
 from biped.scenario.actuation import Actuation
 from biped.scenario.change import Change
+from biped.scenario.expect import Bound
 from biped.scenario.gains import Gains
 from biped.scenario.ground import Ground
 from biped.scenario.push import Push
@@ -140,18 +141,6 @@ class Window(Section, frozen=True):
 
     start: NonNegative | None = None
     end: Positive | None = None
-
-
-class Bound(Section, frozen=True):
-    """What a metric is expected to be: the mean of the runs that walked; `falls`, `walked`, `stood`, `sat` count runs.
-
-    Attributes:
-        min: Smallest value.
-        max: Largest value.
-    """
-
-    min: float | None = None
-    max: float | None = None
 
 
 class Scenario(Section, frozen=True):

@@ -6,6 +6,7 @@ import math
 
 from biped.base.files import nearest
 from biped.base.text import said
+from biped.scenario.expect import check_bounds
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import own_law
 from biped.scenario.metrics import METRICS
@@ -73,11 +74,7 @@ def possible(s: Scenario, fail: Fail) -> None:
         raise fail("backstep", "expected no law of one's own: the step back belongs to the thesis's leg states")
     _sensed(s, fail)
     _searched(s, fail)
-    for name, bound in s.expect.items():
-        if bound.min is None and bound.max is None:
-            raise fail(f"expect.{name}", "expected min, max or both")
-        if bound.min is not None and bound.max is not None and bound.min > bound.max:
-            raise fail(f"expect.{name}", f"expected min <= max, got {bound.min} > {bound.max}")
+    check_bounds(s.expect, fail)
     for key, distribution in s.randomise.draw.items():
         given = [name for name in distribution.__struct_fields__ if getattr(distribution, name) is not None]
         if len(given) != 1:

@@ -15,7 +15,7 @@ from biped.base.errors import InputError
 from biped.base.files import nearest
 from biped.base.text import echo, said
 from biped.scenario.change import Change
-from biped.scenario.keys import Bound
+from biped.scenario.expect import Bound
 from biped.scenario.metrics import METRICS
 from biped.scenario.push import Push
 from biped.scenario.randomise import Distribution
@@ -60,6 +60,7 @@ def humane(text: str) -> str:
     """A complaint of the library in a user's words."""
     words = {"Object missing required field ": "missing key ", "`float | array`": "a number or a list",
              "`bool | float | str`": "a number, a string, true or false",
+             "`float | str`": "a number or a share of the runs",
              "`float`": "a number", "`int`": "a whole number", "`str`": "a string", "`object`": "a table",
              "`array`": "a list", "`bool`": "true or false", "got `null`": "got nothing"}  # fmt: skip
     text = text.replace(" | null`", "`")  # TOML has no null

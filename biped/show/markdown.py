@@ -9,6 +9,7 @@ from typing import Any
 from biped.base.errors import InputError
 from biped.base.replacing import Kind, may_add, may_write
 from biped.base.writing import reason, write_text
+from biped.ensemble.checks import NOTHING, PASSED, sentence_of, word_of
 from biped.ensemble.naming import numbered
 from biped.ensemble.plan import Plan
 from biped.ensemble.sweeps import threshold_words
@@ -90,8 +91,11 @@ def _section(result: Mapping[str, Any], scenario: Scenario, command: str, figure
     else:
         lines.append("\n" + _numbers(summary, result["thesis"]))
     for check in result["checks"]:
-        mark = "pass" if check["passed"] else "**FAIL**"
-        lines.append(f"- {mark}: {check['name']} = {number(check['value'])}, expected {told(check['expected'])}")
+        word = word_of(check)
+        mark = word if word == PASSED else f"**{word.upper()}**"
+        lines.append(f"- {mark}: {told(sentence_of(check, number(check['value'])))}")
+    if not result["checks"]:
+        lines.append(f"- {NOTHING}")
     lines += ["", *(f"![{figure.stem}]({figure.as_posix()})" for figure in figures), ""]
     return "\n".join(lines)
 

@@ -119,7 +119,7 @@ def _record(path: Path, plan: Plan, result: Mapping[str, Any], runs: Mapping[int
     model = shown_model(plan.model, plan.scenario)
     text = to_toml(plan.scenario)
     rows = result["runs"]
-    checks = [tuple(check.values()) for check in result["checks"]]
+    checks = [dict(check) for check in result["checks"]]
     title, alone = result["scenario"], len(rows) == 1
     picked = chosen(rows)
     metrics = of_numbers(rows, {index for _, index in picked})

@@ -72,7 +72,7 @@ def draw(comparison: Comparison, folder: Path) -> None:
                 trajectory=comparison.first[engine],
                 model=compile_foreign(plan.model, plan.scenario, visuals=True).model,
                 metrics=result["runs"][0],
-                checks=[tuple(check.values()) for check in result["checks"]],
+                checks=[dict(check) for check in result["checks"]],
                 scenario_text=to_toml(plan.scenario),
                 ghost=engine == "home",
             )

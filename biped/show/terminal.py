@@ -14,6 +14,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from biped.ensemble.checks import FAILED, NOTHING, PASSED, UNDECIDED, judgement, sentence_of, word_of
 from biped.ensemble.columns import batches
 from biped.ensemble.sweeps import threshold_words
 from biped.measure.metrics.gait import MOVED
@@ -24,6 +25,8 @@ from biped.show.safe import SafeConsole
 STEPS_AFTER = ("first_step", "second_step", "third_step", "fourth_step")
 WARNED = 10
 """Most runs whose warnings are printed."""
+_MARKS = {PASSED: "[green]passed[/green]", FAILED: "[red]FAILED[/red]", UNDECIDED: "[yellow]undecided[/yellow]",
+          NOTHING: NOTHING}  # fmt: skip
 NOWHERE = f"no cost of transport, no slip: moved less than {MOVED:g} m in the window"
 
 
@@ -177,17 +180,18 @@ def real(value: float | None) -> bool:
 
 def show_verdict(result: Mapping[str, Any], description: str) -> None:
     """Prints whether a scenario is as it expects, and its checks."""
-    verdict = "[green]ok[/green]" if result["passed"] else "[red]FAILED[/red]"
+    verdict = _MARKS[judgement(result)]
     console().print(f"[bold]{result['scenario']}[/bold] {verdict}: {description}")
     show_checks(result)
 
 
 def show_checks(result: Mapping[str, Any]) -> None:
-    """Prints one line per check."""
+    """Prints one line per check, or that nothing was expected."""
     out = console()
     for check in result["checks"]:
-        mark = "[green]pass[/green]" if check["passed"] else "[red]FAIL[/red]"
-        out.print(f"  {mark}  {check['name']} = {number(check['value'])}, expected {check['expected']}")
+        out.print(f"  {_MARKS[word_of(check)]}  {sentence_of(check, number(check['value']))}")
+    if not result["checks"]:
+        out.print(f"  {NOTHING}")
 
 
 @contextmanager

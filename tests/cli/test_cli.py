@@ -25,7 +25,7 @@ AGREED_OF_A_RUN = {
     "index", "seed", "fell", "time", "distance", "speed", "cost_of_transport", "cost_of_transport_absolute",
     "cost_of_transport_positive", "double_support", "steps",
 }  # fmt: skip
-AGREED_OF_A_CHECK = {"name", "value", "expected", "passed"}
+AGREED_OF_A_CHECK = {"name", "value", "expected", "passed", "why"}
 
 
 @pytest.fixture(autouse=True)

@@ -7,7 +7,7 @@ import argparse
 from biped.base.errors import InputError
 from biped.base.replacing import may_write
 from biped.base.writing import reason
-from biped.cli.common import DONE, FAILED, changes_of, print_all, warn, workers_of
+from biped.cli.common import changes_of, code_of, print_all, warn, workers_of
 from biped.ensemble.checks import JUNIT, write_junit
 from biped.show.terminal import progress, show_verdict
 from biped.studies.planned import plan_of
@@ -39,4 +39,4 @@ def command(args: argparse.Namespace) -> int:
             raise InputError(f"--junit {args.junit}: cannot be written: {reason(error)}") from None
     if args.json:
         print_all(results)
-    return DONE if all(result["passed"] for result in results) else FAILED
+    return code_of(results)

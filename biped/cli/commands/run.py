@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from biped.base.errors import InputError
-from biped.cli.common import DONE, FAILED, changes_of, one_folder, print_all, print_json, warn, workers_of
+from biped.cli.common import DONE, changes_of, code_of, one_folder, print_all, print_json, warn, workers_of
 from biped.ensemble.failures import FAILURES
 from biped.ensemble.plan import Plan
 from biped.ensemble.shard import shard_of
@@ -41,7 +41,7 @@ def command(args: argparse.Namespace) -> int:
             _show(args, done)
     if args.json:
         print_all(results)
-    return DONE if all(result["passed"] for result in results) else FAILED
+    return code_of(results)
 
 
 def _live(args: argparse.Namespace) -> int:
@@ -93,7 +93,7 @@ def _shard(args: argparse.Namespace) -> int:
     _show(args, done)
     if args.json:
         print_all([done.result])
-    return DONE if done.result["passed"] else FAILED
+    return code_of([done.result])
 
 
 def _record(path: Path, plan: Plan, result: dict[str, Any], trajectories: dict[int, AnyTrajectory]) -> None:

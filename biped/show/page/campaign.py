@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from biped.base.files import label
+from biped.ensemble.checks import judgement
 from biped.measure.metrics.walking import kind_of, outcome
 from biped.measure.signals import seen
 from biped.measure.trajectory import Trajectory
@@ -17,7 +18,7 @@ from biped.show.page import claims, ensembles, motion, sweeps
 from biped.show.page.frames import frames_of
 from biped.show.page.html import Markup, card, table, tag
 from biped.show.page.player import Shown, walks
-from biped.show.page.words import chip, key_words, setting, value_of
+from biped.show.page.words import judged, key_words, setting, value_of
 from biped.show.replay import of_numbers, spread
 from biped.show.terminal import failures
 from biped.show.words import harmless
@@ -45,7 +46,7 @@ def section(folder: Path) -> Markup:
     head = [
         tag("h2", result["scenario"]),
         tag("p", f"{scenario.description}. " if scenario.description else "", _asked(kept), class_="about"),
-        tag("p", chip(result["passed"]), claims.alone(rows[0]) if alone else
+        tag("p", judged(judgement(result)), claims.alone(rows[0]) if alone else
             f"{claims.headline(summary, made)}; {failures(summary)}.", class_="verdict"),
         claims.expectations(result["checks"], made),
         claims.unseen(summary, rows, points, made),

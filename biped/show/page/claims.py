@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from biped.base.statistics import POWER, Z95, enough_for, smallest_drop, wilson
+from biped.ensemble.checks import word_of
 from biped.measure.metrics.walking import outcome
 from biped.scenario.metrics import METRICS, shown_in
 from biped.show.page.html import Markup, join, table, tag
-from biped.show.page.words import between, chip, metric_text, percent
+from biped.show.page.words import between, judged, metric_text, percent
 from biped.show.terminal import number
 
 Rows = Sequence[Mapping[str, Any]]
@@ -64,9 +65,16 @@ def expectations(checks: Rows, runs: int) -> Markup | None:
             interval = between(*wilson(int(value), runs))
         unit = f" {metric.unit}" if metric is not None and metric.unit else ""
         lines.append(
-            (_named(check["name"]), f"{number(value)}{unit}", interval, _sign(check["expected"]), chip(check["passed"]))
+            (
+                _named(check["name"]),
+                f"{number(value)}{unit}",
+                interval,
+                _sign(check["expected"]),
+                judged(word_of(check)),
+                check.get("why", "") if check["passed"] is None or not interval else "",
+            )
         )
-    return table(("expected", "value", "95 % of the rate", "", ""), lines, words=(0, 3, 4))
+    return table(("expected", "value", "95 % of the rate", "", "", ""), lines, words=(0, 3, 4, 5), more=5)
 
 
 def numbers(summary: Mapping[str, Any], thesis: Mapping[str, float], rows: Rows, made: int) -> Markup:

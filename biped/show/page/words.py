@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from biped.ensemble.checks import FAILED, NOTHING, PASSED, UNDECIDED
 from biped.scenario.metrics import Metric
 from biped.show.page.html import Markup, tag
 
@@ -34,6 +35,16 @@ def value_of(value: Any) -> str:
 def chip(passed: bool, good: str = "✓ passed", bad: str = "✗ failed") -> Markup:
     """A verdict in a word, told by more than its colour."""
     return tag("span", good if passed else bad, class_=f"chip {'good' if passed else 'bad'}")
+
+
+_CHIPS = {PASSED: ("✓ passed", "good"), FAILED: ("✗ failed", "bad"), UNDECIDED: ("? undecided", "quiet"),
+          NOTHING: (NOTHING, "quiet")}  # fmt: skip
+
+
+def judged(judgement: str) -> Markup:
+    """A judgement on a result or a check (`biped.ensemble.checks`) as a chip."""
+    words, kind = _CHIPS[judgement]
+    return tag("span", words, class_=f"chip {kind}")
 
 
 UNITS = {"slope": "°", "friction": "", "at": "s", "duration": "s", "speed": "m/s", "jitter": "rad", "lag": "s",

@@ -32,7 +32,7 @@ class Recorded(NamedTuple):
         trajectory: What it left behind.
         model: MuJoCo model with its visual geoms.
         metrics: Metrics by name; may be empty.
-        checks: (name, value, expected, passed) of every expectation; may be empty.
+        checks: Every check as in a result (`biped.ensemble.checks.Check`); empty if nothing was expected.
         scenario_text: The effective scenario as TOML.
         ghost: Draw it as a grey shadow over the run before it.
         title: What people call it; default: its name.
@@ -43,7 +43,7 @@ class Recorded(NamedTuple):
     trajectory: AnyTrajectory
     model: mujoco.MjModel
     metrics: Mapping[str, Any]
-    checks: Sequence[tuple[str, Any, Any, bool]]
+    checks: Sequence[Mapping[str, Any]]
     scenario_text: str
     ghost: bool = False
     title: str = ""

@@ -10,6 +10,7 @@ from typing import Any
 import rerun as rr
 
 from biped.base.text import plain
+from biped.ensemble.checks import FAILED, NOTHING, PASSED, UNDECIDED, word_of
 from biped.measure.metrics.walking import outcome
 from biped.measure.pushes import pushes_of
 from biped.scenario.metrics import METRICS
@@ -60,12 +61,18 @@ def result(run: Recorded) -> str:
         lines += ["", "| in the window | |", "|---|---|"]
         lines += [f"| {words(name)} | {_with_unit(name, run.metrics[name])} |" for name in shown]
     if run.checks:
-        failed = [words(name) for name, _, _, passed in run.checks if not passed]
-        outcome = f"**FAILED**: {', '.join(failed)}" if failed else "**passed**: all expectations met"
-        lines += ["", outcome, "", "| expected | | value | |", "|---|---|---|---|"]
-        for name, value, expected, passed in run.checks:
-            mark = "ok" if passed else "**FAILED**"
-            lines.append(f"| {words(name)} | {told(expected)} | {_show(value)} | {mark} |")
+        marks = [word_of(check) for check in run.checks]
+        for mark in (FAILED, UNDECIDED):
+            names = [words(check["name"]) for check, one in zip(run.checks, marks, strict=True) if one == mark]
+            lines += ["", f"**{mark.upper()}**: {', '.join(names)}"] if names else []
+        if set(marks) == {PASSED}:
+            lines += ["", "**passed**: all expectations met"]
+        lines += ["", "| expected | | value | |", "|---|---|---|---|"]
+        for check, one in zip(run.checks, marks, strict=True):
+            mark = one if one == PASSED else f"**{one.upper()}**"
+            lines.append(f"| {words(check['name'])} | {told(check['expected'])} | {_show(check['value'])} | {mark} |")
+    else:
+        lines += ["", NOTHING]
     return "\n".join(lines)
 
 

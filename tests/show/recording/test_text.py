@@ -24,7 +24,11 @@ def test_verdict_five_numbers_and_what_failed(run):
     }  # fmt: skip
     told = run._replace(
         title="level_normal, run 3", metrics=row,
-        checks=[("speed", 0.70312, ">= 0.9", False), ("falls", 0, "<= 0", True)],
+        checks=[
+            {"name": "speed", "value": 0.70312, "expected": ">= 0.9", "passed": False},
+            {"name": "falls", "value": 0, "expected": "<= 0", "passed": True},
+            {"name": "walked", "value": 9, "expected": ">= 97 %", "passed": None, "why": "too few"},
+        ],
     )  # fmt: skip
     text = result(told)
     assert text.splitlines()[0] == r"## level\_normal, run 3: fell forward at 1.100 s"
@@ -64,7 +68,8 @@ def test_words_of_a_stranger_are_text_in_markdown(run):
     hostile = "![x](http://e.example/p.png) <b> `a` | c\x1b[31m\u202e"
     told = run._replace(
         trajectory=dataclasses.replace(run.trajectory, pushes=((0.1, 0.2, 1.0, 0.0, hostile),)), title=hostile,
-        metrics={"values": {hostile: hostile}}, checks=[(hostile, 1.0, hostile, True)],
+        metrics={"values": {hostile: hostile}},
+        checks=[{"name": hostile, "value": 1.0, "expected": hostile, "passed": True}],
     )  # fmt: skip
     for text in (result(told), numbers(told)):
         assert r"\!\[x\](http://e.example/p.png) \<b\> \`a\` \| c\\x1b\[31m\\u202e" in text
