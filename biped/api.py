@@ -24,9 +24,8 @@ from biped.base.errors import InputError
 from biped.base.progress import Progress, silent
 from biped.ensemble import campaign
 from biped.ensemble.checks import judgement
-from biped.ensemble.columns import batches
+from biped.ensemble.columns import StoredRows, batches
 from biped.ensemble.results import table_of
-from biped.ensemble.stored_rows import StoredRows
 from biped.robot.law_factory import Factory, factory_of
 from biped.scenario.inline import setting
 from biped.scenario.keys import Scenario

@@ -7,19 +7,21 @@ are rows as they will lie on disk.
 from __future__ import annotations
 
 import os
+import re
 import socket
 import time
 from collections import deque
 from collections.abc import Iterable, Iterator
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from biped.base.errors import RunError
+from biped.base.errors import InputError, RunError
+from biped.base.text import said
 from biped.base.trust import trusting
 from biped.ensemble.backend import WAIT
 from biped.ensemble.campaign import lost_row, run_one
-from biped.ensemble.origin import PLACE, origin_of
+from biped.ensemble.journal import PLACE, origin_of
 from biped.ensemble.parts import About, Chunk, Made, encoded
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import Row
@@ -177,3 +179,29 @@ def made(chunks: Chunks, missing: Iterable[range], carried_out: Any) -> Iterator
         if done is not None:
             deal.took(done)
             yield done
+
+
+class Shard(NamedTuple):
+    """Share `number` of `of`, counted from 1."""
+
+    number: int
+    of: int
+
+    def runs(self, total: int) -> range:
+        """Numbers of its runs, of so many: consecutive ones."""
+        return range((self.number - 1) * total // self.of, self.number * total // self.of)
+
+    def __str__(self) -> str:
+        return f"{self.number}/{self.of}"
+
+
+def shard_of(text: str) -> Shard:
+    """What stands after `--shard`.
+
+    Raises:
+        InputError: It is no share.
+    """
+    found = re.fullmatch(r"(\d{1,7})/(\d{1,7})", text, re.ASCII)
+    if found is None or not 1 <= int(found[1]) <= int(found[2]):
+        raise InputError(f"--shard {said(text)}: expected I/N with 1 <= I <= N, such as 3/40")
+    return Shard(int(found[1]), int(found[2]))

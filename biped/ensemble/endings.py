@@ -15,13 +15,12 @@ from typing import Any, NamedTuple
 from biped.ensemble import packed
 from biped.ensemble.backend import Jobs, at_most
 from biped.ensemble.campaign import run_one
-from biped.ensemble.columns import batches
+from biped.ensemble.columns import StoredRows, batches
 from biped.ensemble.executor import workers
 from biped.ensemble.failures import FAILURES, keep
 from biped.ensemble.folder import Folder
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import RAISED
-from biped.ensemble.stored_rows import StoredRows
 from biped.measure.metrics.walking import outcome
 from biped.scenario.laws import own_law
 

@@ -169,7 +169,7 @@ def workers(work: Callable[[Item], Result], jobs: Jobs, threads: bool = False) -
     elif threads:
         from concurrent.futures import ThreadPoolExecutor
 
-        from biped.ensemble.futures import Futures
+        from biped.ensemble.backend import Futures
 
         backend = Futures(ThreadPoolExecutor(jobs), work, jobs)
     else:

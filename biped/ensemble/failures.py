@@ -10,7 +10,7 @@ from pathlib import Path
 from biped.base.files import label
 from biped.base.writing import write_text, written
 from biped.ensemble import packed
-from biped.ensemble.refusal import complaining
+from biped.ensemble.guard import complaining
 
 FAILURES = "failures"
 """Where, in a results folder."""

@@ -24,17 +24,14 @@ from typing import Any
 
 from biped.base.errors import InputError, RunError
 from biped.base.writing import written
+from biped.ensemble.chunks import Shard
 from biped.ensemble.failures import FAILURES, kept
-from biped.ensemble.journal import Journal
-from biped.ensemble.lock import NAME as LOCK
-from biped.ensemble.lock import Lock
-from biped.ensemble.naming import numbered
-from biped.ensemble.origin import origin_of
+from biped.ensemble.guard import NAME as LOCK
+from biped.ensemble.guard import OF_SEARCHES, Lock, complaining, holds_something_else, numbered, same_runs, unusable
+from biped.ensemble.journal import Journal, origin_of
 from biped.ensemble.parts import FOLDER as PARTS
 from biped.ensemble.parts import Made, commit_to
 from biped.ensemble.plan import Plan
-from biped.ensemble.refusal import OF_SEARCHES, complaining, holds_something_else, same_runs, unusable
-from biped.ensemble.shard import Shard
 from biped.scenario.reading import to_toml
 
 

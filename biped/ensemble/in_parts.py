@@ -14,12 +14,12 @@ from biped.base.progress import Told
 from biped.ensemble import parts
 from biped.ensemble.backend import Jobs, at_most
 from biped.ensemble.chunks import Chunks, made
+from biped.ensemble.columns import StoredRows
 from biped.ensemble.compact import agree, compact
 from biped.ensemble.executor import Map, workers
 from biped.ensemble.parts import Chunk, Made
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import Row
-from biped.ensemble.stored_rows import StoredRows
 
 LARGE = 10_000
 """Most runs whose rows result.json holds."""

@@ -45,7 +45,7 @@ class About(NamedTuple):
     """What rows are of and what they were made with.
 
     Attributes:
-        origin: Scenario and versions (`biped.ensemble.origin`).
+        origin: Scenario and versions (`biped.ensemble.journal`).
         platforms: Where: system, C library and instructions of every kind of machine.
         lost: Numbers of the runs that are lost.
         compact: Whether the file is one of the last ones, when all is done.

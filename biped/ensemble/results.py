@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from biped.base.statistics import wilson
 from biped.ensemble.checks import Check, judge, passed
-from biped.ensemble.columns import batches
+from biped.ensemble.columns import StoredRows, batches
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import Row
-from biped.ensemble.stored_rows import StoredRows
 from biped.ensemble.sweeps import by_point, thresholds
 from biped.measure.metrics.totals import Totals
 from biped.scenario.metrics import METRICS

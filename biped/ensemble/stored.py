@@ -90,7 +90,7 @@ def result_in(folder: Path) -> dict[str, Any]:
     """The result object in a results folder; metrics that its version did not know yet are None.
 
     The `runs` of a large campaign, which result.json leaves to files of their own, are
-    `biped.ensemble.stored_rows.StoredRows`.
+    `biped.ensemble.columns.StoredRows`.
 
     Raises:
         InputError: It is not there, or not whole.
@@ -119,7 +119,7 @@ def result_in(folder: Path) -> dict[str, Any]:
             f"{label(file)}: expected the whole result of a run: {why}; make it again with: biped run {label(again)}"
         ) from None
     if "runs" not in result:
-        from biped.ensemble.stored_rows import stored_rows
+        from biped.ensemble.columns import stored_rows
 
         result["runs"] = stored_rows(folder, read.summary.runs)
     return result

@@ -10,7 +10,7 @@ from biped.base.errors import InputError
 from biped.base.replacing import Kind, may_add, may_write
 from biped.base.writing import reason, write_text
 from biped.ensemble.checks import NOTHING, PASSED, sentence_of, word_of
-from biped.ensemble.naming import numbered
+from biped.ensemble.guard import numbered
 from biped.ensemble.plan import Plan
 from biped.ensemble.sweeps import threshold_words
 from biped.scenario.keys import Scenario

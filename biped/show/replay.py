@@ -13,9 +13,8 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.control.believed import believed_forces
 from biped.ensemble import campaign
-from biped.ensemble.columns import batches, smallest
+from biped.ensemble.columns import StoredRows, batches, smallest
 from biped.ensemble.plan import Plan
-from biped.ensemble.stored_rows import StoredRows
 from biped.measure.signals import seen
 from biped.measure.trajectory import Trajectory
 from biped.scenario.laws import own_law

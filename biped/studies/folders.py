@@ -9,8 +9,8 @@ from typing import Any
 from biped.base.errors import InputError
 from biped.base.files import label
 from biped.ensemble.folder import Folder
+from biped.ensemble.guard import OF_SEARCHES
 from biped.ensemble.plan import Plan
-from biped.ensemble.refusal import OF_SEARCHES
 
 RUNS = Path("runs")
 """Where results go unless --out says otherwise, below the working folder."""

@@ -14,19 +14,18 @@ from biped.base.json import dumps
 from biped.base.progress import Told
 from biped.ensemble import campaign, packed
 from biped.ensemble.backend import Jobs
-from biped.ensemble.columns import batches
+from biped.ensemble.chunks import Shard
+from biped.ensemble.columns import StoredRows, batches
 from biped.ensemble.endings import LAST_SECONDS, keep_some
 from biped.ensemble.failures import keep
 from biped.ensemble.folder import Folder
+from biped.ensemble.guard import complaining
 from biped.ensemble.in_parts import LARGE, InParts
 from biped.ensemble.parts import FOLDER as PARTS
 from biped.ensemble.parts import commit_to
 from biped.ensemble.plan import Plan
-from biped.ensemble.refusal import complaining
 from biped.ensemble.results import result_of, told, write_table
 from biped.ensemble.rows import RAISED, Row
-from biped.ensemble.shard import Shard
-from biped.ensemble.stored_rows import StoredRows
 from biped.measure.metrics.walking import outcome
 from biped.scenario.laws import own_law
 from biped.scenario.vary import run_seed

@@ -12,9 +12,9 @@ from biped.base.errors import InputError
 from biped.base.files import label
 from biped.base.progress import Progress, Told, silent, unheard
 from biped.ensemble.backend import Jobs
+from biped.ensemble.chunks import Shard
 from biped.ensemble.folder import Folder
 from biped.ensemble.plan import Plan
-from biped.ensemble.shard import Shard
 from biped.studies.folders import folder_for
 from biped.studies.making import Done, How, Recorder, made, share, write_results
 from biped.studies.planned import plan_of, title_of

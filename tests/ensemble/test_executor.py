@@ -12,8 +12,8 @@ import pytest
 
 from biped.base.errors import InputError, RunError
 from biped.ensemble import executor, processes
+from biped.ensemble.backend import Futures
 from biped.ensemble.executor import AHEAD, Map, workers
-from biped.ensemble.futures import Futures
 
 
 def square(x: int) -> int:

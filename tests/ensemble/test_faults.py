@@ -159,7 +159,7 @@ def test_a_read_only_folder(undisturbed, monkeypatch, capsys):
 HOLDING = """
     import sys
     from pathlib import Path
-    from biped.ensemble.lock import Lock
+    from biped.ensemble.guard import Lock
     lock = Lock(Path('x'), Path('x'))
     print('held', flush=True)
     sys.stdin.readline()

@@ -13,9 +13,8 @@ from biped.base.errors import InputError
 from biped.cli.main import main
 from biped.ensemble import campaign
 from biped.ensemble.folder import Folder
-from biped.ensemble.naming import LONGEST, slug
+from biped.ensemble.guard import LONGEST, holds_something_else, slug
 from biped.ensemble.plan import Plan
-from biped.ensemble.refusal import holds_something_else
 from biped.scenario.reading import read_scenario
 from tests.cases import ENSEMBLE, SHORT, contents, write
 

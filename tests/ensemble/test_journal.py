@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from biped.base import platform
 from biped.base.errors import InputError
 from biped.cli.main import main
-from biped.ensemble import origin
 from biped.ensemble.journal import Journal
 from tests.cases import ENSEMBLE, contents, write
 
@@ -167,8 +167,8 @@ def test_a_campaign_with_a_damaged_journal_ends_with_the_same_bytes(kind, again,
 
 
 def test_another_version_does_not_continue_a_campaign(again, monkeypatch, capsys):
-    here = origin.here()
-    monkeypatch.setattr(origin, "here", lambda: here | {"numpy": "1.0"})
+    there = platform.here() | {"numpy": "1.0"}
+    monkeypatch.setattr("biped.ensemble.journal.here", lambda: there)
     before = contents("x")
     assert main(["run", "e.toml", "--jobs", "1", "--out", "x"]) == 2
     error = capsys.readouterr().err

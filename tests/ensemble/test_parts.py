@@ -13,9 +13,9 @@ from biped.cli.main import main
 from biped.ensemble import chunks, parts
 from biped.ensemble.campaign import run_one
 from biped.ensemble.chunks import Chunks
+from biped.ensemble.columns import stored_rows
 from biped.ensemble.parts import About, Chunk, PartFile, PartRange, cover, missing
 from biped.ensemble.plan import Plan
-from biped.ensemble.stored_rows import stored_rows
 from biped.scenario.reading import read_scenario
 from tests.cases import contents
 from tests.ensemble.campaigns import run
@@ -58,7 +58,7 @@ def test_a_damaged_file_is_set_aside_and_its_runs_are_made_again(kind, undisturb
 
 def test_files_of_something_else_are_refused(capsys, monkeypatch):
     run("x", "--jobs", "1", "--shard", "1/2")
-    monkeypatch.setattr("biped.ensemble.origin.digest", lambda package: "another")
+    monkeypatch.setattr("biped.ensemble.journal.digest", lambda package: "another")
     before = contents("x")
     assert main(["run", "e.toml", "--jobs", "1", "--out", "x"]) == 2
     assert "its runs were made with kernels " in capsys.readouterr().err

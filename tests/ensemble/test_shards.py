@@ -11,8 +11,8 @@ import pytest
 
 from biped.cli.main import main
 from biped.ensemble import campaign
-from biped.ensemble.lock import Lock
-from biped.ensemble.shard import Shard, shard_of
+from biped.ensemble.chunks import Shard, shard_of
+from biped.ensemble.guard import Lock
 from biped.studies import making as running
 from tests.cases import command, contents
 from tests.ensemble.campaigns import of_results, run
@@ -103,7 +103,7 @@ def test_shards_share_a_folder_and_nobody_else_does(capsys):
 _HOLD = """
 import sys
 from pathlib import Path
-from biped.ensemble.lock import Lock
+from biped.ensemble.guard import Lock
 locks = [Lock(Path('x'), Path('x'), shared=True), Lock(Path('x'), Path('x'), name='.lock-1-of-2')]
 print('held', flush=True)
 sys.stdin.readline()

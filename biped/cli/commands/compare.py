@@ -7,7 +7,7 @@ import argparse
 from biped.base.errors import InputError
 from biped.base.replacing import may_fill
 from biped.cli.common import DONE, FAILED, one_folder, print_all, workers_of
-from biped.ensemble.naming import new_folder
+from biped.ensemble.guard import new_folder
 from biped.show.side_by_side import draw, show
 from biped.studies.comparison import OWN, compare, write
 from biped.studies.folders import RUNS

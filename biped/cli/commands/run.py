@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from biped.base.errors import InputError
 from biped.cli.common import DONE, changes_of, code_of, one_folder, print_all, print_json, warn, workers_of
+from biped.ensemble.chunks import shard_of
 from biped.ensemble.failures import FAILURES
 from biped.ensemble.plan import Plan
-from biped.ensemble.shard import shard_of
 from biped.show.terminal import progress, show_result
 from biped.studies.making import TRACEBACK, Done
 from biped.studies.planned import plan_of

@@ -31,8 +31,7 @@ def _gait(args: argparse.Namespace) -> int:
     from biped.base.json import dumps
     from biped.base.replacing import may_fill
     from biped.base.writing import write_text
-    from biped.ensemble.naming import new_folder
-    from biped.ensemble.refusal import complaining
+    from biped.ensemble.guard import complaining, new_folder
     from biped.show.figures.stability import plot_stability
     from biped.show.stability import show
     from biped.studies.folders import RUNS

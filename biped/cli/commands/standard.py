@@ -7,7 +7,7 @@ from pathlib import Path
 
 from biped.base.files import label
 from biped.cli.common import DONE, changes_of, print_json, workers_of
-from biped.ensemble.naming import new_folder
+from biped.ensemble.guard import new_folder
 from biped.show.standing import show, write
 from biped.show.terminal import progress
 from biped.studies.folders import RUNS

@@ -66,7 +66,7 @@ def cluster_at(where: str, same: bool, tell: Told) -> Iterator[DaskCluster]:
             stack.callback(local.close)
             connection = Connection(local.connect, where, WAIT, "they are starting", local.trouble)
         elif where.startswith(("tcp://", "tls://")):
-            from biped.ensemble.cluster.address import connecting
+            from biped.ensemble.cluster.connection import connecting
 
             remedy = f"biped worker {where} starts one"
             connection = Connection(connecting(where, {}), where, WAIT, remedy)

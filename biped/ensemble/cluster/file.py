@@ -14,8 +14,7 @@ from msgspec import Meta, field
 from biped.base.errors import InputError
 from biped.base.files import label, read_toml
 from biped.base.text import said
-from biped.ensemble.cluster.address import connecting
-from biped.ensemble.cluster.connection import Connection
+from biped.ensemble.cluster.connection import Connection, connecting
 from biped.ensemble.cluster.local import Local
 from biped.ensemble.cluster.worker import options
 from biped.scenario.section import Section

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from biped.ensemble.cluster.connection import CONNECT
+from biped.ensemble.cluster.worker import go_with_parent
 
 START = 60.0
 """[s] that a scheduler takes at most to start."""
@@ -37,7 +39,7 @@ class Local:
         from distributed import Client
 
         self.stop()
-        scheduler = self._start("biped.ensemble.cluster.scheduling")
+        scheduler = self._start("biped.ensemble.cluster.local")
         address = _first_line(scheduler)
         if not address:
             raise OSError(f"no scheduler could be started: {self.last_words()}")
@@ -95,3 +97,27 @@ def _first_line(process: subprocess.Popen[bytes]) -> str:
     with selectors.DefaultSelector() as selector:
         selector.register(process.stdout, selectors.EVENT_READ)
         return process.stdout.readline().decode().strip() if selector.select(START) else ""
+
+
+ATTEMPTS = 3
+"""Workers that a piece of work may cost."""
+
+
+async def _serve() -> None:
+    import dask.config
+    from distributed import Scheduler
+
+    settings = {
+        "distributed.scheduler.allowed-failures": ATTEMPTS - 1,
+        "distributed.scheduler.worker-ttl": "60s",
+        "distributed.admin.event-loop-monitor": False,
+    }
+    with dask.config.set(settings):
+        scheduler = await Scheduler(host="127.0.0.1", port=0, dashboard_address="127.0.0.1:0")
+        print(scheduler.address, flush=True)
+        await scheduler.finished()
+
+
+if __name__ == "__main__":
+    go_with_parent()
+    asyncio.run(_serve())

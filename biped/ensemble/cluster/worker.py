@@ -6,11 +6,13 @@ import os
 import sys
 import threading
 from collections.abc import Mapping
+from typing import Any
 
 from biped.base.errors import InputError
 from biped.base.text import said
+from biped.ensemble.cluster.carrying import resources
 
-PRELOAD = "biped.ensemble.cluster.preload"
+PRELOAD = "biped.ensemble.cluster.worker"
 QUIET = {"distributed.worker.profile.enabled": False}
 """Settings of a worker whose threads have better to do than to be asked every 10 ms where they are."""
 PATIENCE = 60
@@ -77,3 +79,13 @@ def work(scheduler: str, workers: int, memory: str, lifetime: str | None, tls: M
     for name, path in tls.items():
         argv += [f"--tls-{name}", path]
     main(argv, standalone_mode=False)
+
+
+def dask_setup(worker: Any) -> None:
+    """Called by Dask, before the worker tells the scheduler of itself."""
+    from biped.engines import mujoco  # noqa: F401
+    from biped.measure import metrics  # noqa: F401
+
+    for name, amount in resources().items():
+        worker.state.total_resources[name] = amount
+        worker.state.available_resources[name] = amount

@@ -9,7 +9,7 @@ from biped.base.errors import InputError
 from biped.base.files import label, locate
 from biped.base.progress import Progress, Told, silent, unheard
 from biped.ensemble.backend import Jobs
-from biped.ensemble.naming import new_folder
+from biped.ensemble.guard import new_folder
 from biped.ensemble.stored import result_in
 from biped.scenario.inline import setting
 from biped.studies.diff.changes import MARGIN

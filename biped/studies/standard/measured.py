@@ -16,7 +16,7 @@ from biped.base.json import dumps
 from biped.base.replacing import may_fill
 from biped.base.typed import convert
 from biped.base.writing import reason, write_text
-from biped.ensemble.origin import origin_of
+from biped.ensemble.journal import origin_of
 from biped.ensemble.plan import Plan
 from biped.studies.standard.search import Tried
 

@@ -14,8 +14,8 @@ from biped.base.json import dumps
 from biped.base.progress import Progress, Told, silent, unheard
 from biped.ensemble.backend import Jobs
 from biped.ensemble.folder import Folder
+from biped.ensemble.guard import OF_RUNS
 from biped.ensemble.plan import Plan
-from biped.ensemble.refusal import OF_RUNS
 from biped.scenario.keys import Scenario
 from biped.scenario.reading import read_scenario
 from biped.studies.folders import folder_for

@@ -80,6 +80,6 @@ def test_the_script_of_a_job(kind):
     assert "module load python" in lines
     worker = lines[-1]
     assert f"{sys.executable} -m distributed.cli.dask_worker tls://" in worker
-    options = ("--nthreads 1", "--nworkers 2", "--nanny", "--preload biped.ensemble.cluster.preload",
+    options = ("--nthreads 1", "--nworkers 2", "--nanny", "--preload biped.ensemble.cluster.worker",
                "--lifetime 1680s", "--death-timeout 120", "--tls-ca-file", "--tls-key")  # fmt: skip
     assert all(option in worker for option in options), worker

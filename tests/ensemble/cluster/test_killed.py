@@ -85,7 +85,7 @@ def test_a_scheduler_that_is_killed_is_started_again(many):
     while process.poll() is None and not killed:
         time.sleep(0.1)
         if list(Path("x/parts").glob("*.parquet")):
-            (scheduler,) = [pid for pid, line in descendants(process.pid) if "scheduling" in line]
+            (scheduler,) = [pid for pid, line in descendants(process.pid) if "cluster.local" in line]
             os.kill(scheduler, signal.SIGKILL)
             killed = True
     error = process.communicate()[1]
@@ -134,7 +134,7 @@ def test_a_run_that_ends_its_workers_becomes_a_row_that_says_so(cluster):
 @pytest.mark.slow
 def test_workers_that_join_late_at_a_scheduler_of_somebody_else(many):
     """As docs/clusters.md has it: a scheduler, a command, and workers that come when they come."""
-    write("scheduler.py", "from biped.ensemble.cluster.scheduling import _serve; import asyncio; asyncio.run(_serve())")
+    write("scheduler.py", "from biped.ensemble.cluster.local import _serve; import asyncio; asyncio.run(_serve())")
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     started = [subprocess.Popen([sys.executable, "scheduler.py"], env=environment, stdout=subprocess.PIPE, text=True)]
     try:

@@ -11,7 +11,7 @@ import pytest
 import biped
 from biped.base.errors import InputError, RunError
 from biped.cli.main import main
-from biped.ensemble.cluster import connection, kinds, tasks
+from biped.ensemble.cluster import carrying, connection, tasks
 from biped.ensemble.cluster.tasks import Tasks
 from biped.ensemble.executor import workers
 
@@ -35,7 +35,7 @@ def test_commands_and_python_know_clusters(capsys):
 
 
 def test_a_worker_of_other_versions_is_refused_and_both_are_named(cluster, monkeypatch):
-    there = kinds.versions()
+    there = carrying.versions()
     monkeypatch.setattr(tasks, "resources", lambda same: {"biped-other": 1.0})
     monkeypatch.setattr(tasks, "versions", lambda: there | {"mujoco": "3.9.9"})
     monkeypatch.setattr(tasks, "LOOK", 0.1)
@@ -50,8 +50,8 @@ def test_a_worker_of_other_versions_is_refused_and_both_are_named(cluster, monke
 
 
 def test_another_kind_of_machine_is_asked_for_only_where_it_matters():
-    assert len(kinds.resources(False)) == 1
-    assert kinds.resources(False).items() < kinds.resources(True).items()
+    assert len(carrying.resources(False)) == 1
+    assert carrying.resources(False).items() < carrying.resources(True).items()
 
 
 class Stalled:
@@ -89,7 +89,7 @@ def free_port() -> int:
 
 
 def test_where_there_is_no_cluster(capsys, monkeypatch):
-    monkeypatch.setattr("biped.ensemble.cluster.address.CONNECT", 0.3)
+    monkeypatch.setattr("biped.ensemble.cluster.connection.CONNECT", 0.3)
     address = f"tcp://127.0.0.1:{free_port()}"
     for where, says in {
         address: f"--cluster {address}: expected a running Dask scheduler",

@@ -8,9 +8,8 @@ import numpy as np
 
 from biped.base.json import dumps
 from biped.cli.main import main
-from biped.ensemble.columns import InPieces
+from biped.ensemble.columns import StoredRows, stored_rows
 from biped.ensemble.rows import Row
-from biped.ensemble.stored_rows import StoredRows, stored_rows
 from biped.ensemble.table import records, schema_of, table
 from biped.scenario.keys import Scenario
 from biped.show.replay import of_numbers
@@ -50,11 +49,13 @@ def test_signals_are_told_alike_of_rows_and_of_columns():
     two = {"error": {"mean": 1.5, "min": -1.0, "max": 2.0}, "b": {"mean": 2.0, "min": 2.0, "max": 2.0}}
     nothing = {"error": {"mean": None, "min": None, "max": None}}
 
-    class Stored(InPieces, tuple):
-        __slots__ = ()
+    class Stored(StoredRows):
+        def __init__(self, rows):
+            super().__init__([])
+            self.rows = rows
 
         def batches(self, names):
-            yield {name: np.array([row[name] for row in self], dtype=object) for name in names}
+            yield {name: np.array([row[name] for row in self.rows], dtype=object) for name in names}
 
     told = {"error": {"mean": 1.0, "min": -1.0, "max": 2.0}, "b": {"mean": 2.0, "min": 2.0, "max": 2.0}}
     assert signals_of([{}, {"signals": one}, {"signals": two}, {"signals": nothing}]) == told
