@@ -18,7 +18,7 @@ from biped.show import references
 from biped.studies.regress.references import read, shipped
 
 ROOT = Path(__file__).parents[1]
-PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 NOTES = ROOT / "docs" / "notes"
 
 
@@ -68,7 +68,7 @@ def test_modules_and_files_that_are_named_exist(page):
     text = page.read_text(encoding="utf-8")
     for module in set(re.findall(r"`(?:python -m )?(biped\.[a-z_.]+[a-z])`", text)):
         assert find_spec(module.rpartition(".")[0]), f"{page.name}: {module}"  # or a name within a module
-    files = r"(?<![\w/.])((?:tests|scenarios|controllers|models)/[\w/]+\.(?:py|toml|xml|json))"
+    files = r"(?<![\w/.])((?:biped|tests|scenarios|controllers|models)/[\w/]+\.(?:py|toml|xml|json))"
     for path in set(re.findall(files, text)):
         assert (ROOT / path).exists(), f"{page.name}: {path}"
 
