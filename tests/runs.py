@@ -11,7 +11,7 @@ from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.measure.columns import COLUMNS, WIDTH
 from biped.measure.trajectory import Trajectory
-from biped.robot.planar.description import robot_at
+from biped.robot.load import load_robot
 from biped.robot.planar.model import tree_at
 from biped.robot.planar.tree import Tree
 from biped.scenario.actuation import Actuation
@@ -64,7 +64,7 @@ def synthetic(seconds: float, **columns) -> Trajectory:
     """A run of made-up columns (arrays or constants); everything else is zero."""
     n = round(seconds * 1000)
     t = Trajectory(
-        np.zeros((n, WIDTH)), 0.001, tree(), 0.0, False, (200.0,) * 6, (), "completed", "", {}, robot_at(HUMAN)
+        np.zeros((n, WIDTH)), 0.001, tree(), 0.0, False, (200.0,) * 6, (), "completed", "", {}, load_robot(HUMAN, None)
     )
     t.time[:] = np.arange(n) * 0.001
     for name, value in columns.items():

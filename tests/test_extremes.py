@@ -59,7 +59,7 @@ def made_of_nothing(t: Trajectory) -> float:
     for start, end, forward, up, body in t.pushes:
         force = [forward * np.cos(angle) + up * np.sin(angle), up * np.cos(angle) - forward * np.sin(angle)]
         first, last = round(start / t.tick), round(end / t.tick)
-        put_in[first:last] += (np.diff(whole.com[:, t.robot.links.index(body)], axis=0) @ force)[first:last]
+        put_in[first:last] += (np.diff(whole.com[:, t.robot.bodies.index(body)], axis=0) @ force)[first:last]
     all_of_it = energy(t.tree, t.q, t.v, t.slope)
     made = all_of_it[1:] - all_of_it[0] - np.cumsum(put_in)
     moving = 0.5 * ((whole.com_velocity**2).sum(axis=-1) @ t.tree.mass)

@@ -21,7 +21,7 @@ from biped.ensemble.campaign import simulate
 from biped.measure.columns import COLUMNS
 from biped.measure.metrics import measure
 from biped.robot.planar.controller_model import believed_model
-from biped.robot.planar.description import robot_at
+from biped.robot.planar.description import description_at
 from biped.robot.planar.model import spec_of
 from biped.robot.planar.truth import apply_truth
 from biped.scenario.actuation import Actuation
@@ -48,7 +48,7 @@ def random_biped(seed: int, decades: float) -> tuple[Path, mujoco.MjModel, pinoc
         length=tuple(2.0 ** rng.uniform(-1, 1, 7)),
     )
     spec = spec_of(folder("models") / "human.xml")
-    apply_truth(spec, truth, robot_at(folder("models") / "human.xml"))
+    apply_truth(spec, truth, description_at(folder("models") / "human.xml"))
     for light in list(spec.lights):
         spec.delete(light)
     spec.compile()
@@ -64,7 +64,7 @@ def state_of(model: mujoco.MjModel, q: np.ndarray, v: np.ndarray):
     mujoco.mj_forward(model, data)
     M, J = np.zeros((9, 9)), np.zeros((8, 9))
     mujoco.mj_fullM(model, data, M)
-    sites = [model.site(point).id for point in robot_at(folder("models") / "human.xml").points]
+    sites = [model.site(point).id for point in description_at(folder("models") / "human.xml").points]
     for i, site in enumerate(sites):
         whole = np.zeros((3, 9))
         mujoco.mj_jacSite(model, data, whole, None, site)

@@ -18,7 +18,7 @@ from biped.ensemble.plan import Plan
 from biped.measure.columns import WIDTH
 from biped.robot.planar.build import compile_foreign
 from biped.robot.planar.controller_model import believed_model
-from biped.robot.planar.description import robot_at
+from biped.robot.planar.description import description_at
 from biped.robot.planar.kinematics import mass_matrix
 from biped.robot.planar.model import tree_at
 from biped.scenario.actuation import Actuation
@@ -26,7 +26,7 @@ from biped.scenario.ground import Ground
 from biped.scenario.keys import Scenario
 
 HUMAN = folder("models") / "human.xml"
-POINTS = robot_at(HUMAN).points
+POINTS = description_at(HUMAN).points
 E = np.vstack([np.zeros((3, 6)), np.eye(6)])
 
 # Joint coordinates of the thesis's absolute ones, written down from its definitions: pitch θ - π/2, hip θ1 - θ,

@@ -12,7 +12,6 @@ from biped.control.sensing import sense_links
 from biped.control.setup import controller_record
 from biped.measure.trajectory import Trajectory
 from biped.robot.planar.kinematics import mass_matrix
-from biped.robot.planar.model import tree_at
 from biped.robot.planar.topology import N_POINTS, NQ
 from biped.robot.run import Run
 from biped.scenario.keys import Sensors
@@ -39,7 +38,7 @@ def believed_forces(run: Run, t: AnyTrajectory) -> np.ndarray | None:
     if not isinstance(t, Trajectory) or not counted or s.estimator is not None or s.sensors != Sensors():
         return None
     out = np.zeros((len(t), N_POINTS, 2))
-    _forces(controller_record(run, tree_at(run.model)), *(np.array(a) for a in (t.q, t.v, t.Q_d)), out)
+    _forces(controller_record(run, run.tree), *(np.array(a) for a in (t.q, t.v, t.Q_d)), out)
     return out
 
 

@@ -23,14 +23,12 @@ import numpy as np
 
 from biped.base.files import nearest
 from biped.robot.leg_states import STATES
-from biped.robot.planar.description import Robot
-from biped.robot.planar.topology import BASE
 
 if TYPE_CHECKING:
     from biped.control.general.law import Setup as AnySetup
     from biped.control.general.sensed import Sensed as AnySensed
     from biped.control.user import Sensed, Setup
-    from biped.robot.robot import General
+    from biped.robot.robot import Robot
 
 NEEDS = "a policy network needs onnxruntime, which is not installed; pip install 'biped[onnx]'"
 
@@ -67,8 +65,7 @@ class Policy:
         if self._every < 1 or (self.rate and abs(self._every * self.rate * setup.tick - 1.0) > 1e-9):
             raise ValueError(f"rate: expected a whole part of {1.0 / setup.tick:g} Hz, got {self.rate}")
         robot = setup.robot
-        # Where the driven joints stand in q and v.
-        self._driven = (slice(BASE, None),) * 2 if isinstance(robot, Robot) else (robot.places, robot.columns)
+        self._driven = robot.places, robot.columns  # where the driven joints stand in q and v
         size = len(robot.actuators)
         self._offset, self._scale, self._k, self._b = (
             np.broadcast_to(np.array(value, dtype=float), size)
@@ -101,12 +98,12 @@ def names_of(robot: Robot) -> list[str]:
     of the knees at their stops; `Q_d.NAME` of joints [N, N m]; `state.NAME.1` … `.4` of the legs (1 in that state, else
     0); `time` [s].
     """
-    links, points = robot.links, robot.points
+    links, points = robot.bodies, robot.points
     return [
-        *(f"q.{name}" for name in robot.joints), *(f"v.{name}" for name in robot.joints),
+        *(f"q.{name}" for name in robot.q_names), *(f"v.{name}" for name in robot.q_names),
         *(f"angle.{name}" for name in links), *(f"rate.{name}" for name in links),
         *(f"height.{name}" for name in points), *(f"contact.{name}" for name in points),
-        *(f"touching.{name}" for name in (*points, *robot.stops)), *(f"Q_d.{name}" for name in robot.joints),
+        *(f"touching.{name}" for name in (*points, *robot.stops)), *(f"Q_d.{name}" for name in robot.q_names),
         *(f"state.{leg}.{state + 1}" for leg in robot.legs for state in range(STATES)), "time",
     ]  # fmt: skip
 
@@ -130,7 +127,7 @@ def everything(sensed: Sensed) -> np.ndarray:
     )
 
 
-def names_of_any(robot: General) -> list[str]:
+def names_of_any(robot: Robot) -> list[str]:
     """Everything that the network of a robot of another kind can be shown.
 
     Coordinates `q.NAME` and velocities `v.NAME` as in `biped model --json`; of contact points `height.NAME` [m] and
@@ -163,13 +160,13 @@ def everything_of(sensed: AnySensed) -> np.ndarray:
     )
 
 
-def places(robot: Robot | General, observations: Sequence[str]) -> np.ndarray:
+def places(robot: Robot, observations: Sequence[str]) -> np.ndarray:
     """Where observations stand among everything.
 
     Raises:
         ValueError: One has no such name.
     """
-    known = names_of(robot) if isinstance(robot, Robot) else names_of_any(robot)
+    known = names_of_any(robot) if robot.seven_links is None else names_of(robot)
     for name in observations:
         if name not in known:
             raise ValueError(f"observations: unknown '{name}'; {nearest(name, known)}")

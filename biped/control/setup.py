@@ -10,8 +10,7 @@ from biped.control import record
 from biped.control.bounded import EXACT, FOREIGN
 from biped.control.smoothing import fraction
 from biped.robot.gravity import gravity
-from biped.robot.ground import profile_of, set_ground
-from biped.robot.planar.build import torque_limits
+from biped.robot.ground import set_ground
 from biped.robot.planar.topology import FOOT, N_ROWS, STOP_ROW, Z
 from biped.robot.planar.tree import Tree
 from biped.robot.run import Run
@@ -42,9 +41,9 @@ def controller_record(run: Run, believed: Tree) -> np.ndarray:
         back = c["backstep"]
         back["on"], back["margin"], back["theta_l"] = 1, s.backstep.margin, np.radians(s.backstep.theta_l)
         back["k_d2"], back["b_d2"] = s.backstep.k_d2, s.backstep.b_d2
-    _set_actuation(c["actuation"], s)
+    _set_actuation(c["actuation"], s, run.torque_limits)
     _set_pushing(c["push"], s, believed)
-    set_ground(c["ground"], profile_of(s.ground, run.seed))
+    set_ground(c["ground"], run.profile)
     c["fall"]["height"] = s.fall.height * run.q[Z]
     c["fall"]["tilt"] = np.radians(s.fall.tilt)
     return out
@@ -94,14 +93,14 @@ def _set_pushing(push: np.void, s: Scenario, believed: Tree) -> None:
     push["scale"][0, STOP_ROW:N_ROWS] = [np.hypot(*believed.joint[foot]) for foot in FOOT]
 
 
-def _set_actuation(actuation: np.void, s: Scenario) -> None:
+def _set_actuation(actuation: np.void, s: Scenario, limits: tuple[float, ...]) -> None:
     keys = s.actuation
     actuation["generalized"] = keys.mode == "generalized"
     actuation["release"] = keys.contacts == "released"
     actuation["release_force"] = keys.release_force
     actuation["single_tangential"] = keys.single_tangential
     actuation["tolerance"] = keys.rank_tolerance
-    actuation["limit"] = torque_limits(s)
+    actuation["limit"] = limits
     actuation["bounded"] = 0 if keys.limit == "clip" else EXACT if keys.solver == "active_set" else FOREIGN
     actuation["use_u_0"] = keys.null_torque is not None
     actuation["u_0"] = keys.null_torque or 0.0

@@ -19,9 +19,9 @@ from biped.control.offered import offer
 from biped.control.setup import controller_record
 from biped.control.tick import NOT_FINITE, log_tick, sense_in
 from biped.robot.planar.controller_model import believed_model
-from biped.robot.planar.description import Robot, robot_at
 from biped.robot.planar.topology import N_POINTS, N_ROWS, N_STOPS, NQ, NU, STOP_ROW, TOE, UPRIGHT
 from biped.robot.planar.tree import Tree
+from biped.robot.robot import Robot
 from biped.robot.run import Run
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario
@@ -128,7 +128,7 @@ class UserLaw:
         self.record = controller_record(run, believed)
         self.c = self.record[0]
         self.u, self.Q_d = self.c["tick"]["u"], self.c["tick"]["Q_d"]
-        robot = robot_at(run.model)
+        robot = run.robot
         self._motors = robot.actuators
         self._model = believed_model(run.model, s.ground.slope)
         self._data = self._model.createData()

@@ -18,11 +18,8 @@ from biped.engines.rigid.events import advance, touch_down
 from biped.engines.rigid.record import rigid_record
 from biped.engines.rigid.walk import log_impulses, walk_rigid
 from biped.measure.trajectory import Trajectory
-from biped.robot.ground import profile_of
-from biped.robot.planar.description import robot_at
-from biped.robot.planar.model import tree_at
 from biped.robot.planar.topology import BASE
-from biped.robot.planar.truth import true_tree
+from biped.robot.robot import seven_links
 from biped.robot.run import Run
 
 
@@ -47,7 +44,7 @@ def simulate_with_ledger(run: Run) -> tuple[Trajectory, np.ndarray]:
     tick = 1.0 / s.simulation.control_rate
     steps = round(tick / s.simulation.timestep)
     q, v = np.array(run.q), np.array(run.v)
-    rigid = rigid_record(run.model, s.ground.slope, s.truth, profile_of(s.ground, run.seed))
+    rigid = rigid_record(run.model, seven_links(run.robot), s.ground.slope, s.truth, run.profile)
     w = rigid[0]
     touch_down(rigid, q, v)
 
@@ -62,8 +59,8 @@ def simulate_with_ledger(run: Run) -> tuple[Trajectory, np.ndarray]:
         return walk_rigid(rigid, control, q, v, applied, tick / steps, steps, log, first, last)
 
     applied = w["acting"]["Q"] if s.actuation.mode == "generalized" else w["acting"]["Q"][BASE:]
-    tree = true_tree(tree_at(run.model), s.truth)
-    links = robot_at(run.model).links
-    trajectory = drive(run, Physics(tree, q, v, applied, links, push, step, walk if COMPILED else None))
+    trajectory = drive(
+        run, Physics(run.true_tree, q, v, applied, run.robot.bodies, push, step, walk if COMPILED else None)
+    )
     capped = int(w["ledger"]["capped"])
     return replace(trajectory, warnings={"chattering_steps": capped} if capped else {}), rigid

@@ -17,12 +17,9 @@ from biped.control.tick import GOING, LOW, TILTED
 from biped.engines.spans import push_spans
 from biped.measure.columns import Q_D, WIDTH, Q, U, V
 from biped.measure.trajectory import Trajectory
-from biped.robot.ground import profile_of
-from biped.robot.planar.build import torque_limits
-from biped.robot.planar.description import Robot, robot_at
-from biped.robot.planar.model import tree_at
 from biped.robot.planar.topology import NQ, PITCH, X
 from biped.robot.planar.tree import Tree
+from biped.robot.robot import Robot
 from biped.robot.run import Run
 from biped.scenario.keys import Sensors as SensorKeys
 from biped.scenario.pushing import pieces
@@ -91,7 +88,7 @@ def drive(run: Run, physics: Physics) -> Trajectory:
     between = sensors if senses is None else senses
     q, v = (physics.q, physics.v) if between is None else (between.q, between.v)
     estimator = () if senses is None else (senses.inference,)
-    law = law_of(run, tree_at(run.model), q, v, log)
+    law = law_of(run, run.tree, q, v, log)
     generalized = s.actuation.mode == "generalized"
     wanted, logged = (law.Q_d, Q_D) if generalized else (law.u, U)
     follow = fraction(s.actuation.lag, tick)
@@ -117,8 +114,7 @@ def drive(run: Run, physics: Physics) -> Trajectory:
                 break
         if status != GOING:
             break
-    robot = robot_at(run.model)
-    end, cause = _ending(status, log[:done], robot) if raised is None else ("raised", raised.cause)
+    end, cause = _ending(status, log[:done], run.robot) if raised is None else ("raised", raised.cause)
     log = log[:done]
     if law.signals.names:
         log = np.hstack([log, law.signals.values[:done]])
@@ -128,23 +124,23 @@ def drive(run: Run, physics: Physics) -> Trajectory:
         tree=physics.tree,
         slope=s.ground.slope,
         generalized=generalized,
-        torque_limit=torque_limits(s),
+        torque_limit=run.torque_limits,
         pushes=tuple((p.start, p.end, p.force[0], p.force[1], p.body) for p in pieces(s)),
         end=end,
         cause=cause,
         warnings={},
-        robot=robot,
+        robot=run.robot,
         inferred=None if senses is None else senses.noted[:done],
         signal_names=law.signals.names,
         traceback="" if raised is None else raised.traceback,
-        ground=profile_of(s.ground, run.seed),
+        ground=run.profile,
         changes=tuple(change.at for change in s.change),
     )
 
 
 def _line(run: Run) -> tuple[np.ndarray, ...]:
     """The torque-speed line of the run's motors, if it is to keep within it."""
-    if not run.scenario.actuation.motors or (motor := robot_at(run.model).motor) is None:
+    if not run.scenario.actuation.motors or (motor := run.robot.motor) is None:
         return ()
     return (np.array([motor.stall, motor.free]),)
 
@@ -155,7 +151,7 @@ def _senses(run: Run, physics: Physics, count: int) -> Senses | None:
         return None
     from biped.control.senses import Senses
 
-    return Senses(run, tree_at(run.model), physics.q, physics.v, count)
+    return Senses(run, run.tree, physics.q, physics.v, count)
 
 
 def _sensors(run: Run, physics: Physics, count: int) -> Sensors | None:
@@ -249,7 +245,7 @@ def _ending(status: int, log: np.ndarray, robot: Robot) -> tuple[str, str]:
         way = "collapsed" if abs(way) < _STILL else "fell forward" if way > 0.0 else "fell backward"
         return "fell", f"{way} at {time:.3f} s"
     before = log[-2, Q : Q + NQ] if len(log) > 1 else log[0, Q : Q + NQ]
-    worst = robot.joints[int(np.argmax(np.abs(before)))]
+    worst = robot.q_names[int(np.argmax(np.abs(before)))]
     return (
         "diverged",
         f"a coordinate stopped being finite after {log[max(len(log) - 2, 0), 0]:.3f} s (largest: {worst})",

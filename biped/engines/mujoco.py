@@ -18,9 +18,8 @@ from biped.engines.native import without_clock
 from biped.engines.planes import lay, planes_of
 from biped.engines.seat import log_seat, seated
 from biped.measure.trajectory import Trajectory
-from biped.robot.ground import profile_of
 from biped.robot.planar.build import Foreign, compile_foreign
-from biped.robot.planar.description import robot_at
+from biped.robot.robot import seven_links
 from biped.robot.run import Run
 
 _LEAST_FRICTION = 1e-5
@@ -46,9 +45,9 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
     """
     s = run.scenario
     foreign = compile_foreign(run.model, s, visuals=watch is not None)
-    order, robot = foreign.order, robot_at(run.model)
+    order, robot = foreign.order, seven_links(run.robot)
     native = None if s.law is not None or watch is not None or not order.canonical else native_of(foreign.model, order)
-    ground = profile_of(s.ground, run.seed)
+    ground = run.profile
     model = foreign.model if ground.level else copy(foreign.model)  # whose planes move
     data = _data(foreign) if ground.level else mujoco.MjData(model)
     planes = planes_of(model, data, robot, ground)

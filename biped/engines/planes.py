@@ -17,7 +17,7 @@ from biped.base.jit import inner_kernel, kernel
 from biped.measure.columns import FORCE
 from biped.robot.ground import GROUND, Profile, height_below, piece_below, rise_of, set_ground
 from biped.robot.planar.build import plane_below
-from biped.robot.planar.description import Robot
+from biped.robot.planar.description import PlanarParts
 
 
 class Planes(NamedTuple):
@@ -40,7 +40,7 @@ class Planes(NamedTuple):
     axes: np.ndarray
 
 
-def planes_of(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, profile: Profile) -> Planes:
+def planes_of(model: mujoco.MjModel, data: mujoco.MjData, robot: PlanarParts, profile: Profile) -> Planes:
     """The planes of a model that was compiled for ground like this, and is one's own unless that is level."""
     ground = np.zeros(1, GROUND)
     set_ground(ground[0], profile)

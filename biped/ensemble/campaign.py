@@ -155,10 +155,9 @@ def side_by_side(plan: Plan) -> bool:
     if plan.scenario.robot is not None:
         return False
     from biped.control.controller import python_needed
-    from biped.robot.planar.model import tree_at
 
     first = plan.run(0)
-    return not FORKS and not python_needed(first, tree_at(first.model))
+    return not FORKS and not python_needed(first, first.tree)
 
 
 class Making:

@@ -11,11 +11,11 @@ import msgspec
 from biped.base.errors import InputError
 from biped.base.files import locate, nearest
 from biped.base.text import said
-from biped.robot.build import limits_of
 from biped.robot.ground import begin_beyond, first_of, profile_of
 from biped.robot.law_factory import Factory
+from biped.robot.limits import torque_limits
 from biped.robot.posture import Standing
-from biped.robot.robot import General
+from biped.robot.robot import Robot
 from biped.robot.run import Run
 from biped.robot.truth import check_truth
 from biped.scenario.gains import Gains
@@ -39,6 +39,10 @@ class GeneralRuns:
     def model(self, s: Scenario) -> Path:
         """The model file."""
         return locate("models", s.model, "model")
+
+    def robot(self, s: Scenario) -> Robot:
+        """The robot in it."""
+        return self._at(s).robot
 
     def gains(self, s: Scenario, at: str = "") -> Gains:
         """Gains of a scenario's gait, its own laid over them; its own where it names no gait.
@@ -78,7 +82,7 @@ class GeneralRuns:
         taken(s, fault)  # draws and points of a sweep say what no file did
         standing = self._at(s)
         self._pushes(s, standing.robot)
-        limits_of(standing.robot, s)
+        torque_limits(standing.robot, s)
         if standing.robot.planar and s.ground.side_slope != 0.0:
             raise InputError(
                 f"ground.side_slope: expected 0: model '{s.model}' moves in the plane", "ground.side_slope"
@@ -110,7 +114,7 @@ class GeneralRuns:
         noise = stream(seed, "start.jitter") if s.start.jitter > 0.0 else None
         q, v = standing.start(s.start, s.ground, noise)
         s = msgspec.structs.replace(s, push=self._pushes(s, standing.robot))
-        return Run(s, self.model(s), self.gains(s), index, seed, values, q, v, None, None, origin, law)
+        return Run(s, self.model(s), standing.robot, self.gains(s), index, seed, values, q, v, None, None, origin, law)
 
     def _at(self, s: Scenario) -> Standing:
         key = s.model, s.robot
@@ -119,7 +123,7 @@ class GeneralRuns:
             self._standing[key] = Standing(self.model(s), s.robot)
         return self._standing[key]
 
-    def _pushes(self, s: Scenario, robot: General) -> tuple[Any, ...]:
+    def _pushes(self, s: Scenario, robot: Robot) -> tuple[Any, ...]:
         """Pushes on bodies of the robot; its base is the torso, whatever it is called."""
         pushes = []
         size, words = (PLANE, "[forward, up]") if robot.planar else (SPACE, "[forward, left, up]")

@@ -17,9 +17,9 @@ import msgspec
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.base.typed import convert
 from biped.measure.columns import COLUMNS, WIDTH
 from biped.measure.trajectory import made_of
+from biped.robot.load import robot_from
 
 if TYPE_CHECKING:
     from biped.measure.stored import AnyTrajectory
@@ -104,7 +104,7 @@ def _columns(about: dict[str, Any]) -> tuple[dict[str, tuple[int, tuple[int, ...
         return COLUMNS, WIDTH
     from biped.measure.general import trajectory as general
 
-    robot = convert(about["robot"], general.General)
+    robot = robot_from(about["robot"])
     return general.columns_of(robot), general.width_of(robot)
 
 

@@ -12,6 +12,7 @@ import msgspec
 from biped.base.errors import InputError
 from biped.base.text import echo, said
 from biped.robot.law_factory import Factory
+from biped.robot.robot import Robot
 from biped.robot.run import Run
 from biped.scenario.keys import Scenario
 from biped.scenario.origin import UNKNOWN, Origin
@@ -72,6 +73,11 @@ class Plan:
     def model(self) -> Path:
         """The model file of the scenario itself."""
         return self._kind.model(self.scenario)
+
+    @cached_property
+    def robot(self) -> Robot:
+        """The robot of the scenario itself."""
+        return self._kind.robot(self.scenario)
 
     def run(self, index: int) -> Run:
         """Run `index` of the campaign: run index % runs of the ensemble at point index // runs."""

@@ -14,12 +14,13 @@ from biped.base.files import locate, nearest
 from biped.base.text import said
 from biped.robot.ground import begin_beyond, profile_of
 from biped.robot.law_factory import Factory
-from biped.robot.planar.description import robot_at
-from biped.robot.planar.model import bodies_of, posture_of, tree_at
+from biped.robot.load import load_robot
+from biped.robot.planar.model import bodies_of, posture_of
 from biped.robot.planar.posture import project
 from biped.robot.planar.topology import N_ANGLES, N_ROWS, NQ, PITCH
 from biped.robot.planar.tree import ABSOLUTE_FROM_JOINT, Tree, absolute, from_absolute, motion
 from biped.robot.planar.truth import true_tree
+from biped.robot.robot import Robot, seven_links
 from biped.robot.run import Run
 from biped.scenario.gains import Gains
 from biped.scenario.gait import Gaits, in_the_plane, read_settings
@@ -39,7 +40,7 @@ class PlanarRuns:
     """Makes the runs of scenarios whose robot is a planar biped of seven links; files are read once."""
 
     def __init__(self):
-        self._models: dict[str, tuple[Path, Tree]] = {}
+        self._models: dict[str, tuple[Path, Robot]] = {}
         self._gaits = Gaits()
         self._settings: dict[tuple[str, str, str | None], Settings] = {}
         self._starts: dict[tuple[str, Start, tuple[float, ...]], np.ndarray] = {}
@@ -47,6 +48,10 @@ class PlanarRuns:
     def model(self, s: Scenario) -> Path:
         """The model file."""
         return self._model(s.model)[0]
+
+    def robot(self, s: Scenario) -> Robot:
+        """The robot in it."""
+        return self._model(s.model)[1]
 
     def gains(self, s: Scenario, at: str = "") -> Gains:
         """Gains of a scenario's gait, its own laid over them.
@@ -97,6 +102,7 @@ class PlanarRuns:
         return Run(
             scenario=s,
             model=self.model(s),
+            robot=self.robot(s),
             gains=self.gains(s),
             index=index,
             seed=seed,
@@ -117,10 +123,10 @@ class PlanarRuns:
             self._settings[key] = settings_on(self._model(model)[0], gait, below)
         return self._settings[key]
 
-    def _model(self, name: str) -> tuple[Path, Tree]:
+    def _model(self, name: str) -> tuple[Path, Robot]:
         if name not in self._models:
             path = locate("models", name, "model")
-            self._models[name] = path, tree_at(path)
+            self._models[name] = path, load_robot(path, None)
         return self._models[name]
 
     def _pushable(self, s: Scenario) -> Scenario:
@@ -128,7 +134,7 @@ class PlanarRuns:
         if not s.push:
             return s
         path = self.model(s)
-        torso, pushes = robot_at(path).base.link, []
+        torso, pushes = self.robot(s).base, []
         for i, push in enumerate(s.push):
             if len(push.force) != PLANE:
                 raise InputError(
@@ -148,7 +154,7 @@ class PlanarRuns:
         return msgspec.structs.replace(s, push=tuple(pushes))
 
     def _driven(self, s: Scenario) -> None:
-        if s.actuation.motors and robot_at(self.model(s)).motor is None:
+        if s.actuation.motors and self.robot(s).motor is None:
             raise InputError(
                 f"actuation.motors: model '{s.model}' has none; expected a table [motor] in its description",
                 "actuation.motors",
@@ -157,8 +163,7 @@ class PlanarRuns:
     def _solid(self, s: Scenario) -> None:
         if s.truth == Truth():
             return
-        tree, truth = self._model(s.model)[1], s.truth
-        true, links = true_tree(tree, truth), robot_at(self.model(s)).links
+        true, links = self._true_tree(s), self.robot(s).bodies
         for link, mass, inertia in zip(links, true.mass, true.inertia, strict=True):
             if min(mass, inertia) < LEAST_INERTIA:
                 raise InputError(
@@ -186,15 +191,15 @@ class PlanarRuns:
             q[PITCH:] += start.jitter * stream(seed, "start.jitter").standard_normal(N_ANGLES)
             q = from_absolute(q)
             if start.settle:
-                q = project(self._true_tree(s), q, (), robot_at(self.model(s)).points)
+                q = project(self._true_tree(s), q, (), self.robot(s).points)
         return q
 
     def _true_tree(self, s: Scenario) -> Tree:
-        tree = self._model(s.model)[1]
+        tree = seven_links(self.robot(s)).tree
         return tree if s.truth == Truth() else true_tree(tree, s.truth)
 
     def _settled(self, s: Scenario) -> np.ndarray:
-        start, points = s.start, robot_at(self.model(s)).points
+        start, points = s.start, self.robot(s).points
         if start.upright:
             raise InputError(f"start.upright: expected false: model '{s.model}' moves in the plane", "start.upright")
         key = s.model, start, s.truth.length

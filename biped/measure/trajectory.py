@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any, Self
 import msgspec
 import numpy as np
 
-from biped.base.files import folder
 from biped.base.typed import convert
 from biped.measure.columns import COLUMNS, UNITS, WIDTH
 from biped.measure.logged import Columns, Logged
 from biped.robot.ground import LEVEL, Profile, profile_from
-from biped.robot.planar.description import Robot, robot_at
+from biped.robot.load import robot_from
 from biped.robot.planar.topology import BASE, ENDS, LEGS
 from biped.robot.planar.tree import Tree
+from biped.robot.robot import Robot, seven_links
 from biped.scenario.ground import Seat
 
 if TYPE_CHECKING:
@@ -173,7 +173,7 @@ class Trajectory(Logged):
         from biped.robot.planar.order import order_of
 
         out = np.empty_like(self.q)
-        out[:, order_of(model, self.robot).joints] = self.q
+        out[:, order_of(model, seven_links(self.robot)).joints] = self.q
         return out
 
     def rows(self, which: slice | np.ndarray, **changes: Any) -> Self:
@@ -224,7 +224,7 @@ def made_of(
         ValueError: They do not fit.
     """
     about = dict(about)
-    about["robot"] = convert(about["robot"], Robot)
+    about["robot"] = robot_from(about.get("robot"), about["tree"])
     about["tree"] = Tree(**{name: np.array(value, dtype=float) for name, value in about["tree"].items()})
     about["torque_limit"] = tuple(about["torque_limit"])
     about["signal_names"] = tuple(about.get("signal_names", ()))
@@ -251,6 +251,4 @@ def loaded(about: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> Trajector
     log = np.hstack([arrays[name].reshape(n, -1) for name in names])
     inferred = np.array(arrays["inferred"], dtype=float).reshape(n, 4) if "inferred" in arrays else None
     seat_force = np.array(arrays["seat_force"], dtype=float).reshape(n, 3) if "seat" in about else None
-    if "robot" not in about:  # what was saved before trajectories said so was the human's
-        about = about | {"robot": robot_at(folder("models") / "human.xml")}
     return made_of(about, log, inferred, seat_force)

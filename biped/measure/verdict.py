@@ -90,7 +90,7 @@ def most(t: Trajectory) -> Most:
     height = max(float(mass @ start.com[:, 1]) / total, t.tree.leg)
     if not t.ground.level:
         height -= min(0.0, float(t.ground.z.min()))
-    body = {link: float(m) for link, m in zip(t.robot.links, mass, strict=True)}
+    body = {link: float(m) for link, m in zip(t.robot.bodies, mass, strict=True)}
     pushed = sum(
         (end - start) * math.hypot(forward, up) / math.sqrt(2.0 * body.get(name, float(mass.min())))
         for start, end, forward, up, name in t.pushes
@@ -106,7 +106,7 @@ def too_fast(t: Trajectory, row: int) -> str:
     root = math.sqrt(bound.level + max(0.0, bound.downhill * (t.q[row, 0] - t.q[0, 0]))) + bound.pushed
     link = int(np.argmax((~(0.5 * energy <= root * root)).any(axis=0)))
     reached = f"{math.sqrt(squared[link]):.3g} m/s, {abs(moved.rate[link]):.3g} rad/s"
-    name = t.robot.links[link].replace("_", " ")
+    name = t.robot.bodies[link].replace("_", " ")
     return f"{name} faster than any fall can make it at {t.time[row]:.3f} s: {reached}"
 
 

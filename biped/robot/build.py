@@ -14,8 +14,9 @@ from biped.base.errors import InputError
 from biped.robot.actuators import replace_actuators
 from biped.robot.gravity import GRAVITY
 from biped.robot.ground import is_level, levelled
+from biped.robot.limits import torque_limits
 from biped.robot.recognise import robot_of
-from biped.robot.robot import Drive, General
+from biped.robot.robot import Drive, Robot
 from biped.robot.spec import read
 from biped.robot.truth import apply_truth
 from biped.robot.uneven import give_planes, name_geoms, pairs_with_planes
@@ -46,17 +47,6 @@ def gravity3(slope: float, side_slope: float) -> np.ndarray:
     return frame(slope, side_slope) @ np.array([0.0, 0.0, -GRAVITY])
 
 
-def limits_of(robot: General, s: Scenario) -> np.ndarray:
-    """(nu,) [N m] torque limits of a run: the file's, or the scenario's where that is less."""
-    given = s.actuation.torque_limit
-    if isinstance(given, tuple) and len(given) != len(robot.drives):
-        raise InputError(
-            f"actuation.torque_limit: expected a number, or one for each of {len(robot.drives)} actuators, got "
-            f"{len(given)}", "actuation.torque_limit",
-        )  # fmt: skip
-    return np.minimum([drive.limit for drive in robot.drives], given)
-
-
 def compiled(path: Path, s: Scenario, command: Command) -> mujoco.MjModel:
     """The model of a run; runs that differ in nothing of it share one, which is not to be written to.
 
@@ -65,7 +55,7 @@ def compiled(path: Path, s: Scenario, command: Command) -> mujoco.MjModel:
     """
     assert s.robot is not None
     robot = robot_of(path, s.robot)
-    limits = tuple(limits_of(robot, s).tolist())
+    limits = torque_limits(robot, s)
     level = is_level(s.ground)
     # Heights along the way are no part of the model: only that there are any.
     return _compiled(str(path), path.stat().st_mtime, s.robot, levelled(s.ground), level, s.simulation, s.truth, limits,
@@ -129,7 +119,7 @@ def _needs(drive: Drive, value: float, key: str) -> None:
         )  # fmt: skip
 
 
-def _lay(model: mujoco.MjModel, robot: General, ground: Ground, level: bool) -> None:
+def _lay(model: mujoco.MjModel, robot: Robot, ground: Ground, level: bool) -> None:
     """Gives contacts with the ground the scenario's friction and stiffness, whatever the parts of the robot say."""
     solref, friction = [ground.contact_time, ground.damping_ratio], max(ground.friction, 1e-5)
     if not level:

@@ -11,7 +11,7 @@ from biped.base.errors import InputError
 from biped.base.files import label, nearest
 from biped.robot.build import frame
 from biped.robot.recognise import robot_of
-from biped.robot.robot import General
+from biped.robot.robot import Robot
 from biped.robot.spec import parsed
 from biped.robot.upright import contact_points, stand_upright
 from biped.scenario.ground import Ground
@@ -82,12 +82,12 @@ class Standing:
         return float(contact_points(self._data, self.robot)[:, 0].max())
 
 
-def lowest(data: mujoco.MjData, robot: General) -> float:
+def lowest(data: mujoco.MjData, robot: Robot) -> float:
     """[m] height of the lowest contact point; of data with kinematics."""
     return float(contact_points(data, robot)[:, 2].min())
 
 
-def height_of(model: mujoco.MjModel, robot: General) -> int:
+def height_of(model: mujoco.MjModel, robot: Robot) -> int:
     """Which coordinate lifts the base."""
     first = int(model.body_jntadr[robot.base_number])
     if not robot.planar:

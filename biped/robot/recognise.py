@@ -15,7 +15,7 @@ from biped.base.files import label, nearest
 from biped.robot.base import base_of, ground_of
 from biped.robot.drives import drives_of
 from biped.robot.legs import above, leg_length, pitching
-from biped.robot.robot import FootParts, General
+from biped.robot.robot import FootParts, Robot
 from biped.robot.safety import examine, packaged
 from biped.robot.sizes import check_sizes
 from biped.robot.soles import FLAT, pairs_of, points_of, touches
@@ -35,11 +35,11 @@ class Looked(NamedTuple):
         faults: What is wrong, and what to write.
     """
 
-    robot: General | None
+    robot: Robot | None
     faults: tuple[str, ...]
 
 
-def robot_of(path: Path, table: Described) -> General:
+def robot_of(path: Path, table: Described) -> Robot:
     """The robot in a model file.
 
     Raises:
@@ -99,7 +99,7 @@ def _recognised(path: Path, model: mujoco.MjModel, table: Described) -> Looked:
     if faults:
         return Looked(None, tuple(faults))
     turn = tried_out[0][3].xmat[number].reshape(3, 3)
-    robot = General(
+    robot = Robot(
         name=path.stem,
         description=table.description,
         planar=planar,

@@ -1,9 +1,12 @@
-"""What is known of a robot of any kind, as data: it is kept with what the robot did."""
+"""A robot as data, as its model file and its description say it: it is kept with what the robot did."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from biped.base.errors import InputError
+from biped.robot.planar.description import Motor
+from biped.robot.planar.seven_links import SevenLinks
 from biped.scenario.robot import Place, Shown, Walked
 from biped.scenario.section import LARGEST, Section
 
@@ -51,6 +54,7 @@ class FootParts(Section, frozen=True):
         joints: Numbers of the joints of its leg that turn it in the plane of walking: hip, knee, ankle; fewer if there
             are no such.
         pitching: Their names.
+        names: Of its contact points; default: its own name with a number.
     """
 
     name: str
@@ -60,10 +64,14 @@ class FootParts(Section, frozen=True):
     points: tuple[Place, ...]
     joints: tuple[int, ...]
     pitching: tuple[str, ...]
+    names: tuple[str, ...] = ()
 
 
-class General(Section, frozen=True):
-    """A robot.
+class Robot(Section, frozen=True):
+    """A biped: what its model file and its description say.
+
+    Numbers of bodies, geoms and joints, and places in q and v, are MuJoCo's of the file; where `seven_links` is set,
+    those of bodies and joints and all places follow the canonical order (`biped.robot.planar.topology`).
 
     Attributes:
         name: Its model.
@@ -89,6 +97,8 @@ class General(Section, frozen=True):
         starts: Keyframes that there are.
         walked: What counts as walking.
         shown: The camera.
+        motor: Its actuators; None: whatever gives the torques that are asked for.
+        seven_links: Its links, where it is a planar biped of seven that the compiled code walks; None of any other.
     """
 
     name: str
@@ -113,6 +123,8 @@ class General(Section, frozen=True):
     walked: Walked
     shown: Shown
     trunk: str = ""
+    motor: Motor | None = None
+    seven_links: SevenLinks | None = None
 
     @property
     def trunk_number(self) -> int:
@@ -137,7 +149,13 @@ class General(Section, frozen=True):
     @property
     def points(self) -> tuple[str, ...]:
         """Names of the contact points, foot by foot."""
-        return tuple(f"{foot.name}.{i}" for foot in self.feet for i in range(len(foot.points)))
+        return tuple(name for foot in self.feet
+                     for name in foot.names or (f"{foot.name}.{i}" for i in range(len(foot.points))))  # fmt: skip
+
+    @property
+    def stops(self) -> tuple[str, ...]:
+        """Names of the joints with a stop at zero, leg by leg; of seven links alone."""
+        return () if self.seven_links is None else self.seven_links.stops
 
     @property
     def columns(self) -> np.ndarray:
@@ -153,3 +171,14 @@ class General(Section, frozen=True):
     def of_foot(self) -> np.ndarray:
         """(P,) number of the foot of each contact point."""
         return np.repeat(np.arange(len(self.feet)), [len(foot.points) for foot in self.feet])
+
+
+def seven_links(robot: Robot) -> SevenLinks:
+    """Returns the seven links of a robot that has them.
+
+    Raises:
+        InputError: It is another robot.
+    """
+    if robot.seven_links is None:
+        raise InputError(f"model: expected a planar biped of seven links for this, got '{robot.name}'", "model")
+    return robot.seven_links

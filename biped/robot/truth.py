@@ -7,13 +7,13 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import nearest
-from biped.robot.robot import General
+from biped.robot.robot import Robot
 from biped.scenario.keys import Truth
 
 _HINGE = mujoco.mjtJoint.mjJNT_HINGE
 
 
-def apply_truth(spec: mujoco.MjSpec, truth: Truth, robot: General) -> None:
+def apply_truth(spec: mujoco.MjSpec, truth: Truth, robot: Robot) -> None:
     """Changes a completed file to what is true of the robot.
 
     Args:
@@ -40,7 +40,7 @@ def apply_truth(spec: mujoco.MjSpec, truth: Truth, robot: General) -> None:
             joint.damping = joint.damping + np.array([truth.joint_damping, 0.0, 0.0])
 
 
-def check_truth(truth: Truth, robot: General) -> None:
+def check_truth(truth: Truth, robot: Robot) -> None:
     """Makes sure that bodies are the robot's, each named once.
 
     Raises:
@@ -58,7 +58,7 @@ def check_truth(truth: Truth, robot: General) -> None:
         seen.add(one.name)
 
 
-def masses_of(truth: Truth, robot: General) -> tuple[float, ...]:
+def masses_of(truth: Truth, robot: Robot) -> tuple[float, ...]:
     """[kg] of the bodies as they are."""
     factors = {one.name: one.mass for one in truth.part}
     return tuple(mass * factors.get(name, 1.0) for name, mass in zip(robot.bodies, robot.masses, strict=True))

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from biped.robot.planar.build import plane_below
-from biped.robot.robot import General
+from biped.robot.robot import Robot
 from biped.robot.soles import pairs_of, touches
 
 _POINT = 1e-6
@@ -32,7 +32,7 @@ class _Ball(NamedTuple):
     radius: float
 
 
-def give_planes(spec: mujoco.MjSpec, robot: General) -> None:
+def give_planes(spec: mujoco.MjSpec, robot: Robot) -> None:
     """Adds the planes and the pairs that meet, and takes the level plane out of contact; nobody sees any of it.
 
     Args:

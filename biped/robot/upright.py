@@ -7,7 +7,7 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.robot.legs import places_of
-from biped.robot.robot import General
+from biped.robot.robot import Robot
 
 _STEPS = 100
 _STEADY = 1e-9
@@ -20,7 +20,7 @@ _FURTHEST = 0.03
 """[m] A point that stays further from its place than this makes another posture."""
 
 
-def stand_upright(model: mujoco.MjModel, data: mujoco.MjData, robot: General, frame: np.ndarray) -> None:
+def stand_upright(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, frame: np.ndarray) -> None:
     """Turns the base to where gravity says, about the middle of the feet, and bends legs until feet are as before.
 
     Args:
@@ -50,12 +50,12 @@ def stand_upright(model: mujoco.MjModel, data: mujoco.MjData, robot: General, fr
         )
 
 
-def contact_points(data: mujoco.MjData, robot: General) -> np.ndarray:
+def contact_points(data: mujoco.MjData, robot: Robot) -> np.ndarray:
     """(P, 3) [m] contact points; of data with kinematics."""
     return np.concatenate([places_of(data, foot) for foot in robot.feet])
 
 
-def _reach(model: mujoco.MjModel, data: mujoco.MjData, robot: General, wanted: np.ndarray, up: np.ndarray) -> None:
+def _reach(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, wanted: np.ndarray, up: np.ndarray) -> None:
     """Least squares in the legs' joints and the base's place (Gauss-Newton), within the joints' ranges."""
     bodies = [body for foot in robot.feet for body in foot.on]
     column = int(model.jnt_dofadr[model.body_jntadr[robot.base_number]])

@@ -14,8 +14,7 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
-from biped.robot.ground import Profile, profile_of, slabs
-from biped.robot.planar.description import robot_at
+from biped.robot.ground import Profile, slabs
 from biped.robot.run import Run
 from biped.scenario.push import PLANE
 from biped.show.lighting import light_evenly
@@ -123,11 +122,10 @@ def watch(
 def _engine(run: Run) -> tuple[Callable[..., AnyTrajectory], str, Profile]:
     """What simulates a run with somebody looking on, the body that the camera follows, and the line of the ground."""
     if run.scenario.robot is None:
-        return simulate, robot_at(run.model).base.link, profile_of(run.scenario.ground, run.seed)
+        return simulate, run.robot.base, run.profile
     from biped.engines.general.simulate import simulate as general
-    from biped.robot.recognise import robot_of
 
-    return general, robot_of(run.model, run.scenario.robot).base, profile_of(run.scenario.ground, run.seed)
+    return general, run.robot.base, run.profile
 
 
 def _launcher() -> Callable[..., Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from biped.base.files import label
 from biped.base.text import plain
-from biped.robot.robot import General
+from biped.robot.robot import Robot
 from biped.show.terminal import console, table
 from biped.studies.robot import ModelReport
 
@@ -28,7 +28,7 @@ def show_robot(found: ModelReport) -> None:
         )
 
 
-def _show(robot: General) -> None:
+def _show(robot: Robot) -> None:
     out = console()
     where = "in the plane (x, z, pitch)" if robot.planar else "in space (free joint)"
     if robot.description:

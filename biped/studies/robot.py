@@ -11,7 +11,7 @@ import msgspec
 from biped.base.errors import InputError
 from biped.base.files import description_of, is_file, label, locate, read_toml
 from biped.robot.recognise import looked_at
-from biped.robot.robot import General
+from biped.robot.robot import Robot
 from biped.robot.spec import parsed
 from biped.scenario.general import KIND
 from biped.scenario.laws import BUILT_IN, SPATIAL
@@ -33,7 +33,7 @@ class ModelReport(NamedTuple):
 
     file: Path
     description: Path | None
-    robot: General | None
+    robot: Robot | None
     faults: tuple[str, ...]
     planar: str
     laws: tuple[str, ...]
@@ -74,7 +74,7 @@ def look(name: str) -> ModelReport:
     return ModelReport(path, own if general else None, robot, faults, _planar(path, general), laws)
 
 
-def _laws(path: Path, table: Described, robot: General) -> tuple[str, ...]:
+def _laws(path: Path, table: Described, robot: Robot) -> tuple[str, ...]:
     """Laws of this package that a robot runs with: those for any, and the thesis's in space if it has its joints."""
     from biped.control.spatial.setup import check_robot
 

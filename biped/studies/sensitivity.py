@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from biped.ensemble.plan import Plan
-from biped.robot.planar.description import robot_at
 from biped.robot.planar.topology import N_ANGLES, PITCH
 from biped.robot.planar.tree import absolute
 from biped.scenario.vary import stream
@@ -72,7 +71,7 @@ def explained(plan: Plan, rows: Sequence[Mapping[str, Any]]) -> list[Share]:
         drawn[key] = [row["values"].get(key) for row in rows]
     if plan.scenario.start.jitter > 0.0 and not plan.scenario.sweep and len(rows) <= STARTS:
         angles = np.array([absolute(plan.run(row["index"]).q)[PITCH:] for row in rows])
-        links = robot_at(plan.model).links
+        links = plan.robot.bodies
         drawn |= {f"start: {links[i].replace('_', ' ')}": np.degrees(angles[:, i]).tolist() for i in range(N_ANGLES)}
     rng = stream(plan.scenario.seed, "sensitivity")
     shares = [share_of(name, values, failed, rng) for name, values in drawn.items()]

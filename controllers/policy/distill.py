@@ -21,8 +21,6 @@ from biped.control.setup import controller_record
 from biped.control.tick import pushing_tick
 from biped.ensemble.plan import Plan
 from biped.measure.columns import WIDTH
-from biped.robot.planar.description import robot_at
-from biped.robot.planar.model import tree_at
 from biped.scenario.reading import read_scenario
 
 SEED, HIDDEN, SECONDS = 7, 96, 5.0
@@ -37,7 +35,7 @@ class Teacher:
 
     def __init__(self, posture):
         self.run = Plan(read_scenario("calm/own", [f"start.posture={posture}"])).run(0)
-        self.record = controller_record(self.run, tree_at(self.run.model))
+        self.record = controller_record(self.run, self.run.tree)
         self.q, self.v, self.k = np.zeros(9), np.zeros(9), 0
 
     def __call__(self, sensed):
@@ -54,7 +52,7 @@ class Apprentice:
     def __init__(self, posture, network, share, noise, seed, notes):
         self.teacher, self.network, self.share, self.noise = Teacher(posture), network, share, noise
         self.rng, self.notes, self.jolt = np.random.default_rng(seed), notes, np.zeros(6)
-        self.seen = places(robot_at(self.teacher.run.model), Walker.observations)
+        self.seen = places(self.teacher.run.robot, Walker.observations)
 
     def begin(self, setup):
         """The law of a run, itself: what it notes must outlast the run."""

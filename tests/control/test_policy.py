@@ -14,7 +14,7 @@ from biped.cli.main import main
 from biped.control import policy
 from biped.measure.stored import load
 from biped.measure.trajectory import Trajectory
-from biped.robot.planar.description import robot_at
+from biped.robot.load import load_robot
 from biped.scenario.law import digest
 from tests.cases import SHORT, command, write
 from tests.ticks import HUMAN
@@ -79,7 +79,7 @@ def test_in_between_an_action_holds():
 
 
 def test_names_and_numbers_are_as_many():
-    robot = robot_at(HUMAN)
+    robot = load_robot(HUMAN, None)
     names = policy.names_of(robot)
     assert len(names) == len(set(names)) == 9 + 9 + 7 + 7 + 4 + 4 + 6 + 9 + 8 + 1
 

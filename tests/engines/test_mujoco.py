@@ -11,7 +11,7 @@ import pytest
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.robot.planar.build import compile_foreign
-from biped.robot.planar.description import robot_at
+from biped.robot.planar.description import description_at
 from biped.scenario.keys import Scenario, Simulation, Start
 from tests.runs import SCENARIOS, made
 from tests.ticks import HUMAN
@@ -44,7 +44,7 @@ def test_logged_forces_are_all_of_mujocos_constraint_forces(name):
     for k, model, data in again(name):
         total = np.zeros(9)
         total[[4, 7]] = t.stop[k]
-        for i, point in enumerate(robot_at(HUMAN).points):
+        for i, point in enumerate(description_at(HUMAN).points):
             J = np.zeros((3, 9))
             # MuJoCo's contact lies half-way between the point and the ground above it.
             place = data.site(point).xpos * [1.0, 1.0, 0.5]
@@ -108,7 +108,7 @@ def test_a_mirrored_start_walks_mirrored():
     s = Scenario(duration=0.3, start=Start(posture="single"))
     run = Plan(s).run(0)
     order = [0, 1, 2, 6, 7, 8, 3, 4, 5]
-    one, two = simulate(run), simulate(run._replace(q=run.q[order], v=run.v[order]))
+    one, two = simulate(run), simulate(replace(run, q=run.q[order], v=run.v[order]))
     np.testing.assert_allclose(two.q[:, order], one.q, atol=1e-7)
 
 

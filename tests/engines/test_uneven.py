@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -56,7 +57,7 @@ def dropped(engine, ramp):
         at, velocity = run.q.copy(), run.v.copy()
         at[:2], velocity[:2] = turn @ at[:2] + [FOOT, 0.0], turn @ velocity[:2]
         at[2] += ANGLE
-        run = run._replace(scenario=structs.replace(s, ground=structs.replace(s.ground, steps=steps)), q=at, v=velocity)
+        run = replace(run, scenario=structs.replace(s, ground=structs.replace(s.ground, steps=steps)), q=at, v=velocity)
     return ENGINES[engine].simulate(run)
 
 

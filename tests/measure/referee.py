@@ -48,8 +48,8 @@ def _pushes(t: Trajectory) -> list[tuple[int, int, np.ndarray, int]]:
     c, s = math.cos(math.radians(t.slope)), math.sin(math.radians(t.slope))
     return [
         (round(start / t.tick), round(end / t.tick), np.array([forward * c + up * s, up * c - forward * s]),
-         t.robot.links.index(body))
-        for start, end, forward, up, body in t.pushes if body in t.robot.links
+         t.robot.bodies.index(body))
+        for start, end, forward, up, body in t.pushes if body in t.robot.bodies
     ]  # fmt: skip
 
 

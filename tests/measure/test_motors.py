@@ -11,7 +11,7 @@ from biped.measure.columns import WIDTH, Q, U, V
 from biped.measure.metrics.motors import load
 from biped.measure.metrics.posture import inferred
 from biped.measure.trajectory import Trajectory
-from biped.robot.planar.description import robot_at
+from biped.robot.load import load_robot
 from biped.robot.planar.model import tree_at
 from biped.robot.planar.topology import BASE, HIP, NU
 
@@ -27,7 +27,8 @@ def trajectory(u, rate, n: int = 1001, speed: float = 0.5, **changes) -> Traject
     log[:, Q] = speed * log[:, 0]
     log[:, U : U + NU], log[:, V + BASE : V + BASE + NU] = u, rate
     plain = {"tick": 1e-3, "tree": tree_at(ROBOT), "slope": 0.0, "generalized": False, "torque_limit": (20.0,) * NU,
-             "pushes": (), "end": "completed", "cause": "", "warnings": {}, "robot": robot_at(ROBOT)}  # fmt: skip
+             "pushes": (), "end": "completed", "cause": "", "warnings": {},
+             "robot": load_robot(ROBOT, None)}  # fmt: skip
     return Trajectory(log=log, **(plain | changes))
 
 
@@ -69,7 +70,7 @@ def test_half_of_the_time_beyond_the_gear():
 
 
 def test_a_robot_without_motors_has_torques_alone():
-    human = robot_at(folder("models") / "human.xml")
+    human = load_robot(folder("models") / "human.xml", None)
     assert load(trajectory(one(0, 3.0), np.zeros(NU), robot=human), slice(None), DISTANCE) == {
         "rms_torque": pytest.approx(3.0)
     }

@@ -13,7 +13,7 @@ from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.robot.ground import LEVEL, slabs
 from biped.robot.planar.build import compile_foreign
-from biped.robot.planar.description import robot_at
+from biped.robot.planar.description import description_at
 from biped.scenario.reading import read_scenario
 from biped.show.figures.strobe import ground_line
 from biped.show.live import _arrange
@@ -122,7 +122,7 @@ def test_the_live_viewer_shows_the_ground_instead_of_a_plane():
     def watch(model, data, forces):
         if not seen:
             seen.append(Viewer(model))
-            _arrange(seen[0], model, robot_at(single.model).base.link, simulate(single).ground)
+            _arrange(seen[0], model, description_at(single.model).base.link, simulate(single).ground)
             assert model.geom("ground").rgba[3] == 0.0
 
     profile = simulate(single, watch).ground

@@ -18,7 +18,7 @@ from biped.control.general.sensed import Sensed
 from biped.control.law import Raised, Signals, numbers
 from biped.control.loading import load_law, said, signal_names
 from biped.robot.build import Command
-from biped.robot.robot import General
+from biped.robot.robot import Robot
 from biped.robot.run import Run
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario
@@ -43,7 +43,7 @@ class Setup:
 
     scenario: Scenario
     gains: Gains
-    robot: General
+    robot: Robot
     model: mujoco.MjModel
     path: Path
     tick: float

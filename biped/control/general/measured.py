@@ -11,7 +11,7 @@ import math
 import mujoco
 import numpy as np
 
-from biped.robot.robot import General
+from biped.robot.robot import Robot
 from biped.robot.run import Run
 from biped.scenario.senses import Gyro
 from biped.scenario.vary import stream
@@ -33,7 +33,7 @@ class Measured:
         data: What is measured, with what `mj_step1` computes at it.
     """
 
-    def __init__(self, run: Run, model: mujoco.MjModel, robot: General, tick: float):
+    def __init__(self, run: Run, model: mujoco.MjModel, robot: Robot, tick: float):
         sensors = run.scenario.sensors
         self.model, self.data = model, mujoco.MjData(model)
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
@@ -98,7 +98,7 @@ class _Gyro:
         return self._filtered
 
 
-def _coordinates(model: mujoco.MjModel, robot: General) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _coordinates(model: mujoco.MjModel, robot: Robot) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(nv,) each: velocities that move the base along, that turn something, and those of hinges that are joints."""
     kinds = model.jnt_type[model.dof_jntid]
     base = np.zeros(model.nv, dtype=bool)

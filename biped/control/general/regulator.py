@@ -13,7 +13,7 @@ from scipy.optimize import least_squares
 from biped.control.general.law import Setup
 from biped.control.general.sensed import Sensed
 from biped.robot.posture import height_of
-from biped.robot.robot import General
+from biped.robot.robot import Robot
 from biped.robot.soles import points_of
 
 _BALANCE = 1000.0
@@ -88,7 +88,7 @@ def _cost_to_go(A: np.ndarray, G: np.ndarray, H: np.ndarray) -> np.ndarray:
     return H
 
 
-def _balanced(model: mujoco.MjModel, data: mujoco.MjData, robot: General) -> None:
+def _balanced(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot) -> None:
     """Turns the robot and lets it down until the ground bears it without anything pushing its base."""
     up, axis = (robot.base_columns[i] for i in ((1, 2) if robot.planar else (2, 4)))
     start, height, turn = data.qpos.copy(), height_of(model, robot), np.zeros(model.nv)
@@ -109,6 +109,6 @@ def _balanced(model: mujoco.MjModel, data: mujoco.MjData, robot: General) -> Non
     missing(found.x)
 
 
-def _under(model: mujoco.MjModel, data: mujoco.MjData, robot: General) -> float:
+def _under(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot) -> float:
     """[m] height of the lowest point of the feet's geoms as they lie."""
     return min(float(points_of(model, data, geom)[:, 2].min()) for foot in robot.feet for geom in foot.geoms)

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from biped.robot.ground import LEVEL, Profile
-from biped.robot.robot import General
+from biped.robot.robot import Robot
 
 
 class Touch(NamedTuple):
@@ -65,7 +65,7 @@ class Sensed:
         ground_force: (P, 3) [N] on them, in the latest step.
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: General, ground: Profile = LEVEL):
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, ground: Profile = LEVEL):
         self._model, self._data, self.robot, self._ground = model, data, robot, ground
         self.time = 0.0
         self.q, self.v = _read_only(data.qpos), _read_only(data.qvel)

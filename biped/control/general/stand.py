@@ -17,7 +17,7 @@ from biped.control.general.law import Setup
 from biped.control.general.regulator import Regulator
 from biped.control.general.sensed import Sensed
 from biped.robot.legs import above
-from biped.robot.robot import General
+from biped.robot.robot import Robot
 
 SWAY = 1.5
 """Frequency of the centre of mass's return / that of its fall, sqrt(g / height)."""
@@ -107,7 +107,7 @@ class Stand:
         return (sizes[:, None] * edges).reshape(len(arms), -1, 3).sum(axis=1)
 
 
-def trunk_inertia(model: mujoco.MjModel, data: mujoco.MjData, robot: General) -> np.ndarray:
+def trunk_inertia(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot) -> np.ndarray:
     """(3, 3) [kg m²] inertia of all that is not a leg about the middle of the hips, in the world's frame."""
     chains = [above(model, foot.on[0]) for foot in robot.feet]
     shared = set(chains[0]) & set(chains[1])

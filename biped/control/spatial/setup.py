@@ -14,7 +14,7 @@ from biped.control.smoothing import fraction
 from biped.control.spatial import record
 from biped.control.spatial.places import Mechanics
 from biped.control.spatial.topology import BASE, BODIES, FOOT, LEG_POINTS, LEGS, NU, N
-from biped.robot.robot import General
+from biped.robot.robot import Robot
 from biped.scenario.gains import Gains
 from biped.scenario.gait import out_of_the_plane
 from biped.scenario.keys import Scenario
@@ -41,7 +41,7 @@ def controller_record(setup: Setup) -> np.ndarray:
     return out
 
 
-def check_robot(robot: General, model: mujoco.MjModel, name: str) -> None:
+def check_robot(robot: Robot, model: mujoco.MjModel, name: str) -> None:
     """Makes sure that a robot is what the law is for.
 
     Raises:
@@ -112,7 +112,7 @@ def _set_actuation(actuation: np.void, s: Scenario, limit: np.ndarray) -> None:
     actuation["follow"] = fraction(s.actuation.pushing.smoothing, 1.0 / s.simulation.control_rate)
 
 
-def mechanics_of(robot: General, data: mujoco.MjData) -> Mechanics:
+def mechanics_of(robot: Robot, data: mujoco.MjData) -> Mechanics:
     """A walker's state and what MuJoCo knows of it after `mj_step1`, live."""
     points = np.array([geom for foot in robot.feet for geom in foot.geoms])
     return Mechanics(

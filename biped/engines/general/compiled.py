@@ -11,14 +11,14 @@ from biped.control.spatial.law import Spatial
 from biped.control.spatial.setup import mechanics_of
 from biped.engines.general.walk import Plant
 from biped.engines.native import halves
-from biped.robot.robot import General
+from biped.robot.robot import Robot
 
 _AT_ORIGIN = 1e-9
 """[m] A push on a centre of mass that is no further from its body's origin has no moment about it."""
 
 
 def plant_of(
-    law: object, model: mujoco.MjModel, data: mujoco.MjData, robot: General, substeps: int, least: float, tilt: float,
+    law: object, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, substeps: int, least: float, tilt: float,
     columns: dict[str, tuple[int, tuple[int, ...]]], anchors: list[int],
 ) -> Plant | None:  # fmt: skip
     """The loop's plant, or None where the run must be stepped from Python.
@@ -56,7 +56,7 @@ def plant_of(
     )  # fmt: skip
 
 
-def on_base(forces: np.ndarray, model: mujoco.MjModel, robot: General) -> bool:
+def on_base(forces: np.ndarray, model: mujoco.MjModel, robot: Robot) -> bool:
     """Whether forces (bodies, 3) act on nothing but the base, at its origin."""
     pushed = np.flatnonzero(forces.any(axis=1)) + 1
     return all(body == robot.base_number and np.abs(model.body_ipos[body]).max() < _AT_ORIGIN for body in pushed)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from biped.robot.robot import General
+from biped.robot.robot import Robot
 
 _PYRAMIDAL = int(mujoco.mjtCone.mjCONE_PYRAMIDAL)
 
@@ -34,7 +34,7 @@ class Ground:
         planes: Numbers of the geoms that are ground, where it is not level.
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: General, planes: np.ndarray | None = None):
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, planes: np.ndarray | None = None):
         self._model, self._data = model, data
         self._ground = np.zeros(model.ngeom, dtype=bool)
         self._ground[robot.ground if planes is None else planes] = True

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from biped.control.general.sensed import Sensed
-from biped.robot.robot import General
+from biped.robot.robot import Robot
 
 
 class Notes:
@@ -22,7 +22,7 @@ class Notes:
         anchors: Joints that a stick figure shows: hip, knee and ankle of each leg.
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: General, parts: dict[str, slice]):
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, parts: dict[str, slice]):
         self._model, self._data, self._robot, self._parts = model, data, robot, parts
         legs = [foot.joints for foot in robot.feet]
         self.anchors = [joints[min(i, len(joints) - 1)] if joints else 0 for joints in legs for i in range(3)]

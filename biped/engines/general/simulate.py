@@ -22,9 +22,8 @@ from biped.engines.general.uneven import Uneven, own
 from biped.engines.general.upright import Upright
 from biped.engines.spans import push_spans
 from biped.measure.general.trajectory import GeneralTrajectory, columns_of, width_of
-from biped.robot.build import compiled, frame, limits_of
-from biped.robot.ground import levelled, profile_of
-from biped.robot.recognise import robot_of
+from biped.robot.build import compiled, frame
+from biped.robot.ground import levelled
 from biped.robot.run import Run
 from biped.robot.truth import masses_of
 from biped.scenario.laws import SPATIAL
@@ -68,13 +67,12 @@ class _Simulation:
 
     def __init__(self, run: Run, watch: Watch | None):
         s = run.scenario
-        assert s.robot is not None
         self.s, self.watch = s, watch
-        self.robot = robot_of(run.model, s.robot)
+        self.robot = run.robot
         make, name, file = maker_of(run)
         self.command = command_of(make, s, name)
         self.model = compiled(run.model, s, self.command)
-        self.profile = profile_of(s.ground, run.seed)
+        self.profile = run.profile
         if not self.profile.level:
             self.model = own(self.model)
         self.data = mujoco.MjData(self.model)
@@ -82,7 +80,7 @@ class _Simulation:
         self.tick = 1.0 / s.simulation.control_rate
         self.substeps = round(self.tick / s.simulation.timestep)
         self.count = round(s.duration * s.simulation.control_rate)
-        self.limits = limits_of(self.robot, s)
+        self.limits = np.array(run.torque_limits)
         size = self.model.nv if self.command == "generalized" else len(self.robot.drives)
         # Of how the robot differs from its file a law knows nothing, nor what lies ahead on its way.
         told = structs.replace(s, truth=Truth(), ground=levelled(s.ground))

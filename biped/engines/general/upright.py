@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from biped.robot.ground import Profile
-from biped.robot.robot import General
+from biped.robot.robot import Robot
 from biped.scenario.keys import Fall
 
 _STILL = 0.2
@@ -29,7 +29,7 @@ class Upright:
         least: [m] height of the base's centre of mass below which it has fallen.
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: General, fall: Fall, ground: Profile):
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, fall: Fall, ground: Profile):
         self._data, self._robot, self._fall, self._ground = data, robot, fall, ground
         self._number = robot.trunk_number
         self._up = -np.array(model.opt.gravity) / np.linalg.norm(model.opt.gravity)

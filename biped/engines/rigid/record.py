@@ -11,7 +11,7 @@ from biped.numerics.lanes import FEW, LANES
 from biped.robot.gravity import gravity
 from biped.robot.ground import GROUND, LEVEL, Profile, set_ground
 from biped.robot.planar.controller_model import believed_model
-from biped.robot.planar.description import Robot, robot_at
+from biped.robot.planar.description import PlanarParts
 from biped.robot.planar.kinematics import PLACES, TREE
 from biped.robot.planar.topology import BASE, N_CONSTRAINTS, N_LINKS, N_POINTS, N_ROWS, NQ, NU
 from biped.robot.planar.tree import Tree
@@ -118,11 +118,14 @@ RIGID = np.dtype(
 )  # fmt: skip
 
 
-def rigid_record(path: Path, slope: float, truth: Truth | None = None, ground: Profile = LEVEL) -> np.ndarray:
+def rigid_record(
+    path: Path, parts: PlanarParts, slope: float, truth: Truth | None = None, ground: Profile = LEVEL
+) -> np.ndarray:
     """The record (1,) of the biped that walks on a slope [degrees].
 
     Args:
         path: The model file; lengths, inertias and damping are Pinocchio's of that file.
+        parts: Names of its parts.
         slope: Degrees, uphill positive.
         truth: How the biped that walks differs from the file.
         ground: Heights along the slope.
@@ -131,7 +134,7 @@ def rigid_record(path: Path, slope: float, truth: Truth | None = None, ground: P
     model = believed_model(path, slope)
     out = np.zeros(1, RIGID)
     w = out[0]
-    tree = true_tree(pinocchio_tree(model, robot_at(path)), truth)
+    tree = true_tree(pinocchio_tree(model, parts), truth)
     for name, value in tree._asdict().items():
         w["tree"][name] = value
     w["gravity"] = gravity(slope)
@@ -140,7 +143,7 @@ def rigid_record(path: Path, slope: float, truth: Truth | None = None, ground: P
     return out
 
 
-def pinocchio_tree(model: pinocchio.Model, robot: Robot) -> Tree:
+def pinocchio_tree(model: pinocchio.Model, robot: PlanarParts) -> Tree:
     """Lengths and masses of Pinocchio's model; bodies welded to a link are part of it."""
     joints = [1, *(model.getJointId(name) for name in robot.joints[BASE:])]
     frames = [model.frames[model.getFrameId(point)] for point in robot.points]

@@ -14,10 +14,10 @@ import msgspec
 import mujoco
 import numpy as np
 
-from biped.base.typed import convert
 from biped.measure.logged import Logged
 from biped.robot.ground import LEVEL, Profile, profile_from
-from biped.robot.robot import General
+from biped.robot.load import robot_from
+from biped.robot.robot import Robot
 
 KIND = "general"
 """What a file says that it is a trajectory of."""
@@ -30,7 +30,7 @@ UNITS = {
 """Units of the quantities of `columns_of`."""
 
 
-def columns_of(robot: General) -> dict[str, tuple[int, tuple[int, ...]]]:
+def columns_of(robot: Robot) -> dict[str, tuple[int, tuple[int, ...]]]:
     """First column of each quantity in the log, and its shape."""
     nq, nv, nu, points = len(robot.q_names), len(robot.v_names), len(robot.drives), len(robot.of_foot)
     shapes: dict[str, tuple[int, ...]] = {
@@ -45,7 +45,7 @@ def columns_of(robot: General) -> dict[str, tuple[int, tuple[int, ...]]]:
     return out
 
 
-def width_of(robot: General) -> int:
+def width_of(robot: Robot) -> int:
     """Columns of the log, a law's own signals aside."""
     first, shape = list(columns_of(robot).values())[-1]
     return first + math.prod(shape)
@@ -86,7 +86,7 @@ class GeneralTrajectory(Logged):
     end: str
     cause: str
     warnings: dict[str, int]
-    robot: General
+    robot: Robot
     sampled: bool = False
     signal_names: tuple[str, ...] = ()
     traceback: str = ""
@@ -252,7 +252,7 @@ def made_of(about: dict[str, Any], log: np.ndarray) -> GeneralTrajectory:
     """
     about = dict(about)
     about.pop("kind")
-    about["robot"] = convert(about["robot"], General)
+    about["robot"] = robot_from(about["robot"])
     about["ground"] = profile_from(about.pop("ground", None))
     about["changes"] = about.get("changes", ())
     for name in ("gravity", "torque_limit", "signal_names", "changes"):
@@ -271,7 +271,7 @@ def loaded(about: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> GeneralTr
         KeyError: An array is missing.
         ValueError: They do not fit.
     """
-    robot = convert(about["robot"], General)
+    robot = robot_from(about["robot"])
     n = len(arrays["time"])
     names = (*columns_of(robot), *(("signals",) if about["signal_names"] else ()))
     return made_of(about, np.hstack([np.asarray(arrays[name], dtype=float).reshape(n, -1) for name in names]))

@@ -133,10 +133,10 @@ def push_work(t: Trajectory) -> float:
     moved = motion(t.tree, t.q[:-1], 0.5 * (t.v[:-1] + t.v[1:])).com_velocity
     work = 0.0
     for start, end, forward, up, body in t.pushes:
-        if body in t.robot.links:
+        if body in t.robot.bodies:
             force = np.array([forward * c + up * s, up * c - forward * s])
             rows = slice(round(start / t.tick), round(end / t.tick))
-            work += float((moved[rows, t.robot.links.index(body)] @ force).sum()) * t.tick
+            work += float((moved[rows, t.robot.bodies.index(body)] @ force).sum()) * t.tick
     return work
 
 

@@ -121,8 +121,8 @@ def _pushes(t: Trajectory) -> np.ndarray:
     c, s = math.cos(math.radians(t.slope)), math.sin(math.radians(t.slope))
     found = [
         (round(start / t.tick), round(end / t.tick), forward * c + up * s, up * c - forward * s,
-         t.robot.links.index(body))
-        for start, end, forward, up, body in t.pushes if body in t.robot.links
+         t.robot.bodies.index(body))
+        for start, end, forward, up, body in t.pushes if body in t.robot.bodies
     ]  # fmt: skip
     return np.array(found, dtype=float).reshape(-1, 5)
 

@@ -11,7 +11,7 @@ import mujoco
 from biped.base.files import label
 from biped.robot.gravity import gravity
 from biped.robot.ground import box_of, is_level, levelled
-from biped.robot.planar.description import Robot, robot_at, version_of
+from biped.robot.planar.description import PlanarParts, description_at, version_of
 from biped.robot.planar.model import spec_of
 from biped.robot.planar.order import Order, order_of
 from biped.robot.planar.topology import NU
@@ -53,7 +53,7 @@ def compile_foreign(path: Path, scenario: Scenario, visuals: bool = False) -> Fo
     s = scenario
     level = is_level(s.ground)
     # Heights along the way are no part of the model: only that there are any.
-    return _compiled(*version_of(path), levelled(s.ground), level, s.simulation, s.truth, torque_limits(s), visuals)
+    return _compiled(*version_of(path), levelled(s.ground), level, s.simulation, s.truth, _limits(s), visuals)
 
 
 @lru_cache(maxsize=8)
@@ -69,7 +69,7 @@ def _compiled(
     visuals: bool,
 ) -> Foreign:
     path = Path(file)
-    spec, robot = spec_of(path), robot_at(path)
+    spec, robot = spec_of(path), description_at(path)
     if not visuals:
         kept = (robot.contact.ground, *robot.points)
         for geom in [g for g in spec.geoms if g.name not in kept]:
@@ -114,7 +114,7 @@ def _add_planes(spec: mujoco.MjSpec) -> None:
         pair.geomname1 = plane.name
 
 
-def _add_seat(spec: mujoco.MjSpec, ground: Ground, robot: Robot) -> None:
+def _add_seat(spec: mujoco.MjSpec, ground: Ground, robot: PlanarParts) -> None:
     """Puts a box on the ground and a sphere about the hips, which meets it.
 
     The sphere is the torso's: MuJoCo lists contacts by the bodies that meet, those of the feet after it.
@@ -139,7 +139,7 @@ def plane_below(point: str) -> str:
     return f"ground below {point}"
 
 
-def torque_limits(scenario: Scenario) -> tuple[float, ...]:
+def _limits(scenario: Scenario) -> tuple[float, ...]:
     """The six torque limits [N m] of a scenario."""
     limit = scenario.actuation.torque_limit
     return limit if isinstance(limit, tuple) else (limit,) * NU

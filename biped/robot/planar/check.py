@@ -12,14 +12,14 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.base.files import nearest
 from biped.base.text import short
-from biped.robot.planar.description import Robot
+from biped.robot.planar.description import PlanarParts
 from biped.robot.planar.topology import BASE, LINK_DOF, PARENT, POINT_LINK, TORSO, Z
 
 _SLACK = 1e-9
 ANY_ROBOT = "others run with [robot] and law = 'path.py:Class' or 'stand' (biped model FILE; docs/robots.md)"
 
 
-def check_parts(spec: mujoco.MjSpec, name: str, robot: Robot) -> None:
+def check_parts(spec: mujoco.MjSpec, name: str, robot: PlanarParts) -> None:
     """Checks that a parsed model file has every named part, before the compiler stumbles over what refers to it.
 
     Args:
@@ -63,7 +63,7 @@ def check_parts(spec: mujoco.MjSpec, name: str, robot: Robot) -> None:
             raise InputError(f"{name}: joint '{joint}': expected in body '{link}', got in body '{there}'")
 
 
-def check_model(model: mujoco.MjModel, name: str, robot: Robot) -> None:
+def check_model(model: mujoco.MjModel, name: str, robot: PlanarParts) -> None:
     """Checks a compiled model file.
 
     Args:
@@ -81,7 +81,7 @@ def check_model(model: mujoco.MjModel, name: str, robot: Robot) -> None:
     _contacts(model, name, robot)
 
 
-def _exactly(model: mujoco.MjModel, name: str, robot: Robot) -> None:
+def _exactly(model: mujoco.MjModel, name: str, robot: PlanarParts) -> None:
     joints = [model.joint(i).name for i in range(model.njnt)]
     kinds = (
         ("bodies", robot.links, [model.body(i).name for i in range(1, model.nbody)]),
@@ -99,7 +99,7 @@ def _exactly(model: mujoco.MjModel, name: str, robot: Robot) -> None:
         )
 
 
-def _bodies(model: mujoco.MjModel, name: str, robot: Robot) -> None:
+def _bodies(model: mujoco.MjModel, name: str, robot: PlanarParts) -> None:
     for link, up in zip(robot.links, PARENT, strict=True):
         parent = model.body(model.body_parentid[model.body(link).id]).name
         expected = "world" if up < 0 else robot.links[up]
@@ -112,7 +112,7 @@ def _bodies(model: mujoco.MjModel, name: str, robot: Robot) -> None:
         )
 
 
-def _joints(model: mujoco.MjModel, name: str, robot: Robot) -> None:
+def _joints(model: mujoco.MjModel, name: str, robot: PlanarParts) -> None:
     for i, joint in enumerate(robot.joints):
         at = model.joint(joint).id
         slides = i <= Z
@@ -139,7 +139,7 @@ def _joints(model: mujoco.MjModel, name: str, robot: Robot) -> None:
             )
 
 
-def _motors(model: mujoco.MjModel, name: str, robot: Robot) -> None:
+def _motors(model: mujoco.MjModel, name: str, robot: PlanarParts) -> None:
     for motor, joint in zip(robot.actuators, robot.joints[BASE:], strict=True):
         i = model.actuator(motor).id
         drives = model.actuator_trntype[i] == mujoco.mjtTrn.mjTRN_JOINT
@@ -156,7 +156,7 @@ def _motors(model: mujoco.MjModel, name: str, robot: Robot) -> None:
             )
 
 
-def _contacts(model: mujoco.MjModel, name: str, robot: Robot) -> None:
+def _contacts(model: mujoco.MjModel, name: str, robot: PlanarParts) -> None:
     floor, radius = robot.contact.ground, robot.contact.radius
     ground = model.geom(floor)
     upright = np.abs(ground.quat - [1.0, 0.0, 0.0, 0.0]).max() < _SLACK

@@ -11,7 +11,7 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.base.files import label
 from biped.robot.gravity import gravity
-from biped.robot.planar.description import Robot, robot_at, version_of
+from biped.robot.planar.description import PlanarParts, description_at, version_of
 from biped.robot.planar.topology import BASE
 
 if TYPE_CHECKING:
@@ -28,14 +28,14 @@ def canonical(path: str, modified: float, described: float) -> pinocchio.Model:
     import pinocchio
 
     try:
-        return _reordered(pinocchio.buildModelFromMJCF(path), robot_at(Path(path)))
+        return _reordered(pinocchio.buildModelFromMJCF(path), description_at(Path(path)))
     except (ValueError, RuntimeError) as error:
         raise InputError(
             f"{label(Path(path))}: not a model Pinocchio can read: {' '.join(str(error).split())}"
         ) from error
 
 
-def _reordered(model: pinocchio.Model, robot: Robot) -> pinocchio.Model:
+def _reordered(model: pinocchio.Model, robot: PlanarParts) -> pinocchio.Model:
     """Pinocchio's model with its legs in canonical order; the same one if they are."""
     import pinocchio
 

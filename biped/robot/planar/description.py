@@ -1,4 +1,4 @@
-"""What a biped is, as data: a TOML file beside its model file says which parts are which, and what is its own.
+"""A planar biped as data: a TOML file beside its model file says which parts are which, and what is its own.
 
 `models/human.xml` is described by `models/human.toml`. A model file without a description beside it has the parts and
 names of the human's; so a variant of the human is a model file alone, and another robot is a model file and a
@@ -124,28 +124,18 @@ class Motor(Section, frozen=True):
         return u * through / (self.ratio * self.torque_constant)
 
 
-class Robot(Section, frozen=True):
-    """A biped's description.
+class PlanarParts(Section, frozen=True, kw_only=True):
+    """The parts of a planar biped by the names that its model file has for them.
 
     Attributes:
-        description: One line for people.
         base: The torso.
         leg: The two legs; the first is the thesis's leg 1-3.
         contact: Ground and contact points.
-        walked: What counts as walking.
-        shown: The camera.
-        motor: Its actuators; default: whatever gives the torques that are asked for.
-        scenario: Keys of a scenario and their values where a scenario of this robot does not say.
     """
 
     base: Torso
     leg: Annotated[tuple[Leg, ...], Meta(min_length=LEGS, max_length=LEGS)]
-    walked: Walked
-    shown: Shown
     contact: Contact = Contact()
-    description: str = ""
-    motor: Motor | None = None
-    scenario: dict[str, Any] = field(default_factory=dict)
 
     @property
     def links(self) -> tuple[str, ...]:
@@ -174,18 +164,36 @@ class Robot(Section, frozen=True):
 
     @property
     def legs(self) -> tuple[str, ...]:
-        """What people call the legs."""
+        """Names of the legs, as people call them."""
         return tuple(leg.name for leg in self.leg)
 
 
-def robot_at(model: Path) -> Robot:
-    """The description of the robot in a model file.
+class PlanarDescription(PlanarParts, frozen=True, kw_only=True):
+    """The description beside the model file of a planar biped.
+
+    Attributes:
+        description: One line for people.
+        walked: What counts as walking.
+        shown: The camera.
+        motor: Its actuators; default: whatever gives the torques that are asked for.
+        scenario: Keys of a scenario and their values where a scenario of this robot does not say.
+    """
+
+    walked: Walked
+    shown: Shown
+    description: str = ""
+    motor: Motor | None = None
+    scenario: dict[str, Any] = field(default_factory=dict)
+
+
+def description_at(model: Path) -> PlanarDescription:
+    """The description of the planar biped in a model file.
 
     Raises:
         InputError: It cannot be read, lacks a part, or names a part twice.
     """
     path = description_of(model)
-    return _robot(str(path), path.stat().st_mtime)
+    return _read(str(path), path.stat().st_mtime)
 
 
 def version_of(model: Path) -> tuple[str, float, float]:
@@ -194,20 +202,22 @@ def version_of(model: Path) -> tuple[str, float, float]:
 
 
 @lru_cache(maxsize=8)
-def _robot(file: str, modified: float) -> Robot:
+def _read(file: str, modified: float) -> PlanarDescription:
     path = Path(file)
 
     def fail(key: str, what: str) -> InputError:
         return InputError(f"{label(path)}: {key}: {what}")
 
     data = read_toml(path)
-    known_keys({key: value for key, value in data.items() if key not in ("leg", "scenario")}, Robot, "", fail)
+    known_keys(
+        {key: value for key, value in data.items() if key not in ("leg", "scenario")}, PlanarDescription, "", fail
+    )
     legs = data.get("leg", [])
     if not isinstance(legs, list) or not all(isinstance(leg, dict) for leg in legs):
         raise fail("leg", "expected two tables, each headed [[leg]]")
     for i, leg in enumerate(legs):
         known_keys(leg, Leg, f"leg[{i}].", fail)
-    robot = convert(data, Robot, fail)
+    robot = convert(data, PlanarDescription, fail)
     for i, leg in enumerate(robot.leg):
         if leg.stops != (leg.joints[_KNEE],):
             raise fail(f"leg[{i}].stops", f"expected the knee, ['{leg.joints[_KNEE]}'], got {list(leg.stops)}")

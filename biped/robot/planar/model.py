@@ -19,7 +19,7 @@ from biped.base.errors import InputError
 from biped.base.files import label, nearest
 from biped.robot.planar.check import check_model, check_parts
 from biped.robot.planar.controller_model import canonical
-from biped.robot.planar.description import robot_at, version_of
+from biped.robot.planar.description import description_at, version_of
 from biped.robot.planar.order import order_of
 from biped.robot.planar.tree import Tree, tree_of
 from biped.robot.safety import examine, packaged
@@ -38,7 +38,7 @@ def _checked(path: str, modified: float, described: float) -> tuple[mujoco.MjSpe
 
 
 def _parsed(path: str) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
-    name, robot = label(Path(path)), robot_at(Path(path))
+    name, robot = label(Path(path)), description_at(Path(path))
     try:
         spec = mujoco.MjSpec.from_file(path)
         check_parts(spec, name, robot)
@@ -59,6 +59,11 @@ def _survives(path: str) -> None:
     canonical(path, 0.0, 0.0)
 
 
+def checked_model(path: Path) -> mujoco.MjModel:
+    """The compiled model file as it is; not to be written to."""
+    return _checked(*version_of(path))[1]
+
+
 def spec_of(path: Path) -> mujoco.MjSpec:
     """A private copy of the parsed model file."""
     return _checked(*version_of(path))[0].copy()
@@ -71,7 +76,7 @@ def posture_of(path: Path, name: str) -> tuple[np.ndarray, tuple[str, ...]]:
         InputError: The model has no such keyframe, or names points that do not exist.
     """
     spec, model = _checked(*version_of(path))
-    robot = robot_at(path)
+    robot = description_at(path)
     keys = {key.name: key for key in spec.keys}
     if name not in keys:
         raise InputError(
@@ -98,4 +103,4 @@ def tree_at(path: Path) -> Tree:
 
 @lru_cache(maxsize=8)
 def _tree(path: str, modified: float, described: float) -> Tree:
-    return tree_of(_checked(path, modified, described)[1], label(Path(path)), robot_at(Path(path)))
+    return tree_of(_checked(path, modified, described)[1], label(Path(path)), description_at(Path(path)))

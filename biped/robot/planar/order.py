@@ -11,7 +11,7 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from biped.robot.planar.description import Robot
+from biped.robot.planar.description import PlanarParts
 from biped.robot.planar.topology import NQ, NU
 
 
@@ -38,7 +38,7 @@ class Order(NamedTuple):
         return bool((self.joints == np.arange(NQ)).all() and (self.actuators == np.arange(NU)).all())
 
 
-def order_of(model: mujoco.MjModel, robot: Robot) -> Order:
+def order_of(model: mujoco.MjModel, robot: PlanarParts) -> Order:
     """The order of a compiled model file that has passed its check."""
     joints = np.array([model.joint(joint).dofadr[0] for joint in robot.joints])
     pairs = [robot.points.index(name) for i in range(model.npair) if (name := model.pair(i).name) in robot.points]

@@ -12,7 +12,7 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.jit import entry_kernel
-from biped.robot.planar.description import Robot
+from biped.robot.planar.description import PlanarParts
 from biped.robot.planar.kinematics import PLACES, TREE, forward
 from biped.robot.planar.topology import (
     BASE,
@@ -71,7 +71,7 @@ class Tree(NamedTuple):
         return float(-self.joint[SHANK[0], 1] - self.joint[FOOT[0], 1] - self.point[TOE[0], 1])
 
 
-def tree_of(model, name: str, robot: Robot) -> Tree:
+def tree_of(model, name: str, robot: PlanarParts) -> Tree:
     """Reads the tree out of a compiled MuJoCo model.
 
     Args:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from biped.robot.planar.description import Robot
+from biped.robot.planar.description import PlanarParts
 from biped.robot.planar.topology import BASE, PARENT, POINT_LINK, THIGH, TORSO
 from biped.robot.planar.tree import Tree
 from biped.scenario.keys import Truth
@@ -40,7 +40,7 @@ def _with_hip_mass(tree: Tree, hip: float) -> Tree:
     return tree._replace(com=com, mass=mass, inertia=inertia)
 
 
-def apply_truth(spec: mujoco.MjSpec, truth: Truth, robot: Robot) -> None:
+def apply_truth(spec: mujoco.MjSpec, truth: Truth, robot: PlanarParts) -> None:
     """Scales masses, inertias and lengths in a parsed model, in place."""
     for i, link in enumerate(robot.links):
         body = spec.body(link)

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Arc
 
 from biped.base.files import folder
-from biped.robot.planar.description import Robot, robot_at
+from biped.robot.planar.description import PlanarParts, description_at
 from biped.robot.planar.model import posture_of, tree_at
 from biped.robot.planar.posture import project
 from biped.robot.planar.topology import FOOT, HEEL, NQ, PITCH, SHANK, THIGH, TOE, TORSO, X
@@ -34,7 +34,7 @@ def plot_conventions(path: Path) -> Path:
         InputError: The file cannot be written.
     """
     model = folder("models") / "human.xml"
-    tree, robot = tree_at(model), robot_at(model)
+    tree, robot = tree_at(model), description_at(model)
     q, contacts = posture_of(model, "heel_toe")
     q = project(tree, q, contacts, robot.points)
     q[X] = 0.0
@@ -125,7 +125,7 @@ def _joints(axes: Axes, at: Motion) -> None:
     axes.text(-0.72, -0.17, "upright, feet flat: all 0. A positive torque drives its angle up", fontsize=8)
 
 
-def _rows(axes: Axes, at: Motion, robot: Robot) -> None:
+def _rows(axes: Axes, at: Motion, robot: PlanarParts) -> None:
     _body(axes, at, "rows of J: normal, then tangential")
     for i, name in enumerate(robot.points):
         colour, place = _LEGS[i // 2], at.point[i]

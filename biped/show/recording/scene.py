@@ -207,7 +207,7 @@ def contact_points(placed: Placed, rows: np.ndarray) -> np.ndarray:
     planar = motion(trajectory.tree, trajectory.q[rows], trajectory.v[rows]).point
     out = spatial.lift(planar)
     for i, (point, link) in enumerate(zip(robot.points, POINT_LINK, strict=True)):
-        out[:, i, 1] = _sideways(run.model, run.model.body(robot.links[link]).id, run.model.site(point).id) + _BESIDE
+        out[:, i, 1] = _sideways(run.model, run.model.body(robot.bodies[link]).id, run.model.site(point).id) + _BESIDE
     return out
 
 

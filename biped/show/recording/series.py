@@ -17,6 +17,7 @@ from biped.measure.signals import (
     seen,
     torso_angle,
 )
+from biped.robot.planar.topology import ENDS
 from biped.show.recording.recorded import Placed, times
 
 RATE = 1000.0
@@ -137,7 +138,7 @@ def log_states(recording: rr.RecordingStream, placed: Placed) -> None:
     # The viewer names lanes by their path and sorts them by it: each leg's contacts come under its state.
     for leg, side in enumerate(robot.legs):
         _lane(recording, placed.entity("states", f"{side} leg"), time, end, phase[:, leg], LEG_STATES[leg])
-    sides = [leg.name for leg in robot.leg for _ in leg.points]
+    sides = [leg for leg in robot.legs for _ in range(ENDS)]
     for i, (side, point) in enumerate(zip(sides, robot.points, strict=True)):
         flag = trajectory.believed[:, i].astype(int)
         lane = f"{side} leg, {point.removeprefix(f'{side}_')}"

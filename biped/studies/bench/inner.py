@@ -12,7 +12,6 @@ from biped.control.setup import controller_record
 from biped.control.tick import thesis_tick
 from biped.measure.trajectory import Trajectory
 from biped.robot.planar.kinematics import mass_matrix
-from biped.robot.planar.model import tree_at
 from biped.robot.run import Run
 
 
@@ -54,7 +53,7 @@ class Inner:
     """
 
     def __init__(self, run: Run, trajectory: Trajectory):
-        self._record = controller_record(run, tree_at(run.model))
+        self._record = controller_record(run, run.tree)
         columns = (trajectory.q, trajectory.v, trajectory.Q_d)
         self._q, self._v, self._Q_d = (np.ascontiguousarray(column) for column in columns)
         self._log = np.array(trajectory.log)

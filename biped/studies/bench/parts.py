@@ -9,6 +9,7 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -133,7 +134,7 @@ def tick_parts(run: Run, trajectory: Trajectory) -> dict[str, float]:
     from biped.studies.bench.inner import Inner
 
     inner = Inner(run, trajectory)
-    one_tick = run._replace(scenario=msgspec.structs.replace(run.scenario, duration=trajectory.tick))
+    one_tick = replace(run, scenario=msgspec.structs.replace(run.scenario, duration=trajectory.tick))
     calls: dict[str, Callable[[], float]] = {
         "physics": lambda: bare(run, trajectory),
         "steps": lambda: strict(run, trajectory) or bare(run, trajectory),

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import msgspec
@@ -118,7 +119,7 @@ def short(run: Run, t: Trajectory, rows: np.ndarray) -> np.ndarray:
     s = msgspec.structs.replace(run.scenario, duration=HORIZON, window=Window(), push=(), change=())
     out = []
     for row in rows:
-        walked = simulate_planar(run._replace(q=t.q[row].copy(), v=t.v[row].copy(), scenario=s))
+        walked = simulate_planar(replace(run, q=t.q[row].copy(), v=t.v[row].copy(), scenario=s))
         angle = np.full((round(HORIZON / GRID), 7), math.nan)
         there = walked.q[:: round(GRID / walked.tick), 2:]
         angle[: len(there)] = there

@@ -13,6 +13,7 @@ the controller remembers of a contact change less than a hold time ago is lost b
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import msgspec
@@ -109,7 +110,7 @@ class PoincareSection:
         # The section ahead of a start is that start: only what comes after a swing counts, which strikes see to, since
         # a swing that began before the run has no 0.05 s of air yet.
         s = msgspec.structs.replace(self.run.scenario, duration=seconds, window=Window(), push=(), change=())
-        t = simulate_planar(self.run._replace(q=start[:9], v=start[9:], scenario=s))
+        t = simulate_planar(replace(self.run, q=start[:9], v=start[9:], scenario=s))
         return t, self.states(crossings(t, self.height))
 
     def returned(self, z: np.ndarray, stride: float) -> np.ndarray:

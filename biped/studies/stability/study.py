@@ -12,8 +12,6 @@ from biped.ensemble.backend import Jobs
 from biped.ensemble.campaign import simulate_planar
 from biped.ensemble.plan import Plan
 from biped.robot.ground import first_of, is_level
-from biped.robot.planar.model import tree_at
-from biped.robot.planar.truth import true_tree
 from biped.scenario.vary import stream
 from biped.studies.planned import plan_of, title_of
 from biped.studies.stability import sizes
@@ -67,7 +65,7 @@ def steady_strides(plan: Plan, mapped: Mapped) -> Steady:
         RunError: The scenario does not walk long enough.
     """
     first = plan.run(0)
-    section = PoincareSection(first, true_tree(tree_at(first.model), first.scenario.truth))
+    section = PoincareSection(first, first.true_tree)
 
     def walk(index: int) -> tuple[np.ndarray, np.ndarray] | None:
         t = simulate_planar(plan.run(index))

@@ -17,8 +17,6 @@ from biped.base.text import said
 from biped.ensemble.backend import Jobs
 from biped.ensemble.plan import Plan
 from biped.robot.gravity import GRAVITY
-from biped.robot.planar.model import tree_at
-from biped.robot.recognise import robot_of
 from biped.scenario.gains import Gains
 from biped.scenario.gait import read_gains, speeds_of
 from biped.scenario.metrics import METRICS
@@ -233,14 +231,7 @@ def _plan(test: Trial, word: str, changes: Sequence[str], value: float) -> Plan:
 
 
 def _unit(plan: Plan, of: str) -> float:
-    general = plan.scenario.robot
-    if general is None:
-        tree = tree_at(plan.model)
-        mass, leg = float(tree.mass.sum()), float(tree.leg)
-    else:
-        robot = robot_of(plan.model, general)
-        mass, leg = robot.mass, robot.leg
-    return {"si": 1.0, "weight": mass * GRAVITY, "leg": leg}[of]
+    return {"si": 1.0, "weight": plan.robot.mass * GRAVITY, "leg": plan.robot.leg}[of]
 
 
 def _quoted(word: str) -> str:

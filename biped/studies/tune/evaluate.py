@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -15,7 +16,6 @@ from biped.ensemble import executor
 from biped.ensemble.backend import Jobs
 from biped.ensemble.plan import Plan
 from biped.measure.trajectory import Trajectory
-from biped.robot.planar.description import robot_at
 from biped.robot.run import Run
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario, Window
@@ -173,7 +173,7 @@ class Study:
             scenario = with_values(scenario, dict(task.candidate.keys), Asked("tune.keys"))
             random = msgspec.structs.replace(scenario.randomise, runs=RUNS)
             self._plans[key] = Plan(msgspec.structs.replace(scenario, seed=task.seed, randomise=random), checked=True)
-        return self._plans[key].run(task.number)._replace(gains=task.candidate.gains)
+        return replace(self._plans[key].run(task.number), gains=task.candidate.gains)
 
     def cost(self, outcomes: dict[str, list[GainOutcome]], distance: float) -> float:
         """The objective: weighted mean over conditions of their runs' mean cost, and the distance from the start.
@@ -192,8 +192,7 @@ class Study:
 
 def _slowest(run: Run) -> float:
     """[m/s] of the slowest walk that counts as one."""
-    robot = run.scenario.robot
-    return (robot_at(run.model).walked if robot is None else robot.walked).speed
+    return run.robot.walked.speed
 
 
 def by_condition(tasks: Sequence[Task], outcomes: Sequence[GainOutcome]) -> dict[str, list[GainOutcome]]:

@@ -6,8 +6,6 @@ import math
 
 from biped.base.errors import RunError
 from biped.measure.trajectory import Trajectory
-from biped.robot.planar.model import tree_at
-from biped.robot.planar.truth import true_tree
 from biped.robot.run import Run
 from biped.scenario.vary import stream
 from biped.studies.stability.kicks import Kicks
@@ -30,7 +28,7 @@ def parting(run: Run, walk: Trajectory) -> float:
     Returns:
         The growth; infinite if the walker does not return often enough.
     """
-    section = PoincareSection(run, true_tree(tree_at(run.model), run.scenario.truth))
+    section = PoincareSection(run, run.true_tree)
     seen = crossings(walk, section.height)
     if len(seen.time) < 2:
         return math.inf

@@ -14,7 +14,7 @@ from biped.control.general.law import Setup
 from biped.control.spatial.places import point_motion, sense_places
 from biped.control.spatial.setup import controller_record, mechanics_of
 from biped.ensemble.plan import Plan
-from biped.robot.build import compiled, limits_of
+from biped.robot.build import compiled
 from biped.robot.recognise import robot_of
 from biped.scenario.reading import read_scenario
 
@@ -34,7 +34,7 @@ class Scene:
         self.data = mujoco.MjData(self.model)
         self.q, self.v = run.q, run.v
         self.setup = Setup(
-            s, run.gains, self.robot, self.model, run.model, 1e-3, limits_of(self.robot, s), run.q, run.v
+            s, run.gains, self.robot, self.model, run.model, 1e-3, np.array(run.torque_limits), run.q, run.v
         )
         self.record = controller_record(self.setup)
         self.c: Any = self.record[0]

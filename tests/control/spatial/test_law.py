@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from msgspec.structs import replace
+from msgspec import structs
 
 from biped.base.errors import InputError
 from biped.engines.general.simulate import simulate
@@ -45,7 +47,7 @@ def mirrored(run):
     q[7:] = np.concatenate([q[13:], q[7:13]])
     v[[1, 3, 5]] *= -1.0
     v[6:] = np.concatenate([v[12:], v[6:12]])
-    return run._replace(q=q, v=v)
+    return replace(run, q=q, v=v)
 
 
 @pytest.mark.parametrize("controller", ["human3d", "human3d_generalized"])
@@ -94,7 +96,7 @@ def test_a_planar_model_refuses_tables_of_a_walker_in_space():
 def test_another_robot_is_refused_in_words():
     s = run_of().scenario
     assert s.robot is not None
-    feet = tuple(replace(foot, geoms=foot.geoms[:2]) for foot in s.robot.foot)
-    other = Plan(replace(s, robot=replace(s.robot, foot=feet))).run(0)
+    feet = tuple(structs.replace(foot, geoms=foot.geoms[:2]) for foot in s.robot.foot)
+    other = Plan(structs.replace(s, robot=structs.replace(s.robot, foot=feet))).run(0)
     with pytest.raises(InputError, match="law: 'spatial' is for a torso with a free joint"):
         simulate(other)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -46,7 +48,7 @@ def growth(steps: int, *changes: str) -> list[float]:
         def walk(kick, row=row, plan=plan):
             v = steady.v[row].copy()
             v[1] += kick
-            return at_strikes(simulate(plan.run(0)._replace(q=steady.q[row].copy(), v=v)))
+            return at_strikes(simulate(replace(plan.run(0), q=steady.q[row].copy(), v=v)))
 
         size = [float(np.linalg.norm(scale * (a - b))) for a, b in zip(walk(KICK), walk(-KICK), strict=False)]
         out.append((size[steps] / size[0]) ** (1.0 / steps))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -51,7 +52,7 @@ def test_it_walks_the_human_as_the_compiled_path_does():
     """The thesis's law in Python on this path, compiled on the other: the same walk, tick by tick."""
     run = plan_of("any/walk", ("duration=0.6",)).run(0)
     other = plan_of("level_normal", ("duration=0.6", "window.start=0", "window.end=0.6", "start.jitter=0"))
-    there = planar.simulate(other.run(0)._replace(q=run.q, v=run.v))
+    there = planar.simulate(replace(other.run(0), q=run.q, v=run.v))
     t = simulate(run)
     # The contact points lie a micrometre apart: that is their spheres' radius.
     np.testing.assert_allclose(t.q, there.q, atol=2e-5)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -81,8 +82,8 @@ def dropped(robot, ramp: bool):
         q[3:7] = turned
         long = 10.0 / math.tan(ANGLE)
         steps = Steps(rise=10.0, run=2.0 * long, ramp=long, start=FOOT)
-        run = run._replace(scenario=structs.replace(run.scenario, ground=Ground(steps=steps, friction=0.8)))
-    return simulate(run._replace(q=q, v=v))
+        run = replace(run, scenario=structs.replace(run.scenario, ground=Ground(steps=steps, friction=0.8)))
+    return simulate(replace(run, q=q, v=v))
 
 
 def test_a_ramp_is_a_slope(robot):

@@ -10,7 +10,7 @@ from biped.engines.rigid.record import pinocchio_tree, rigid_record
 from biped.engines.rigid.tree import applied_forces, mass_and_bias, place
 from biped.measure.metrics.energy import energy
 from biped.robot.planar.controller_model import believed_model
-from biped.robot.planar.description import robot_at
+from biped.robot.planar.description import description_at
 from biped.robot.planar.model import tree_at
 from biped.robot.planar.tree import motion
 from biped.robot.planar.truth import true_tree
@@ -31,7 +31,7 @@ def configurations():
 
 @pytest.fixture(scope="module")
 def record():
-    return rigid_record(HUMAN, SLOPE)
+    return rigid_record(HUMAN, description_at(HUMAN), SLOPE)
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +61,7 @@ def test_rows_places_and_velocity_products_are_pinocchios(record, reference):
         gaps(w, q, v)
         w["contact"]["held"] = 0
         pinocchio.forwardKinematics(model, data, q, v, np.zeros(9))
-        for i, name in enumerate(robot_at(HUMAN).points):
+        for i, name in enumerate(description_at(HUMAN).points):
             w["contact"]["active"] = np.eye(6, dtype=np.uint8)[i]
             assert active_rows(w) == 2
             frame = model.getFrameId(name)
@@ -105,9 +105,9 @@ def test_true_biped_has_the_energy_of_its_true_tree():
     truth = Truth(
         mass=(1.1, 0.9, 1.0, 1.2, 1.0, 0.8, 1.0), length=(1.0, 1.1, 1.0, 0.9, 1.0, 1.0, 1.0), joint_damping=0.3
     )
-    w = rigid_record(HUMAN, SLOPE, truth)[0]
+    w = rigid_record(HUMAN, description_at(HUMAN), SLOPE, truth)[0]
     tree = true_tree(tree_at(HUMAN), truth)
-    for name, mine in pinocchio_tree(believed_model(HUMAN, 0.0), robot_at(HUMAN))._asdict().items():
+    for name, mine in pinocchio_tree(believed_model(HUMAN, 0.0), description_at(HUMAN))._asdict().items():
         np.testing.assert_allclose(mine, getattr(tree_at(HUMAN), name), rtol=0, atol=1e-14)
     np.testing.assert_array_equal(w["tree"]["damping"], 0.3)
     for q, v in list(configurations())[:20]:

@@ -9,7 +9,7 @@ import pytest
 from biped.base.errors import InputError
 from biped.base.files import description_of, folder, read_toml
 from biped.ensemble.plan import Plan
-from biped.robot.planar.description import robot_at
+from biped.robot.planar.description import description_at
 from biped.robot.planar.model import tree_at
 from biped.robot.planar.topology import CHAINS, INWARD, PARENT, POINT_LINK
 from biped.scenario.actuation import Actuation
@@ -21,7 +21,7 @@ HUMAN = folder("models") / "human.xml"
 
 
 def test_a_model_file_alone_is_a_variant_of_the_human(tmp_path):
-    assert robot_at(shuffled_human(tmp_path)) == robot_at(HUMAN)
+    assert description_at(shuffled_human(tmp_path)) == description_at(HUMAN)
     assert description_of(make(tmp_path)) == tmp_path / "toy.toml"
 
 
@@ -30,7 +30,7 @@ def test_the_tree_is_a_torso_with_two_legs():
     for chain in CHAINS:
         assert all(PARENT[below] == above for above, below in pairwise(chain))
     assert all(INWARD.index(link) < INWARD.index(up) for link, up in enumerate(PARENT) if up >= 0)
-    robot = robot_at(HUMAN)
+    robot = description_at(HUMAN)
     for point, link in zip(robot.points, POINT_LINK, strict=True):
         assert robot.links[link] == f"{point.split('_')[0]}_foot"
 

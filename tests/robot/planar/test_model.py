@@ -13,7 +13,7 @@ from biped.ensemble.plan import Plan
 from biped.robot.gravity import gravity
 from biped.robot.planar.build import compile_foreign
 from biped.robot.planar.controller_model import believed_model
-from biped.robot.planar.description import robot_at
+from biped.robot.planar.description import description_at
 from biped.robot.planar.model import posture_of, tree_at
 from biped.robot.planar.tree import (
     ABSOLUTE_FROM_JOINT,
@@ -28,7 +28,7 @@ from biped.scenario.keys import Scenario, Simulation, Start, Truth
 
 HUMAN = folder("models") / "human.xml"
 TREE = tree_at(HUMAN)
-ROBOT = robot_at(HUMAN)
+ROBOT = description_at(HUMAN)
 HEIGHT, MASS = 1.8, 75.0
 TABLE_3_1 = {  # l/L, l_c/l, m/M, r/l
     "torso": (0.288, 0.626, 0.678, 0.496),

@@ -8,7 +8,7 @@ import pytest
 from biped.base.errors import InputError
 from biped.base.files import folder
 from biped.ensemble.plan import Plan
-from biped.robot.planar.description import robot_at
+from biped.robot.planar.description import description_at
 from biped.robot.planar.model import posture_of, tree_at
 from biped.robot.planar.posture import project
 from biped.robot.planar.tree import absolute, from_absolute, motion
@@ -16,7 +16,7 @@ from biped.scenario.keys import Scenario, Start
 
 HUMAN = folder("models") / "human.xml"
 TREE = tree_at(HUMAN)
-POINTS = robot_at(HUMAN).points
+POINTS = description_at(HUMAN).points
 
 
 def heights(q) -> dict[str, float]:
@@ -110,4 +110,4 @@ def test_a_biped_beyond_all_measure_cannot_be_put_on_the_ground():
     tree = tree_at(HUMAN)
     huge = tree._replace(joint=tree.joint * 1e306, point=tree.point * 1e306)
     with np.errstate(all="ignore"), pytest.raises(InputError, match="contacts that the legs can reach"):
-        project(huge, np.full(9, 0.1), ("right_toe", "left_toe"), robot_at(HUMAN).points)
+        project(huge, np.full(9, 0.1), ("right_toe", "left_toe"), description_at(HUMAN).points)

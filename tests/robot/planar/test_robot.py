@@ -10,7 +10,7 @@ import pytest
 from biped.base.files import folder
 from biped.robot.planar.build import compile_foreign
 from biped.robot.planar.controller_model import believed_model
-from biped.robot.planar.description import robot_at
+from biped.robot.planar.description import description_at
 from biped.robot.planar.model import tree_at
 from biped.robot.planar.topology import BASE, NQ, SHANK, THIGH
 from biped.robot.planar.tree import Tree
@@ -121,8 +121,8 @@ def test_which_link_carries_a_motor_changes_no_acceleration():
 
 
 def test_what_was_a_humans_is_the_robots_in_units_of_weight_leg_and_froude_number():
-    human, tree = robot_at(folder("models") / "human.xml"), tree_at(folder("models") / "human.xml")
-    robot, weight = robot_at(ROBOT), TREE.mass.sum() / tree.mass.sum()
+    human, tree = description_at(folder("models") / "human.xml"), tree_at(folder("models") / "human.xml")
+    robot, weight = description_at(ROBOT), TREE.mass.sum() / tree.mass.sum()
     length = TREE.leg / tree.leg
     ours, theirs = robot.scenario, human.scenario
     assert ours["actuation"]["release_force"] == pytest.approx(weight * theirs["actuation"]["release_force"], rel=2e-3)
@@ -135,7 +135,7 @@ def test_what_was_a_humans_is_the_robots_in_units_of_weight_leg_and_froude_numbe
 
 
 def test_motors_are_what_their_data_sheet_makes_of_them():
-    motor = robot_at(ROBOT).motor
+    motor = description_at(ROBOT).motor
     assert motor is not None
     np.testing.assert_allclose(motor.stall[:3], [41.0, 23.0, 41.0], rtol=0.025)
     np.testing.assert_allclose(motor.free[:3], [38.0, 66.0, 38.0], rtol=0.01)

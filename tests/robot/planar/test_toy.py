@@ -19,9 +19,10 @@ from biped.measure.metrics import measure
 from biped.measure.metrics.walking import walked
 from biped.measure.stored import load
 from biped.measure.trajectory import Trajectory
+from biped.robot.load import load_robot
 from biped.robot.planar.build import compile_foreign
 from biped.robot.planar.controller_model import believed_model
-from biped.robot.planar.description import robot_at
+from biped.robot.planar.description import description_at
 from biped.robot.planar.model import posture_of, tree_at
 from biped.robot.planar.topology import N_CONSTRAINTS, N_POINTS, NQ
 from biped.scenario.keys import Scenario
@@ -57,11 +58,11 @@ def test_nothing_is_where_the_human_has_it(toy):
 def test_three_libraries_agree_on_mass_bias_and_rows(make_model, tmp_path):
     """M, h and A of Pinocchio, the compiled tree and MuJoCo, to 1e-12 of their scale."""
     path = make_model(tmp_path)
-    robot = robot_at(path)
+    robot = description_at(path)
     theirs, order, *_ = compile_foreign(path, scenario(path, f"ground.slope = {SLOPE}"))
     data = mujoco.MjData(theirs)
     model = believed_model(path, SLOPE)
-    work, w = model.createData(), rigid_record(path, SLOPE)[0]
+    work, w = model.createData(), rigid_record(path, description_at(path), SLOPE)[0]
     rng = np.random.default_rng(3)
     for _ in range(100):
         q, v = rng.uniform(-2.0, 2.0, NQ), rng.uniform(-5.0, 5.0, NQ)
@@ -102,7 +103,7 @@ def test_three_libraries_agree_on_mass_bias_and_rows(make_model, tmp_path):
 
 
 def test_both_libraries_read_the_same_tree(toy):
-    mine, robot = tree_at(toy), robot_at(toy)
+    mine, robot = tree_at(toy), description_at(toy)
     for name, theirs in pinocchio_tree(believed_model(toy, 0.0), robot)._asdict().items():
         np.testing.assert_allclose(theirs, getattr(mine, name), rtol=0, atol=1e-14, err_msg=name)
     # In the file the right leg comes second; here it is the first.
@@ -186,7 +187,7 @@ def test_a_trajectory_says_what_walked(toy, tmp_path):
     assert t.pushes[0][4] == "trunk", "a torso whatever it is called"
     t.save(tmp_path / "run.npz")
     again = load(tmp_path / "run.npz")
-    assert again.robot == t.robot == robot_at(toy)
+    assert again.robot == t.robot == load_robot(toy, None)
     stepping = {"support": 1.0, "flight": 0.0, "alternation": 1.0}
     numbers = {
         speed: walked(measure(walking(t, speed), (0.1, 0.3)) | stepping, 0.3, t.robot.walked)

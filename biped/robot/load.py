@@ -1,0 +1,131 @@
+"""Robots from model files, and from what results keep of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from biped.base.files import folder
+from biped.base.typed import convert
+from biped.robot.planar.description import PlanarDescription, description_at, version_of
+from biped.robot.planar.model import checked_model, tree_at
+from biped.robot.planar.seven_links import seven_links_of
+from biped.robot.planar.topology import BASE, ENDS, FOOT, LEGS, N_POINTS, SEGMENTS, THIGH, TORSO
+from biped.robot.planar.tree import Tree
+from biped.robot.robot import Drive, FootParts, Robot
+from biped.scenario.robot import Described
+from biped.scenario.section import LARGEST
+
+
+def load_robot(path: Path, table: Described | None) -> Robot:
+    """Loads the robot in a model file.
+
+    Args:
+        path: The file.
+        table: What is said of it; None: it is a planar biped of seven links, with its own description.
+
+    Raises:
+        InputError: It is none: all that is wrong.
+    """
+    if table is None:
+        return _planar(*version_of(path))
+    from biped.robot.recognise import robot_of
+
+    return robot_of(path, table)
+
+
+@lru_cache(maxsize=8)
+def _planar(file: str, modified: float, described: float) -> Robot:
+    path = Path(file)
+    model, description = checked_model(path), description_at(path)
+    robot = planar_robot(path.stem, description, tree_at(path))
+    points = np.reshape([model.geom(point).id for point in robot.points], (LEGS, ENDS)).tolist()
+    return msgspec.structs.replace(
+        robot,
+        feet=tuple(msgspec.structs.replace(foot, geoms=tuple(geoms))
+                   for foot, geoms in zip(robot.feet, points, strict=True)),
+        ground=int(model.geom(description.contact.ground).id),
+        starts=tuple(model.key(i).name for i in range(model.nkey)),
+    )  # fmt: skip
+
+
+def planar_robot(name: str, description: PlanarDescription, tree: Tree) -> Robot:
+    """Returns the planar biped of a description with these lengths and masses.
+
+    It knows no geoms, which are numbers of a file.
+
+    Args:
+        name: Of its model.
+        description: Of its parts.
+        tree: Lengths and masses of its links.
+    """
+    hip, middle = tree.joint[THIGH[0]], tree.com[TORSO]
+    top = (hip + (middle - hip) / description.shown.com).tolist()
+    joints = description.joints[BASE:]
+    feet = []
+    for leg, parts in enumerate(description.leg):
+        body = FOOT[leg] + 1
+        here = tree.point[ENDS * leg : ENDS * (leg + 1)].tolist()
+        first = BASE + SEGMENTS * leg
+        feet.append(FootParts(
+            name=parts.name, bodies=(body,), geoms=(), on=(body,) * ENDS, points=tuple((x, 0.0, z) for x, z in here),
+            joints=tuple(range(first, first + SEGMENTS)), pitching=parts.joints, names=parts.points,
+        ))  # fmt: skip
+    return Robot(
+        name=name,
+        description=description.description,
+        planar=True,
+        base=description.base.link,
+        base_number=TORSO + 1,
+        base_columns=tuple(range(BASE)),
+        upright=(0.0, 0.0, 1.0),
+        forward=(1.0, 0.0, 0.0),
+        top=(top[0], 0.0, top[1]),
+        bodies=description.links,
+        masses=tuple(tree.mass.tolist()),
+        q_names=description.joints,
+        v_names=description.joints,
+        drives=tuple(Drive(name=motor, joint=joint, kind="torque", limit=LARGEST, place=place, column=place, turns=1)
+                     for place, (motor, joint) in enumerate(zip(description.actuators, joints, strict=True), BASE)),
+        feet=tuple(feet),
+        ground=-1,
+        leg=tree.leg,
+        start="",
+        starts=(),
+        walked=description.walked,
+        shown=description.shown,
+        trunk=description.base.link,
+        motor=description.motor,
+        seven_links=seven_links_of(description, tree),
+    )  # fmt: skip
+
+
+def robot_from(data: Mapping[str, Any] | None, tree: Mapping[str, Any] | None = None) -> Robot:
+    """Returns the robot that a result kept, in this version's form or an earlier one.
+
+    Args:
+        data: What was kept of it; None: nothing, as in the oldest results, all of which are the human's.
+        tree: Lengths and masses, which earlier results of planar bipeds kept beside a description.
+
+    Raises:
+        ValidationError: It is no robot.
+        KeyError: Something is missing.
+    """
+    if data is not None and "drives" in data:
+        return convert(data, Robot)
+    known = convert(data, PlanarDescription) if data is not None else description_at(_human())
+    if tree is None:
+        raise KeyError("tree")
+    numbers = Tree(**{name: np.array(tree[name], dtype=float) for name in Tree._fields})
+    if len(numbers.point) != N_POINTS:
+        raise ValueError(f"{len(numbers.point)} contact points")
+    return planar_robot("", known, numbers)
+
+
+def _human() -> Path:
+    return folder("models") / "human.xml"
