@@ -5,22 +5,19 @@ from __future__ import annotations
 import math
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import msgspec
 
 from biped.base.errors import InputError
 from biped.base.text import echo, said
+from biped.ensemble.runs import Runs
 from biped.robot.law_factory import Factory
 from biped.robot.robot import Robot
 from biped.robot.run import Run
 from biped.scenario.keys import Scenario
 from biped.scenario.origin import UNKNOWN, Origin
 from biped.scenario.vary import DRAW, SWEEP, drawn, points_of, run_seed, with_values
-
-if TYPE_CHECKING:
-    from biped.ensemble.general import GeneralRuns
-    from biped.ensemble.planar import PlanarRuns
 
 CHECKED = 10_000
 """Most runs that are looked at before the first is made."""
@@ -52,13 +49,13 @@ class Plan:
     def __init__(self, scenario: Scenario, origin: Origin = UNKNOWN, checked: bool = False, law: Factory | None = None):
         self.origin, self.law = origin, law
         self._point: tuple[int, Scenario] | None = None
-        self._kind = _kind_of(scenario)
+        self._runs = Runs()
         with origin.naming():
             # Gains are written out, so that they can be swept and a saved scenario does not depend on a gait file;
             # unless the gait file itself varies, or the speed of a family.
             varying = scenario.sweep.keys() | scenario.randomise.draw.keys()
             if not any(key.endswith(("controller", "gains.speed")) for key in varying):
-                scenario = self._with_changes(msgspec.structs.replace(scenario, gains=self._kind.gains(scenario)))
+                scenario = self._with_changes(msgspec.structs.replace(scenario, gains=self._runs.gains(scenario)))
             self.scenario = scenario
             self.points = points_of(scenario)
             self._check(1 if checked else self._different())
@@ -72,12 +69,12 @@ class Plan:
     @cached_property
     def model(self) -> Path:
         """The model file of the scenario itself."""
-        return self._kind.model(self.scenario)
+        return self._runs.model(self.scenario)
 
     @cached_property
     def robot(self) -> Robot:
         """The robot of the scenario itself."""
-        return self._kind.robot(self.scenario)
+        return self._runs.robot(self.scenario)
 
     def run(self, index: int) -> Run:
         """Run `index` of the campaign: run index % runs of the ensemble at point index // runs."""
@@ -86,7 +83,7 @@ class Plan:
 
     def _run(self, index: int) -> Run:
         s, values, seed = self._drawn(index)
-        return self._kind.run(s, index, seed, values, self.origin, self.law)
+        return self._runs.run(s, index, seed, values, self.origin, self.law)
 
     def _drawn(self, index: int) -> tuple[Scenario, dict[str, object], int]:
         """The scenario of a run, what its point and its draws changed, and its seed."""
@@ -95,11 +92,11 @@ class Plan:
         swept = self.points[point]
         if self._point is None or self._point[0] != point:
             there = with_values(self.scenario, swept, SWEEP)
-            self._point = point, self._kind.exchanged(there, self.scenario, swept.keys())
+            self._point = point, self._runs.exchanged(there, self.scenario, swept.keys())
         at_point = self._point[1]
         draws = drawn(at_point, number, seed)
         s = with_values(at_point, draws, DRAW._replace(run=index))
-        s = self._kind.exchanged(s, at_point, swept.keys() | draws.keys())
+        s = self._runs.exchanged(s, at_point, swept.keys() | draws.keys())
         return self._with_changes(s), swept | draws, seed
 
     def _different(self) -> int:
@@ -123,7 +120,7 @@ class Plan:
                 index = point * self.scenario.randomise.runs + number
                 s, values, _ = self._drawn(index)
                 try:
-                    self._kind.check(s)
+                    self._runs.check(s)
                 except InputError as error:
                     if not values:
                         raise
@@ -141,19 +138,8 @@ class Plan:
             if change.controller is not None or change.gains.speed is not None:
                 controller = change.controller or controller
                 asked = msgspec.structs.replace(s, controller=controller, gains=change.gains)
-                change = msgspec.structs.replace(change, gains=self._kind.gains(asked, at))  # noqa: PLW2901
+                change = msgspec.structs.replace(change, gains=self._runs.gains(asked, at))  # noqa: PLW2901
             else:
-                self._kind.suit(s, change.gains, at)
+                self._runs.suit(s, change.gains, at)
             changes.append(change)
         return msgspec.structs.replace(s, change=tuple(changes))
-
-
-def _kind_of(scenario: Scenario) -> PlanarRuns | GeneralRuns:
-    """Who makes the runs of a scenario's robot."""
-    if scenario.robot is None:
-        from biped.ensemble.planar import PlanarRuns
-
-        return PlanarRuns()
-    from biped.ensemble.general import GeneralRuns
-
-    return GeneralRuns()

@@ -1,4 +1,4 @@
-"""Start postures of a robot of any kind: a keyframe, disturbed if that is asked for, set down on the ground."""
+"""Start postures: a keyframe, disturbed if that is asked for, set down on the ground."""
 
 from __future__ import annotations
 
@@ -15,13 +15,11 @@ from biped.robot.robot import Robot
 from biped.robot.spec import parsed
 from biped.robot.upright import contact_points, stand_upright
 from biped.scenario.ground import Ground
-from biped.scenario.keys import Start
+from biped.scenario.keys import Scenario
 from biped.scenario.robot import Described
 
-_UPRIGHT = "start.upright"
 
-
-class Standing:
+class Starts:
     """Start postures of one robot.
 
     Args:
@@ -34,20 +32,17 @@ class Standing:
         self.model = parsed(path, table)[1]
         self._data = mujoco.MjData(self.model)
 
-    def start(
-        self, start: Start, ground: Ground, noise: np.random.Generator | None
-    ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    def start(self, s: Scenario, noise: np.random.Generator | None) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates (nq,) and velocities (nv,) that a run starts with.
 
         Args:
-            start: Which posture; "" is the robot's own.
-            ground: What it stands on.
+            s: Its scenario; the posture "" is the robot's own.
             noise: Draws the deviations of its hinges and of its base's orientation; None: there are none.
 
         Raises:
             InputError: There is no such keyframe, or the robot cannot stand so.
         """
-        model, data, robot = self.model, self._data, self.robot
+        model, data, robot, start = self.model, self._data, self.robot, s.start
         mujoco.mj_resetData(model, data)
         name = start.posture or robot.start
         if name:
@@ -58,7 +53,7 @@ class Standing:
                 )
             mujoco.mj_resetDataKeyframe(model, data, robot.starts.index(name))
         if start.upright:
-            self._stand_upright(ground)
+            self._stand_upright(s.ground)
         if noise is not None:
             turning = np.array([_turns(model, column) for column in range(model.nv)])
             deviation = np.where(turning, noise.standard_normal(model.nv) * start.jitter, 0.0)
@@ -70,14 +65,13 @@ class Standing:
 
     def _stand_upright(self, ground: Ground) -> None:
         """Stands the posture up on a slope."""
-        if self.robot.planar:
-            raise InputError(f"start.upright: expected false: model {label(self._path)} moves in the plane", _UPRIGHT)
         if ground.slope == 0.0 and ground.side_slope == 0.0:
             return
         stand_upright(self.model, self._data, self.robot, frame(ground.slope, ground.side_slope))
 
-    def foremost(self) -> float:
-        """[m] the foremost contact point of the latest start."""
+    def foremost(self, s: Scenario) -> float:
+        """[m] the foremost contact point of the start without deviations."""
+        self.start(s, None)
         mujoco.mj_kinematics(self.model, self._data)
         return float(contact_points(self._data, self.robot)[:, 0].max())
 

@@ -1,4 +1,4 @@
-"""How a robot of any kind differs from the model file that its law knows: masses, inertias, damping."""
+"""The true robot, where it differs from the model file that its law knows: masses, inertias, damping."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import nearest
+from biped.robot.planar.truth import check_solid
 from biped.robot.robot import Robot
 from biped.scenario.keys import Truth
 
@@ -41,11 +42,13 @@ def apply_truth(spec: mujoco.MjSpec, truth: Truth, robot: Robot) -> None:
 
 
 def check_truth(truth: Truth, robot: Robot) -> None:
-    """Makes sure that bodies are the robot's, each named once.
+    """Makes sure that a truth is one of the robot: bodies are its own, each named once, and none is too light.
 
     Raises:
-        InputError: They are not.
+        InputError: It is not.
     """
+    if truth != Truth() and robot.seven_links is not None:
+        check_solid(truth, robot.seven_links, robot.seven_links.tree)
     seen = set()
     for i, one in enumerate(truth.part):
         if one.name not in robot.bodies:

@@ -9,7 +9,7 @@ import numpy as np
 from biped.measure.general.trajectory import GeneralTrajectory
 from biped.measure.metrics.gait import MOVED, mean_of, stepping
 from biped.robot.gravity import GRAVITY
-from biped.robot.robot import General
+from biped.robot.robot import Robot
 
 
 def travelled(t: GeneralTrajectory, span: slice) -> float:
@@ -25,7 +25,7 @@ def foot_places(t: GeneralTrajectory) -> np.ndarray:
     return np.stack([t.point[:, feet == i].mean(axis=1) for i in range(len(t.robot.feet))], axis=1)
 
 
-def along_feet(robot: General) -> np.ndarray:
+def along_feet(robot: Robot) -> np.ndarray:
     """(P,) where the contact points stand along their feet, 0 heel … 1 toe; of a foot of one point 0."""
     out = []
     for foot in robot.feet:

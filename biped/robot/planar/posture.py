@@ -7,12 +7,22 @@ names on the ground, no other point below it and no knee beyond its stop.
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.robot.planar.topology import KNEE, N_POINTS, NQ, Z
-from biped.robot.planar.tree import ABSOLUTE_FROM_JOINT, Tree, motion
+from biped.base.files import nearest
+from biped.base.text import said
+from biped.robot.planar.model import posture_of
+from biped.robot.planar.seven_links import SevenLinks
+from biped.robot.planar.topology import KNEE, N_ANGLES, N_POINTS, NQ, PITCH, Z
+from biped.robot.planar.tree import ABSOLUTE_FROM_JOINT, Tree, absolute, from_absolute, motion
+from biped.robot.planar.truth import true_tree
+from biped.scenario.keys import Scenario, Start
 
+MOST_STARTS = 256
+"""Most start postures that are remembered at a time."""
 _STEPS = 50
 _TOLERANCE = 1e-12
 # [rad] A link that must turn by more makes another posture, not a settled one.
@@ -78,3 +88,61 @@ def project(tree: Tree, q: np.ndarray, contacts: tuple[str, ...], points: tuple[
         "expected contacts that the legs can reach, or start.settle = false",
         "start.contacts",
     )
+
+
+class PlanarStarts:
+    """Start postures of seven links in a plane; each is projected once.
+
+    Args:
+        path: The model file.
+        links: The seven links in it.
+    """
+
+    def __init__(self, path: Path, links: SevenLinks):
+        self._path, self._links = path, links
+        self._settled: dict[tuple[Start, tuple[float, ...]], np.ndarray] = {}
+
+    def start(self, s: Scenario, noise: np.random.Generator | None) -> tuple[np.ndarray, np.ndarray]:
+        """Joint coordinates (9,) and velocities (9,) that a run starts with.
+
+        Args:
+            s: Its scenario.
+            noise: Draws the deviations of its angles; None: there are none.
+
+        Raises:
+            InputError: There is no such keyframe, or the biped cannot stand so.
+        """
+        q = self._posture(s)
+        if noise is not None:
+            q = absolute(q)
+            q[PITCH:] += s.start.jitter * noise.standard_normal(N_ANGLES)
+            q = from_absolute(q)
+            if s.start.settle:
+                q = project(true_tree(self._links.tree, s.truth), q, (), self._links.points)
+        return q, np.linalg.solve(ABSOLUTE_FROM_JOINT, np.array(s.start.v))
+
+    def foremost(self, s: Scenario) -> float:
+        """[m] the foremost contact point of the start without deviations."""
+        tree = true_tree(self._links.tree, s.truth)
+        return float(motion(tree, self._posture(s), np.zeros(NQ)).point[..., 0].max())
+
+    def _posture(self, s: Scenario) -> np.ndarray:
+        start, points = s.start, self._links.points
+        key = start, s.truth.length
+        if key not in self._settled:
+            if start.q is not None:
+                q, contacts = from_absolute(np.array(start.q)), ()
+            else:
+                q, contacts = posture_of(self._path, start.posture)
+            contacts = contacts if start.contacts is None else start.contacts
+            for name in contacts:
+                if name not in points:
+                    raise InputError(
+                        f"start.contacts: '{said(name)}' is no contact point; {nearest(name, list(points))}",
+                        "start.contacts",
+                    )
+            if len(self._settled) >= MOST_STARTS:
+                self._settled.clear()
+            tree = true_tree(self._links.tree, s.truth)
+            self._settled[key] = project(tree, q, contacts, points) if start.settle else q
+        return self._settled[key]

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from biped.base.errors import InputError
 from biped.robot.planar.description import PlanarParts
 from biped.robot.planar.topology import BASE, PARENT, POINT_LINK, THIGH, TORSO
 from biped.robot.planar.tree import Tree
@@ -15,8 +16,29 @@ if TYPE_CHECKING:
     import mujoco
 
 
+LEAST_INERTIA = 1e-12
+"""[kg, kg m²] A link with less cannot be simulated: MuJoCo refuses 1e-15."""
+
+
+def check_solid(truth: Truth, parts: PlanarParts, tree: Tree) -> None:
+    """Makes sure that every link of the biped that walks has a mass and an inertia.
+
+    Raises:
+        InputError: One has less than can be simulated.
+    """
+    true = true_tree(tree, truth)
+    for link, mass, inertia in zip(parts.links, true.mass, true.inertia, strict=True):
+        if min(mass, inertia) < LEAST_INERTIA:
+            raise InputError(
+                f"truth: {link}: expected a mass and a moment of inertia of at least {LEAST_INERTIA:g}, got "
+                f"{mass:.3g} kg and {inertia:.3g} kg m²", "truth",
+            )  # fmt: skip
+
+
 def true_tree(tree: Tree, truth: Truth) -> Tree:
     """Lengths and masses of the biped that walks, given those of the model file."""
+    if truth == Truth():
+        return tree
     mass, length = np.array(truth.mass), np.array(truth.length)
     parent = length[list(PARENT)]
     scaled = tree._replace(

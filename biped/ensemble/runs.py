@@ -1,0 +1,242 @@
+"""Concrete runs of a scenario: model file, gait, start and pushes found and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+import msgspec
+import numpy as np
+
+from biped.base.errors import InputError
+from biped.base.files import locate, nearest
+from biped.base.text import said
+from biped.robot.ground import begin_beyond, first_of, profile_of
+from biped.robot.law_factory import Factory
+from biped.robot.limits import torque_limits
+from biped.robot.load import load_robot
+from biped.robot.planar.topology import N_ROWS, NQ
+from biped.robot.robot import Robot
+from biped.robot.run import Run
+from biped.robot.truth import check_truth
+from biped.scenario.gains import Gains
+from biped.scenario.gait import Gaits, in_the_plane, out_of_the_plane, read_settings
+from biped.scenario.keys import Scenario
+from biped.scenario.laws import BUILT_IN, SPATIAL
+from biped.scenario.noticed import taken
+from biped.scenario.origin import Origin
+from biped.scenario.push import PLANE, SPACE
+from biped.scenario.robot import Described
+from biped.scenario.settings import Settings, read_reading, resettled, settings_on
+from biped.scenario.valid import fault
+from biped.scenario.vary import stream
+
+
+class RobotStarts(Protocol):
+    """Start postures of a robot."""
+
+    def start(self, s: Scenario, noise: np.random.Generator | None) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates (nq,) and velocities (nv,) that a run starts with; `noise` draws deviations, None: none."""
+        ...
+
+    def foremost(self, s: Scenario) -> float:
+        """[m] the foremost contact point of the start without deviations."""
+        ...
+
+
+class _Loaded(NamedTuple):
+    """A robot with its model file and its starts."""
+
+    path: Path
+    robot: Robot
+    starts: RobotStarts
+
+
+class Runs:
+    """Makes the runs of scenarios; files are read once."""
+
+    def __init__(self):
+        self._loaded: dict[tuple[str, Described | None], _Loaded] = {}
+        self._gaits = Gaits()
+        self._settings: dict[tuple[str, str, str | None], Settings] = {}
+
+    def model(self, s: Scenario) -> Path:
+        """The model file."""
+        return self._load(s).path
+
+    def robot(self, s: Scenario) -> Robot:
+        """The robot in it."""
+        return self._load(s).robot
+
+    def gains(self, s: Scenario, at: str = "") -> Gains:
+        """Gains of a scenario's gait, its own laid over them; its own where it names no gait and needs none.
+
+        Args:
+            s: The scenario.
+            at: What the gait's key begins with: `change[0].` of one that a change goes over to.
+
+        Raises:
+            InputError: One is missing or of the wrong type, or they are of a walker in the plane instead of in space.
+        """
+        if s.robot is not None and not s.controller:
+            return s.gains
+        gains = self._gaits[s.controller, s.gains]
+        if s.law == SPATIAL:
+            out_of_the_plane(gains, s.model, at)
+        self.suit(s, gains, at)
+        return gains
+
+    def suit(self, s: Scenario, gains: Gains, at: str) -> None:
+        """Makes sure that some gains, whose key begins with `at`, are none of a walker in space where none walks.
+
+        Raises:
+            InputError: They are.
+        """
+        if s.robot is None:
+            in_the_plane(gains, s.model, at)
+
+    def exchanged(self, s: Scenario, before: Scenario, varied: Iterable[str]) -> Scenario:
+        """The scenario with the settings of its gait and its reading, where one is another than before."""
+        if s.robot is not None or (s.controller, s.reading) == (before.controller, before.reading):
+            return s
+        old, new = (self._settings_of(s, one.controller, one.reading) for one in (before, s))
+        return resettled(s, old, new, set(varied))
+
+    def check(self, s: Scenario) -> None:
+        """Makes sure that a run can be made.
+
+        Raises:
+            InputError: It cannot.
+        """
+        if s.robot is not None:
+            if s.law is None:
+                raise InputError(
+                    "law: expected one: the thesis's law needs a planar biped of seven links; write law = "
+                    f"'path.py:Class', or one of {', '.join(BUILT_IN)}", "law",
+                )  # fmt: skip
+            taken(s, fault)  # draws and points of a sweep say what no file did
+        self.gains(s)
+        _, robot, starts = self._load(s)
+        _pushes(s, robot)
+        torque_limits(robot, s)
+        if s.actuation.motors and robot.motor is None:
+            raise InputError(
+                f"actuation.motors: model '{s.model}' has none; expected a table [motor] in its description",
+                "actuation.motors",
+            )
+        for key, asked in (("ground.side_slope", s.ground.side_slope), ("start.upright", s.start.upright)):
+            if robot.planar and asked:
+                expected = "0" if key.startswith("ground") else "false"
+                raise InputError(f"{key}: expected {expected}: model '{s.model}' moves in the plane", key)
+        check_truth(s.truth, robot)
+        starts.start(s, None)
+        _begins_beyond(s, starts)
+
+    def run(
+        self, s: Scenario, index: int, seed: int, values: dict[str, Any], origin: Origin, law: Factory | None
+    ) -> Run:
+        """A run, concrete; arguments as in `biped.robot.run.Run`."""
+        path, robot, starts = self._load(s)
+        random = s.randomise
+        q, v = starts.start(s, stream(seed, "start.jitter") if s.start.jitter > 0.0 else None)
+        return Run(
+            scenario=_pushes(s, robot),
+            model=path,
+            robot=robot,
+            gains=self.gains(s),
+            index=index,
+            seed=seed,
+            values=values,
+            q=q,
+            v=v,
+            mass_factor=_factors(random.controller_mass_matrix, seed, "controller_mass_matrix", (NQ, NQ)),
+            row_factor=_factors(random.controller_constraints, seed, "controller_constraints", (N_ROWS, NQ)),
+            origin=origin,
+            law=law,
+        )
+
+    def _settings_of(self, s: Scenario, controller: str, reading: str | None) -> Settings:
+        key = s.model, controller, reading
+        if key not in self._settings:
+            gait, _ = read_settings(_file("controller", controller))
+            below = {} if reading is None else read_reading(_file("reading", reading))[0]
+            self._settings[key] = settings_on(self.model(s), gait, below)
+        return self._settings[key]
+
+    def _load(self, s: Scenario) -> _Loaded:
+        key = s.model, s.robot
+        if key not in self._loaded:
+            path = locate("models", s.model, "model")
+            robot = load_robot(path, s.robot)
+            self._loaded[key] = _Loaded(path, robot, _starts(path, robot, s.robot))
+        return self._loaded[key]
+
+
+def _file(key: str, name: str) -> Path:
+    """The file that a key names; whoever knows where the key was written can say so of the error.
+
+    Raises:
+        InputError: There is none.
+    """
+    try:
+        return locate(f"{key}s", name, key)
+    except InputError as error:
+        raise InputError(str(error), key) from error
+
+
+def _starts(path: Path, robot: Robot, table: Described | None) -> RobotStarts:
+    if robot.seven_links is not None:
+        from biped.robot.planar.posture import PlanarStarts
+
+        return PlanarStarts(path, robot.seven_links)
+    from biped.robot.posture import Starts
+
+    return Starts(path, table or Described())
+
+
+def _pushes(s: Scenario, robot: Robot) -> Scenario:
+    """The scenario with pushes on bodies of its robot; the trunk is the torso, whatever it is called.
+
+    Raises:
+        InputError: A push is on another body, or has a force of another dimension.
+    """
+    if not s.push:
+        return s
+    size, words = (PLANE, "[forward, up]") if robot.planar else (SPACE, "[forward, left, up]")
+    pushes, trunk = [], robot.bodies[robot.trunk_number - 1]
+    for i, push in enumerate(s.push):
+        body = trunk if push.body == "torso" and push.body not in robot.bodies else push.body
+        if body not in robot.bodies:
+            hint = nearest(body, list(robot.bodies))
+            raise InputError(f"push[{i}].body: model '{s.model}' has no body '{said(body)}'; {hint}", f"push[{i}].body")
+        if len(push.force) != size:
+            where = "in the plane" if robot.planar else "in space"
+            raise InputError(
+                f"push[{i}].force: expected {words} N: model '{s.model}' moves {where}; got {list(push.force)}",
+                f"push[{i}].force",
+            )
+        pushes.append(push if body == push.body else msgspec.structs.replace(push, body=body))
+    return msgspec.structs.replace(s, push=tuple(pushes))
+
+
+def _begins_beyond(s: Scenario, starts: RobotStarts) -> None:
+    """Makes sure that the robot starts on the level, which the first tile or step lies beyond.
+
+    Raises:
+        InputError: It does not, or the law senses level ground.
+    """
+    profile = profile_of(s.ground, 0)
+    if profile.level:
+        return
+    if s.law == SPATIAL:
+        which = first_of(s.ground)
+        raise InputError(f"ground.{which}: expected none: the law 'spatial' walks on level ground and slopes",
+                         f"ground.{which}")  # fmt: skip
+    begin_beyond(s.ground, profile, starts.foremost(s))
+
+
+def _factors(deviation: float, seed: int, name: str, shape: tuple[int, int]) -> np.ndarray | None:
+    if deviation == 0.0:
+        return None
+    return 1.0 + deviation * stream(seed, name).standard_normal(shape)
