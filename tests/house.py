@@ -20,13 +20,13 @@ SHORT = 30
 """[lines] A module below this is short."""
 VAGUE = {"told", "said", "seen", "made", "kept", "given", "asked", "shown"}
 """Names that say nothing about what they name."""
-KINDS = {"Trajectory", "GeneralTrajectory", "General", "Robot", "Spatial", "Planar", "Tree"}
+KINDS = {"Trajectory", "GeneralTrajectory", "SevenLinks", "Spatial", "Planar", "Tree"}
 """Classes whose isinstance is a branch on the kind of robot."""
 WORDS = {"general", "planar", "spatial", "is_general", "is_planar", "is_spatial"}
 """Names whose truth is a branch on the kind of robot."""
 RESOLVED = {"Path", "Scenario", "Ground", "Truth"}
 """Types of what a run has resolved: a function of robot/ that takes one first is a look-up."""
-MAKERS = ("ensemble/plan.py", "ensemble/planar.py", "ensemble/general.py")
+MAKERS = ("ensemble/plan.py", "ensemble/runs.py")
 """Modules that make runs, and so may look things up."""
 
 
@@ -174,7 +174,7 @@ def _on_kind(node: ast.AST) -> bool:
     if isinstance(node, ast.Compare):
         left, operator, right = node.left, node.ops[0], node.comparators[0]
         nothing = isinstance(right, ast.Constant) and right.value is None
-        robot = isinstance(left, ast.Attribute) and left.attr == "robot"
+        robot = isinstance(left, ast.Attribute) and left.attr in ("robot", "seven_links")
         return robot and nothing and isinstance(operator, ast.Is | ast.IsNot)
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "isinstance":
         return bool(KINDS & set(re.findall(r"\w+", ast.unparse(node.args[1]))))
