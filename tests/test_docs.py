@@ -12,7 +12,7 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.base.files import locate
-from biped.cli.arguments import parsed
+from biped.cli.main import parsed
 from biped.scenario.reading import read_scenario
 from biped.show import references
 from biped.studies.regress.references import read, shipped

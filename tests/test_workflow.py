@@ -7,7 +7,7 @@ import shlex
 from pathlib import Path
 
 from biped.base.files import locate
-from biped.cli.arguments import parsed
+from biped.cli.main import parsed
 from biped.scenario.metrics import METRICS
 
 TEXT = (Path(__file__).parents[1] / ".github" / "workflows" / "biped.yml").read_text(encoding="utf-8")

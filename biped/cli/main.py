@@ -1,22 +1,28 @@
-"""The command line's way in: the only module that knows argv and exit codes. Every command is a module of its own."""
+"""The command line's way in: argv becomes the arguments of a command, which is carried out, and an exit code.
+
+A command is a module in `biped.cli.commands` with two functions, and is found there: `add(commands)` adds its parser,
+and `command(args)` carries it out and returns the exit code. It imports nothing slow before it is carried out.
+"""
 
 from __future__ import annotations
 
+import argparse
 import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from pkgutil import iter_modules
 
+from biped.base import VERSION
 from biped.base.errors import InputError
+from biped.base.text import said
 from biped.base.trust import trusting
-from biped.cli.arguments import parsed
+from biped.cli import commands as folder
 from biped.cli.common import BAD_INPUT, FAILED, STOPPED
 from biped.cli.ending import DEBUG, complain
+from biped.cli.parser import Parser, commands_of
 from biped.cli.streams import safe_streams
 from biped.cli.windowless import import_mujoco
-
-SIMULATING = ("run", "check", "regress", "stability", "tune", "worker")
-"""Commands that step MuJoCo, and draw nothing unless asked to."""
 
 
 def _somewhere() -> None:
@@ -25,6 +31,45 @@ def _somewhere() -> None:
         os.getcwd()
     except OSError:
         raise InputError("the working folder was deleted; expected to be called from one that exists") from None
+
+
+def build() -> Parser:
+    """The parser of the whole command line."""
+    parser = Parser(
+        prog="biped",
+        description="Does this walking controller really work? Runs walking scenarios, measures and checks them.",
+        epilog="Exit code 0: done, all expectations met; 1: a run or a check failed; 2: bad input; "
+        "3: too few runs to decide a check. "
+        "With --debug anywhere, errors come with a traceback.",
+    )
+    parser.add_argument("--version", action="version", version=f"biped {VERSION}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    for module in iter_modules(folder.__path__, f"{folder.__name__}."):
+        import_module(module.name).add(commands)
+    return parser
+
+
+def parsed(argv: Sequence[str] | None) -> argparse.Namespace:
+    """The arguments of one command.
+
+    Raises:
+        InputError: They are not what a command takes.
+    """
+    for word in sys.argv[1:] if argv is None else argv:
+        try:
+            word.encode()
+        except UnicodeEncodeError:
+            raise InputError(f"{said(word)}: expected arguments in UTF-8") from None
+    parser = build()
+    args, unknown = parser.parse_known_args(argv)
+    if unknown:
+        from biped.base.files import nearest
+
+        options = [option for action in commands_of(parser)[args.command]._actions for option in action.option_strings]
+        word = unknown[0]
+        hint = nearest(word, [option for option in options if option.startswith("--")])
+        raise InputError(f"{said(word)}: not something that biped {args.command} takes; {hint}")
+    return args
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -41,9 +86,9 @@ def _main(argv: list[str]) -> int:
         _somewhere()
         args = parsed([word for word in argv if word != DEBUG])
         with trusting(getattr(args, "trust", False)):
-            if args.command in SIMULATING:
+            if getattr(args, "simulates", False):
                 import_mujoco()
-            code = import_module(f"biped.cli.commands.{args.command}").command(args)
+            code = args.execute(args)
         sys.stdout.flush()  # here, where it can be said if the disk is full
         return code
     except KeyboardInterrupt:

@@ -32,10 +32,11 @@ def test_the_bounds_of_models_are_those_of_the_code():
 def test_the_commands_that_take_trust_are_those_named():
     import argparse
 
-    from biped.cli.arguments import _commands, _parser
+    from biped.cli.main import build
+    from biped.cli.parser import commands_of
 
-    parser = _parser()
+    parser = build()
     assert isinstance(parser, argparse.ArgumentParser)
-    taking = {name for name, command in _commands(parser).items() if "--trust" in command.format_help()}
+    taking = {name for name, command in commands_of(parser).items() if "--trust" in command.format_help()}
     sentence = re.search(r"\*\*`--trust`\*\* \(to (.*?)\)", " ".join(PAGE.split()))
     assert taking == set(re.findall(r"`(\w+)`", sentence[1]))

@@ -4,24 +4,39 @@ from __future__ import annotations
 
 import argparse
 from importlib import import_module
+from pathlib import Path
 
 from biped.base.replacing import may_add
 from biped.cli.common import DONE, FAILED, print_json, reason_of, warn
+from biped.cli.parser import Commands, command_parser, take_json
+
+
+def add(commands: Commands) -> None:
+    """Adds the parser of `biped bench`."""
+    parser = command_parser(commands, "bench", "run time against error, and what things cost", command)
+    what = (
+        "what to measure; tolerances: error of adaptive steps of mechanisms against what they were asked for; robot: "
+        "the bench experiments of Figs 4.7 and 4.8; campaigns: processes here against a cluster, by the clock; "
+        "regress: whether a recorded result or cost changed"
+    )
+    parser.add_argument("what", choices=list(BENCHES), help=what)
+    parser.add_argument("--out", type=Path, help="walking, mechanisms, tolerances, robot: folder for figures")
+    quick = (
+        "mechanisms: fewer repeats and settings; throughput: no scenes and no prices of features; campaigns: fewer runs"
+    )
+    parser.add_argument("--quick", action="store_true", help=quick)
+    parser.add_argument("--update", action="store_true", help="regress: record the costs measured now")
+    parser.add_argument("--reason", help="regress: why costs changed (needed by --update)")
+    file = "regress: file of references (default: that of the shipped scenarios)"
+    parser.add_argument("--file", type=Path, help=file)
+    take_json(parser)
 
 
 def command(args: argparse.Namespace) -> int:
     """Measures one thing."""
     if args.out is not None:
         may_add(args.out, "--out")
-    return {
-        "throughput": _throughput,
-        "walking": _walking,
-        "mechanisms": _chapter2,
-        "tolerances": _chapter2,
-        "robot": _chapter2,
-        "campaigns": _campaigns,
-        "regress": _regress,
-    }[args.what](args)
+    return BENCHES[args.what](args)
 
 
 def _throughput(args: argparse.Namespace) -> int:
@@ -82,3 +97,15 @@ def _regress(args: argparse.Namespace) -> int:
     else:
         show(guarded)
     return DONE if guarded.passed else FAILED
+
+
+BENCHES = {
+    "throughput": _throughput,
+    "walking": _walking,
+    "mechanisms": _chapter2,
+    "tolerances": _chapter2,
+    "robot": _chapter2,
+    "campaigns": _campaigns,
+    "regress": _regress,
+}
+"""What can be measured, and who measures it."""

@@ -3,19 +3,30 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 from biped.base.errors import InputError
 from biped.base.replacing import may_write
 from biped.base.writing import reason
 from biped.cli.common import changes_of, code_of, print_all, warn, workers_of
-from biped.ensemble.checks import JUNIT, write_junit
-from biped.show.terminal import progress, show_verdict
-from biped.studies.planned import plan_of
-from biped.studies.run import run
+from biped.cli.parser import Commands, command_parser, take_same_platform, take_scenarios
+
+
+def add(commands: Commands) -> None:
+    """Adds the parser of `biped check`."""
+    parser = command_parser(commands, "check", "run scenarios and compare with their [expect]", command, simulates=True)
+    take_scenarios(parser)
+    take_same_platform(parser)
+    parser.add_argument("--junit", type=Path, metavar="FILE", help="also write JUnit XML")
 
 
 def command(args: argparse.Namespace) -> int:
     """Checks scenarios; nothing is written but the JUnit file."""
+    from biped.ensemble.checks import JUNIT, write_junit
+    from biped.show.terminal import progress, show_verdict
+    from biped.studies.planned import plan_of
+    from biped.studies.run import run
+
     if args.junit is not None:
         may_write(args.junit, "--junit", JUNIT)
         if not args.junit.absolute().parent.is_dir():

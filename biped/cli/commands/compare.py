@@ -3,19 +3,30 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 from biped.base.errors import InputError
 from biped.base.replacing import may_fill
 from biped.cli.common import DONE, FAILED, one_folder, print_all, workers_of
-from biped.ensemble.guard import new_folder
-from biped.show.side_by_side import draw, show
-from biped.studies.comparison import OWN, compare, write
-from biped.studies.folders import RUNS
-from biped.studies.planned import title_of
+from biped.cli.parser import Commands, command_parser, take_scenarios
+
+
+def add(commands: Commands) -> None:
+    """Adds the parser of `biped compare`."""
+    what = "run scenarios in both engines: every metric side by side, with its gap"
+    parser = command_parser(commands, "compare", what, command)
+    take_scenarios(parser)
+    parser.add_argument("--out", type=Path, help="folder for figures and recordings (default: new ones below runs/)")
 
 
 def command(args: argparse.Namespace) -> int:
     """Compares scenarios; each leaves numbers, a figure and a recording."""
+    from biped.ensemble.guard import new_folder
+    from biped.show.side_by_side import draw, show
+    from biped.studies.comparison import OWN, compare, write
+    from biped.studies.folders import RUNS
+    from biped.studies.planned import title_of
+
     if args.engine is not None:
         raise InputError("--engine: compare runs both engines; expected no --engine")
     one_folder(args)

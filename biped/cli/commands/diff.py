@@ -9,13 +9,37 @@ from biped.base.errors import InputError
 from biped.base.files import label
 from biped.base.replacing import may_fill, may_write
 from biped.cli.common import DONE, FAILED, print_json, warn, workers_of
-from biped.show.diff import show, write
-from biped.show.terminal import progress
-from biped.studies.diff.made import of_controllers, of_folders
+from biped.cli.parser import Commands, command_parser, take_changes, take_json, take_trust, take_workers
+
+
+def add(commands: Commands) -> None:
+    """Adds the parser of `biped diff`."""
+    parser = command_parser(
+        commands, "diff", "what changed between two results, gaits or laws, run by run", command,
+        description="Compares two results folders, or runs a scenario with each of two gaits or laws and compares: "
+        "every metric's change with its interval, paired by seed. Exit code 1: something became worse.",
+    )  # fmt: skip
+    first = "what is compared with: results folder, gait (name or path) or law (path.py:Class)"
+    parser.add_argument("first", help=first)
+    parser.add_argument("second", help="what is judged: the same kind of thing")
+    parser.add_argument("--scenario", help="of gaits and laws: what to run, name in scenarios/ or path")
+    take_changes(parser, "of gaits and laws: change a key (repeatable)")
+    parser.add_argument("--metrics", metavar="NAME,…", default="", help="compare and judge these alone (default: all)")
+    margin = "a change within this share is none that matters (default: 0.05)"
+    parser.add_argument("--margin", type=float, default=0.05, help=margin)
+    parser.add_argument("--out", type=Path, help="folder for diff.json and diff.md (default of gaits: one below runs/)")
+    parser.add_argument("--html", type=Path, metavar="FILE", help="also one HTML page, as report --html writes them")
+    take_trust(parser)
+    take_workers(parser)
+    take_json(parser)
 
 
 def command(args: argparse.Namespace) -> int:
     """Compares; worse is a failure, what cannot be said is not."""
+    from biped.show.diff import show, write
+    from biped.show.terminal import progress
+    from biped.studies.diff.made import of_controllers, of_folders
+
     only = [name.strip() for name in args.metrics.split(",") if name.strip()]
     folders = [Path(word) for word in (args.first, args.second)]
     stored = [(folder / "result.json").is_file() for folder in folders]

@@ -6,6 +6,12 @@ import argparse
 
 from biped.base.catalogue import listing
 from biped.cli.common import DONE
+from biped.cli.parser import Commands, command_parser
+
+
+def add(commands: Commands) -> None:
+    """Adds the parser of `biped list`."""
+    command_parser(commands, "list", "models, controllers and scenarios, with a line each", command)
 
 
 def command(args: argparse.Namespace) -> int:

@@ -10,11 +10,23 @@ from pathlib import Path
 from biped.base.errors import InputError
 from biped.base.writing import reason, write_text
 from biped.cli.common import DONE
+from biped.cli.parser import Commands, command_parser
 
 START = "biped.control.start_law"
 """The module that is written; nothing of it is run here."""
 NAMED = "my_law.py"
 """What it calls itself."""
+
+
+def add(commands: Commands) -> None:
+    """Adds the parser of `biped new`."""
+    parser = command_parser(
+        commands, "new", "write a file to start from", command,
+        description="Writes a control law to start from: the thesis's, in readable Python.",
+    )  # fmt: skip
+    parser.add_argument("what", choices=["controller"], help="what to start")
+    file = "the file, such as my_law.py; one that is there is not overwritten"
+    parser.add_argument("file", type=Path, help=file)
 
 
 def command(args: argparse.Namespace) -> int:

@@ -3,15 +3,34 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 from biped.cli.common import DONE, FAILED, print_json, reason_of, workers_of
-from biped.show.regress import show
-from biped.show.terminal import progress
-from biped.studies.regress.guard import regress
+from biped.cli.parser import Commands, command_parser, take_json, take_trust, take_workers
+
+
+def add(commands: Commands) -> None:
+    """Adds the parser of `biped regress`."""
+    parser = command_parser(
+        commands, "regress", "compare scenarios with their recorded reference numbers", command, simulates=True,
+        description="Runs a fixed part of scenarios and compares with recorded numbers: digit by digit where they were "
+        "recorded, elsewhere the physics.",
+    )  # fmt: skip
+    parser.add_argument("scenario", nargs="*", help="name in scenarios/, or path (default: every shipped scenario)")
+    parser.add_argument("--update", action="store_true", help="record what differs as the new reference")
+    parser.add_argument("--reason", help="why results changed; kept in the file (needed by --update)")
+    parser.add_argument("--file", type=Path, help="file of references (default: that of the shipped scenarios)")
+    take_trust(parser)
+    take_workers(parser)
+    take_json(parser)
 
 
 def command(args: argparse.Namespace) -> int:
     """Compares, and records where that was asked for."""
+    from biped.show.regress import show
+    from biped.show.terminal import progress
+    from biped.studies.regress.guard import regress
+
     with workers_of(args) as jobs:
         outcome = regress(args.scenario, jobs, args.file, reason_of(args), progress)
     if args.json:

@@ -6,6 +6,20 @@ import argparse
 from pathlib import Path
 
 from biped.cli.common import DONE
+from biped.cli.parser import Commands, command_parser
+
+
+def add(commands: Commands) -> None:
+    """Adds the parser of `biped report`."""
+    what = "write results as an HTML page, or campaigns as Markdown with figures"
+    parser = command_parser(commands, "report", what, command)
+    runs = (
+        "results folders; of --html also those of compare, diff, tune, stability, standard, and files of regress --json"
+    )
+    parser.add_argument("run", type=Path, nargs="+", help=runs)
+    parser.add_argument("--html", type=Path, metavar="FILE", help="one HTML page: no network, phone, paper, dark")
+    parser.add_argument("--out", type=Path, help="the Markdown file (default: report.md, unless --html is given)")
+    parser.add_argument("--title", default="Campaigns", help="its heading")
 
 
 def command(args: argparse.Namespace) -> int:

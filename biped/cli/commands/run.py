@@ -8,20 +8,34 @@ from typing import TYPE_CHECKING, Any
 
 from biped.base.errors import InputError
 from biped.cli.common import DONE, changes_of, code_of, one_folder, print_all, print_json, warn, workers_of
-from biped.ensemble.chunks import shard_of
-from biped.ensemble.failures import FAILURES
-from biped.ensemble.plan import Plan
-from biped.show.terminal import progress, show_result
-from biped.studies.making import TRACEBACK, Done
-from biped.studies.planned import plan_of
-from biped.studies.run import Shared, run, run_shard
+from biped.cli.parser import Commands, command_parser, take_same_platform, take_scenarios, whole
 
 if TYPE_CHECKING:
+    from biped.ensemble.plan import Plan
     from biped.measure.stored import AnyTrajectory
+    from biped.studies.making import Done
+
+
+def add(commands: Commands) -> None:
+    """Adds the parser of `biped run`."""
+    what = "run scenarios; write metrics, trajectory and, if wanted, a recording"
+    parser = command_parser(commands, "run", what, command, simulates=True)
+    take_scenarios(parser)
+    parser.add_argument("--out", type=Path, help="results folder (default: a new one below runs/)")
+    parser.add_argument("--record", action="store_true", help="also write a recording for the rerun viewer")
+    live = "watch one run in MuJoCo's viewer in real time, push with the mouse; nothing is written"
+    parser.add_argument("--live", action="store_true", help=live)
+    parser.add_argument("--only", type=whole, metavar="N", help="replay run N of the ensemble alone")
+    parser.add_argument("--shard", metavar="I/N", help="make share I of N of a campaign, in the --out that all share")
+    take_same_platform(parser)
 
 
 def command(args: argparse.Namespace) -> int:
     """Runs scenarios one after the other."""
+    from biped.show.terminal import progress
+    from biped.studies.planned import plan_of
+    from biped.studies.run import run
+
     if args.live:
         return _live(args)
     one_folder(args)
@@ -47,6 +61,7 @@ def command(args: argparse.Namespace) -> int:
 def _live(args: argparse.Namespace) -> int:
     """One run in a window; what a hand pushes cannot be repeated, so nothing is kept of it."""
     from biped.show.live import watch
+    from biped.studies.planned import plan_of
 
     for given, option in ((args.record, "--record"), (args.out, "--out"), (args.json, "--json")):
         if given:
@@ -63,6 +78,10 @@ def _live(args: argparse.Namespace) -> int:
 
 
 def _show(args: argparse.Namespace, done: Done) -> None:
+    from biped.ensemble.failures import FAILURES
+    from biped.show.terminal import show_result
+    from biped.studies.making import TRACEBACK
+
     if not args.json:
         show_result(done.result, done.plan.scenario.description)
         print(f"  results in {done.folder}/")
@@ -73,6 +92,10 @@ def _show(args: argparse.Namespace, done: Done) -> None:
 
 def _shard(args: argparse.Namespace) -> int:
     """Makes a share of a campaign; whoever makes the last one shows what came of all."""
+    from biped.ensemble.chunks import shard_of
+    from biped.show.terminal import progress
+    from biped.studies.run import Shared, run_shard
+
     if args.out is None or args.only is not None or len(args.scenario) > 1:
         raise InputError(
             "--shard: expected with one scenario and --out, the folder that all shards share, and without --only"

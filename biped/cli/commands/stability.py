@@ -3,9 +3,26 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 from biped.base.errors import InputError
 from biped.cli.common import DONE, FAILED, print_json, workers_of
+from biped.cli.parser import Commands, command_parser, take_changes, take_json, take_trust, take_workers
+
+
+def add(commands: Commands) -> None:
+    """Adds the parser of `biped stability`."""
+    what = "a gait as a limit cycle: return map and Floquet multipliers"
+    parser = command_parser(commands, "stability", what, command, simulates=True)
+    parser.add_argument("scenario", nargs="?", help="name in scenarios/, or path of a scenario file")
+    parser.add_argument("--reference", action="store_true", help="solve the walkers whose multipliers are known")
+    take_changes(parser)
+    take_trust(parser)
+    parser.add_argument("--engine", choices=["mujoco", "home"], help="the only engine (default: both)")
+    parser.add_argument("--basin", action="store_true", help="also cut the basin of attraction: lean and speed")
+    take_workers(parser)
+    parser.add_argument("--out", type=Path, help="folder of figure and numbers (default: a new one below runs/)")
+    take_json(parser)
 
 
 def command(args: argparse.Namespace) -> int:

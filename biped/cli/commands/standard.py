@@ -7,15 +7,34 @@ from pathlib import Path
 
 from biped.base.files import label
 from biped.cli.common import DONE, changes_of, print_json, workers_of
-from biped.ensemble.guard import new_folder
-from biped.show.standing import show, write
-from biped.show.terminal import progress
-from biped.studies.folders import RUNS
-from biped.studies.standard.study import standard
+from biped.cli.parser import Commands, command_parser, take_changes, take_json, take_workers
+
+
+def add(commands: Commands) -> None:
+    """Adds the parser of `biped standard`."""
+    parser = command_parser(
+        commands, "standard", "what gaits stand: slopes, pushes, uneven ground, each searched to failure", command,
+        description="Puts gaits to the tests in scenarios/standard: each searched to the largest value that holds, by "
+        "ensembles, with intervals; one table. An interrupted table in --out is continued.",
+    )  # fmt: skip
+    parser.add_argument("gait", nargs="+", help="name in controllers/, or path of a gait file")
+    test = "this test alone: name in scenarios/standard, or path of a scenario with [standard] (repeatable)"
+    parser.add_argument("--test", metavar="NAME", action="append", default=[], help=test)
+    take_changes(parser, "change a key of all tests, e.g. model=robot (repeatable)")
+    parser.add_argument("--engine", help="engine to run in")
+    parser.add_argument("--out", type=Path, help="folder for standard.json and standard.md (default: below runs/)")
+    take_workers(parser)
+    take_json(parser)
 
 
 def command(args: argparse.Namespace) -> int:
     """Puts gaits to the tests; what an interrupt leaves is gone on with by the same command."""
+    from biped.ensemble.guard import new_folder
+    from biped.show.standing import show, write
+    from biped.show.terminal import progress
+    from biped.studies.folders import RUNS
+    from biped.studies.standard.study import standard
+
     out: Path = args.out or new_folder(RUNS, "standard")
     with workers_of(args) as jobs:
         found = standard(args.gait, args.test, changes_of(args), jobs, out, progress).as_dict()

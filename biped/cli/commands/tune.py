@@ -6,13 +6,31 @@ import argparse
 from pathlib import Path
 
 from biped.cli.common import DONE, print_json, warn, workers_of
-from biped.show.terminal import progress
-from biped.show.tune import show, show_least
-from biped.studies.tune.tuned import tune
+from biped.cli.parser import Commands, command_parser, take_changes, take_json, take_trust, take_workers
+
+
+def add(commands: Commands) -> None:
+    """Adds the parser of `biped tune`."""
+    parser = command_parser(
+        commands, "tune", "find gains that serve a scenario's conditions", command, simulates=True,
+        description="Finds gains that serve the conditions in a scenario's [tune].",
+    )  # fmt: skip
+    parser.add_argument("scenario", help="name in scenarios/, or path of a scenario file with a [tune] table")
+    take_changes(parser)
+    take_trust(parser)
+    take_workers(parser)
+    parser.add_argument("--out", type=Path, help="results folder; an interrupted search in it is continued")
+    least = "no search: put a found gait's gains back one by one, the least missed first; how many does it take?"
+    parser.add_argument("--least", metavar="GAIT", help=least)
+    take_json(parser)
 
 
 def command(args: argparse.Namespace) -> int:
     """Searches; how the search goes is drawn anew after every generation."""
+    from biped.show.terminal import progress
+    from biped.show.tune import show
+    from biped.studies.tune.tuned import tune
+
     if args.least is not None:
         return _least(args)
     with workers_of(args) as jobs:
@@ -26,6 +44,8 @@ def command(args: argparse.Namespace) -> int:
 
 def _least(args: argparse.Namespace) -> int:
     """Goes back from a found gait to the scenario's own; the figure is drawn anew after every step."""
+    from biped.show.terminal import progress
+    from biped.show.tune import show_least
     from biped.studies.tune.least import least
 
     with workers_of(args) as jobs:

@@ -6,14 +6,25 @@ import argparse
 import subprocess
 import sys
 from contextlib import suppress
+from pathlib import Path
 
 from biped.cli.common import DONE
-from biped.show.replay import recording_of
-from biped.show.web import has_display, quiet, served
+from biped.cli.parser import Commands, command_parser
+
+
+def add(commands: Commands) -> None:
+    """Adds the parser of `biped view`."""
+    parser = command_parser(commands, "view", "open a recording in the rerun viewer", command)
+    parser.add_argument("run", nargs="?", type=Path, help="results folder or .rrd (default: the newest recording)")
+    web = "serve the viewer to a browser; chosen by itself without a display"
+    parser.add_argument("--web", action="store_true", help=web)
 
 
 def command(args: argparse.Namespace) -> int:
     """Opens the viewer, in a browser where that is asked for or there is no display, and waits for it."""
+    from biped.show.replay import recording_of
+    from biped.show.web import has_display, quiet, served
+
     path = recording_of(args.run)
     if not args.web and has_display():
         print(f"opening {path}")

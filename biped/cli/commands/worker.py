@@ -5,11 +5,28 @@ from __future__ import annotations
 import argparse
 
 from biped.cli.common import DONE
-from biped.ensemble.cluster.worker import go_with_parent, work
+from biped.cli.parser import Commands, command_parser, whole
+
+
+def add(commands: Commands) -> None:
+    """Adds the parser of `biped worker`."""
+    parser = command_parser(
+        commands, "worker", "work for campaigns on a cluster", command, simulates=True,
+        description="Works for a Dask scheduler: one thread a worker, watched by a nanny.",
+    )  # fmt: skip
+    parser.add_argument("scheduler", help="address of the scheduler, such as tcp://host:8786")
+    parser.add_argument("--workers", type=whole, default=1, help="workers, one core each (default: 1)")
+    parser.add_argument("--lifetime", metavar="TIME", help="go after this time, such as 50m; keep it below a walltime")
+    parser.add_argument("--memory", metavar="SIZE", default="auto", help="most memory of each, such as 2GB")
+    for part in ("ca-file", "cert", "key"):
+        parser.add_argument(f"--tls-{part}", metavar="FILE", help="of a scheduler at tls://…")
+    parser.add_argument("--with-parent", action="store_true", help="go when standard input ends")
 
 
 def command(args: argparse.Namespace) -> int:
     """Works until the scheduler is gone, the lifetime is over, or it is stopped."""
+    from biped.ensemble.cluster.worker import go_with_parent, work
+
     if args.with_parent:
         go_with_parent()
     files = {"ca-file": args.tls_ca_file, "cert": args.tls_cert, "key": args.tls_key}
