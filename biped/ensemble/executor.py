@@ -11,11 +11,11 @@ threads here, a cluster's elsewhere. Its workers share nothing but the function 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Generic, TypeVar
 
-from biped.ensemble.backend import WAIT, Backend, Done, Jobs, WorkerLost
+from biped.ensemble.backend import WAIT, Backend, Done, Jobs, WorkerLost, at_most
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -182,3 +182,19 @@ def workers(work: Callable[[Item], Result], jobs: Jobs, threads: bool = False) -
         well = True
     finally:
         backend.close(well)
+
+
+def mapped(function: Callable[[Any], Any], items: Sequence[Any], jobs: Jobs) -> list[Any]:
+    """Calls a function with many items on all cores: function(item) of every item, in their order.
+
+    Args:
+        function: Any function; forked workers share it and what it refers to. Where fork does not exist, one process
+            does all.
+        items: What it is called with.
+        jobs: Number of processes, or a cluster.
+    """
+    from biped.ensemble.processes import FORKS
+
+    elsewhere = not isinstance(jobs, int)
+    with workers(function, at_most(jobs, len(items)) if FORKS or elsewhere else 1) as carried_out:
+        return list(carried_out(items))

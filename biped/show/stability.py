@@ -7,10 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from biped.show.terminal import console
-from biped.studies.stability.basin import FELL, RETURNED, WALKS, Basin
+from biped.studies.stability.basin import FELL, RETURNED, RETURNS, WALKS, Basin
 from biped.studies.stability.gait import MeasuredGait, Studied
 from biped.studies.stability.reference import Known
-from biped.studies.stability.sizes import RETURNS
 
 
 def show(studied: Studied) -> None:

@@ -17,10 +17,21 @@ from biped.scenario.reading import read_scenario
 from biped.show.regress import show
 from biped.studies.planned import plan_of
 from biped.studies.regress import references
-from biped.studies.regress.compare import DIGITS, PHYSICS, RUNS, SAME, altogether, compare
+from biped.studies.regress.compare import (
+    DIGITS,
+    MOST,
+    PHYSICS,
+    RUNS,
+    SAME,
+    SECONDS,
+    altogether,
+    chosen,
+    compare,
+    digest,
+    ensemble,
+)
 from biped.studies.regress.guard import ScenarioOutcome, regress
 from biped.studies.regress.references import RecordedScenario
-from biped.studies.regress.runs import MOST, SECONDS, chosen, digest, ensemble
 from tests.cases import SHORT, command, write
 
 

@@ -38,7 +38,7 @@ def command(args: argparse.Namespace) -> int:
     """Compares; worse is a failure, what cannot be said is not."""
     from biped.show.diff import show, write
     from biped.show.terminal import progress
-    from biped.studies.diff.made import of_controllers, of_folders
+    from biped.studies.diff.study import of_controllers, of_folders
 
     only = [name.strip() for name in args.metrics.split(",") if name.strip()]
     folders = [Path(word) for word in (args.first, args.second)]

@@ -16,8 +16,8 @@ from biped.base import platform
 from biped.ensemble.campaign import simulate
 from biped.studies.bench.throughput import tick_costs
 from biped.studies.planned import plan_of, title_of
+from biped.studies.regress.compare import digest
 from biped.studies.regress.references import RecordedScenario, TickCost, read, shipped, write
-from biped.studies.regress.runs import digest
 
 SCENARIOS = ("level_normal", "level_normal_generalized", "robust/own")
 """Joint torques, none, and one tangential row per foot."""

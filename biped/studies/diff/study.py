@@ -1,18 +1,42 @@
-"""Two results side by side, run by run, and the verdict on the second."""
+"""Two results side by side, run by run, and the verdict on the second: folders, gaits or laws."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgspec
 
 from biped.base.errors import InputError
-from biped.base.files import nearest
+from biped.base.files import label, locate, nearest
+from biped.base.progress import Progress, Told, silent, unheard
+from biped.ensemble.backend import Jobs
+from biped.ensemble.guard import new_folder
+from biped.ensemble.stored import result_in
 from biped.measure.metrics.walking import outcome
+from biped.scenario.inline import setting
 from biped.scenario.metrics import METRICS
-from biped.studies.diff.changes import LEVEL, MARGIN, SAME, WORSE, MetricChange, change_of, exists, judged
-from biped.studies.diff.sides import ComparedSide, Pairs, Row, pairs_of, settings, swept
+from biped.studies.diff.changes import (
+    LEVEL,
+    MARGIN,
+    SAME,
+    WORSE,
+    ComparedSide,
+    MetricChange,
+    Pairs,
+    Row,
+    change_of,
+    exists,
+    judged,
+    pairs_of,
+    settings,
+    side,
+    swept,
+)
+from biped.studies.folders import RUNS
+from biped.studies.planned import plan_of
+from biped.studies.run import run
 
 
 class Point(NamedTuple):
@@ -171,3 +195,61 @@ def _identical(pairs: Pairs) -> bool:
 def _numbers(run: Row) -> bytes:
     """What two runs must share to be the same run."""
     return msgspec.json.encode({name: run.get(name) for name in (*METRICS, "fell", "end", "cause", "verdict", "doubt")})
+
+
+def of_folders(first: Path, second: Path, margin: float = MARGIN, only: Sequence[str] = ()) -> Difference:
+    """Compares two results folders, whatever made them: gaits, laws, scenarios or versions.
+
+    Raises:
+        InputError: One is not a whole result, or see `biped.studies.diff.study.differ`.
+    """
+    if first.resolve() == second.resolve():
+        raise InputError(f"{label(second)}: is the same folder as {label(first)}; expected two")
+    before, after = (side(label(folder), folder, result_in(folder)) for folder in (first, second))
+    return differ(before, after, margin, only)
+
+
+def of_controllers(
+    first: str, second: str, scenario: str, changes: Sequence[str], jobs: Jobs, out: Path | None,
+    margin: float = MARGIN, only: Sequence[str] = (), progress: Progress = silent, tell: Told = unheard,
+) -> tuple[Difference, Path]:  # fmt: skip
+    """Runs a scenario with each of two gaits or laws and compares.
+
+    Args:
+        first: What is compared with: a gait's name or path, or a law, `path.py:Class`.
+        second: What is judged.
+        scenario: Name or path of the scenario.
+        changes: `--set` changes.
+        jobs: Number of processes, or a cluster.
+        out: Folder in which each gets a results folder of its own, `first` and `second`; default: a new one below
+            runs/. A campaign that was interrupted in it goes on.
+        margin: See `MARGIN`.
+        only: Metrics that are compared; default: all.
+        progress: Told of every finished run.
+        tell: Told what of an interrupted campaign could not be used.
+
+    Returns:
+        The difference and the folder.
+
+    Raises:
+        InputError: Something the user wrote cannot be used.
+    """
+    asked = [[*changes, _setting(word)] for word in (first, second)]
+    if asked[0] == asked[1]:
+        raise InputError(f"{second}: is what it is compared with; expected two gaits or laws")
+    for one in asked:
+        plan_of(scenario, one)  # complaints come before the first campaign
+    where = new_folder(RUNS, f"diff-{Path(first).stem}-{Path(second).stem}") if out is None else out
+    sides: list[ComparedSide] = []
+    for word, name, one in zip((first, second), ("first", "second"), asked, strict=True):
+        done = run(scenario, one, jobs, where / name, progress=progress, tell=tell)
+        sides.append(side(word, where / name, done.result))
+    return differ(sides[0], sides[1], margin, only), where
+
+
+def _setting(word: str) -> str:
+    """The `--set` change that takes a gait or a law."""
+    if ".py:" in word:
+        return setting("law", word)
+    path = locate("controllers", word, "diff")
+    return setting("controller", f"{path.resolve()}" if word.endswith(".toml") else word)

@@ -14,9 +14,20 @@ from biped.base.progress import Progress, silent
 from biped.ensemble.backend import Jobs
 from biped.ensemble.plan import Plan
 from biped.studies.planned import plan_of, title_of
-from biped.studies.regress.compare import GONE, NEW, SAME, Verdict, altogether, compare, compared, missing
+from biped.studies.regress.compare import (
+    GONE,
+    NEW,
+    SAME,
+    Verdict,
+    altogether,
+    chosen,
+    compare,
+    compared,
+    ensemble,
+    measured,
+    missing,
+)
 from biped.studies.regress.references import RecordedScenario, ReferenceChange, References, read, shipped, write
-from biped.studies.regress.runs import chosen, ensemble, measured
 
 
 class ScenarioOutcome(NamedTuple):

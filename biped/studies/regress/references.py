@@ -28,7 +28,7 @@ class RecordedScenario(Struct, frozen=True, forbid_unknown_fields=True):
     Attributes:
         since: Date of the change that it has been the same since; `References.history` says why.
         platform: Key of the platform that it was recorded on.
-        runs: Numbers of the runs, in the ensemble that `biped.studies.regress.runs` makes of the scenario.
+        runs: Numbers of the runs, in the ensemble that `biped.studies.regress.compare` makes of the scenario.
         ends: A letter for each: w walked, s stayed up without walking on, f fell, d diverged, ! its law failed;
             where the numbers are doubtful, F fell and ? stayed up.
         digests: Of the bits of each run's log.

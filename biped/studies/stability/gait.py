@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from biped.studies.stability.basin import Basin
-from biped.studies.stability.cycle import pairs
-from biped.studies.stability.fit import Fit
+from biped.studies.stability.basin import Basin, Shrinking
+from biped.studies.stability.cycle import Fit, pairs
 from biped.studies.stability.orbit import Exponent, Orbit
-from biped.studies.stability.sizes import Shrinking
 
 
 class KickedFit(NamedTuple):

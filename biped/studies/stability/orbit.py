@@ -154,7 +154,7 @@ def exponent(
         steady: (m, 17) states of steady walks.
         stride: [s] about as long as a stride takes.
         rng: Where chains begin, and in which direction the neighbour is.
-        mapped: How a function of many items is carried out (`biped.studies.stability.workers`).
+        mapped: How a function of many items is carried out (`biped.ensemble.executor`).
     """
     starts = []
     for i in rng.integers(len(steady), size=CHAINS):

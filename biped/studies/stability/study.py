@@ -10,18 +10,17 @@ import numpy as np
 from biped.base.errors import InputError, RunError
 from biped.ensemble.backend import Jobs
 from biped.ensemble.campaign import simulate_planar
+from biped.ensemble.executor import mapped
 from biped.ensemble.plan import Plan
 from biped.robot.ground import first_of, is_level
 from biped.scenario.vary import stream
 from biped.studies.planned import plan_of, title_of
-from biped.studies.stability import sizes
-from biped.studies.stability.basin import basin
-from biped.studies.stability.fit import Returns, fit_map
+from biped.studies.stability.basin import basin, floor, shrinking
+from biped.studies.stability.cycle import Returns, fit_map
 from biped.studies.stability.gait import Gait, KickedFit, MeasuredGait, Studied
 from biped.studies.stability.kicks import Kicks
 from biped.studies.stability.orbit import Exponent, Orbit, exponent, find_orbit
 from biped.studies.stability.section import PoincareSection, crossings
-from biped.studies.stability.workers import mapped
 
 ENGINES = ("mujoco", "home")
 
@@ -145,7 +144,7 @@ def measure(plan: Plan, jobs: Jobs, slices: bool) -> MeasuredGait:
         orbit = find_orbit(gait.section, gait.states[-1], stride)
     except RunError:
         orbit = None
-    rows = sizes.shrinking(gait.section, gait.states, stride, rng, on_cores)
+    rows = shrinking(gait.section, gait.states, stride, rng, on_cores)
     returns, fell = kicked_returns(gait, 3.3 * stride, rng, on_cores)
     return MeasuredGait(
         section=f"right heel {1e3 * gait.section.height:g} mm above the ground, coming down",
@@ -159,7 +158,7 @@ def measure(plan: Plan, jobs: Jobs, slices: bool) -> MeasuredGait:
         exponent=small,
         orbit=orbit,
         sizes=rows,
-        floor=sizes.floor(rows),
+        floor=floor(rows),
         kicked=KickedFit(fit_map(returns, rng), KICK, fell, KICKED),
         basin=basin(gait.section, gait.states, stride, rng, on_cores) if slices else None,
     )

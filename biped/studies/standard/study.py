@@ -25,8 +25,7 @@ from biped.scenario.reading import read_scenario
 from biped.scenario.standard import Standard
 from biped.studies.planned import plan_of, title_of
 from biped.studies.run import run_plan
-from biped.studies.standard.measured import StoredMeasurements
-from biped.studies.standard.search import Limit, Tried, limit, search
+from biped.studies.standard.search import Limit, StoredMeasurements, Tried, limit, search
 
 FAMILY = "standard/"
 """Where the shipped tests are, below scenarios/."""

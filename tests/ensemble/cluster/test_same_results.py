@@ -17,7 +17,7 @@ from biped.ensemble.packed import SUFFIX
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario
 from biped.studies.comparison import compare
-from biped.studies.regress.runs import ensemble, measured
+from biped.studies.regress.compare import ensemble, measured
 from biped.studies.run import run
 from biped.studies.stability.study import study
 from biped.studies.tune.evaluate import Study, Task

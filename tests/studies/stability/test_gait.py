@@ -11,16 +11,16 @@ import pytest
 from biped.base.errors import InputError, RunError
 from biped.cli.main import main
 from biped.ensemble.campaign import simulate
+from biped.ensemble.executor import mapped
 from biped.robot.planar.tree import motion
 from biped.studies.planned import plan_of
 from biped.studies.stability import basin as basin_module
-from biped.studies.stability.fit import Returns, fit_map
+from biped.studies.stability.basin import SIZES, Shrinking, floor
+from biped.studies.stability.cycle import Returns, fit_map
 from biped.studies.stability.kicks import Kicks
 from biped.studies.stability.orbit import Exponent, Orbit, find_orbit, growth
 from biped.studies.stability.section import PoincareSection, crossings
-from biped.studies.stability.sizes import SIZES, Shrinking, floor
 from biped.studies.stability.study import study, word_for
-from biped.studies.stability.workers import mapped
 
 SLOW = "level_slow_generalized"
 

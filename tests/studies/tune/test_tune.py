@@ -12,7 +12,7 @@ from biped.ensemble.plan import Plan
 from biped.scenario.gains import Gains
 from biped.scenario.gait import read_gains
 from biped.scenario.reading import read_scenario
-from biped.studies.tune.report import gait_of
+from biped.studies.tune.tuned import gait_of
 
 
 def tuned(path, out, *more):
