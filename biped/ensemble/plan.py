@@ -15,6 +15,7 @@ from biped.ensemble.runs import Runs
 from biped.robot.law_factory import Factory
 from biped.robot.robot import Robot
 from biped.robot.run import Run
+from biped.robot.suitable import check_gait
 from biped.scenario.keys import Scenario
 from biped.scenario.origin import UNKNOWN, Origin
 from biped.scenario.vary import DRAW, SWEEP, drawn, points_of, run_seed, with_values
@@ -140,6 +141,6 @@ class Plan:
                 asked = msgspec.structs.replace(s, controller=controller, gains=change.gains)
                 change = msgspec.structs.replace(change, gains=self._runs.gains(asked, at))  # noqa: PLW2901
             else:
-                self._runs.suit(s, change.gains, at)
+                check_gait(s, change.gains, at, complete=False)
             changes.append(change)
         return msgspec.structs.replace(s, change=tuple(changes))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
@@ -14,35 +14,19 @@ from biped.base.files import locate, nearest
 from biped.base.text import said
 from biped.robot.ground import begin_beyond, first_of, profile_of
 from biped.robot.law_factory import Factory
-from biped.robot.limits import torque_limits
-from biped.robot.load import load_robot
+from biped.robot.load import RobotStarts, load_robot, starts_of
 from biped.robot.planar.topology import N_ROWS, NQ
 from biped.robot.robot import Robot
 from biped.robot.run import Run
-from biped.robot.truth import check_truth
+from biped.robot.suitable import check_force, check_gait, check_keys, walks_by_gait
 from biped.scenario.gains import Gains
-from biped.scenario.gait import Gaits, in_the_plane, out_of_the_plane, read_settings
+from biped.scenario.gait import Gaits, read_settings
 from biped.scenario.keys import Scenario
-from biped.scenario.laws import BUILT_IN, SPATIAL
-from biped.scenario.noticed import taken
+from biped.scenario.laws import SPATIAL
 from biped.scenario.origin import Origin
-from biped.scenario.push import PLANE, SPACE
 from biped.scenario.robot import Described
 from biped.scenario.settings import Settings, read_reading, resettled, settings_on
-from biped.scenario.valid import fault
 from biped.scenario.vary import stream
-
-
-class RobotStarts(Protocol):
-    """Start postures of a robot."""
-
-    def start(self, s: Scenario, noise: np.random.Generator | None) -> tuple[np.ndarray, np.ndarray]:
-        """Coordinates (nq,) and velocities (nv,) that a run starts with; `noise` draws deviations, None: none."""
-        ...
-
-    def foremost(self, s: Scenario) -> float:
-        """[m] the foremost contact point of the start without deviations."""
-        ...
 
 
 class _Loaded(NamedTuple):
@@ -79,26 +63,15 @@ class Runs:
         Raises:
             InputError: One is missing or of the wrong type, or they are of a walker in the plane instead of in space.
         """
-        if s.robot is not None and not s.controller:
+        if not s.controller and not walks_by_gait(s):
             return s.gains
         gains = self._gaits[s.controller, s.gains]
-        if s.law == SPATIAL:
-            out_of_the_plane(gains, s.model, at)
-        self.suit(s, gains, at)
+        check_gait(s, gains, at, complete=True)
         return gains
-
-    def suit(self, s: Scenario, gains: Gains, at: str) -> None:
-        """Makes sure that some gains, whose key begins with `at`, are none of a walker in space where none walks.
-
-        Raises:
-            InputError: They are.
-        """
-        if s.robot is None:
-            in_the_plane(gains, s.model, at)
 
     def exchanged(self, s: Scenario, before: Scenario, varied: Iterable[str]) -> Scenario:
         """The scenario with the settings of its gait and its reading, where one is another than before."""
-        if s.robot is not None or (s.controller, s.reading) == (before.controller, before.reading):
+        if not walks_by_gait(s) or (s.controller, s.reading) == (before.controller, before.reading):
             return s
         old, new = (self._settings_of(s, one.controller, one.reading) for one in (before, s))
         return resettled(s, old, new, set(varied))
@@ -109,27 +82,10 @@ class Runs:
         Raises:
             InputError: It cannot.
         """
-        if s.robot is not None:
-            if s.law is None:
-                raise InputError(
-                    "law: expected one: the thesis's law needs a planar biped of seven links; write law = "
-                    f"'path.py:Class', or one of {', '.join(BUILT_IN)}", "law",
-                )  # fmt: skip
-            taken(s, fault)  # draws and points of a sweep say what no file did
-        self.gains(s)
         _, robot, starts = self._load(s)
+        check_keys(s, robot)
+        self.gains(s)
         _pushes(s, robot)
-        torque_limits(robot, s)
-        if s.actuation.motors and robot.motor is None:
-            raise InputError(
-                f"actuation.motors: model '{s.model}' has none; expected a table [motor] in its description",
-                "actuation.motors",
-            )
-        for key, asked in (("ground.side_slope", s.ground.side_slope), ("start.upright", s.start.upright)):
-            if robot.planar and asked:
-                expected = "0" if key.startswith("ground") else "false"
-                raise InputError(f"{key}: expected {expected}: model '{s.model}' moves in the plane", key)
-        check_truth(s.truth, robot)
         starts.start(s, None)
         _begins_beyond(s, starts)
 
@@ -169,7 +125,7 @@ class Runs:
         if key not in self._loaded:
             path = locate("models", s.model, "model")
             robot = load_robot(path, s.robot)
-            self._loaded[key] = _Loaded(path, robot, _starts(path, robot, s.robot))
+            self._loaded[key] = _Loaded(path, robot, starts_of(path, robot, s.robot))
         return self._loaded[key]
 
 
@@ -185,16 +141,6 @@ def _file(key: str, name: str) -> Path:
         raise InputError(str(error), key) from error
 
 
-def _starts(path: Path, robot: Robot, table: Described | None) -> RobotStarts:
-    if robot.seven_links is not None:
-        from biped.robot.planar.posture import PlanarStarts
-
-        return PlanarStarts(path, robot.seven_links)
-    from biped.robot.posture import Starts
-
-    return Starts(path, table or Described())
-
-
 def _pushes(s: Scenario, robot: Robot) -> Scenario:
     """The scenario with pushes on bodies of its robot; the trunk is the torso, whatever it is called.
 
@@ -203,19 +149,13 @@ def _pushes(s: Scenario, robot: Robot) -> Scenario:
     """
     if not s.push:
         return s
-    size, words = (PLANE, "[forward, up]") if robot.planar else (SPACE, "[forward, left, up]")
     pushes, trunk = [], robot.bodies[robot.trunk_number - 1]
     for i, push in enumerate(s.push):
         body = trunk if push.body == "torso" and push.body not in robot.bodies else push.body
         if body not in robot.bodies:
             hint = nearest(body, list(robot.bodies))
             raise InputError(f"push[{i}].body: model '{s.model}' has no body '{said(body)}'; {hint}", f"push[{i}].body")
-        if len(push.force) != size:
-            where = "in the plane" if robot.planar else "in space"
-            raise InputError(
-                f"push[{i}].force: expected {words} N: model '{s.model}' moves {where}; got {list(push.force)}",
-                f"push[{i}].force",
-            )
+        check_force(robot, push.force, f"push[{i}].force", s.model)
         pushes.append(push if body == push.body else msgspec.structs.replace(push, body=body))
     return msgspec.structs.replace(s, push=tuple(pushes))
 

@@ -193,7 +193,7 @@ class Trajectory(Logged):
             "robot": msgspec.to_builtins(self.robot),
             "tree": {name: value.tolist() for name, value in self.tree._asdict().items()},
             **({"changes": self.changes} if self.changes else {}),
-            **self.ground.kept,
+            **self.ground.as_dict,
             **({} if self.seat is None else {"seat": msgspec.to_builtins(self.seat)}),
         }  # fmt: skip
 

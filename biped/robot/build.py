@@ -11,12 +11,10 @@ import mujoco
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.robot.actuators import replace_actuators
 from biped.robot.gravity import GRAVITY
 from biped.robot.ground import is_level, levelled
-from biped.robot.limits import torque_limits
 from biped.robot.recognise import robot_of
-from biped.robot.robot import Drive, Robot
+from biped.robot.robot import Drive, Robot, torque_limits
 from biped.robot.spec import read
 from biped.robot.truth import apply_truth
 from biped.robot.uneven import give_planes, name_geoms, pairs_with_planes
@@ -25,10 +23,12 @@ from biped.scenario.keys import Scenario, Simulation, Truth
 from biped.scenario.robot import Described
 
 Command = Literal["torque", "position", "velocity", "generalized"]
-"""What a law returns: torques [N m] or targets [rad, rad/s] of servos at joints, or a force for every velocity."""
+"""Commands that a law returns: torques [N m] or targets [rad, rad/s] of servos at joints, or forces of velocities."""
 
 _OVERRIDE = int(mujoco.mjtEnableBit.mjENBL_OVERRIDE)
-"""What lets a file's options decide on contacts."""
+"""Flag that lets a file's options decide on contacts."""
+
+_ON_JOINTS = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
 
 
 def frame(slope: float, side_slope: float) -> np.ndarray:
@@ -75,7 +75,7 @@ def _compiled(
     if not level:
         name_geoms(spec)
         give_planes(spec, robot)
-    replace_actuators(spec)
+    _replace_actuators(spec)
     for drive, limit in zip(robot.drives, limits, strict=True) if command != "generalized" else ():
         _drive(spec, drive, limit, command)
     option = spec.option
@@ -135,3 +135,29 @@ def _lay(model: mujoco.MjModel, robot: Robot, ground: Ground, level: bool) -> No
         if g in (model.pair_geom1[i], model.pair_geom2[i]):
             model.pair_friction[i, :2] = friction
             model.pair_solref[i] = solref
+
+
+def _replace_actuators(spec: mujoco.MjSpec) -> None:
+    """Takes all actuators out of a completed file; their rotors' inertia and friction stay, at their joints.
+
+    Those of a run are added in the order in which the law commands them. Sensors of actuators go with them, and of
+    keyframes what they command: nothing reads either.
+
+    Args:
+        spec: The file, which is changed.
+    """
+    for actuator in list(spec.actuators):
+        if actuator.trntype in _ON_JOINTS:
+            joint, squared = spec.joint(actuator.target), float(actuator.gear[0]) ** 2
+            if actuator.armature:
+                joint.armature += squared * actuator.armature
+            if np.any(actuator.damping):
+                joint.damping = joint.damping + squared * np.asarray(actuator.damping)
+        spec.delete(actuator)
+    for sensor in list(spec.sensors):
+        if mujoco.mjtObj.mjOBJ_ACTUATOR in (sensor.objtype, sensor.reftype):
+            spec.delete(sensor)
+    for part in list(spec.tuples):
+        spec.delete(part)
+    for key in spec.keys:
+        key.ctrl = key.act = []

@@ -55,8 +55,8 @@ class Profile(NamedTuple):
         return rises[np.searchsorted(self.x, x, side="right")]
 
     @property
-    def kept(self) -> dict[str, list[list[float]]]:
-        """What files keep of it, which `profile_from` takes back: nothing of level ground."""
+    def as_dict(self) -> dict[str, list[list[float]]]:
+        """The corners as files hold them, which `profile_from` reads back; empty for level ground."""
         return {} if self.level else {"ground": [self.x.tolist(), self.z.tolist()]}
 
     def between(self, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:

@@ -36,7 +36,7 @@ class _Copied:
 
 
 def factory_of(law: Any) -> Factory:
-    """What makes the law of every run.
+    """Returns the factory that makes the law of every run.
 
     Args:
         law: A class, a function that makes a law from a `Setup`, or an instance with a method `torques`.

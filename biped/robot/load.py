@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import msgspec
 import numpy as np
@@ -15,11 +15,24 @@ from biped.base.typed import convert
 from biped.robot.planar.description import PlanarDescription, description_at, version_of
 from biped.robot.planar.model import checked_model, tree_at
 from biped.robot.planar.seven_links import seven_links_of
-from biped.robot.planar.topology import BASE, ENDS, FOOT, LEGS, N_POINTS, SEGMENTS, THIGH, TORSO
+from biped.robot.planar.topology import BASE, ENDS, FOOT, LEGS, N_POINTS, SEGMENTS, TORSO
 from biped.robot.planar.tree import Tree
-from biped.robot.robot import Drive, FootParts, Robot
+from biped.robot.robot import Drive, FootParts, Robot, planar_top
+from biped.scenario.keys import Scenario
 from biped.scenario.robot import Described
 from biped.scenario.section import LARGEST
+
+
+class RobotStarts(Protocol):
+    """Start postures of a robot."""
+
+    def start(self, s: Scenario, noise: np.random.Generator | None) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates (nq,) and velocities (nv,) that a run starts with; `noise` draws deviations, None: none."""
+        ...
+
+    def foremost(self, s: Scenario) -> float:
+        """[m] the foremost contact point of the start without deviations."""
+        ...
 
 
 def load_robot(path: Path, table: Described | None) -> Robot:
@@ -37,6 +50,17 @@ def load_robot(path: Path, table: Described | None) -> Robot:
     from biped.robot.recognise import robot_of
 
     return robot_of(path, table)
+
+
+def starts_of(path: Path, robot: Robot, table: Described | None) -> RobotStarts:
+    """Returns the start postures of a robot; arguments as of `load_robot`."""
+    if robot.seven_links is not None:
+        from biped.robot.planar.posture import PlanarStarts
+
+        return PlanarStarts(path, robot.seven_links)
+    from biped.robot.posture import Starts
+
+    return Starts(path, table or Described())
 
 
 @lru_cache(maxsize=8)
@@ -64,8 +88,6 @@ def planar_robot(name: str, description: PlanarDescription, tree: Tree) -> Robot
         description: Of its parts.
         tree: Lengths and masses of its links.
     """
-    hip, middle = tree.joint[THIGH[0]], tree.com[TORSO]
-    top = (hip + (middle - hip) / description.shown.com).tolist()
     joints = description.joints[BASE:]
     feet = []
     for leg, parts in enumerate(description.leg):
@@ -85,7 +107,7 @@ def planar_robot(name: str, description: PlanarDescription, tree: Tree) -> Robot
         base_columns=tuple(range(BASE)),
         upright=(0.0, 0.0, 1.0),
         forward=(1.0, 0.0, 0.0),
-        top=(top[0], 0.0, top[1]),
+        top=planar_top(tree, description.shown.com),
         bodies=description.links,
         masses=tuple(tree.mass.tolist()),
         q_names=description.joints,

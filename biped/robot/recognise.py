@@ -1,4 +1,4 @@
-"""What a model file is: base, feet, actuators; every fault at once, each with what to write."""
+"""Recognises the robot in a model file: base, feet, actuators; every fault at once, each with what to write."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import label, nearest
-from biped.robot.base import base_of, ground_of
+from biped.robot.base import base_of, belongs, ground_of, physics_of, surroundings
 from biped.robot.drives import drives_of
 from biped.robot.legs import above, leg_length, pitching
 from biped.robot.robot import FootParts, Robot
@@ -20,7 +20,6 @@ from biped.robot.safety import examine, packaged
 from biped.robot.sizes import check_sizes
 from biped.robot.soles import FLAT, pairs_of, points_of, touches
 from biped.robot.spec import parsed
-from biped.robot.surroundings import belongs, physics_of, surroundings
 from biped.robot.trial import tried
 from biped.scenario.robot import Described, Foot
 
@@ -28,7 +27,7 @@ FEET = 2
 
 
 class Looked(NamedTuple):
-    """What was found in a model file.
+    """A robot that was found in a model file, or its faults.
 
     Attributes:
         robot: What it is; None where faults leave nothing that could walk.
@@ -53,7 +52,7 @@ def robot_of(path: Path, table: Described) -> Robot:
 
 
 def looked_at(path: Path, table: Described) -> Looked:
-    """What a model file is, and what is wrong with it.
+    """Recognises the robot in a model file, or finds what is wrong with it.
 
     Raises:
         InputError: It is not a model at all.
@@ -71,7 +70,7 @@ def _looked_at(file: str, modified: float, table: Described) -> Looked:
 
 
 def _survives(path: Path, table: Described) -> None:
-    """What is done with a model file before anything is known of it, once."""
+    """Does once all that is done with a model file before anything is known of it."""
     _, model = parsed(path, table)
     check_sizes(model, label(path))
     mujoco.mj_step(model, mujoco.MjData(model))

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from itertools import islice
+
 import numpy as np
+from msgspec import structs
 
 from biped.base.errors import InputError
 from biped.robot.planar.description import Motor
-from biped.robot.planar.seven_links import SevenLinks
-from biped.scenario.robot import Place, Shown, Walked
+from biped.robot.planar.seven_links import SevenLinks, seven_links_of
+from biped.robot.planar.topology import THIGH, TORSO
+from biped.robot.planar.tree import Tree
+from biped.scenario.keys import Scenario
+from biped.scenario.robot import Appearance, Place, Walked
 from biped.scenario.section import LARGEST, Section
 
 
@@ -121,7 +127,7 @@ class Robot(Section, frozen=True):
     start: str
     starts: tuple[str, ...]
     walked: Walked
-    shown: Shown
+    shown: Appearance
     trunk: str = ""
     motor: Motor | None = None
     seven_links: SevenLinks | None = None
@@ -138,7 +144,7 @@ class Robot(Section, frozen=True):
 
     @property
     def legs(self) -> tuple[str, ...]:
-        """What people call the feet."""
+        """Names of the feet, as people call them."""
         return tuple(foot.name for foot in self.feet)
 
     @property
@@ -182,3 +188,39 @@ def seven_links(robot: Robot) -> SevenLinks:
     if robot.seven_links is None:
         raise InputError(f"model: expected a planar biped of seven links for this, got '{robot.name}'", "model")
     return robot.seven_links
+
+
+def planar_top(tree: Tree, share: float) -> Place:
+    """[m] upper end of the torso of seven links, whose centre of mass is a share of its length above the hip."""
+    hip, middle = tree.joint[THIGH[0]], tree.com[TORSO]
+    x, z = (hip + (middle - hip) / share).tolist()
+    return x, 0.0, z
+
+
+def with_tree(robot: Robot, tree: Tree) -> Robot:
+    """Returns a robot of seven links with other lengths and masses."""
+    places = iter(tree.point.tolist())
+    feet = tuple(
+        structs.replace(foot, points=tuple((x, 0.0, z) for x, z in islice(places, len(foot.points))))
+        for foot in robot.feet
+    )
+    return structs.replace(
+        robot, masses=tuple(tree.mass.tolist()), feet=feet, leg=tree.leg, top=planar_top(tree, robot.shown.com),
+        seven_links=seven_links_of(seven_links(robot), tree),
+    )  # fmt: skip
+
+
+def torque_limits(robot: Robot, s: Scenario) -> tuple[float, ...]:
+    """(nu,) [N m] torque limits of a run: the model file's, or the scenario's where that is less.
+
+    Raises:
+        InputError: The scenario has limits of other actuators.
+    """
+    asked, count = s.actuation.torque_limit, len(robot.drives)
+    if isinstance(asked, tuple) and len(asked) != count:
+        raise InputError(
+            f"actuation.torque_limit: expected a number, or one for each of {count} actuators, got {len(asked)}",
+            "actuation.torque_limit",
+        )
+    limits = asked if isinstance(asked, tuple) else (asked,) * count
+    return tuple(min(drive.limit, float(limit)) for drive, limit in zip(robot.drives, limits, strict=True))

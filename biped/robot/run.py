@@ -11,10 +11,10 @@ import numpy as np
 
 from biped.robot.ground import Profile, profile_of
 from biped.robot.law_factory import Factory
-from biped.robot.limits import torque_limits
 from biped.robot.planar.tree import Tree
 from biped.robot.planar.truth import true_tree
-from biped.robot.robot import Robot, seven_links
+from biped.robot.robot import Robot, seven_links, torque_limits
+from biped.robot.truth import true_robot
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario
 from biped.scenario.origin import UNKNOWN, Origin
@@ -88,3 +88,8 @@ class Run:
     def true_tree(self) -> Tree:
         """Lengths and masses of the seven links that walk."""
         return true_tree(self.tree, self.scenario.truth)
+
+    @cached_property
+    def true_robot(self) -> Robot:
+        """The robot that walks: with its true masses, and of seven links its true lengths too."""
+        return true_robot(self.scenario.truth, self.robot)

@@ -1,4 +1,4 @@
-"""What is asked of a model file before MuJoCo and Pinocchio parse it: neither expects one that means harm.
+"""Examines a model file before MuJoCo and Pinocchio parse it: neither expects one that means harm.
 
 A file of 1 kB can crash them or make them ask for all memory. Here it is read by a strict parser that stops at bounds;
 what passes is compiled in a process of its own first (`biped.robot.trial`), because a list of known tricks is never
@@ -32,7 +32,7 @@ MOST_PIXELS = 4096**2
 MOST_MEMORY = 256 * 2**20
 """[bytes] that a model may ask for by itself."""
 PACKAGE = "package://"
-"""What files of a ROS package begin with."""
+"""Begins the names of files of a ROS package."""
 LONGEST_NAME = 255
 """[bytes]."""
 
@@ -210,7 +210,7 @@ class _File:
                     self._fail(at, f"expected finite numbers, got {word[:40]}")
 
     def _named(self, shown: str, element: str, attributes: dict[str, str]) -> None:
-        """What single elements may ask for."""
+        """Checks single elements for what they ask for."""
         files = [attributes[key] for key in _FILES if key in attributes]
         if element == "include":
             self._whole.include(self._name, attributes.get("file", ""), self._path.parent)

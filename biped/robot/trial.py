@@ -108,7 +108,7 @@ def _answer(ours: int) -> bytes | None:
 
 
 def _why(name: str, answer: bytes | None, status: int) -> str:
-    """What became of the copy, in words."""
+    """Says in words how the copy ended."""
     if answer is None:
         return f"{name}: took more than {MOST_WAIT:g} s to compile, waiting for something"
     if answer.startswith(_COMPLAINT):

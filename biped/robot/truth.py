@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import mujoco
 import numpy as np
+from msgspec import structs
 
 from biped.base.errors import InputError
 from biped.base.files import nearest
-from biped.robot.planar.truth import check_solid
-from biped.robot.robot import Robot
+from biped.robot.planar.truth import check_solid, true_tree
+from biped.robot.robot import Robot, with_tree
 from biped.scenario.keys import Truth
 
 _HINGE = mujoco.mjtJoint.mjJNT_HINGE
@@ -61,7 +62,12 @@ def check_truth(truth: Truth, robot: Robot) -> None:
         seen.add(one.name)
 
 
-def masses_of(truth: Truth, robot: Robot) -> tuple[float, ...]:
-    """[kg] of the bodies as they are."""
+def true_robot(truth: Truth, robot: Robot) -> Robot:
+    """Returns the robot that walks, given that of the model file; of other than seven links its masses are true."""
+    if truth == Truth():
+        return robot
+    if robot.seven_links is not None:
+        return with_tree(robot, true_tree(robot.seven_links.tree, truth))
     factors = {one.name: one.mass for one in truth.part}
-    return tuple(mass * factors.get(name, 1.0) for name, mass in zip(robot.bodies, robot.masses, strict=True))
+    masses = (mass * factors.get(name, 1.0) for name, mass in zip(robot.bodies, robot.masses, strict=True))
+    return structs.replace(robot, masses=tuple(masses))

@@ -21,7 +21,7 @@ ALL: Keys = {
 }
 """Whatever the law is. Tables that are not named here are read whole."""
 OWN: Keys = {"": ("controller", "gains"), "ground": ("angles",)}
-"""What a law of one's own is told besides (`biped.control.general.law.Setup`)."""
+"""Keys that a law of one's own is handed besides (`biped.control.general.law.Setup`)."""
 _ASKED = ("controller", "reading", "gains", "change", "backstep", "estimator")
 """Keys of the scenario itself that only some laws read."""
 
@@ -45,7 +45,7 @@ def read_by(law: str | None) -> dict[str, tuple[str, ...]]:
 
 
 def noticed_of(habits: dict[str, Any], law: Any) -> dict[str, Any]:
-    """What a model's description says of scenarios, without what the law takes no notice of.
+    """Returns the habits in a model's description, without keys that the law takes no notice of.
 
     Args:
         habits: As plain data.
@@ -71,8 +71,8 @@ def taken(s: Scenario, fail: Fail) -> None:
         reads = (
             f"; of [{first.table}] it reads {', '.join(read[first.table]) or 'nothing'}" if first.table in ALL else ""
         )
-        raise fail(first.dotted, f"expected {_shown(first.default)}: {who} takes no notice of it on a robot of any kind"
-                   f"{nor}{reads}")  # fmt: skip
+        raise fail(first.dotted, f"expected {_written(first.default)}: {who} takes no notice of it on a robot of any "
+                   f"kind{nor}{reads}")  # fmt: skip
     if s.law == SPATIAL and s.actuation.mode == "joint" and s.actuation.contacts != "pushing":
         raise fail("actuation.contacts", f"expected 'pushing', got '{s.actuation.contacts}': out of the plane, joint "
                    "torques are those for ground that only pushes")  # fmt: skip
@@ -94,7 +94,7 @@ def _in_vain(s: Scenario, read: Keys) -> Iterator[_Vain]:
                 yield _Vain(f"change[{i}].actuation", key, None)
 
 
-def _shown(default: Any) -> str:
+def _written(default: Any) -> str:
     """A default as its author would write it; of tables and lists, none."""
     if isinstance(default, bool):
         return str(default).lower()

@@ -1,4 +1,4 @@
-"""What a user says of a robot that is not a planar biped of seven links: `[robot]` of a scenario, or its description.
+"""The description of a robot of any kind: `[robot]` of a scenario, or the TOML file beside its model file.
 
 What is not said is recognised in the model file (`biped.robot.recognise`).
 """
@@ -16,7 +16,7 @@ Names = Annotated[tuple[Name, ...], Meta(max_length=1000)]
 
 
 class Walked(Section, frozen=True):
-    """What counts as walking.
+    """Thresholds of walking.
 
     Attributes:
         distance: [m/s] times the duration: how far a run must have gone.
@@ -27,7 +27,7 @@ class Walked(Section, frozen=True):
     speed: NonNegative
 
 
-class Shown(Section, frozen=True):
+class Appearance(Section, frozen=True):
     """How a robot is drawn: where the camera is, relative to the torso's place on the ground, and its torso.
 
     Attributes:
@@ -44,7 +44,7 @@ class Shown(Section, frozen=True):
 
 
 class Base(Section, frozen=True):
-    """What moves freely: in space by a free joint, or in the plane by slides along x and z and a hinge about y.
+    """The body that moves freely: in space by a free joint, in the plane by slides along x and z and a hinge about y.
 
     Attributes:
         body: Its body; default: the one that is recognised.
@@ -70,7 +70,7 @@ class Foot(Section, frozen=True):
 
 
 class Actuators(Section, frozen=True):
-    """What drives the joints.
+    """The actuators that drive the joints.
 
     Attributes:
         names: Those that a law commands, in its order; default: all that the file has, in the file's.
@@ -106,4 +106,4 @@ class Described(Section, frozen=True):
     start: Name = ""
     leg: Positive | None = None
     walked: Walked = Walked(distance=0.1, speed=0.15)
-    shown: Shown = Shown(eye=(0.4, -3.2, 1.3), target=(0.15, 0.0, 0.8))
+    shown: Appearance = Appearance(eye=(0.4, -3.2, 1.3), target=(0.15, 0.0, 0.8))

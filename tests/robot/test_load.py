@@ -14,8 +14,11 @@ from biped.base.files import folder
 from biped.robot.load import load_robot, robot_from
 from biped.robot.planar.description import description_at
 from biped.robot.planar.model import tree_at
+from biped.robot.planar.truth import true_tree
 from biped.robot.robot import seven_links
+from biped.robot.truth import true_robot
 from biped.scenario.robot import Described
+from biped.scenario.truth import Part, Truth
 from tests.robot.planar.toy import shuffled_human
 
 MODELS = folder("models")
@@ -75,3 +78,17 @@ def test_what_is_kept_is_read_again():
 def test_what_needs_seven_links_says_so():
     with pytest.raises(InputError, match="expected a planar biped of seven links"):
         seven_links(load_robot(MODELS / "human.xml", Described()))
+
+
+def test_the_true_robot_is_that_of_the_true_numbers():
+    """Of seven links by the true tree; of others body by body. Both are as heavy."""
+    path = MODELS / "human.xml"
+    links, described = load_robot(path, None), load_robot(path, Described())
+    heavier = Truth(mass=(1.1, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0), length=(1.0, 1.2, 1.0, 1.0, 1.0, 1.0, 1.0))
+    one = true_robot(heavier, links)
+    assert one.masses[0] == pytest.approx(1.1 * links.masses[0], rel=1e-15)
+    np.testing.assert_array_equal(seven_links(one).tree.joint, true_tree(tree_at(path), heavier).joint)
+    assert one.leg == true_tree(tree_at(path), heavier).leg
+    other = true_robot(Truth(part=(Part(name=described.bodies[0], mass=1.1),)), described)
+    assert other.mass == pytest.approx(one.mass, rel=1e-15)
+    assert true_robot(Truth(), links) is links

@@ -25,7 +25,6 @@ from biped.measure.general.trajectory import GeneralTrajectory, columns_of, widt
 from biped.robot.build import compiled, frame
 from biped.robot.ground import levelled
 from biped.robot.run import Run
-from biped.robot.truth import masses_of
 from biped.scenario.laws import SPATIAL
 from biped.scenario.pushing import pieces
 from biped.scenario.senses import Sensors
@@ -67,7 +66,7 @@ class _Simulation:
 
     def __init__(self, run: Run, watch: Watch | None):
         s = run.scenario
-        self.s, self.watch = s, watch
+        self.run, self.s, self.watch = run, s, watch
         self.robot = run.robot
         make, name, file = maker_of(run)
         self.command = command_of(make, s, name)
@@ -264,7 +263,7 @@ class _Simulation:
             end=end,
             cause=cause,
             warnings=warnings,
-            robot=structs.replace(self.robot, masses=masses_of(s.truth, self.robot)),
+            robot=self.run.true_robot,
             ground=self.profile,
             changes=tuple(change.at for change in s.change),
             sampled=not self.split,

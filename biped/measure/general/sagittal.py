@@ -17,7 +17,7 @@ from biped.measure.general.trajectory import GeneralTrajectory
 from biped.robot.ground import LEVEL, Profile
 from biped.robot.leg_states import FIRST_IN_AIR
 from biped.robot.planar.topology import BASE, ENDS, LEGS, N_CONSTRAINTS, NQ, NU, SEGMENTS
-from biped.scenario.robot import Shown
+from biped.scenario.robot import Appearance
 from biped.scenario.section import LARGEST
 
 _SWING = FIRST_IN_AIR + 1
@@ -34,7 +34,7 @@ class Seen(NamedTuple):
     """What is seen of a robot; attributes as of `biped.robot.planar.description.Robot`."""
 
     leg: tuple[Side, ...]
-    shown: Shown
+    shown: Appearance
     stops: tuple[str, ...] = ()
 
     @property

@@ -226,7 +226,7 @@ class GeneralTrajectory(Logged):
     @property
     def about(self) -> dict[str, Any]:
         """All but the arrays, as JSON can hold it."""
-        return self.ground.kept | ({"changes": self.changes} if self.changes else {}) | {
+        return self.ground.as_dict | ({"changes": self.changes} if self.changes else {}) | {
             "kind": KIND, "tick": self.tick, "slope": self.slope, "side_slope": self.side_slope,
             "gravity": self.gravity, "generalized": self.generalized, "torque_limit": self.torque_limit,
             "pushes": self.pushes,

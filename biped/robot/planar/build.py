@@ -1,4 +1,4 @@
-"""What the MuJoCo engine steps: the model file with only what the run needs, its ground, solver and limits."""
+"""The model of seven links that MuJoCo steps in a run: only what the run needs, its ground, solver and limits."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SEAT, PELVIS = "seat", "pelvis on the seat"
 
 
 class Foreign(NamedTuple):
-    """What the MuJoCo engine steps.
+    """A compiled model of seven links, with its order and lengths.
 
     Attributes:
         model: Compiled MuJoCo model.

@@ -1,4 +1,4 @@
-"""What a model file must be: the links, joints, motors and contact points of its description, in the plane.
+"""Checks of a planar model file: it has the links, joints, motors and contact points of its description.
 
 Both libraries read the file, and each silently tolerates what the other does not (Pinocchio drops unnamed bodies, knows
 no gears), so whatever would make them disagree is refused here.

@@ -17,7 +17,7 @@ from msgspec import Meta, field
 from biped.base.errors import InputError
 from biped.base.files import description_of, label, read_toml
 from biped.robot.planar.topology import BASE, ENDS, LEGS, SEGMENTS
-from biped.scenario.robot import Shown, Walked
+from biped.scenario.robot import Appearance, Walked
 from biped.scenario.section import Positive, Section
 from biped.scenario.valid import convert, known_keys
 
@@ -180,7 +180,7 @@ class PlanarDescription(PlanarParts, frozen=True, kw_only=True):
     """
 
     walked: Walked
-    shown: Shown
+    shown: Appearance
     description: str = ""
     motor: Motor | None = None
     scenario: dict[str, Any] = field(default_factory=dict)

@@ -27,7 +27,7 @@ N_ANGLES = NQ - 2
 N_POINTS = LEGS * ENDS
 N_STOPS = LEGS
 N_CONSTRAINTS = N_POINTS + N_STOPS
-"""What may touch: the points, then the stops."""
+"""Constraints that may touch: the points, then the stops."""
 STOP_ROW = 2 * N_POINTS
 """First row of A that is a stop's; before it stand the normal and the tangential row of each point."""
 N_ROWS = STOP_ROW + N_STOPS

@@ -46,7 +46,7 @@ def _factor_leg(M, spring, L, hip, floor):
 
 @kernel
 def _left(M, L, i, j):
-    """What is left of entry (j, i) of M, of the torso's coordinates, once those after i are taken away."""
+    """Returns entry (j, i) of M, of the torso's coordinates, less what those after i take away."""
     s = M[j, i]
     for k in range(i + 1, NQ):
         s -= L[k, i] * L[k, j]
