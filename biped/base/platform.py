@@ -49,7 +49,7 @@ def here() -> dict[str, str]:
 
 
 def key(of: dict[str, str]) -> str:
-    """A short name of a platform: of its BLAS loops, its instructions are what counts, as when references were recorded."""
+    """A short name of a platform, by its instructions and not by the BLAS loops that these choose."""
     of = {name: value for name, value in of.items() if name != "blas"}
     return blake2b(json.dumps(of, sort_keys=True).encode(), digest_size=4).hexdigest()
 
