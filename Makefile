@@ -94,6 +94,7 @@ lock: setup ## refresh both lock files from pyproject.toml
 docs: setup ## write the pages that are made from the code
 	$(BIN)/python -m biped.scenario.reference
 	$(BIN)/python -m biped.show.standing
+	$(BIN)/python -m biped.show.readings
 
 clean: ## remove the environment and caches (never runs/)
 	rm -rf $(VENV) .pytest_cache .ruff_cache .import_linter_cache

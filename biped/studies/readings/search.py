@@ -11,8 +11,7 @@ from biped.base.files import folder as folder_of
 from biped.base.progress import Progress, silent
 from biped.base.writing import reason
 from biped.ensemble.backend import Jobs
-from biped.ensemble.journal import Journal
-from biped.ensemble.origin import origin_of
+from biped.ensemble.journal import Journal, origin_of
 from biped.scenario.inline import setting
 from biped.scenario.vary import stream
 from biped.studies.planned import plan_of
@@ -166,10 +165,7 @@ def _journal(path: Path, seed: int) -> tuple[list[Tried], Callable[[Tried], dict
         records, _ = journal.read()
     except OSError as error:
         raise InputError(f"--out {path.parent}: cannot be written: {reason(error)}; choose another folder") from None
-    tried = [
-        Tried(one["reading"], one["changes"], {name: Outcome(**o) for name, o in one["outcomes"].items()}, one["score"])
-        for one in records
-    ]
+    tried = [from_dict(one) for one in records]
 
     def note(one: Tried) -> dict[str, Any]:
         return journal.note(as_dict(one))
@@ -180,3 +176,9 @@ def _journal(path: Path, seed: int) -> tuple[list[Tried], Callable[[Tried], dict
 def as_dict(one: Tried) -> dict[str, Any]:
     """What is kept of a reading."""
     return one._asdict() | {"outcomes": {name: outcome._asdict() for name, outcome in one.outcomes.items()}}
+
+
+def from_dict(one: Mapping[str, Any]) -> Tried:
+    """The reading that `as_dict` wrote down."""
+    outcomes = {name: Outcome(**outcome) for name, outcome in one["outcomes"].items()}
+    return Tried(one["reading"], one["changes"], outcomes, one["score"])

@@ -1,0 +1,197 @@
+"""Readings of the thesis in Markdown: verdicts on its claims, places of choice, how a search went.
+
+`python -m biped.show.readings [FOLDER]` takes the results of `biped readings --out FOLDER` into docs/readings.json, and
+writes docs/readings.md and the verdicts in README.md from it.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from biped.base.json import dumps
+from biped.base.statistics import wilson
+from biped.base.writing import write_into, write_text
+from biped.show.words import told
+from biped.studies.readings.definition import Claim, Definition, definition
+from biped.studies.readings.score import Outcome
+from biped.studies.readings.search import Tried, as_dict, based, best, from_dict
+
+ROOT = Path(__file__).parents[2]
+PAGE, TEMPLATE, DATA = ROOT / "docs" / "readings.md", ROOT / "docs" / "readings.in.md", ROOT / "docs" / "readings.json"
+README = ROOT / "README.md"
+FILE = "readings.json"
+MARKS = "<!-- verdicts -->", "<!-- end of verdicts -->"
+SHIPPED = "bounded"
+NEARLY, HALF = 0.9, 0.5
+"""Parts of the printed share of walks from which a claim is reproduced, and partly reproduced."""
+NAMES = {"speed": "speed m/s", "cost_of_transport": "net cost of transport", "double_support": "double support"}
+
+
+def data_of(tried: Sequence[Tried], confirmed: Sequence[Tried]) -> dict[str, Any]:
+    """What is kept of a study."""
+    return {"tried": [as_dict(one) for one in tried], "confirmed": [as_dict(one) for one in confirmed]}
+
+
+def write(data: Mapping[str, Any], folder: Path) -> None:
+    """Writes readings.json and readings.md into a results folder.
+
+    Raises:
+        InputError: They cannot be written.
+    """
+    write_into(folder, {FILE: dumps(data), "readings.md": "\n\n".join(_parts(data).values())})
+
+
+def verdict(study: Definition, claim: Claim, outcome: Outcome) -> str:
+    """Whether a claim is reproduced: its share of walks, and every printed mean within one scale of the study."""
+    share = outcome.walked / outcome.runs / claim.share
+    near = all(_off(study, claim, outcome, name) <= 1.0 for name in claim.printed)
+    if near and share >= NEARLY:
+        return "reproduced"
+    return "partly" if share >= HALF else "not"
+
+
+def _off(study: Definition, claim: Claim, outcome: Outcome, name: str) -> float:
+    value = outcome.numbers.get(name)
+    return np.inf if value is None else abs(value / claim.printed[name] - 1.0) / study.scale[name]
+
+
+def verdicts(study: Definition, one: Tried, short: bool = False) -> str:
+    """The table of claims under a reading, each with its verdict.
+
+    Args:
+        study: The study.
+        one: The reading.
+        short: Whether claims of one figure that print no numbers are one line.
+    """
+    lines = [f"| claim | walked (95 %) | {' | '.join(f'{words} (thesis)' for words in NAMES.values())} | verdict |",
+             "|---|---|---|---|---|---|"]  # fmt: skip
+    for claim, outcome in _merged(study, one) if short else [(c, one.outcomes[c.name]) for c in study.claim]:
+        low, high = wilson(outcome.walked, outcome.runs)
+        printed = "" if claim.share == 1.0 else f"; thesis {claim.share:.0%}"
+        walked = f"{outcome.walked} of {outcome.runs} ({low:.0%} – {high:.0%}{printed})".replace("%", " %")
+        cells = [f"{claim.name} ({claim.source})", walked]
+        cells += [_number(claim, outcome, name) for name in NAMES]
+        lines.append(f"| {' | '.join([*cells, verdict(study, claim, outcome)])} |")
+    return "\n".join(lines)
+
+
+def _merged(study: Definition, one: Tried) -> list[tuple[Claim, Outcome]]:
+    """Claims and outcomes, those of a figure that prints no numbers counted together."""
+    out: list[tuple[Claim, Outcome]] = []
+    for source in dict.fromkeys(claim.source for claim in study.claim if not claim.printed):
+        same = [claim for claim in study.claim if claim.source == source]
+        outcomes = [one.outcomes[claim.name] for claim in same]
+        runs, walked = (sum(getattr(outcome, name) for outcome in outcomes) for name in ("runs", "walked"))
+        name = same[0].name if len(same) == 1 else f"{len(same)} pushes of 200 N"
+        out.append((msgspec.structs.replace(same[0], name=name), Outcome(runs, walked, {})))
+    return [(claim, one.outcomes[claim.name]) for claim in study.claim if claim.printed] + out
+
+
+def _number(claim: Claim, outcome: Outcome, name: str) -> str:
+    value, printed = outcome.numbers.get(name), claim.printed.get(name)
+    words = "–" if value is None else f"{value:.3f}"
+    return words if printed is None else f"{words} ({printed:g})"
+
+
+def confirmation(confirmed: Sequence[Tried]) -> str:
+    """Named readings and the best of a search, on seeds that no search has seen."""
+    lines = ["| reading | score | walked |", "|---|---|---|"]
+    for one in best(confirmed):
+        runs, walked = (sum(getattr(o, name) for o in one.outcomes.values()) for name in ("runs", "walked"))
+        lines.append(f"| {_named(one)} | {one.score:.3f} | {walked} of {runs} |")
+    return "\n".join(lines)
+
+
+def _named(one: Tried) -> str:
+    changes = ", ".join(f"`{key} = {_value(value)}`" for key, value in one.changes.items())
+    return f"`{one.reading}`{f' with {changes}' if changes else ''}"
+
+
+def _value(value: Any) -> str:
+    return str(value).lower() if isinstance(value, bool) else f"{value:g}" if isinstance(value, float) else told(value)
+
+
+def distribution(tried: Sequence[Tried]) -> str:
+    """How many readings were tried, how their scores are spread, and the best."""
+    if not tried:
+        return "No reading has been tried."
+    scores = np.array([one.score for one in tried])
+    quantiles = np.quantile(scores, [0.0, 0.25, 0.5, 0.75, 1.0])
+    words = ", ".join(f"{name} {value:.3f}" for name, value in zip(
+        ("least", "lower quartile", "median", "upper quartile", "most"), quantiles, strict=True))  # fmt: skip
+    lines = [f"{len(tried)} readings were tried. Scores: {words}.", "", "| score | readings |", "|---|---|"]
+    counts, edges = np.histogram(scores, bins=8)
+    lines += [f"| {low:.3f} – {high:.3f} | {count} |" for low, high, count in zip(
+        edges[:-1], edges[1:], counts, strict=True)]  # fmt: skip
+    lines += ["", "| rank | reading | score |", "|---|---|---|"]
+    lines += [f"| {rank} | {_named(one)} | {one.score:.3f} |" for rank, one in enumerate(best(tried)[:5], 1)]
+    return "\n".join(lines)
+
+
+def places(study: Definition, tried: Sequence[Tried]) -> str:
+    """Every place of choice: what the thesis says, the alternatives, and what each alone does to the score."""
+    base = based(study)
+    zero = next((one.score for one in tried if not one.changes), None)
+    alone = {next(iter(one.changes.items())): one.score for one in tried if len(one.changes) == 1}
+    lines = ["| key | what the thesis says | alternatives: change of the score |", "|---|---|---|"]
+    for place in study.place:
+        cells = []
+        for value in place.values:
+            if base[place.key] == value:
+                cells.append(f"**{_value(value)}**")
+            elif zero is not None and (place.key, value) in alone:
+                cells.append(f"{_value(value)}: {alone[place.key, value] - zero:+.3f}".replace("-", "−"))
+            else:
+                cells.append(f"{_value(value)}: not tried")
+        lines.append(f"| `{place.key}` | {told(place.thesis)} | {'; '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def _parts(data: Mapping[str, Any]) -> dict[str, str]:
+    study = definition()
+    tried, confirmed = ([from_dict(one) for one in data[name]] for name in ("tried", "confirmed"))
+    parts = {"places": places(study, tried), "search": distribution(tried), "confirmation": confirmation(confirmed)}
+    for one in confirmed:
+        if not one.changes:
+            parts[f"verdicts of {one.reading}"] = verdicts(study, one)
+    return parts
+
+
+def page(data: Mapping[str, Any]) -> str:
+    """The text of docs/readings.md."""
+    text = TEMPLATE.read_text(encoding="utf-8")
+    for name, part in _parts(data).items():
+        text = text.replace(f"<!-- {name} -->", part)
+    return text
+
+
+def readme(data: Mapping[str, Any]) -> str:
+    """README.md with the verdicts of the shipped reading."""
+    before, _, rest = README.read_text(encoding="utf-8").partition(MARKS[0])
+    _, _, after = rest.partition(MARKS[1])
+    shipped = next(from_dict(one) for one in data["confirmed"] if one["reading"] == SHIPPED and not one["changes"])
+    return f"{before}{MARKS[0]}\n{verdicts(definition(), shipped, short=True)}\n{MARKS[1]}{after}"
+
+
+def kept() -> dict[str, Any]:
+    """What the pages show."""
+    return json.loads(DATA.read_bytes())
+
+
+def main(argv: Sequence[str]) -> None:
+    """Takes a results folder into the pages; without one, writes the pages anew."""
+    if argv:
+        write_text(DATA, (Path(argv[0]) / FILE).read_text(encoding="utf-8"))
+    write_text(PAGE, page(kept()))
+    write_text(README, readme(kept()))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
