@@ -48,10 +48,12 @@ def law_of(tmp_path: Path, body: str) -> str:
     return f"law={path}:Law"
 
 
-def test_it_walks_the_human_as_the_compiled_path_does():
+def test_it_walks_the_human_as_the_compiled_path_does(tmp_path):
     """The thesis's law in Python on this path, compiled on the other: the same walk, tick by tick."""
     run = plan_of("any/walk", ("duration=0.6",)).run(0)
-    other = plan_of("level_normal", ("duration=0.6", "window.start=0", "window.end=0.6", "start.jitter=0"))
+    file = tmp_path / "same.toml"  # the settings of the gait, which the law in Python has too, under no reading
+    file.write_text('model = "human"\ncontroller = "normal"\nduration = 0.6\nwindow = {end = 0.6}', encoding="utf-8")
+    other = plan_of(str(file), ())
     there = planar.simulate(replace(other.run(0), q=run.q, v=run.v))
     t = simulate(run)
     # The contact points lie a micrometre apart: that is their spheres' radius.

@@ -54,7 +54,8 @@ def test_a_scenario_starts_from_its_robots_habits(tmp_path, text, force, limit):
     assert (s.actuation.release_force, s.actuation.torque_limit) == (force, limit)
     assert f"release_force = {force}" in to_toml(s), "the effective scenario says it"
     assert read_scenario(str(path), ["actuation.release_force=7"]).actuation.release_force == 7.0
-    human = read_scenario("level_normal", [f"model={tmp_path / 'toy.xml'}"])
+    path.write_text('model = "human"\ncontroller = "normal"', encoding="utf-8")
+    human = read_scenario(str(path), [f"model={tmp_path / 'toy.xml'}"])
     assert human.actuation.release_force == 30.0, "the robot asked for on the command line is the robot"
 
 
