@@ -202,15 +202,29 @@ def layered(path: Path, kind: str) -> tuple[dict[str, Any], dict[str, Path]]:
     return below, origin
 
 
-def merge(below: dict[str, Any], above: dict[str, Any], origin: dict[str, Path], path: Path, at: str = "") -> None:
-    """Lays `above` over `below` in place: tables key by key, everything else as a whole."""
+FREE = frozenset({"draw", "expect", "sweep", "thesis"})
+"""Tables with keys of the user's choice: an empty one takes away what files below say in it."""
+
+
+def merge(below: dict[str, Any], above: dict[str, Any], origin: dict[str, Path], path: Path, at: str = "",
+          emptied: bool = False) -> None:  # fmt: skip
+    """Lays `above` over `below` in place: tables key by key, everything else as a whole.
+
+    Args:
+        below: What is changed.
+        above: What is laid over it.
+        origin: The file of each dotted key, which is changed too.
+        path: The file of `above`.
+        at: What dotted keys begin with.
+        emptied: Whether any empty table takes away what is below it, and not those of `FREE` alone.
+    """
     for key, value in above.items():
         dotted = f"{at}{key}"
         origin[dotted] = path
         if isinstance(value, dict):
-            there = below.get(key)
+            there = None if value == {} and (emptied or key in FREE) else below.get(key)
             # A table of its own: what is laid over it later must not reach the one it came from.
             below[key] = there if isinstance(there, dict) else {}
-            merge(below[key], value, origin, path, f"{dotted}.")
+            merge(below[key], value, origin, path, f"{dotted}.", emptied)
         else:
             below[key] = value

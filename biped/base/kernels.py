@@ -25,10 +25,15 @@ _UNUSED = 7 * 24 * 3600.0
 _USED = ".used"
 
 
-def digest(package: Path) -> str:
-    """A name for the present state of all sources of kernels below a package."""
+def digest(package: Path, more: tuple[str, ...] = ()) -> str:
+    """A name for the present state of all sources of kernels below a package.
+
+    Args:
+        package: The package.
+        more: Rooms that count besides those with kernels.
+    """
     state = hashlib.blake2b(digest_size=8)
-    for room in ROOMS:
+    for room in (*ROOMS, *more):
         for path in sorted((package / room).rglob("*.py")):
             state.update(str(path.relative_to(package)).encode() + b"\0" + path.read_bytes())
     return state.hexdigest()

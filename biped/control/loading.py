@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import importlib.util
 import re
+import signal
 import sys
+import threading
 import traceback
 from collections.abc import Callable
 from pathlib import Path
@@ -30,10 +32,10 @@ def signal_names(signals: Any, fault: Callable[[str], InputError]) -> tuple[str,
         InputError: They are not names of numbers.
     """
     if not isinstance(signals, dict):
-        raise fault(f"signals: expected a dict of names and numbers, got {signals!r:.60}")
+        raise fault(f"signals: expected a dict of names and numbers, got {in_words(repr, signals):.60}")
     for name in signals:
         if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z]\w{0,59}", name, re.ASCII):
-            raise fault(f"signals: expected names of letters, digits and _, got {name!r:.80}")
+            raise fault(f"signals: expected names of letters, digits and _, got {in_words(repr, name):.80}")
     if len(signals) > MOST_SIGNALS:
         raise fault(f"signals: expected at most {MOST_SIGNALS}, got {len(signals)}")
     return tuple(signals)
@@ -43,7 +45,23 @@ def said(error: BaseException, file: str) -> str:
     """An exception in words, with the line of the user's file that it came from."""
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
     where = f" ({Path(file).name}, line {lines[-1]})" if lines else ""
-    return f"{type(error).__name__}: {' '.join(str(error).split())}{where}"
+    return f"{type(error).__name__}: {' '.join(in_words(str, error).split())}{where}"
+
+
+def in_words(words: Callable[[object], str], value: object) -> str:
+    """A law's value or exception in words, even where its own `__str__` or `__repr__` raises."""
+    try:
+        return f"{words(value):.2000}"
+    except BaseException as error:
+        if interrupts(error):
+            raise
+        return f"({type(value).__name__} without words: {words.__name__}() of it raised {type(error).__name__})"
+
+
+def interrupts(error: BaseException) -> bool:
+    """Whether an exception is the user's Ctrl-C; a worker process and a thread never hear it: there a law raised it."""
+    hears = threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGINT) != signal.SIG_IGN
+    return isinstance(error, KeyboardInterrupt) and hears
 
 
 def _forget(names: set[str], folder: Path) -> None:
@@ -82,7 +100,9 @@ def load_law(law: str, sha256: str | None = None) -> type:
     try:
         # What is read is what runs: the loader would prefer compiled code that lies beside it.
         exec(compile(Path(file).read_bytes(), file, "exec", dont_inherit=True), module.__dict__)
-    except (Exception, SystemExit) as error:
+    except BaseException as error:
+        if interrupts(error):
+            raise
         raise InputError(f"law: importing {shown} raised {said(error, file)}", "law") from error
     finally:
         sys.path.pop()

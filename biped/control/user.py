@@ -14,7 +14,7 @@ import pinocchio
 from biped.base.errors import InputError
 from biped.base.files import label
 from biped.control.law import Raised, Signals, numbers
-from biped.control.loading import load_law, said, signal_names
+from biped.control.loading import in_words, interrupts, load_law, said, signal_names
 from biped.control.offered import offer
 from biped.control.setup import controller_record
 from biped.control.tick import NOT_FINITE, log_tick, sense_in
@@ -143,11 +143,14 @@ class UserLaw:
         kind = load_law(s.law or "", s.law_sha256) if given is None else given.make
         try:
             self._law = kind(setup)
-        except (Exception, SystemExit) as error:
+            torques, signals = getattr(self._law, "torques", None), getattr(self._law, "signals", {})
+        except BaseException as error:
+            if interrupts(error):
+                raise
             raise self._fault(f"{kind_name}(setup) raised {said(error, self.file)}") from error
-        if not callable(getattr(self._law, "torques", None)):
+        if not callable(torques):
             raise self._fault("expected a method torques(sensed) that returns six torques [N m]")
-        names = signal_names(getattr(self._law, "signals", {}), self._fault)
+        names = signal_names(signals, self._fault)
         self.signals = Signals(names, np.full((len(log) if names else 0, len(names)), np.nan))
 
     def _fault(self, what: str) -> InputError:
@@ -176,12 +179,16 @@ class UserLaw:
         )  # fmt: skip
         try:
             told = self._law.torques(sensed)
-        except (Exception, SystemExit) as error:
+        except BaseException as error:
+            if interrupts(error):
+                raise
             self._fail(k, time, f"raised {type(error).__name__}", said(error, self.file), error)
         try:
             u = numbers(told)
-        except (TypeError, ValueError):
-            self._fail(k, time, _NO_TORQUES, f"expected six numbers [N m], got {told!r:.100}")
+        except BaseException as error:
+            if interrupts(error):
+                raise
+            self._fail(k, time, _NO_TORQUES, f"expected six numbers [N m], got {in_words(repr, told):.100}")
         if u.shape != (NU,):
             got = "nothing" if told is None else f"shape {u.shape}"
             self._fail(k, time, _NO_TORQUES, f"expected six numbers [N m], got {got}")
@@ -196,11 +203,15 @@ class UserLaw:
 
     def _note(self, k: int, time: float) -> None:
         """Logs the law's own signals of a tick."""
-        values = self._law.signals
         try:
+            values = self._law.signals
             self.signals.values[k] = [values[name] for name in self.signals.names]
-        except Exception as error:
-            self._fail(k, time, "left no signals", f"expected numbers of the names it began with: {error!r:.100}")
+        except BaseException as error:
+            if interrupts(error):
+                raise
+            self._fail(
+                k, time, "left no signals", f"expected numbers of the names it began with: {in_words(repr, error):.100}"
+            )
 
     def _fail(self, k: int, time: float, what: str, why: str, error: BaseException | None = None) -> NoReturn:
         """Ends the run.

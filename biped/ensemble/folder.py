@@ -28,7 +28,8 @@ from biped.ensemble.chunks import Shard
 from biped.ensemble.failures import FAILURES, kept
 from biped.ensemble.guard import NAME as LOCK
 from biped.ensemble.guard import OF_SEARCHES, Lock, complaining, holds_something_else, numbered, same_runs, unusable
-from biped.ensemble.journal import Journal, origin_of
+from biped.ensemble.journal import Journal
+from biped.ensemble.origin import origin_of
 from biped.ensemble.parts import FOLDER as PARTS
 from biped.ensemble.parts import Made, commit_to
 from biped.ensemble.plan import Plan

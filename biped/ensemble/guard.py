@@ -120,7 +120,7 @@ OF_SEARCHES = _STUDIED | {"gait.toml", "convergence.png", "least.png"}
 """Names that are in no folder of runs."""
 
 
-def holds_something_else(path: Path, text: str, foreign: frozenset[str]) -> bool:
+def holds_something_else(path: Path, text: str, foreign: frozenset[str] = frozenset()) -> bool:
     """Whether a folder has anything in it but the results of the scenario with this text.
 
     Args:

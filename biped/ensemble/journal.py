@@ -14,16 +14,10 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import Any
 
-from biped.base import VERSION
 from biped.base.errors import InputError
 from biped.base.files import label
 from biped.base.json import dumps, with_nan
-from biped.base.platform import here, sources
 from biped.base.writing import written
-from biped.ensemble.plan import Plan
-from biped.robot.planar.description import description_of
-from biped.scenario.laws import own_law
-from biped.scenario.reading import to_toml
 
 FORMAT = 1
 _SUM = re.compile(rb', "sum": "([0-9a-f]{16})"}$')
@@ -134,17 +128,3 @@ def _parsed(line: bytes) -> dict[str, Any] | None:
     except (ValueError, RecursionError):  # UnicodeDecodeError is a ValueError
         return None
     return value if isinstance(value, dict) else None
-
-
-PLACE = ("system", "libc", "instructions")
-"""Of an origin, what kind of machine it is: on another kind, the last bits may be others."""
-
-
-def origin_of(plan: Plan) -> dict[str, str]:
-    """Digest of the effective scenario with the model, its description and the law; versions; and platform."""
-    state = blake2b(to_toml(plan.scenario).encode(), digest_size=8)
-    law = plan.scenario.law
-    files = [Path(law.rpartition(":")[0])] if law is not None and own_law(law) else []
-    for path in (plan.model, description_of(plan.model), *files):
-        state.update(path.read_bytes())
-    return {"scenario": state.hexdigest(), "biped": VERSION, "kernels": sources(), **here()}

@@ -72,6 +72,15 @@ def examine(path: Path) -> None:
     _Examination(path).finish()
 
 
+def files_of(path: Path) -> list[Path]:
+    """A model file, all that it includes and its assets.
+
+    Raises:
+        InputError: As of `examine`.
+    """
+    return _Examination(path).files()
+
+
 def spellings_of(file: str) -> tuple[str, ...]:
     """As what an asset may lie below its folder: as it is called, or by its last part; of a ROS package's, between."""
     plain = file.replace("\\", "/")
@@ -149,12 +158,22 @@ class _Examination:
         """Remembers a folder in which assets may lie."""
         self._folders.add(folder_)
 
+    def files(self) -> list[Path]:
+        """All that was read, and all assets that are there."""
+        return sorted(
+            self._read | {path.resolve() for _, file in self._assets for path in self._places(file) if path.is_file()}
+        )
+
+    def _places(self, file: str) -> list[Path]:
+        """Files that an asset may be."""
+        places = {self._folder / folder_ / spelling for folder_ in self._folders for spelling in spellings_of(file)}
+        return sorted(place for place in places if place.exists())
+
     def finish(self) -> None:
         """Looks at assets, wherever the model may mean them to be."""
         total = 0
         for (element, file), name in self._assets.items():
-            places = {self._folder / folder_ / spelling for folder_ in self._folders for spelling in spellings_of(file)}
-            for path in sorted(place for place in places if place.exists()):
+            for path in self._places(file):
                 total += self._size(path, f"{name}: {element}")
                 if total > MOST_ASSET_BYTES:
                     raise InputError(f"{name}: {element}: expected at most {MOST_ASSET_BYTES / 1e6:g} MB of assets")

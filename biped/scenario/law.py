@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import warnings
 from hashlib import sha256
 from pathlib import Path
@@ -12,6 +13,9 @@ from biped.base.files import is_file, nearest
 from biped.base.text import said
 from biped.base.trust import grant, refusal, trusted
 from biped.scenario.valid import Fail
+
+LONGEST = 255
+"""Letters of a file's name."""
 
 
 def find_law(text: str, beside: Path | None, fail: Fail) -> str:
@@ -49,7 +53,27 @@ def find_law(text: str, beside: Path | None, fail: Fail) -> str:
 
 
 def digest(law: str) -> str:
-    """SHA-256 of a law: its file and the files beside it that it imports, or names with `.onnx`, one through another.
+    """SHA-256 of all files of a law (`files_of`).
+
+    Args:
+        law: `path.py:Class`.
+
+    Raises:
+        InputError: A file cannot be read.
+    """
+    folder = Path(law.rpartition(":")[0]).parent
+    state = sha256()
+    for path in files_of(law):
+        text = _read(path)
+        state.update(f"{path.relative_to(folder).as_posix()}\0{len(text)}\0".encode() + text)
+    return state.hexdigest()
+
+
+def files_of(law: str) -> list[Path]:
+    """A law's file and the files beside it or below that it imports or names, one through another.
+
+    A file is named by a string in Python code, such as that of a network or of a table of numbers, or by a network as
+    where its weights are. A name that is only put together while the law runs is not found.
 
     Args:
         law: `path.py:Class`.
@@ -58,25 +82,53 @@ def digest(law: str) -> str:
         InputError: A file cannot be read.
     """
     file = Path(law.rpartition(":")[0])
-    found: dict[str, bytes] = {}
+    found: set[Path] = set()
     left = [file]
-    state = sha256()
+    while left:
+        path = left.pop()
+        if path not in found:
+            found.add(path)
+            if path.suffix == ".py":
+                left += _beside(file.parent, _read(path))
+            elif path.suffix == ".onnx":
+                left += _weights(path)
+    return sorted(found)
+
+
+def _read(path: Path) -> bytes:
     try:
-        while left:
-            path = left.pop()
-            name = path.relative_to(file.parent).as_posix()
-            if name not in found:
-                found[name] = path.read_bytes()
-                left += _beside(file.parent, found[name]) if path.suffix == ".py" else []
+        return path.read_bytes()
     except OSError as error:
         raise InputError(f"law: {path} cannot be read: {str(error.strerror).lower()}", "law") from None
-    for name, text in sorted(found.items()):
-        state.update(f"{name}\0{len(text)}\0".encode() + text)
-    return state.hexdigest()
+
+
+def _weights(network: Path) -> list[Path]:
+    """Files of weights that an ONNX file names: entries `location` of its tensors (protobuf: key, length, value)."""
+    text, names = _read(network), set[str]()
+    for match in re.finditer(rb"\x0a\x08location\x12", text):
+        size = shift = 0
+        for at in range(match.end(), min(match.end() + 3, len(text))):
+            size |= (text[at] & 0x7F) << shift
+            shift += 7
+            if text[at] < 0x80:
+                names.add(text[at + 1 : at + 1 + size].decode(errors="replace"))
+                break
+    return _below(network.parent, names)
+
+
+def _below(folder: Path, names: set[str]) -> list[Path]:
+    """Files of these names in a folder or below it."""
+    found = []
+    for name in sorted(names):
+        if 0 < len(name) <= LONGEST and name.isprintable() and not Path(name).is_absolute() and ".." not in name:
+            path = folder / name
+            if is_file(path):
+                found.append(path)
+    return found
 
 
 def _beside(folder: Path, source: bytes) -> list[Path]:
-    """Files in a folder that Python code imports, and networks that it names; code that does not parse has none."""
+    """Files of a folder that Python code imports or names; code that does not parse has none."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # they come when it runs
@@ -84,22 +136,36 @@ def _beside(folder: Path, source: bytes) -> list[Path]:
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return []
     names: set[str] = set()
-    networks: set[str] = set()
+    named: set[str] = set()
+    logs: set[object] = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
             names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value.endswith(".onnx"):
-            networks.add(node.value)
-    candidates = [folder / name for name in sorted(networks) if Path(name).name == name] + [
-        place
-        for name in sorted(names)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            named.add(node.value)
+        elif isinstance(node, ast.Call) and _writes(node):
+            logs |= {one.value for one in ast.walk(node) if isinstance(one, ast.Constant)}
+    places = {
+        place.as_posix()
+        for name in names
         for parts in [name.split(".")]
         for n in range(1, len(parts) + 1)
-        for place in (folder.joinpath(*parts[:n]).with_suffix(".py"), folder.joinpath(*parts[:n], "__init__.py"))
-    ]
-    return [path for path in candidates if is_file(path)]
+        for place in (Path(*parts[:n]).with_suffix(".py"), Path(*parts[:n], "__init__.py"))
+    }
+    named -= logs
+    folders = [Path(name) for name in named if re.fullmatch(r"[\w-]{1,60}", name) and (folder / name).is_dir()]
+    return _below(folder, places | named | {(there / name).as_posix() for there in folders for name in named})
+
+
+def _writes(call: ast.Call) -> bool:
+    """Whether a call writes to the file that it names: what a law logs is no part of it."""
+    name = getattr(call.func, "attr", getattr(call.func, "id", ""))
+    arguments = (*call.args, *(word.value for word in call.keywords))
+    words = [one.value for one in arguments if isinstance(one, ast.Constant) and isinstance(one.value, str)]
+    mode = any(re.fullmatch(r"[bt+]*[wax][bt+]*", word) for word in words)
+    return (name == "open" and mode) or name.startswith(("write", "save", "to_", "dump"))
 
 
 def changed_since(law: str, then: str | None) -> str | None:

@@ -52,7 +52,7 @@ def read(name: str, changes: Sequence[str] = (), looking: bool = False) -> Read:
     path = locate("scenarios", name, "")
     data, origin = layered(path, "scenarios")
     for change in changes:
-        merge(data, _change(change), origin, COMMAND_LINE)
+        merge(data, _change(change), origin, COMMAND_LINE, emptied=True)
     scenario, whence = _checked(data, origin, path, looking)
     return Read(replace(scenario, thesis=thesis.about(data, origin)) if scenario.thesis else scenario, whence)
 
@@ -79,12 +79,17 @@ def _on_robot(data: dict[str, Any], origin: dict[str, Path]) -> None:
     lay_under(data, habits, origin, path)
 
 
+_PART = r"[\w-]+|\"[^\"\\\n]*\"|'[^'\n]*'"
+"""Of a dotted key, as TOML has it."""
+_SETTING = re.compile(rf"\s*(?P<key>(?:{_PART})(?:\s*\.\s*(?:{_PART}))*)\s*=(?P<value>.*)", re.DOTALL)
+
+
 def _change(text: str) -> dict[str, Any]:
-    key, equals, value = text.partition("=")
-    key, shown = key.strip(), said(text)
-    if not equals or not re.fullmatch(r"[\w-]+(\.[\w-]+)*", key):
+    written, shown = _SETTING.fullmatch(text), said(text)
+    if written is None:
         raise InputError(f"--set {shown}: expected KEY=VALUE, such as ground.slope=2 or start.posture=flat")
-    parts = key.split(".")
+    value = written["value"]
+    parts = [part[1:-1] if part[0] in "\"'" else part for part in re.findall(_PART, written["key"])]
     if len(parts) > DEEPEST:
         raise InputError(f"--set {shown}: expected a key of at most {DEEPEST} parts")
     try:

@@ -168,7 +168,7 @@ def test_a_campaign_with_a_damaged_journal_ends_with_the_same_bytes(kind, again,
 
 def test_another_version_does_not_continue_a_campaign(again, monkeypatch, capsys):
     there = platform.here() | {"numpy": "1.0"}
-    monkeypatch.setattr("biped.ensemble.journal.here", lambda: there)
+    monkeypatch.setattr("biped.ensemble.origin.here", lambda: there)
     before = contents("x")
     assert main(["run", "e.toml", "--jobs", "1", "--out", "x"]) == 2
     error = capsys.readouterr().err

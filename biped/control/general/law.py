@@ -16,7 +16,7 @@ from biped.base.errors import InputError
 from biped.base.files import label
 from biped.control.general.sensed import Sensed
 from biped.control.law import Raised, Signals, numbers
-from biped.control.loading import load_law, said, signal_names
+from biped.control.loading import in_words, interrupts, load_law, said, signal_names
 from biped.robot.build import Command
 from biped.robot.robot import Robot
 from biped.robot.run import Run
@@ -118,14 +118,17 @@ class Asked:
         self._name, self._file, self._size, self._robot = name, file, size, setup.robot
         try:
             self.law = make(setup)
+            torques, signals = getattr(self.law, "torques", None), getattr(self.law, "signals", {})
         except InputError:
             raise
-        except (Exception, SystemExit) as error:
+        except BaseException as error:
+            if interrupts(error):
+                raise
             what = f"{name}: {name.rpartition(':')[2].strip()}(setup) raised {said(error, file)}"
             raise InputError(what, "law") from error
-        if not callable(getattr(self.law, "torques", None)):
+        if not callable(torques):
             raise InputError(f"{name}: expected a method torques(sensed) that returns {size} numbers", "law")
-        names = signal_names(getattr(self.law, "signals", {}), lambda what: InputError(f"{name}: {what}", "law"))
+        names = signal_names(signals, lambda what: InputError(f"{name}: {what}", "law"))
         self.signals = Signals(names, np.full((count if names else 0, len(names)), np.nan))
 
     def ask(self, k: int, sensed: Sensed) -> np.ndarray:
@@ -137,12 +140,16 @@ class Asked:
         time = sensed.time
         try:
             told = self.law.torques(sensed)
-        except (Exception, SystemExit) as error:
+        except BaseException as error:
+            if interrupts(error):
+                raise
             self._fail(k, time, f"raised {type(error).__name__}", said(error, self._file), error)
         try:
             out = numbers(told)
-        except (TypeError, ValueError):
-            self._fail(k, time, _NOTHING, f"expected {self._size} numbers, got {told!r:.100}")
+        except BaseException as error:
+            if interrupts(error):
+                raise
+            self._fail(k, time, _NOTHING, f"expected {self._size} numbers, got {in_words(repr, told):.100}")
         if out.shape != (self._size,):
             got = "nothing" if told is None else f"shape {out.shape}"
             self._fail(k, time, _NOTHING, f"expected {self._size} numbers, got {got}")
@@ -155,8 +162,12 @@ class Asked:
     def _note(self, k: int, time: float) -> None:
         try:
             self.signals.values[k] = [self.law.signals[name] for name in self.signals.names]
-        except Exception as error:
-            self._fail(k, time, "left no signals", f"expected numbers of the names it began with: {error!r:.100}")
+        except BaseException as error:
+            if interrupts(error):
+                raise
+            self._fail(
+                k, time, "left no signals", f"expected numbers of the names it began with: {in_words(repr, error):.100}"
+            )
 
     def _fail(self, k: int, time: float, what: str, why: str, error: BaseException | None = None) -> NoReturn:
         told = "" if error is None else "".join(traceback.format_exception(error))

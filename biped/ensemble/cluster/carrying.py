@@ -15,7 +15,7 @@ from biped.base import VERSION
 from biped.base.files import PACKAGE
 from biped.base.platform import here
 from biped.base.trust import trusting
-from biped.ensemble.journal import PLACE
+from biped.ensemble.origin import PLACE
 
 
 @cache

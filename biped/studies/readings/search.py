@@ -11,7 +11,8 @@ from biped.base.files import folder as folder_of
 from biped.base.progress import Progress, silent
 from biped.base.writing import reason
 from biped.ensemble.backend import Jobs
-from biped.ensemble.journal import Journal, origin_of
+from biped.ensemble.journal import Journal
+from biped.ensemble.origin import origin_of
 from biped.scenario.inline import setting
 from biped.scenario.vary import stream
 from biped.studies.planned import plan_of

@@ -20,7 +20,7 @@ from biped.base.replacing import may_fill
 from biped.base.statistics import wilson
 from biped.base.typed import convert
 from biped.base.writing import reason, write_text
-from biped.ensemble.journal import origin_of
+from biped.ensemble.origin import origin_of
 from biped.ensemble.plan import Plan
 from biped.scenario.standard import Standard
 
