@@ -38,7 +38,7 @@ class Setup:
         model: Pinocchio's model of it.
         tick: [s] between calls.
         torque_limit: (6,) [N m].
-        robot: Names of its links, joints and points.
+        robot: The biped, with names of its bodies, coordinates (`q_names`), actuators and points.
     """
 
     scenario: Scenario

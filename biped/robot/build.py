@@ -15,7 +15,7 @@ from biped.robot.gravity import GRAVITY
 from biped.robot.ground import is_level, levelled
 from biped.robot.recognise import robot_of
 from biped.robot.robot import Drive, Robot, torque_limits
-from biped.robot.spec import read
+from biped.robot.spec import read, set_solver
 from biped.robot.truth import apply_truth
 from biped.robot.uneven import give_planes, name_geoms, pairs_with_planes
 from biped.scenario.ground import Ground
@@ -80,11 +80,7 @@ def _compiled(
         _drive(spec, drive, limit, command)
     option = spec.option
     option.solver, option.noslip_iterations, option.disableactuator = mujoco.mjtSolver.mjSOL_NEWTON, 0, 0
-    option.timestep = simulation.timestep
-    option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{simulation.integrator.upper()}")
-    option.cone = getattr(mujoco.mjtCone, f"mjCONE_{simulation.cone.upper()}")
-    option.impratio, option.tolerance, option.iterations = (
-        simulation.impratio, simulation.tolerance, simulation.iterations)  # fmt: skip
+    set_solver(option, simulation)
     option.gravity = gravity3(ground.slope, ground.side_slope)
     option.enableflags = option.enableflags & ~_OVERRIDE | mujoco.mjtEnableBit.mjENBL_ENERGY
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET

@@ -7,12 +7,10 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from biped.base.errors import InputError
-from biped.base.files import label, nearest
 from biped.robot.build import frame
 from biped.robot.recognise import robot_of
 from biped.robot.robot import Robot
-from biped.robot.spec import parsed
+from biped.robot.spec import no_keyframe, parsed
 from biped.robot.upright import contact_points, stand_upright
 from biped.scenario.ground import Ground
 from biped.scenario.keys import Scenario
@@ -47,10 +45,7 @@ class Starts:
         name = start.posture or robot.start
         if name:
             if name not in robot.starts:
-                hint = nearest(name, list(robot.starts)) if robot.starts else "there are none"
-                raise InputError(
-                    f"start.posture: model {label(self._path)} has no keyframe '{name}'; {hint}", "start.posture"
-                )
+                raise no_keyframe(self._path, name, robot.starts)
             mujoco.mj_resetDataKeyframe(model, data, robot.starts.index(name))
         if start.upright:
             self._stand_upright(s.ground)

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import mujoco
 
-import biped.robot.silence  # noqa: F401
 from biped.base.errors import InputError
-from biped.base.files import label
+from biped.base.files import label, nearest
 from biped.robot.safety import PACKAGE, spellings_of
+from biped.scenario.keys import Simulation
 from biped.scenario.robot import Described
 
 GROUND = "ground"
+
+# Without a handler MuJoCo appends warnings to MUJOCO_LOG.TXT in the user's folder; a run's warnings are in its data.
+mujoco.set_mju_user_warning(lambda message: None)
 
 
 def is_urdf(path: Path) -> bool:
@@ -27,13 +32,42 @@ def parsed(path: Path, table: Described) -> tuple[mujoco.MjSpec, mujoco.MjModel]
     Raises:
         InputError: MuJoCo cannot read or compile it.
     """
+    return compiled_spec(path, lambda: read(path, table))
+
+
+def compiled_spec(path: Path, read: Callable[[], mujoco.MjSpec]) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
+    """Returns a model file as it is read, and compiled as it is.
+
+    Args:
+        path: The file, for the error.
+        read: Reads it.
+
+    Raises:
+        InputError: MuJoCo cannot read or compile it.
+    """
     try:
-        spec = read(path, table)
+        spec = read()
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # what MuJoCo only warns of (a singular inertia) no run survives
             return spec, spec.compile()
     except (ValueError, UserWarning, mujoco.FatalError) as error:
         raise InputError(f"{label(path)}: not a model MuJoCo can compile: {' '.join(str(error).split())}") from None
+
+
+def no_keyframe(path: Path, name: str, names: Sequence[str]) -> InputError:
+    """The error that a model file has no keyframe of a name that a scenario starts from."""
+    hint = nearest(name, list(names)) if names else "there are none"
+    return InputError(f"start.posture: model {label(path)} has no keyframe '{name}'; {hint}", "start.posture")
+
+
+def set_solver(option: Any, simulation: Simulation) -> None:
+    """Gives a model's options (`mujoco.MjOption`) the time step, integrator and solver of a scenario."""
+    option.timestep = simulation.timestep
+    option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{simulation.integrator.upper()}")
+    option.cone = getattr(mujoco.mjtCone, f"mjCONE_{simulation.cone.upper()}")
+    option.impratio = simulation.impratio
+    option.tolerance = simulation.tolerance
+    option.iterations = simulation.iterations
 
 
 def read(path: Path, table: Described) -> mujoco.MjSpec:

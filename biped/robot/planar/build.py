@@ -17,6 +17,7 @@ from biped.robot.planar.order import Order, order_of
 from biped.robot.planar.topology import NU
 from biped.robot.planar.tree import Tree, tree_of
 from biped.robot.planar.truth import apply_truth
+from biped.robot.spec import set_solver
 from biped.scenario.ground import Ground
 from biped.scenario.keys import Scenario, Simulation, Truth
 
@@ -79,12 +80,7 @@ def _compiled(
     if truth != Truth():
         apply_truth(spec, truth, robot)
     option = spec.option
-    option.timestep = simulation.timestep
-    option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{simulation.integrator.upper()}")
-    option.cone = getattr(mujoco.mjtCone, f"mjCONE_{simulation.cone.upper()}")
-    option.impratio = simulation.impratio
-    option.tolerance = simulation.tolerance
-    option.iterations = simulation.iterations
+    set_solver(option, simulation)
     g = gravity(ground.slope)
     option.gravity = [g[0], 0.0, g[1]]
     solref = [ground.contact_time, ground.damping_ratio]

@@ -7,14 +7,12 @@ computes with `biped.robot.planar.controller_model`.
 
 from __future__ import annotations
 
-import warnings
 from functools import lru_cache
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
-import biped.robot.silence  # noqa: F401
 from biped.base.errors import InputError
 from biped.base.files import label, nearest
 from biped.robot.planar.check import check_model, check_parts
@@ -24,6 +22,7 @@ from biped.robot.planar.order import order_of
 from biped.robot.planar.tree import Tree, tree_of
 from biped.robot.safety import examine, packaged
 from biped.robot.sizes import check_sizes
+from biped.robot.spec import compiled_spec, no_keyframe
 from biped.robot.trial import tried
 
 
@@ -39,14 +38,13 @@ def _checked(path: str, modified: float, described: float) -> tuple[mujoco.MjSpe
 
 def _parsed(path: str) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
     name, robot = label(Path(path)), description_at(Path(path))
-    try:
+
+    def read() -> mujoco.MjSpec:
         spec = mujoco.MjSpec.from_file(path)
         check_parts(spec, name, robot)
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")  # what MuJoCo only warns of (a singular inertia) no run survives
-            model = spec.compile()
-    except (ValueError, UserWarning, mujoco.FatalError) as error:
-        raise InputError(f"{name}: not a model MuJoCo can compile: {' '.join(str(error).split())}") from None
+        return spec
+
+    spec, model = compiled_spec(Path(path), read)
     check_model(model, name, robot)
     return spec, model
 
@@ -79,9 +77,7 @@ def posture_of(path: Path, name: str) -> tuple[np.ndarray, tuple[str, ...]]:
     robot = description_at(path)
     keys = {key.name: key for key in spec.keys}
     if name not in keys:
-        raise InputError(
-            f"start.posture: model {label(path)} has no keyframe '{name}'; {nearest(name, list(keys))}", "start.posture"
-        )
+        raise no_keyframe(path, name, list(keys))
     contacts = tuple(next((text.data for text in spec.texts if text.name == name), "").split())
     for contact in contacts:
         if contact not in robot.points:
