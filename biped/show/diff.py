@@ -9,13 +9,13 @@ from pathlib import Path
 from biped.base.json import dumps
 from biped.base.text import echo, short
 from biped.base.writing import write_into
-from biped.show.terminal import console, table
-from biped.show.words import told
+from biped.show import markdown, terminal
+from biped.show.document import Block, Document, Heading, Items, Kind, Paragraph, Table, Words
 from biped.studies.diff.changes import BETTER, CHANGED, LEAST_PAIRS, LEVEL, SAME, UNSAID, WORSE, MetricChange
 from biped.studies.diff.study import Difference
 
 HEADS = ("metric", "first", "second", "change", "95 % interval", "pairs", "verdict")
-_COLOUR = {WORSE: "red", BETTER: "green", UNSAID: "yellow"}
+_KIND: dict[str, Kind] = {WORSE: "bad", BETTER: "good", UNSAID: "doubt"}
 _ORDER = (WORSE, BETTER, UNSAID, CHANGED, SAME)
 MOST_SETTINGS = 12
 """Settings that differ and are shown; all are in diff.json."""
@@ -23,25 +23,24 @@ MOST_SETTINGS = 12
 
 def show(found: Difference) -> None:
     """Prints the verdict, every metric, and which run to look at."""
-    out = console()
-    out.print(f"[bold]{_colour(headline(found), found)}[/bold]")
-    for line in remarks(found):
-        out.print(f"  {line}")
-    page = table(HEADS, ("metric", "verdict"))
-    for change in shown(found):
-        colour = _COLOUR.get(change.verdict)
-        verdict = f"[{colour}]{change.verdict}[/{colour}]" if colour else change.verdict
-        page.add_row(*cells(change), verdict)
-    out.print(page)
+    terminal.show(document_of(found))
+
+
+def document_of(found: Difference) -> Document:
+    """A difference as a document: the verdict, every metric, and which run to look at."""
+    verdict = Words(headline(found), "bad" if found.worse else "strong")
+    rows = tuple((*cells(change), Words(change.verdict, _KIND.get(change.verdict, ""))) for change in shown(found))
+    blocks: list[Block] = [
+        Heading(f"{found.first.name} → {found.second.name}", 1), Paragraph(verdict), Items(tuple(remarks(found))),
+        Table(HEADS, rows, (0, len(HEADS) - 1)),
+    ]  # fmt: skip
     if found.points:
-        out.print("  walked, point by point")
         keys = list(found.points[0].values)
-        points = table((*keys, "pairs", "first", "second"))
-        for point in found.points:
-            points.add_row(
-                *(echo(point.values[key]) for key in keys), *map(str, (point.pairs, point.first, point.second))
-            )
-        out.print(points)
+        points = tuple(
+            (*(echo(p.values[key]) for key in keys), str(p.pairs), str(p.first), str(p.second)) for p in found.points
+        )
+        blocks += [Paragraph("Walked, point by point:"), Table((*keys, "pairs", "first", "second"), points, ())]
+    return (*blocks, *notes_of(found.margin))
 
 
 def headline(found: Difference) -> str:
@@ -111,33 +110,17 @@ def cells(change: MetricChange) -> tuple[str, ...]:
     return head, metric.text(change.first), metric.text(change.second), relative(e.change), span, str(change.pairs)
 
 
-def markdown(found: Difference) -> str:
-    """The page."""
-    lines = [f"# {told(found.first.name)} → {told(found.second.name)}", "", f"**{told(headline(found))}**", ""]
-    lines += [f"- {told(line)}" for line in remarks(found)]
-    lines += ["", *_table(HEADS, [(*cells(change), change.verdict) for change in shown(found)]), ""]
-    if found.points:
-        keys = list(found.points[0].values)
-        rows = [(*(echo(p.values[key]) for key in keys), p.pairs, p.first, p.second) for p in found.points]
-        lines += ["Walked, point by point:", "", *_table((*keys, "pairs", "first", "second"), rows), ""]
-    lines += [*notes(found), ""]
-    return "\n".join(lines)
-
-
-def notes(found: Difference) -> list[str]:
-    """How to read the verdicts."""
-    return notes_of(found.margin)
-
-
-def notes_of(margin: float) -> list[str]:
+def notes_of(margin: float) -> list[Paragraph]:
     """How to read verdicts with a margin (`biped.studies.diff.changes.MARGIN`)."""
-    return [
-        f"Counts: McNemar's exact test and Newcombe's interval, in points of the runs. Means: over the pairs that both "
-        f"walked, Student's paired test and interval, of the first's mean. *Same*: the interval lies within "
-        f"±{margin:.0%}. *Better* and *worse*: beyond that, and by Holm's correction all of them together are "
-        f"chance in less than {LEVEL:.0%} of comparisons. *Changed*: likewise, where neither more nor less is better. "
-        "*Cannot say*: anything else; more runs would."
-    ]
+    line = (
+        "Counts: McNemar's exact test and Newcombe's interval, in points of the runs. Means: over the pairs that both "
+        "walked, Student's paired test and interval, of the first's mean. ", Words("Same", "emphasis"),
+        f": the interval lies within ±{margin:.0%}. ", Words("Better", "emphasis"), " and ", Words("worse", "emphasis"),
+        f": beyond that, and by Holm's correction all of them together are chance in less than {LEVEL:.0%} of "
+        "comparisons. ", Words("Changed", "emphasis"), ": likewise, where neither more nor less is better. ",
+        Words("Cannot say", "emphasis"), ": anything else; more runs would.",
+    )  # fmt: skip
+    return [Paragraph(line, note=True)]
 
 
 def write(found: Difference, folder: Path) -> None:
@@ -150,12 +133,7 @@ def write(found: Difference, folder: Path) -> None:
     Raises:
         InputError: They cannot be written.
     """
-    write_into(folder, {"diff.json": dumps(found.as_dict(), indent=1), "diff.md": markdown(found)})
-
-
-def _table(heads: Sequence[str], rows: Sequence[Sequence[object]]) -> list[str]:
-    lines = ["| " + " | ".join(told(head) for head in heads) + " |", "|" + "---|" * len(heads)]
-    return lines + ["| " + " | ".join(told(cell) for cell in row) + " |" for row in rows]
+    write_into(folder, {"diff.json": dumps(found.as_dict(), indent=1), "diff.md": markdown.text(document_of(found))})
 
 
 def _points(share: float) -> str:
@@ -164,7 +142,3 @@ def _points(share: float) -> str:
 
 def _value(value: object) -> str:
     return "–" if value is None else short(echo(value), 60)
-
-
-def _colour(line: str, found: Difference) -> str:
-    return f"[red]{line}[/red]" if found.worse else line

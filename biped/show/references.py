@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from biped.base.statistics import wilson
-from biped.show.terminal import number
+from biped.show.results import number
 from biped.studies.regress.references import FALLEN, METRICS, RecordedScenario, References, read, shipped
 
 PAGE = Path(__file__).parents[2] / "docs" / "references.md"

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from biped.measure.metrics.walking import outcome
 from biped.scenario.metrics import HEAD, METRICS, shown_in
-from biped.show.terminal import console, failures, table
+from biped.show.results import failures
+from biped.show.terminal import console, table
 from biped.studies.comparison import ENGINES, PARTED, Comparison, parted_at
 
 _SHORT = (*HEAD, "step_length", "step_frequency")

@@ -14,8 +14,8 @@ from typing import Any
 from biped.base.json import dumps
 from biped.base.writing import write_into, write_text
 from biped.scenario.metrics import METRICS
-from biped.show.terminal import console, table
-from biped.show.words import told
+from biped.show import markdown, terminal
+from biped.show.document import Document, Paragraph, Table
 
 FILE = "standard.json"
 DOCS = Path(__file__).parents[2] / "docs"
@@ -26,13 +26,13 @@ _OF = {"weight": "m g", "leg": "l", "si": ""}
 
 def show(found: Mapping[str, Any]) -> None:
     """Prints the table."""
-    out = console()
-    page = table(("test", *found["gaits"]), ("test",))
-    for title, cells in rows(found):
-        page.add_row(title, *("\n".join(lines) for lines in cells))
-    out.print(page)
-    for line in notes(found):
-        out.print(f"  {line}", soft_wrap=True)
+    terminal.show(document_of(found))
+
+
+def document_of(found: Mapping[str, Any]) -> Document:
+    """The table and how to read it, as a document."""
+    lines = tuple((title, *("\n".join(cell) for cell in cells)) for title, cells in rows(found))
+    return (Table(("test", *found["gaits"]), lines), *(Paragraph(note, note=True) for note in notes(found)))
 
 
 def rows(found: Mapping[str, Any]) -> list[tuple[str, list[list[str]]]]:
@@ -101,29 +101,18 @@ def notes(found: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def markdown(found: Mapping[str, Any]) -> str:
-    """The table."""
-    lines = ["| test | " + " | ".join(told(gait) for gait in found["gaits"]) + " |"]
-    lines.append("|---|" + "---|" * len(found["gaits"]))
-    for title, cells in rows(found):
-        lines.append(
-            f"| {told(title)} | " + " | ".join("<br>".join(told(line) for line in cell) for cell in cells) + " |"
-        )
-    return "\n".join([*lines, "", *(told(note) for note in notes(found)), ""])
-
-
 def write(found: Mapping[str, Any], folder: Path) -> None:
     """Writes standard.json and standard.md.
 
     Raises:
         InputError: They cannot be written.
     """
-    write_into(folder, {FILE: dumps(found, indent=1), "standard.md": markdown(found)})
+    write_into(folder, {FILE: dumps(found, indent=1), "standard.md": markdown.text(document_of(found))})
 
 
 def page(kept: Sequence[Mapping[str, Any]]) -> str:
     """The text of docs/standard.md."""
-    tables = "\n".join(f"## {one['title']}\n\n`{one['command']}`\n\n{markdown(one)}" for one in kept)
+    tables = "\n".join(f"## {one['title']}\n\n`{one['command']}`\n\n{markdown.text(document_of(one))}" for one in kept)
     return TEMPLATE.read_text(encoding="utf-8").replace(MARK, tables.rstrip())
 
 

@@ -13,7 +13,7 @@ from biped.ensemble.rows import Row
 from biped.ensemble.table import records, schema_of, table
 from biped.scenario.keys import Scenario
 from biped.show.replay import of_numbers
-from biped.show.terminal import signals_of
+from biped.show.results import signals_of
 from biped.studies import making
 from tests.cases import ENSEMBLE, write
 

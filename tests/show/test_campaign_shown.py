@@ -10,7 +10,7 @@ from pathlib import Path
 from matplotlib import image
 
 from biped.cli.main import main
-from biped.show.terminal import causes_of
+from biped.show.results import causes_of
 
 SWEEP = """
 [sweep]
@@ -82,7 +82,7 @@ def test_report(result, capsys):
     assert main(["report", "c", "--out", "r.md", "--title", "What came"]) == 0
     text = Path("r.md").read_text(encoding="utf-8")
     assert text.startswith("# What came\n")
-    assert f"Walked {result['summary']['walked']} of 12" in text
+    assert f"walked {result['summary']['walked']} of 12" in text
     for point in result["points"]:
         assert f"| {point['values']['controller']} | {point['walked']}/{point['runs']} |" in text
     for name in ("rates", "costs", "failures", "velocities"):
@@ -132,7 +132,7 @@ def test_a_report_names_the_command_that_repeats_the_runs(folder, monkeypatch):
 
 def test_a_scenario_of_a_name_is_repeated_by_it():
     from biped.scenario.reading import read_scenario
-    from biped.show.markdown import _command
+    from biped.show.report import _command
     from biped.studies.planned import plan_of
 
     named = {"scenario": "level_fast", "runs": [{"index": 0}]}

@@ -23,7 +23,8 @@ def add(commands: Commands) -> None:
 def command(args: argparse.Namespace) -> int:
     """Checks scenarios; nothing is written but the JUnit file."""
     from biped.ensemble.checks import JUNIT, write_junit
-    from biped.show.terminal import progress, show_verdict
+    from biped.show.results import verdict_of
+    from biped.show.terminal import progress, show
     from biped.studies.planned import plan_of
     from biped.studies.run import run
 
@@ -42,7 +43,7 @@ def command(args: argparse.Namespace) -> int:
             done = run(name, changes_of(args), jobs, None, write=False, progress=progress, tell=warn, same=same)
             results.append(done.result)
             if not args.json:
-                show_verdict(done.result, done.plan.scenario.description)
+                show(verdict_of(done.result, done.plan.scenario.description))
     if args.junit is not None:
         try:
             write_junit(args.junit, results)

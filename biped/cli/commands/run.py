@@ -79,11 +79,12 @@ def _live(args: argparse.Namespace) -> int:
 
 def _show(args: argparse.Namespace, done: Done) -> None:
     from biped.ensemble.failures import FAILURES
-    from biped.show.terminal import show_result
+    from biped.show.results import document_of
+    from biped.show.terminal import show
     from biped.studies.making import TRACEBACK
 
     if not args.json:
-        show_result(done.result, done.plan.scenario.description)
+        show(document_of(done.result, done.plan.scenario.description))
         print(f"  results in {done.folder}/")
         if done.folder is not None and done.raised:
             where = TRACEBACK if len(done.rows) == 1 else FAILURES

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from biped.show.terminal import console, number, table
+from biped.show.results import number
+from biped.show.terminal import console, table
 from biped.studies.bench.throughput import Throughput
 
 

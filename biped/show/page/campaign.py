@@ -20,7 +20,7 @@ from biped.show.page.html import Markup, card, table, tag
 from biped.show.page.player import Shown, walks
 from biped.show.page.words import judged, key_words, setting, value_of
 from biped.show.replay import of_numbers, spread
-from biped.show.terminal import failures
+from biped.show.results import failures
 from biped.show.words import harmless
 from biped.studies.sensitivity import explained
 

@@ -14,7 +14,7 @@ from biped.measure.metrics.walking import outcome
 from biped.scenario.metrics import METRICS, shown_in
 from biped.show.page.html import Markup, join, table, tag
 from biped.show.page.words import between, judged, metric_text, percent
-from biped.show.terminal import number
+from biped.show.results import number
 
 Rows = Sequence[Mapping[str, Any]]
 _Z80 = 0.8416212335729143

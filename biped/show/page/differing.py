@@ -21,7 +21,7 @@ from biped.scenario.metrics import METRICS
 from biped.scenario.reading import read_scenario
 from biped.show.diff import HEADS, MOST_SETTINGS, cells, notes_of, ordered
 from biped.show.page.frames import frames_of
-from biped.show.page.html import Markup, card, table, tag
+from biped.show.page.html import Markup, blocks, card, table, tag
 from biped.show.page.player import Shown, walks
 from biped.show.page.plot import Frame, legend
 from biped.show.page.read import read_as
@@ -125,7 +125,7 @@ def _drawn(found: Mapping[str, Any]) -> Markup:
     return tag(
         "section", *head, _forest(changes, found["margin"]), _rates(found), _settings(found), *_worst(found),
         tag("h4", "Every metric"), table(HEADS, lines, words=(0, 6)),
-        *(tag("p", note, class_="about") for note in notes_of(found["margin"])),
+        *blocks(tuple(notes_of(found["margin"]))),
     )  # fmt: skip
 
 

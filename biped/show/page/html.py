@@ -7,6 +7,7 @@ from html import escape
 from typing import Any
 
 from biped.base.text import plain
+from biped.show.document import Document, Heading, Items, Line, Paragraph, Table, pieces
 
 _VOID = ("meta", "input", "br", "path", "line", "rect", "circle", "polyline", "polygon")
 
@@ -66,6 +67,39 @@ def table(
 
     body = tag("tbody", *(row("td", cells) for cells in rows))
     return tag("div", tag("table", tag("thead", row("th", head)), body), class_="scroll")
+
+
+def blocks(content: Document) -> list[Markup]:
+    """A document as HTML."""
+    return [_block(block) for block in content]
+
+
+def _block(block: object) -> Markup:
+    match block:
+        case Heading(line, level):
+            return tag(f"h{min(2 * level, 6)}", *_line(line))
+        case Paragraph(line, note):
+            return tag("p", *_line(line), class_="about" if note else None)
+        case Items(lines):
+            return tag("ul", *(tag("li", *_line(line)) for line in lines))
+        case Table(head, rows, words):
+            return table(
+                [join(_line(line)) for line in head], [[join(_line(cell)) for cell in row] for row in rows], words
+            )
+    raise TypeError(block)
+
+
+_TAGS = {"strong": "strong", "emphasis": "em", "code": "code"}
+
+
+def _line(line: Line) -> list[Markup]:
+    """A line's pieces; line feeds in them are breaks."""
+    out = []
+    for words, kind in pieces(line):
+        inner = join(words.split("\n"), tag("br"))
+        name = _TAGS.get(kind, "span")
+        out.append(tag(name, inner, class_=None if kind in _TAGS else kind) if kind else inner)
+    return out
 
 
 def card(title: Any, *inner: Any, note: Any = None, wide: bool = False, **attributes: Any) -> Markup:

@@ -9,10 +9,10 @@ from typing import Any
 import msgspec
 
 from biped.base.statistics import wilson
-from biped.show.page.html import Markup, card, join, table, tag
+from biped.show.page.html import Markup, blocks, card, tag
 from biped.show.page.plot import Frame, legend
 from biped.show.page.read import read_as
-from biped.show.standing import FILE, notes, rows
+from biped.show.standing import FILE, document_of
 from biped.show.words import told
 
 Number = int | float | None
@@ -70,13 +70,11 @@ def section(folder: Path) -> Markup:
         InputError: It is broken.
     """
     found = read_as(folder / FILE, _Found, "what biped standard writes", "biped standard GAIT…")
-    lines = [(title, *(join(cell, tag("br")) for cell in cells)) for title, cells in rows(found)]
     searched = [test for test in found["tests"] if test["key"] is not None]
     cards = [_curves(found, test) for test in searched]
     return tag(
         "section", tag("h2", f"Standard tests: {', '.join(found['gaits'])}"),
-        *(tag("p", note, class_="about") for note in notes(found)),
-        table(("test", *found["gaits"]), lines),
+        *blocks(document_of(found)),
         tag("h4", "Runs that reached the goal, by what was asked of them"),
         tag("div", *(one for one in cards if one is not None), class_="cards"),
     )  # fmt: skip

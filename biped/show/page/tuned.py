@@ -16,7 +16,7 @@ from biped.show.page.html import Markup, card, join, table, tag
 from biped.show.page.plot import Frame, around, legend
 from biped.show.page.read import read_as
 from biped.show.page.words import between, chip
-from biped.show.terminal import number
+from biped.show.results import number
 
 Number = int | float | None
 

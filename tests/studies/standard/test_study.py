@@ -13,8 +13,9 @@ from biped.ensemble.campaign import simulate
 from biped.robot.gravity import GRAVITY
 from biped.robot.planar.model import tree_at
 from biped.scenario.metrics import METRICS
+from biped.show import markdown
 from biped.show.page import write_page
-from biped.show.standing import lines_of, markdown
+from biped.show.standing import document_of, lines_of
 from biped.studies.planned import plan_of
 from biped.studies.standard import study
 from biped.studies.standard.search import Tried
@@ -235,7 +236,7 @@ def test_words_of_a_table():
     assert lines_of(push, FOUND["standings"][1]) == ["none", "1 of 10 at 2"]
     assert lines_of(level, FOUND["standings"][2]) == ["9 of 10", "0.7 m/s"]
     assert lines_of(level, FOUND["standings"][3]) == ["–"]
-    assert "\\<b\\>" in markdown(FOUND)
+    assert "\\<b\\>" in markdown.text(document_of(FOUND))
 
 
 def test_the_page(here):

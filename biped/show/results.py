@@ -1,0 +1,195 @@
+"""Results of a scenario as a document: how its runs ended, its numbers beside the thesis's, and the checks."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from biped.ensemble.checks import FAILED, NOTHING, PASSED, UNDECIDED, judgement, sentence_of, word_of
+from biped.ensemble.columns import batches
+from biped.ensemble.sweeps import threshold_words
+from biped.measure.metrics.gait import MOVED
+from biped.measure.metrics.walking import TOLD_BY, kind_of, outcome
+from biped.scenario.metrics import HEAD, METRICS, shown_in
+from biped.show.document import Block, Document, Heading, Items, Kind, Line, Paragraph, Table, Words
+
+STEPS_AFTER = ("first_step", "second_step", "third_step", "fourth_step")
+WARNED = 10
+"""Most runs whose warnings are printed."""
+NOWHERE = f"no cost of transport, no slip: moved less than {MOVED:g} m in the window"
+
+
+def document_of(result: Mapping[str, Any], description: str, setting: Line | None = None) -> Document:
+    """A result as a document.
+
+    Args:
+        result: As in result.json.
+        description: Of the scenario.
+        setting: How it was run, in a line; default: nothing is said of it.
+    """
+    runs, summary = result["runs"], result["summary"]
+    blocks: list[Block] = [Heading(f"{result['scenario']} in {result['engine']}")]
+    if description:
+        blocks.append(Paragraph(description))
+    if setting is not None:
+        blocks.append(Paragraph(setting))
+    if len(runs) == 1:
+        run = runs[0]
+        blocks.append(Paragraph(f"{outcome(run)}; {run['time']:.2f} s, {run['distance']:.2f} m"))
+        if run.get("leg_states"):
+            states = run["leg_states"]
+            blocks.append(Paragraph(f"leg states {states['cycle']} in {states['share']:.0%} of cycles"))
+    else:
+        low, high = summary["walked_interval"]
+        blocks.append(Paragraph(f"walked {summary['walked']} of {len(runs)} (95 % interval {low:.0%} – {high:.0%}), "
+                                f"{failures(summary)}"))  # fmt: skip
+        blocks += _items([f"{count} × {cause}" for cause, count in causes_of(runs)])
+    blocks += _items(warnings_of(runs))
+    if "points" not in result and push_words(summary):  # a sweep's pushes differ
+        blocks.append(Paragraph(push_words(summary)))
+    blocks.append(_numbers(result))
+    if nowhere(summary):
+        blocks.append(Paragraph(NOWHERE, note=True))
+    if "points" in result:
+        blocks.append(_points(result["points"]))
+        blocks += _items([threshold_words(t) for t in result["thresholds"]])
+    return (*blocks, *checks_of(result))
+
+
+def verdict_of(result: Mapping[str, Any], description: str) -> Document:
+    """Whether a scenario is as it expects, and its checks, as a document."""
+    word = judgement(result)
+    return (
+        Heading((result["scenario"], " ", Words(_loud(word), _KINDS[word]), f": {description}")),
+        *checks_of(result),
+    )
+
+
+def checks_of(result: Mapping[str, Any]) -> list[Block]:
+    """A line per check, or that nothing was expected."""
+    lines: list[Line] = []
+    for check in result["checks"]:
+        word = word_of(check)
+        lines.append((Words(_loud(word), _KINDS[word]), f"  {sentence_of(check, number(check['value']))}"))
+    return _items(lines or [NOTHING])
+
+
+_KINDS: dict[str, Kind] = {PASSED: "good", FAILED: "bad", UNDECIDED: "doubt", NOTHING: ""}
+
+
+def _loud(word: str) -> str:
+    return word.upper() if word == FAILED else word
+
+
+def _items(lines: Sequence[Line]) -> list[Block]:
+    return [Items(tuple(lines))] if lines else []
+
+
+def _numbers(result: Mapping[str, Any]) -> Table:
+    """The metrics of a terminal's table, and what a law logged."""
+    summary, thesis = result["summary"], result["thesis"]
+    rows = []
+    for metric in shown_in("run"):
+        theirs = [metric.text(thesis[metric.name]) if metric.name in thesis else ""] if thesis else []
+        rows.append((metric.name, metric.text(summary[metric.name]), *theirs, metric.explained))
+    for name, values in signals_of(result["runs"]).items():
+        rows.append((name, number(values["mean"]), *([""] if thesis else []),
+                     f"the law's own signal: {number(values['min'])} … {number(values['max'])}"))  # fmt: skip
+    head = ("metric", "value", *(["thesis"] if thesis else []), "meaning")
+    return Table(head, tuple(rows), (0, len(head) - 1))
+
+
+def _points(points: Sequence[Mapping[str, Any]]) -> Table:
+    """The points of a sweep."""
+    keys, rows = list(points[0]["values"]), []
+    for point in points:
+        low, high = point["interval"]
+        rows.append((
+            *(number(point["values"][key]) for key in keys), f"{point['walked']}/{point['runs']}",
+            f"{low:.0%} – {high:.0%}", str(point["falls"]), *(METRICS[name].text(point[name]) for name in HEAD),
+        ))  # fmt: skip
+    heads = (*keys, "walked", "95 % interval", "fell", *(METRICS[name].words for name in HEAD))
+    return Table(heads, tuple(rows), ())
+
+
+def number(value: Any) -> str:
+    """A number for people: three significant digits, a dash if there is none."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, float):
+        return "–" if not math.isfinite(value) else f"{value:.3g}"
+    return str(value)
+
+
+def signals_of(runs: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, float]]:
+    """What a law of the user's own logged: mean, smallest and largest over the runs that have it, by name."""
+    told: dict[str, tuple[int, float, float, float]] = {}
+    for columns in batches(runs, ("signals",)):
+        for logged in columns["signals"]:
+            if not isinstance(logged, str | dict):  # nothing was logged
+                continue
+            for name, one in (json.loads(logged) if isinstance(logged, str) else logged).items():
+                if real(one["mean"]):
+                    count, total, least, most = told.get(name, (0, 0.0, math.inf, -math.inf))
+                    told[name] = count + 1, total + one["mean"], min(least, one["min"]), max(most, one["max"])
+    return {
+        name: {"mean": total / count, "min": least, "max": most} for name, (count, total, least, most) in told.items()
+    }
+
+
+def push_words(numbers: Mapping[str, Any]) -> str:
+    """A push and what came after it, in one line; empty where nobody pushed."""
+    if not real(numbers["push_impulse"]):
+        return ""
+    impulse, speed, share = (number(numbers[name]) for name in ("push_impulse", "push_speed", "push_froude"))
+    told = f"pushed with {impulse} N s, {speed} m/s of the whole robot, {share} sqrt(g leg)"
+    steps = [numbers[name] for name in STEPS_AFTER if real(numbers[name])]
+    if real(numbers["recovery_time"]):
+        told += f"; recovered in {number(numbers['recovery_time'])} s"
+    return f"{told}; next steps {', '.join(number(step) for step in steps)} m" if steps else told
+
+
+def warnings_of(runs: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Which runs the engine warned of: the first few, and how many there are besides."""
+    lines: list[str] = []
+    more = 0
+    for columns in batches(runs, ("index", "warnings")):
+        for index, warnings in zip(columns["index"], columns["warnings"], strict=True):
+            if warnings not in ({}, "{}"):
+                more += 1
+                if more <= WARNED:
+                    lines.append(f"run {index}: engine warnings {warnings}")
+    return [*lines, f"{more - WARNED} more runs with engine warnings"] if more > WARNED else lines
+
+
+def causes_of(runs: Sequence[Mapping[str, Any]]) -> list[tuple[str, int]]:
+    """What became of the runs that did not walk and how often, the commonest first."""
+    causes: Counter[str] = Counter()
+    for columns in batches(runs, ("walked", *TOLD_BY)):
+        for place in np.flatnonzero(~columns["walked"]):
+            causes[kind_of({name: columns[name][place] for name in TOLD_BY})] += 1
+    return causes.most_common()
+
+
+def failures(summary: Mapping[str, Any]) -> str:
+    """How many fell, how many of those diverged, and how many runs are doubtful, in words."""
+    diverged = f" ({summary['diverged']} of them diverged)" if summary["diverged"] else ""
+    doubtful = f", {summary['doubtful']} doubtful" if summary["doubtful"] else ""
+    return f"fell {summary['falls']}{diverged}{doubtful}"
+
+
+def nowhere(summary: Mapping[str, Any]) -> bool:
+    """Whether there is a speed, but not the distance that a cost of transport is divided by."""
+    return real(summary["speed"]) and not real(summary["cost_of_transport"])
+
+
+def real(value: float | None) -> bool:
+    """Whether a number exists."""
+    return value is not None and math.isfinite(value)
