@@ -1,4 +1,4 @@
-"""What `biped.base.address` is compiled to."""
+"""Intrinsics that `biped.base.address` is compiled to."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What has a name: models, controllers, readings and scenarios, with a line each. Imports nothing that simulates."""
+"""The catalogue of models, controllers, readings and scenarios, with a line each. Imports nothing that simulates."""
 
 from __future__ import annotations
 

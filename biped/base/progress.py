@@ -20,4 +20,4 @@ def silent(title: str, total: int, done: int) -> Iterator[Callable[..., None]]:
 
 
 def unheard(words: str) -> None:
-    """What nobody is told."""
+    """Drops words that nobody listens to."""

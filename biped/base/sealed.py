@@ -30,7 +30,7 @@ def say_damaged(folder: Path) -> None:
 
 
 def cache_file_of(kept: Any) -> Any:
-    """What a dispatcher of numba reads and writes its cache with, sealed.
+    """The reader and writer of a dispatcher's cache, with a checksum over every file.
 
     Args:
         kept: numba's own, an `IndexDataCacheFile`.

@@ -78,7 +78,7 @@ _EXACT = 2_000
 """Most trials whose counts are compared exactly; beyond, the normal approximation is as good."""
 
 
-def seen_from(successes: int, trials: int) -> int | None:
+def detectable_drop(successes: int, trials: int) -> int | None:
     """Most successes of as many new trials that show, by Fisher's exact test at 5 %, that the rate has dropped.
 
     Args:
@@ -115,7 +115,7 @@ def smallest_drop(successes: int, trials: int) -> float | None:
     Returns:
         The highest such rate, 0 … 1; None where not even a rate of zero would show.
     """
-    most = seen_from(successes, trials)
+    most = detectable_drop(successes, trials)
     if most is None:
         return None
     low, high = 0.0, 1.0

@@ -68,7 +68,7 @@ def trusted(file: Path) -> bool:
 
 
 def refusal(file: Path) -> str:
-    """What to say of a file that is not trusted, and what to do."""
+    """The complaint about a file that is not trusted, with a remedy."""
     return (
         f"{label(file)} is Python code from outside the package, which runs only for those who trust it: give --trust, "
         f'or put trust = ["{file.resolve().parent}"] into {configuration()}'

@@ -46,7 +46,7 @@ def load(path: str | Path, drop: Mapping[str | int, str] | None = None) -> Loade
     except (ValueError, RuntimeError) as error:
         raise InputError(f"{path}: {error}") from error
     _refuse(path, mj, model)
-    tree = _Tree(mj, model, _anchors(path, mj, model), _kept(path, mj, drop or {}))
+    tree = _Tree(mj, model, _anchors(path, mj, model), _remaining_rows(path, mj, drop or {}))
     q = np.array(mj.key_qpos[0] if mj.nkey else mj.qpos0, dtype=float)
     v = np.array(mj.key_qvel[0] if mj.nkey else np.zeros(mj.nv), dtype=float)
     _compare_mass(path, mj, tree, q)
@@ -78,7 +78,7 @@ def _refuse(path: Path, mj: Any, model: Any) -> None:
             raise InputError(f"{path}: equality {i} is a {kind}; only connect is supported")
 
 
-def _kept(path: Path, mj: Any, drop: Mapping[str | int, str]) -> np.ndarray:
+def _remaining_rows(path: Path, mj: Any, drop: Mapping[str | int, str]) -> np.ndarray:
     """Numbers of the rows that stay, of three for every active connect."""
     active = [i for i in range(mj.neq) if mj.eq_active0[i]]
     names = [mj.equality(i).name or str(i) for i in active]

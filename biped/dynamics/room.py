@@ -39,7 +39,7 @@ class Grid(NamedTuple):
 
 @by_reference
 class Samples(NamedTuple):
-    """What is kept along the way, K = steps/every + 1 samples."""
+    """Samples along the way, K = steps/every + 1 of them."""
 
     t: np.ndarray  # (K,) [s]
     q: np.ndarray  # (K, n)

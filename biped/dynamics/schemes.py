@@ -20,7 +20,7 @@ SETTLE = 0.1
 
 
 class Correction(IntEnum):
-    """What a scheme does about the error Φ, Φ̇ that a step leaves behind."""
+    """Ways of a scheme to correct the error Φ, Φ̇ that a step leaves behind."""
 
     NONE = 0
     """Nothing, as in (2.17)."""
@@ -151,7 +151,7 @@ class Scheme:
         return max(stages, NODES + 1) if self.settle > 0.0 else stages
 
     def settings(self) -> Settings:
-        """What the compiled loop needs to know."""
+        """Settings that the compiled loop reads."""
         return Settings(
             int(self.correction),
             float(self.alpha),

@@ -13,7 +13,7 @@ from biped.dynamics.system import ConstrainedSystem, Evaluation
 
 
 class Reactions(NamedTuple):
-    """What acts in K states: M v̇ = Q + Aᵀλ."""
+    """Accelerations and forces in K states: M v̇ = Q + Aᵀλ."""
 
     acceleration: np.ndarray  # (K, n) v̇
     multipliers: np.ndarray  # (K, m) λ, in the units that their rows of Φ give them [N for m, N m for rad]
@@ -155,7 +155,7 @@ class Solution:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What should be known about how these numbers came about."""
+        """Warnings about how these numbers came about."""
         notes = []
         if self.system.derives_b_v:
             notes.append("b_v was not given: derived from A and b_q by differences, good to about 1e-11")

@@ -14,7 +14,7 @@ class WorkerLost(RunError):
 
 
 class Done(NamedTuple):
-    """What became of an item.
+    """The outcome of an item of work.
 
     Attributes:
         ticket: Its number.

@@ -59,7 +59,7 @@ def _engine(scenario: Scenario) -> ModuleType:
 
 
 def _assess(scenario: Scenario) -> Callable[[Any, tuple[float, float]], tuple[Any, dict[str, Any]]]:
-    """What judges and measures the runs of a scenario."""
+    """The function that judges and measures the runs of a scenario."""
     if scenario.robot is not None:
         from biped.measure.general.metrics import assess
     else:

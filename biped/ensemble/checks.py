@@ -134,7 +134,7 @@ def _share(name: str, bound: Bound, count: int, runs: int) -> Check:
 
 
 def _implied(said: set[str], summary: Mapping[str, float], rows: Sequence[Mapping[str, Any]]) -> list[Check]:
-    """What goes without saying and does not hold."""
+    """Expectations that go without saying and do not hold."""
     counts: dict[str, float] = {name: summary[name] for name in ("diverged", "doubtful")}
     ends = [columns["end"] for columns in batches(rows, ["end"])]
     counts |= {name: int(sum((end == name).sum() for end in ends)) for name in (LOST, RAISED)}

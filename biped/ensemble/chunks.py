@@ -22,7 +22,7 @@ from biped.base.trust import trusting
 from biped.ensemble.backend import WAIT
 from biped.ensemble.campaign import lost_row, run_one
 from biped.ensemble.origin import PLACE, origin_of
-from biped.ensemble.parts import About, Chunk, Made, encoded
+from biped.ensemble.parts import About, Chunk, FinishedChunk, encoded
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import Row
 from biped.ensemble.table import schema_of, table
@@ -56,7 +56,7 @@ class Chunks:
         return origin_of(self._plan)
 
     def about(self, lost: tuple[int, ...] = ()) -> About:
-        """What rows that are made here are of."""
+        """The origin of rows that are computed here."""
         return About({name: value for name, value in self._origin.items() if name not in PLACE}, (self.platform,), lost)
 
     @property
@@ -64,24 +64,24 @@ class Chunks:
         """This kind of machine."""
         return platform_of(self._origin)
 
-    def __call__(self, chunk: Chunk) -> Made:
+    def __call__(self, chunk: Chunk) -> FinishedChunk:
         """The rows of a chunk."""
         began = time.perf_counter()
         rows = [run_one(self._plan, index)[1] for index in range(chunk.first, chunk.first + chunk.runs)]
-        return self._made(chunk, rows, time.perf_counter() - began)
+        return self._rows_of(chunk, rows, time.perf_counter() - began)
 
-    def of(self, rows: list[Row]) -> Made:
+    def of(self, rows: list[Row]) -> FinishedChunk:
         """Consecutive rows that were made before."""
         lost = tuple(row.index for row in rows if row.lost)
-        return self._made(Chunk(rows[0].index, len(rows)), rows, 0.0, lost)
+        return self._rows_of(Chunk(rows[0].index, len(rows)), rows, 0.0, lost)
 
-    def lost(self, index: int, error: BaseException) -> Made:
+    def lost(self, index: int, error: BaseException) -> FinishedChunk:
         """The row of a run that cost too many workers."""
-        return self._made(Chunk(index, 1), [lost_row(self._plan, index, error)], 0.0, (index,))
+        return self._rows_of(Chunk(index, 1), [lost_row(self._plan, index, error)], 0.0, (index,))
 
-    def _made(self, chunk: Chunk, rows: list[Row], seconds: float, lost: tuple[int, ...] = ()) -> Made:
+    def _rows_of(self, chunk: Chunk, rows: list[Row], seconds: float, lost: tuple[int, ...] = ()) -> FinishedChunk:
         data = encoded(table(rows, schema_of(self._plan.scenario)), self.about(lost))
-        return Made(chunk, data, seconds, f"{socket.gethostname()}/{os.getpid()}", self.platform)
+        return FinishedChunk(chunk, data, seconds, f"{socket.gethostname()}/{os.getpid()}", self.platform)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _again, (to_toml(self._plan.scenario), self._origin["scenario"])
@@ -138,7 +138,7 @@ class Deal:
         most = 4 * max(count for count, _ in self._recent)
         return int(min(MOST, most, SECONDS * runs / max(seconds, 1e-9)))
 
-    def took(self, made: Made) -> None:
+    def took(self, made: FinishedChunk) -> None:
         """Takes note of how long a chunk took."""
         self._recent.append((made.chunk.runs, made.seconds))
 
@@ -148,8 +148,8 @@ class Deal:
         self._again += [Chunk(chunk.first, half), Chunk(chunk.first + half, chunk.runs - half)]
 
 
-def made(chunks: Chunks, missing: Iterable[range], carried_out: Any) -> Iterator[Made]:
-    """What came of all chunks, in whatever order; a run that costs too many workers becomes a row that says so.
+def run_chunks(chunks: Chunks, missing: Iterable[range], carried_out: Any) -> Iterator[FinishedChunk]:
+    """Rows of all chunks, in whatever order; a run that costs too many workers becomes a row that says so.
 
     Args:
         chunks: The work.
@@ -168,7 +168,7 @@ def made(chunks: Chunks, missing: Iterable[range], carried_out: Any) -> Iterator
             out += chunk is not None
             yield WAIT if chunk is None else chunk
 
-    def lost(chunk: Chunk, error: BaseException) -> Made | None:
+    def lost(chunk: Chunk, error: BaseException) -> FinishedChunk | None:
         if chunk.runs == 1:
             return chunks.lost(chunk.first, error)
         deal.halve(chunk)
@@ -196,7 +196,7 @@ class Shard(NamedTuple):
 
 
 def shard_of(text: str) -> Shard:
-    """What stands after `--shard`.
+    """Reads the words after `--shard`.
 
     Raises:
         InputError: It is no share.

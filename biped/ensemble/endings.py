@@ -105,4 +105,4 @@ def _write(path: Path, data: bytes) -> None:
 
 
 def _nothing(index: int, error: BaseException) -> Any:
-    """What is kept of a run that cost too many workers."""
+    """Keeps nothing of a run that cost too many workers."""

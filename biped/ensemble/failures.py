@@ -1,4 +1,4 @@
-"""What a campaign keeps of runs that fell: their last seconds, and how to see each again."""
+"""Files of runs that fell in a campaign: their last seconds, and how to see each again."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def keep(
         write_text(kept / f"run-{number:05d}.txt", f"{cause}\nagain: {again}\n{traceback}")
 
 
-def kept(folder: Path, half: bool = False) -> list[Path]:
+def files_of(folder: Path, half: bool = False) -> list[Path]:
     """Files that `keep` left in a results folder, or only those that it was writing when it was ended."""
     if not (folder / FAILURES).is_dir():
         return []

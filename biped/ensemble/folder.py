@@ -25,13 +25,13 @@ from typing import Any
 from biped.base.errors import InputError, RunError
 from biped.base.writing import written
 from biped.ensemble.chunks import Shard
-from biped.ensemble.failures import FAILURES, kept
+from biped.ensemble.failures import FAILURES, files_of
 from biped.ensemble.guard import NAME as LOCK
 from biped.ensemble.guard import OF_SEARCHES, Lock, complaining, holds_something_else, numbered, same_runs, unusable
 from biped.ensemble.journal import Journal
 from biped.ensemble.origin import origin_of
 from biped.ensemble.parts import FOLDER as PARTS
-from biped.ensemble.parts import Made, commit_to
+from biped.ensemble.parts import FinishedChunk, commit_to
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import to_toml
 
@@ -189,7 +189,7 @@ class Folder:
             self._make(path)
         return path
 
-    def commit(self, made: Made) -> None:
+    def commit(self, made: FinishedChunk) -> None:
         """Puts rows into the folder of parts; from then on, nothing here is discarded.
 
         Raises:
@@ -229,7 +229,7 @@ class Folder:
 
         What others put there stays. Once a record is noted, everything stays.
         """
-        for path in self._half_kept() if self.noted else (*self._created, *self._kept_now()):
+        for path in self._half_written() if self.noted else (*self._created, *self._failures()):
             with suppress(OSError):
                 path.unlink()
         self.close()
@@ -239,10 +239,10 @@ class Folder:
             with suppress(OSError):
                 folder.rmdir()  # refuses if anything is in it
 
-    def _kept_now(self) -> list[Path]:
+    def _failures(self) -> list[Path]:
         """Files of runs that workers of this process kept, none of which were noted."""
-        return [] if self._kept_before else kept(self.path)
+        return [] if self._kept_before else files_of(self.path)
 
-    def _half_kept(self) -> list[Path]:
-        """What workers of this process were writing when they were ended; of shards others may be at work."""
-        return kept(self.path, half=True) if len(self._locks) == 1 and not self._shared else []
+    def _half_written(self) -> list[Path]:
+        """Files that workers of this process were writing when they were ended; of shards others may be at work."""
+        return files_of(self.path, half=True) if len(self._locks) == 1 and not self._shared else []

@@ -89,7 +89,7 @@ class Lock:
 
 
 def unusable(path: Path, error: Exception) -> InputError:
-    """What is said of a folder that nothing can be written to."""
+    """The error for a folder that nothing can be written to."""
     return InputError(f"--out {path}: cannot be written: {reason(error)}; choose another folder")
 
 

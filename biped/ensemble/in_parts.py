@@ -13,11 +13,11 @@ from biped.base.files import label
 from biped.base.progress import Told
 from biped.ensemble import parts
 from biped.ensemble.backend import Jobs, at_most
-from biped.ensemble.chunks import Chunks, made
+from biped.ensemble.chunks import Chunks, run_chunks
 from biped.ensemble.columns import StoredRows
 from biped.ensemble.compact import agree, compact
 from biped.ensemble.executor import Map, workers
-from biped.ensemble.parts import Chunk, Made
+from biped.ensemble.parts import Chunk, FinishedChunk
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import Row
 
@@ -41,7 +41,9 @@ class InParts:
         InputError: There are rows of something else.
     """
 
-    def __init__(self, plan: Plan, folder: Path, commit: Callable[[Made], None], tell: Told, same: bool = False):
+    def __init__(
+        self, plan: Plan, folder: Path, commit: Callable[[FinishedChunk], None], tell: Told, same: bool = False
+    ):
         self._plan, self._folder, self._commit, self._tell = plan, folder, commit, tell
         self._chunks = Chunks(plan)
         self._there = self._survey()
@@ -109,7 +111,7 @@ class InParts:
         if left:
             lately: deque[tuple[str, int]] = deque(maxlen=LATELY)
             with workers(self._chunks, at_most(jobs, sum(map(len, left)))) as carried_out:
-                for done in made(self._chunks, left, carried_out):
+                for done in run_chunks(self._chunks, left, carried_out):
                     self._met([done.platform])
                     self._commit(done)
                     lately.append((done.by, done.chunk.runs))
@@ -129,7 +131,7 @@ class InParts:
         return StoredRows(parts.cover(self._there))
 
 
-def _words(carried_out: Map[Chunk, Made], lately: Iterable[tuple[str, int]]) -> str:
+def _words(carried_out: Map[Chunk, FinishedChunk], lately: Iterable[tuple[str, int]]) -> str:
     """Who works, and what share of the runs each made lately."""
     words = carried_out.words
     shares: Counter[str] = Counter()

@@ -125,7 +125,7 @@ def _exact(values: np.ndarray) -> bytes:
 
 
 def _values(data: bytes, rows: int, width: int, name: str) -> np.ndarray:
-    """What `_packed` packed, (rows, width)."""
+    """Unpacks an array (rows, width) that `_packed` packed."""
     planes = np.frombuffer(data, "u1").reshape(width, 8, rows).transpose(0, 2, 1)
     whole = np.ascontiguousarray(planes).view("<i8").reshape(width, rows).T.astype(np.int64)
     for _ in range(2 if name in _TWICE else 1):

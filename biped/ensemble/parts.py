@@ -42,7 +42,7 @@ NEEDED = {
 
 
 class About(NamedTuple):
-    """What rows are of and what they were made with.
+    """The origin of rows: their campaign and the program that computed them.
 
     Attributes:
         origin: Scenario and versions (`biped.ensemble.journal`).
@@ -68,8 +68,8 @@ class Chunk(NamedTuple):
     runs: int
 
 
-class Made(NamedTuple):
-    """What came of a chunk.
+class FinishedChunk(NamedTuple):
+    """Rows of a finished chunk.
 
     Attributes:
         chunk: Which.
@@ -115,7 +115,7 @@ def encoded(table: pyarrow.Table, about: About) -> bytes:
 
 
 def writer_to(sink: Any, schema: pyarrow.Schema) -> Any:
-    """What writes rows as Parquet; pages carry checksums."""
+    """A writer of rows as Parquet, whose pages carry checksums."""
     import pyarrow as pa
     from pyarrow.parquet import ParquetWriter
 
@@ -135,7 +135,7 @@ def listed(folder: Path) -> list[PartFile]:
 
 
 def read(path: Path) -> PartFile:
-    """What a file says that it holds.
+    """The description that a file carries of its rows.
 
     Raises:
         InputError: It is damaged, or none of biped's.
@@ -278,7 +278,7 @@ def read_all(part: PartFile) -> pyarrow.Table:
     return pa.Table.from_batches(rows_of([PartRange(part, part.first, part.last)]))
 
 
-def commit_to(folder: Path, made: Made) -> None:
+def commit_to(folder: Path, made: FinishedChunk) -> None:
     """Puts rows into a folder of parts: on disk, under their name, when this returns.
 
     Raises:

@@ -142,7 +142,7 @@ class _Stop:
 
 
 def _serve(pipe: Connection, work: Callable[[Any], Any], inherited: list[Connection]) -> None:
-    """What a worker does: answers items until it is told to stop or the parent is gone."""
+    """The loop of a worker: it answers items until it is stopped or the parent is gone."""
     # Ctrl-C is the parent's business: it ends its workers and keeps what is finished. A parent that was killed cannot:
     # then its workers end themselves. (Until here the signal was held back: see `_undisturbed`.)
     signal.signal(signal.SIGINT, signal.SIG_IGN)

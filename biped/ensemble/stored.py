@@ -73,7 +73,7 @@ class _Summary(msgspec.Struct):
 
 
 class _Result(msgspec.Struct):
-    """What readers of a result rely on; versions may add to it."""
+    """The part of a result that readers rely on; versions may add to it."""
 
     scenario: str
     engine: str

@@ -1,4 +1,4 @@
-"""What a sweep says: success at every point with its interval, and thresholds below which everything holds."""
+"""Results of a sweep: success at every point with its interval, and thresholds below which everything holds."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def threshold_words(t: Mapping[str, Any]) -> str:
 
 
 def _doubt(t: Mapping[str, Any]) -> str:
-    """What is left to chance in a threshold; nothing if its intervals say all of it."""
+    """Words on how much of a threshold is chance; empty if its intervals say all of it."""
     if t["holds_to"] == t["sure_to"] and (t["fails_at"] is None or t["surely_fails"]):
         return ""
     best, enough = wilson(t["runs"], t["runs"])[0], enough_for(t["rate"])

@@ -1,4 +1,4 @@
-"""What `biped.numerics.lanes` is compiled to.
+"""Intrinsics that `biped.numerics.lanes` is compiled to.
 
 Twelve numbers are eight and four, the widths of vector registers: what is as wide as no register LLVM takes apart into
 single numbers wherever a loop hands it from one turn to the next.
@@ -24,7 +24,7 @@ _BITS = ir.IntType(64)
 
 
 class _Part(types.Type):
-    """What a vector register holds."""
+    """Numba's type of the numbers in a vector register."""
 
     def __init__(self, width: int):
         self.width = width

@@ -1,1 +1,1 @@
-"""What commands find out: comparison, search for gains, stability, regressions, benchmarks."""
+"""Studies behind the commands: comparison, search for gains, stability, regressions, benchmarks."""

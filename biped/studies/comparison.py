@@ -48,7 +48,7 @@ class Comparison(NamedTuple):
     first: dict[str, Trajectory]
 
     def as_dict(self) -> dict[str, Any]:
-        """What `--json` prints."""
+        """Plain data, as `--json` prints it."""
         rows = [self.results[engine]["runs"] for engine in ENGINES]
         return {
             "scenario": self.scenario,

@@ -89,7 +89,7 @@ class How(NamedTuple):
     same: bool
 
 
-def made(title: str, plan: Plan, indices: Sequence[int], how: How) -> Done:
+def make(title: str, plan: Plan, indices: Sequence[int], how: How) -> Done:
     """Makes the runs."""
     if len(indices) == 1:
         trajectory, row = campaign.run_one(plan, indices[0])

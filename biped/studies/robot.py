@@ -1,4 +1,4 @@
-"""What the robot in a model file is, before anything of it is run."""
+"""The robot in a model file, recognised before anything of it is run."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from biped.scenario.valid import convert, known_keys
 
 
 class ModelReport(NamedTuple):
-    """What a model file is.
+    """Everything recognised in a model file.
 
     Attributes:
         file: It.
@@ -39,7 +39,7 @@ class ModelReport(NamedTuple):
     laws: tuple[str, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """What `--json` prints."""
+        """Plain data, as `--json` prints it."""
         return {
             "file": label(self.file), "description": None if self.description is None else label(self.description),
             "faults": list(self.faults), "seven_links": not self.planar, "laws": list(self.laws),
@@ -48,7 +48,7 @@ class ModelReport(NamedTuple):
 
 
 def look(name: str) -> ModelReport:
-    """What a model file is.
+    """Everything recognised in a model file.
 
     Args:
         name: Name in models/, or path of an MJCF or URDF file.

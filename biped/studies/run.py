@@ -1,4 +1,4 @@
-"""What the commands do, without argv and without the terminal's exit code."""
+"""Runs of a plan with everything that belongs to them, without argv and without the terminal's exit code."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from biped.ensemble.chunks import Shard
 from biped.ensemble.folder import Folder
 from biped.ensemble.plan import Plan
 from biped.studies.folders import folder_for
-from biped.studies.making import Done, How, Recorder, made, share, write_results
+from biped.studies.making import Done, How, Recorder, make, share, write_results
 from biped.studies.planned import plan_of, title_of
 
 
@@ -38,7 +38,7 @@ class Shared(NamedTuple):
     folder: Path
 
     def as_dict(self) -> dict[str, Any]:
-        """What `--json` prints."""
+        """Plain data, as `--json` prints it."""
         return self._asdict() | {"shard": str(self.shard), "folder": str(self.folder)}
 
 
@@ -82,7 +82,7 @@ def run(
         where = folder_for(out, title + suffix, plan, runs)
     how = How(jobs, where, partial(progress, title), tell, same)
     with _leaving_what_counts(where):
-        done = made(title, plan, runs or range(len(plan)), how)
+        done = make(title, plan, runs or range(len(plan)), how)
         if where is not None:
             write_results(where, done, record)
             done = done._replace(folder=Path(label(where.path)))
@@ -124,14 +124,14 @@ def run_shard(
         left = share(plan, shard, how, where)
         if left or not where.alone():
             return Shared(title, shard, len(shard.runs(len(plan))), left, Path(label(where.path)))
-        done = made(title, plan, range(len(plan)), how)
+        done = make(title, plan, range(len(plan)), how)
         write_results(where, done, record)
         return done._replace(folder=Path(label(where.path)))
 
 
 def run_plan(title: str, plan: Plan, jobs: Jobs, progress: Progress = silent) -> Done:
     """Makes all runs of a plan and writes nothing."""
-    return made(title, plan, range(len(plan)), How(jobs, None, partial(progress, title), unheard, False))
+    return make(title, plan, range(len(plan)), How(jobs, None, partial(progress, title), unheard, False))
 
 
 def save(done: Done, path: Path) -> Path:

@@ -29,7 +29,7 @@ STARTS = 2000
 
 
 class Share(NamedTuple):
-    """What one drawn value explains.
+    """The share of failures that one drawn value explains.
 
     Attributes:
         name: The scenario key, or which start angle.
@@ -54,7 +54,7 @@ class Share(NamedTuple):
 
 
 def explained(plan: Plan, rows: Sequence[Mapping[str, Any]]) -> list[Share]:
-    """What each value that was drawn or swept explains of the runs that did not walk, the largest share first.
+    """Shares of the runs that did not walk which each drawn or swept value explains, the largest first.
 
     Args:
         plan: The ensemble; without a sweep, its random starts are looked at too.
@@ -79,7 +79,7 @@ def explained(plan: Plan, rows: Sequence[Mapping[str, Any]]) -> list[Share]:
 
 
 def share_of(name: str, values: Sequence[Any], failed: np.ndarray, rng: np.random.Generator) -> Share | None:
-    """What one drawn value explains.
+    """The share of failures that one drawn value explains.
 
     Args:
         name: Its name.

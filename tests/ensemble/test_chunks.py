@@ -30,7 +30,7 @@ def test_runs_are_dealt_once_in_chunks_of_a_time():
     seen = []
     while (chunk := deal.dealt(4)) is not None:
         seen += range(chunk.first, chunk.first + chunk.runs)
-        deal.took(chunks.Made(chunk, b"", 0.05 * chunk.runs, "", ""))
+        deal.took(chunks.FinishedChunk(chunk, b"", 0.05 * chunk.runs, "", ""))
         assert 0.05 * chunk.runs <= chunks.SECONDS * 1.01
     assert seen == [*range(0, 5000), *range(6000, 9000)]
     deal.halve(Chunk(10, 5))

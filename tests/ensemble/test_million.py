@@ -13,7 +13,7 @@ import pytest
 
 from biped.ensemble.campaign import run_one
 from biped.ensemble.chunks import Chunks
-from biped.ensemble.parts import FOLDER, Chunk, Made, commit_to, encoded
+from biped.ensemble.parts import FOLDER, Chunk, FinishedChunk, commit_to, encoded
 from biped.ensemble.table import schema_of, table
 from biped.scenario.reading import to_toml
 from biped.studies.planned import plan_of
@@ -52,7 +52,7 @@ def synthetic(folder: Path) -> None:
             for field in rows.schema
         ]  # fmt: skip
         data = encoded(pa.Table.from_arrays(columns, schema=rows.schema), about)
-        commit_to(folder / FOLDER, Made(Chunk(first, PER_FILE), data, 0.0, "", ""))
+        commit_to(folder / FOLDER, FinishedChunk(Chunk(first, PER_FILE), data, 0.0, "", ""))
 
 
 WATCH = """

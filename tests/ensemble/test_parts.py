@@ -133,7 +133,7 @@ def test_rows_of_a_stranger_that_are_none_are_refused_in_one_sentence(kind, read
         at = rows.schema.get_field_index(name)
         rows = rows.remove_column(at) if values is None else rows.set_column(at, name, pa.array(values))
     old.path.unlink()
-    parts.commit_to(Path("x/parts"), parts.Made(Chunk(0, 6), parts.encoded(rows, old.about), 0.0, "", ""))
+    parts.commit_to(Path("x/parts"), parts.FinishedChunk(Chunk(0, 6), parts.encoded(rows, old.about), 0.0, "", ""))
     capsys.readouterr()
     assert main(reader) == 2
     err = capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""What mechanisms in the plane and in space have in common: bodies, joints, forces, and the system they make."""
+"""Bodies, joints and forces of mechanisms in the plane or in space, and the system they make."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -135,7 +135,7 @@ class Mechanism:
                          for x in self._place(body, point)], axis=1)  # fmt: skip
 
     def joint_forces(self, motion: Solution, joint: Joint) -> tuple[np.ndarray, np.ndarray]:
-        """What a joint does to the first of its bodies, at the samples of a motion.
+        """Forces of a joint on the first of its bodies, at the samples of a motion.
 
         Redundant joints share their load as `reactions` says.
 
@@ -184,7 +184,7 @@ class Mechanism:
         return [linear(x) for x in self._between(one, point, two, other)]
 
     def _values(self, x: Sequence[Affine]) -> np.ndarray:
-        """What sums are as the bodies are placed."""
+        """Values of sums as the bodies are placed."""
         return np.array([sum(a * (self._q[j] if j != ONE else 1.0) for j, a in sums.items()) for sums in x])
 
     def _add(self, name: str, q: np.ndarray, v: np.ndarray, M: np.ndarray, rigid: list[Row]) -> Body:

@@ -1,4 +1,4 @@
-"""What a mechanism of bodies says to the solver: six functions that read one array of parameters.
+"""Six functions through which the solver sees a mechanism of bodies; they read one array of parameters.
 
 M is constant and every row of Φ quadratic, so that Φ, A and b_v share one table of (row, j, k, factor), each
 standing for factor · qⱼ qₖ, with 1 instead of a coordinate −1. The functions know no mechanism: they are compiled

@@ -37,7 +37,7 @@ def platform() -> dict[str, str]:
 
 
 def resources(same: bool = True) -> dict[str, float]:
-    """What a worker here has to offer, and a client here asks for.
+    """Resources that a worker here offers, and that a client here requires.
 
     Args:
         same: Whether the kind of machine counts.
@@ -85,5 +85,5 @@ def carry_out(key: str, packed: bytes, item: Any) -> Any:
 
 
 def described() -> dict[str, Any]:
-    """What this worker is."""
+    """A description of this worker: host, versions, platform."""
     return {"host": socket.gethostname(), "versions": versions(), "platform": platform()}

@@ -46,7 +46,7 @@ class Connection:
             why = " ".join(str(error).split())[:200]
             raise InputError(f"--cluster {place}: expected a running Dask scheduler: {why}") from None
 
-    def _asked(self, call: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
+    def _call(self, call: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
         return self.client.sync(call, *arguments, callback_timeout=ANSWER, **more)
 
     def workers(self) -> dict[str, dict[str, float]] | None:
@@ -54,22 +54,22 @@ class Connection:
         try:
             if self.client.status != "running":
                 return None
-            found = self._asked(self.client.scheduler.identity)["workers"]
+            found = self._call(self.client.scheduler.identity)["workers"]
         except Exception:  # whatever a broken connection raises
             return None
         return {address: dict(worker["resources"]) for address, worker in found.items()}
 
-    def asked(self, function: Callable[[], Any], address: str) -> Any:
-        """What a worker answers; an error if it cannot."""
+    def call(self, function: Callable[[], Any], address: str) -> Any:
+        """A worker's answer to a call; an error if it cannot."""
         try:
-            return self._asked(self.client._run, function, workers=[address], on_error="return")[address]
+            return self._call(self.client._run, function, workers=[address], on_error="return")[address]
         except Exception as error:
             return error
 
     def dashboard(self) -> str:
         """Address of Dask's own page on the cluster, if it has one."""
         try:
-            services = self._asked(self.client.scheduler.identity)["services"]
+            services = self._call(self.client.scheduler.identity)["services"]
             return self.client.dashboard_link if "dashboard" in services else ""
         except Exception:
             return ""
@@ -103,7 +103,7 @@ class Connection:
 
 
 def connecting(address: str, tls: Mapping[str, str]) -> Callable[[], Any]:
-    """What connects to it.
+    """Returns a function that connects to a scheduler at an address.
 
     Args:
         address: Its address.

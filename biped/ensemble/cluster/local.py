@@ -60,12 +60,12 @@ class Local:
         return process
 
     def last_words(self) -> str:
-        """What the processes said last."""
+        """The last words that the processes printed."""
         lines = self._log.read_text(encoding="utf-8", errors="replace").splitlines() if self._log.exists() else []
         return next((line for line in reversed(lines) if line.strip()), "")[:300]
 
     def trouble(self) -> str:
-        """What is known of workers that do not come."""
+        """An explanation why workers do not come, as far as it is known."""
         last = self.last_words()
         return f" (their last words: {last})" if last else ""
 

@@ -102,7 +102,7 @@ class Tasks:
                 return found
 
     def _done(self, ticket: int, future: Any) -> Done | None:
-        """What became of a task; None if the scheduler is gone that knew."""
+        """The outcome of a task; None if the scheduler that knew it is gone."""
         from distributed.scheduler import KilledWorker
 
         try:
@@ -147,7 +147,7 @@ class Tasks:
             self._tell(f"{where}: no workers yet; {self._connection.remedy}")
 
     def _refusal(self, address: str) -> str:
-        theirs = self._connection.asked(described, address)
+        theirs = self._connection.call(described, address)
         if not isinstance(theirs, dict):
             return f"worker {address} is refused: expected one started by `biped worker` of the same version"
         for name, here in (("versions", versions()), ("platform", platform())):

@@ -43,7 +43,7 @@ def go_with_parent() -> None:
 
 
 def options(lifetime: str | None = None) -> list[str]:
-    """What Dask's worker is called with wherever it is started.
+    """Arguments of Dask's worker, wherever it is started.
 
     Args:
         lifetime: After which it goes, having handed over what it has.

@@ -1,4 +1,4 @@
-"""What a campaign costs besides its runs: processes here against a cluster on this machine, by the clock."""
+"""The cost of a campaign besides its runs: processes here against a cluster on this machine, by the clock."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class CampaignCost(NamedTuple):
     same: bool
 
     def as_dict(self) -> dict[str, Any]:
-        """What `--json` prints."""
+        """Plain data, as `--json` prints it."""
         return self._asdict() | {"cluster_to_here": self.cluster / self.here, "here_to_work": self.here / self.work}
 
 

@@ -1,4 +1,4 @@
-"""What each feature of a scene costs, and that a scene without it does not pay: every feature in a process of its own.
+"""Costs of each feature of a scene, and proof that a scene without it does not pay: each in a process of its own.
 
 A process runs one scenario and reports what it imported, which kernels it compiled or loaded, and what memory and time
 a tick took, beside bare `mj_step` in the same process.
@@ -106,7 +106,7 @@ def _recorded(plan: Any, recorder: str) -> Callable[[], None]:
 
 
 def _package(module: str) -> str:
-    """What a module counts as: biped's own by name, others by package; empty for parts of Python."""
+    """The name that a module counts under: biped's own by name, others by package; empty for parts of Python."""
     top = module.partition(".")[0]
     if top == "biped":
         return module
@@ -127,7 +127,7 @@ def _kernels() -> list[str]:
 def prices(
     features: Sequence[str] = tuple(FEATURES), seconds: float = SECONDS, recorder: Callable[..., None] | None = None
 ) -> dict[str, dict[str, Any]]:
-    """What features cost.
+    """Measures the costs of features.
 
     Args:
         features: Names of `FEATURES`, the plain scene first.

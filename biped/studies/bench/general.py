@@ -1,4 +1,4 @@
-"""What the closed loop of a robot of any kind costs, as ratios to bare `mj_step` of the same run.
+"""Costs of the closed loop of any robot, as ratios to bare `mj_step` of the same run.
 
 Bare steps replay what a run was commanded and pushed with, on the same compiled model, and so meet the same contacts.
 Least times of interleaved repeats, as in `biped.studies.bench.scenes`.
@@ -59,7 +59,7 @@ class Replay(NamedTuple):
         return data
 
     def taken(self, data: mujoco.MjData) -> np.ndarray:
-        """What MuJoCo takes the commands from."""
+        """The array from which MuJoCo takes the commands."""
         return data.qfrc_applied if self.generalized else data.ctrl
 
 
@@ -114,7 +114,7 @@ def _strict(replay: Replay) -> float | None:
 
 
 def general_cost(run: Run, repeats: int = REPEATS) -> SceneCost:
-    """What a run of a robot of any kind costs.
+    """Measures the cost of a run of any robot.
 
     Args:
         run: The run.
@@ -131,5 +131,5 @@ def general_cost(run: Run, repeats: int = REPEATS) -> SceneCost:
 
 
 def general_costs(repeats: int = REPEATS) -> dict[str, dict[str, Any]]:
-    """What each of `ROBOTS` costs, by name."""
+    """Costs of each of `ROBOTS`, by name."""
     return costs_of(ROBOTS, general_cost, repeats)

@@ -155,7 +155,7 @@ def tick_parts(run: Run, trajectory: Trajectory) -> dict[str, float]:
 
 
 def shares(found: dict[str, list[float]], ticks: int) -> dict[str, float]:
-    """What `tick_parts` returns, of times [s] of the whole run by call, repeat by repeat."""
+    """Computes what `tick_parts` returns from times [s] of the whole run by call, repeat by repeat."""
     t = {name: statistics.median(values) / ticks * 1e6 for name, values in found.items()}
     out = {
         "physics": t["physics"],

@@ -83,7 +83,7 @@ class Guarded(NamedTuple):
         return all(one.result in (SAME, ELSEWHERE) for one in self.timed)
 
     def as_dict(self) -> dict[str, Any]:
-        """What `--json` prints."""
+        """Plain data, as `--json` prints it."""
         return {"passed": self.passed, "scenarios": [msgspec.to_builtins(one._asdict()) for one in self.timed]}
 
 

@@ -1,4 +1,4 @@
-"""What the closed loop costs in scenes of every kind, as ratios to bare `mj_step` of the same run.
+"""Costs of the closed loop in scenes of every kind, as ratios to bare `mj_step` of the same run.
 
 Least times of many interleaved repeats: what else runs on the machine can only add to a time.
 """
@@ -76,7 +76,7 @@ def loop_of(run: Run) -> str:
 
 
 def scene_cost(run: Run, repeats: int = REPEATS) -> SceneCost:
-    """What a run in MuJoCo costs.
+    """Costs of a run in MuJoCo.
 
     Args:
         run: The run.
@@ -95,7 +95,7 @@ def scene_cost(run: Run, repeats: int = REPEATS) -> SceneCost:
 def least_cost(
     loop: str, end: str, ticks: int, calls: Mapping[str, Callable[[], float | None]], repeats: int
 ) -> SceneCost:
-    """What a run costs, by the least times of its interleaved parts.
+    """Measures the cost of a run by the least times of its interleaved parts.
 
     Args:
         loop: How its ticks are looped over.
@@ -121,14 +121,14 @@ def least_cost(
 
 
 def scene_costs(repeats: int = REPEATS) -> dict[str, dict[str, Any]]:
-    """What each of `SCENES` costs, by name."""
+    """Costs of each of `SCENES`, by name."""
     return costs_of(SCENES, scene_cost, repeats)
 
 
 def costs_of(
     scenes: Mapping[str, tuple[str, ...]], cost: Callable[[Run, int], SceneCost], repeats: int
 ) -> dict[str, dict[str, Any]]:
-    """What each of some scenes, a scenario and changes, costs by a measure of one run, by name."""
+    """Costs of scenes, each a scenario with changes, by a measure of one run."""
     out = {}
     for name, (scenario, *changes) in scenes.items():
         run = Plan(read_scenario(scenario, list(changes))).run(0)

@@ -1,4 +1,4 @@
-"""What a control tick and a run cost, as ratios to bare `mj_step` of the same compiled model, in one run.
+"""Costs of a control tick and of a run, as ratios to bare `mj_step` of the same compiled model, in one run.
 
 Bare `mj_step` replays the recorded torques of the same trajectory, so that it meets the same contacts; the cost of
 handing over the torques is measured by itself and subtracted.
@@ -35,7 +35,7 @@ COMMANDS = (("--help",), ("list",), ("run", "level_normal", "--json", "--set", "
 
 
 class Throughput(NamedTuple):
-    """What was measured.
+    """All measured costs.
 
     Attributes:
         loop: How ticks are looped over: compiled, or in Python and why.
@@ -60,7 +60,7 @@ class Throughput(NamedTuple):
     features: dict[str, dict[str, Any]] | None
 
     def as_dict(self) -> dict[str, Any]:
-        """What `--json` prints."""
+        """Plain data, as `--json` prints it."""
         return {name: value for name, value in self._asdict().items() if value is not None}
 
 

@@ -136,7 +136,7 @@ class MetricChange(NamedTuple):
 
     @property
     def metric(self) -> Metric:
-        """What it is."""
+        """The metric that changed."""
         return METRICS[self.name]
 
 

@@ -110,7 +110,7 @@ class Difference(NamedTuple):
         return max(dearer, key=lambda found: found[:2])[2] if dearer else None
 
     def as_dict(self) -> dict[str, Any]:
-        """What `--json` prints."""
+        """Plain data, as `--json` prints it."""
         sides = {
             which: {
                 "name": side.name, "folder": str(side.folder), "scenario": side.result["scenario"],
@@ -193,7 +193,7 @@ def _identical(pairs: Pairs) -> bool:
 
 
 def _numbers(run: Row) -> bytes:
-    """What two runs must share to be the same run."""
+    """Keys that two runs must share to be the same run."""
     return msgspec.json.encode({name: run.get(name) for name in (*METRICS, "fell", "end", "cause", "verdict", "doubt")})
 
 

@@ -12,7 +12,7 @@ UP = 2.0
 
 
 class Outcome(NamedTuple):
-    """What came of a claim.
+    """The score of a claim.
 
     Attributes:
         runs: How many runs were made.

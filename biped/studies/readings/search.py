@@ -96,7 +96,7 @@ def best(tried: Sequence[Tried]) -> list[Tried]:
 
 
 def proposal(study: Definition, tried: Sequence[Tried]) -> dict[str, Value]:
-    """What to try next: the base, its single changes in the study's order, then changes of the best reading so far."""
+    """Readings to try next: the base, its single changes in the study's order, then changes of the best so far."""
     base = based(study)
     singles = [{}, *({place.key: value} for place in study.place for value in place.values if base[place.key] != value)]
     if len(tried) < len(singles):
@@ -116,7 +116,7 @@ def proposal(study: Definition, tried: Sequence[Tried]) -> dict[str, Value]:
 
 
 def based(study: Definition) -> dict[str, Value]:
-    """What the base says of every place."""
+    """The choice of the base at every place."""
     s = plan_of("level_normal", [f"reading={study.base}"]).scenario
     found = {}
     for place in study.place:
@@ -175,7 +175,7 @@ def _journal(path: Path, seed: int) -> tuple[list[Tried], Callable[[Tried], dict
 
 
 def as_dict(one: Tried) -> dict[str, Any]:
-    """What is kept of a reading."""
+    """The record of a reading in the journal."""
     return one._asdict() | {"outcomes": {name: outcome._asdict() for name, outcome in one.outcomes.items()}}
 
 

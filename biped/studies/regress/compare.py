@@ -68,7 +68,7 @@ def measured(plan: Plan, jobs: Jobs, date: str, platform: str, advance: Callable
     """
     numbers = chosen(plan)
     rows, digests = [], []
-    with workers(partial(_made, plan), at_most(jobs, len(numbers))) as made:
+    with workers(partial(_run, plan), at_most(jobs, len(numbers))) as made:
         for row, name in made(numbers):
             rows.append(row)
             digests.append(name)
@@ -88,7 +88,7 @@ def digest(trajectory: AnyTrajectory) -> str:
     return blake2b(trajectory.log.tobytes(), digest_size=6).hexdigest()
 
 
-def _made(plan: Plan, index: int) -> tuple[Row, str]:
+def _run(plan: Plan, index: int) -> tuple[Row, str]:
     trajectory, row = campaign.run_one(plan, index)
     return row, digest(trajectory)
 

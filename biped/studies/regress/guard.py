@@ -31,7 +31,7 @@ from biped.studies.regress.references import RecordedScenario, ReferenceChange, 
 
 
 class ScenarioOutcome(NamedTuple):
-    """What came of a regression run.
+    """The outcome of a regression run.
 
     Attributes:
         verdicts: Of every scenario, and of all of them `altogether` where several were compared.
@@ -53,7 +53,7 @@ class ScenarioOutcome(NamedTuple):
         return not self.stopped and (self.updated or all(verdict.passed for verdict in self.verdicts))
 
     def as_dict(self) -> dict[str, Any]:
-        """What `--json` prints."""
+        """Plain data, as `--json` prints it."""
         verdicts = [
             v._asdict() | {"metrics": {name: moved._asdict() for name, moved in v.metrics.items()}}
             for v in self.verdicts

@@ -23,7 +23,7 @@ FALLEN = "fFd"
 
 
 class RecordedScenario(Struct, frozen=True, forbid_unknown_fields=True):
-    """What one scenario gave.
+    """Recorded numbers of one scenario.
 
     Attributes:
         since: Date of the change that it has been the same since; `References.history` says why.
@@ -48,7 +48,7 @@ class RecordedScenario(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class TickCost(Struct, frozen=True, forbid_unknown_fields=True):
-    """What a tick of a scenario cost, as ratios to bare `mj_step` in the same process.
+    """Cost of a tick of a scenario, as ratios to bare `mj_step` in the same process.
 
     Attributes:
         since: Date of the measurement.

@@ -29,7 +29,7 @@ RETURNS = 3
 
 
 class Shrinking(NamedTuple):
-    """What becomes of kicks of one size.
+    """The shrinking of kicks of one size.
 
     Attributes:
         size: Distance of the kicked state from the other, natural units.
@@ -51,7 +51,7 @@ def shrinking(
     rng: np.random.Generator,
     mapped: Callable[[Callable, Sequence], list],
 ) -> list[Shrinking]:
-    """What becomes of kicks of every size.
+    """Measures how kicks of every size shrink.
 
     Args:
         section: The section.
@@ -129,7 +129,7 @@ FELL, WALKS, RETURNED, IMPOSSIBLE = "fell", "walks", "returned", "impossible"
 
 
 class Basin(NamedTuple):
-    """What became of every change of the grid.
+    """Outcomes of every change of the grid.
 
     Attributes:
         lean: [rad] forward, of the grid.

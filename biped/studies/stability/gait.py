@@ -1,4 +1,4 @@
-"""What was measured of a gait, place by place: an engine at a time step."""
+"""Measurements of a gait, place by place: an engine at a time step."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ class Studied(NamedTuple):
         return all(gait.measured is not None and gait.measured.kicked.stable for gait in self.gaits)
 
     def as_dict(self) -> dict[str, Any]:
-        """What `--json` prints."""
+        """Plain data, as `--json` prints it."""
         return {"scenario": self.scenario, "gaits": [gait.as_dict() for gait in self.gaits], "stable": self.stable}
 
 

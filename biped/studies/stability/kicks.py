@@ -51,7 +51,7 @@ class Kicks:
         self.basis = directions[int((s > _RANK * s[0]).sum()) :].T
 
     def _values(self, z: np.ndarray) -> np.ndarray:
-        """What stays as it is (…, m), of states (…, 17)."""
+        """Invariants (…, m) of states (…, 17)."""
         whole = self.section.whole(z)
         moved = motion(self.section.tree, whole[..., :NQ], whole[..., NQ:])
         unit = self.section.unit

@@ -1,4 +1,4 @@
-"""What a gait is to small disturbances: a fixed point or cycle of its return map, and its largest Lyapunov exponent.
+"""A gait under small disturbances: a fixed point or cycle of its return map, and its largest Lyapunov exponent.
 
 A return map that is repeated from a walk either comes back to the same n states, whose multipliers then say how small
 disturbances shrink, or it does not; its largest Lyapunov exponent (Benettin's method: a neighbour that is pulled back

@@ -154,7 +154,7 @@ class Known(NamedTuple):
     alike: np.ndarray
 
     def as_dict(self) -> dict[str, Any]:
-        """What `--json` prints."""
+        """Plain data, as `--json` prints it."""
         return {
             "state": self.cycle.state.tolist(),
             "known_state": self.state.tolist(),

@@ -1,4 +1,4 @@
-"""What a scenario's gait is as a limit cycle, measured in an engine at the scenario's time step and at half of it."""
+"""A scenario's gait as a limit cycle, measured in an engine at the scenario's time step and at half of it."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def kicked_returns(gait: Steady, seconds: float, rng: np.random.Generator, mappe
 
 
 def word_for(orbit: Orbit | None, small: Exponent | None) -> str:
-    """What the gait is to small disturbances, in words."""
+    """Words for how the gait answers small disturbances."""
     if small is None:
         return "falls when its return map is repeated"
     if small.value - small.half_width > 0.0:

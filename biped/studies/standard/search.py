@@ -62,7 +62,7 @@ class Tried(NamedTuple):
 
 
 class Limit(NamedTuple):
-    """What a search found; values are None where there is none.
+    """The result of a search; values are None where there is none.
 
     Attributes:
         holds_to: Largest value up to which every one that was tried holds.
@@ -141,7 +141,7 @@ def limit(tried: list[Tried], rate: float) -> Limit:
 FILE = "measured.json"
 
 
-class _Kept(msgspec.Struct):
+class _Entry(msgspec.Struct):
     reached: int
     runs: int
     numbers: dict[str, float | None]
@@ -165,7 +165,7 @@ class StoredMeasurements:
             folder.mkdir(parents=True, exist_ok=True)
             if self._file.is_file():
                 self._kept = json.loads(self._file.read_bytes())
-                convert(self._kept, dict[str, _Kept])
+                convert(self._kept, dict[str, _Entry])
         except OSError as error:
             raise InputError(f"--out {folder}: cannot be written: {reason(error)}; choose another folder") from None
         except (ValueError, RecursionError, msgspec.MsgspecError) as error:

@@ -74,7 +74,7 @@ class StandardResult(NamedTuple):
         return next((one for one in self.tried if one.value == self.limit.holds_to), None)
 
     def as_dict(self) -> dict[str, Any]:
-        """What is kept of it."""
+        """The record of an ensemble in the file."""
         return {
             "test": self.test,
             "gait": self.gait,
@@ -100,7 +100,7 @@ class Table(NamedTuple):
     standings: list[StandardResult]
 
     def as_dict(self) -> dict[str, Any]:
-        """What `--json` prints and standard.json holds."""
+        """Plain data, as `--json` prints it and standard.json holds it."""
         return {
             "gaits": self.gaits,
             "changes": self.changes,
@@ -161,12 +161,12 @@ def standard(
         raise InputError(f"{said(twice[0])}: expected each gait once")
     for test in tests:
         for word in gaits:
-            s = _asked_of(test.standard, word)
+            s = _required_of(test.standard, word)
             for value in () if s is None else (s.first, s.last):
                 _plan(test, word, changes, value)
     kept = StoredMeasurements(out)
     standings = [
-        _stand(test, word, gait, changes, partial(_made, kept, jobs, progress))
+        _stand(test, word, gait, changes, partial(_measure, kept, jobs, progress))
         for test in tests
         for word, gait in zip(gaits, shown, strict=True)
     ]
@@ -174,7 +174,7 @@ def standard(
 
 
 def _gait(word: str) -> str:
-    """What people call a gait."""
+    """The name of a gait for people."""
     path = locate("controllers", word, "GAIT")
     known = canonical("controllers", path)
     return path.stem if Path(known).suffix else known
@@ -185,8 +185,8 @@ def _in_space(word: str) -> bool:
     return read_gains(locate("controllers", word, "GAIT"), Gains()).frontal is not None
 
 
-def _asked_of(test: Standard, word: str) -> Standard | None:
-    """What a test asks of a gait, of a family no speed that it does not have; None if it is not for the gait."""
+def _required_of(test: Standard, word: str) -> Standard | None:
+    """The requirements of a test on a gait, of a family no speed that it lacks; None if it is not for the gait."""
     if (test.gaits and _gait(word) not in test.gaits) or test.space != _in_space(word):
         return None
     if not test.family:
@@ -201,7 +201,7 @@ def _asked_of(test: Standard, word: str) -> Standard | None:
 
 
 def _stand(test: Trial, word: str, gait: str, changes: Sequence[str], made: Any) -> StandardResult:
-    s = _asked_of(test.standard, word)
+    s = _required_of(test.standard, word)
     if s is None:
         return StandardResult(test.name, gait, [], None, 1.0)
 
@@ -239,7 +239,7 @@ def _quoted(word: str) -> str:
     return f'"{word}"'
 
 
-def _made(
+def _measure(
     kept: StoredMeasurements, jobs: Jobs, progress: Progress, title: str, plan: Plan, test: Standard, value: float
 ) -> Tried:
     """The ensemble of a plan, made unless it was before."""

@@ -1,4 +1,4 @@
-"""What a candidate scores: runs of every condition, on all cores, with seeds that all candidates share."""
+"""The score of a candidate: runs of every condition, on all cores, with seeds that all candidates share."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Task(NamedTuple):
 
 
 class GainOutcome(NamedTuple):
-    """What one run costs.
+    """The cost of one run.
 
     Attributes:
         cost: Its share of the objective.
@@ -137,7 +137,7 @@ class Study:
         return GainOutcome(cost, reached, numbers["speed"], numbers["cost_of_transport"])
 
     def _reached(self, numbers: Mapping[str, Any], condition: Condition, run: Run, walk: AnyTrajectory) -> float:
-        """What a run costs that did what it should."""
+        """The cost of a run that did what it should."""
         weights, cost = self.tune.weights, 0.0
         if condition.goal == "walked":
             cost += weights.cost_of_transport * numbers["cost_of_transport"]
@@ -154,7 +154,7 @@ class Study:
         return min(cost, 0.5 * weights.falls) if weights.falls > 0.0 else cost
 
     def _missed(self, numbers: Mapping[str, Any], condition: Condition, run: Run) -> float:
-        """What a run costs that did not: less, the longer it stayed up and, if it should walk, the further it came."""
+        """The cost of a run that failed: less, the longer it stayed up and, if it should walk, the further it came."""
         weights, seconds = self.tune.weights, run.scenario.duration
         earned = min(1.0, numbers["time"] / seconds)
         if condition.goal == "walked":
@@ -196,7 +196,7 @@ def _slowest(run: Run) -> float:
 
 
 def by_condition(tasks: Sequence[Task], outcomes: Sequence[GainOutcome]) -> dict[str, list[GainOutcome]]:
-    """What the runs of each condition cost, in order."""
+    """Costs of the runs of each condition, in order."""
     found: dict[str, list[GainOutcome]] = {}
     for task, outcome in zip(tasks, outcomes, strict=True):
         found.setdefault(task.condition, []).append(outcome)

@@ -27,7 +27,7 @@ Record = dict[str, Any]
 
 
 class Least(NamedTuple):
-    """What putting back gains one by one came to.
+    """The result of putting back gains one by one.
 
     Attributes:
         scenario: Name of the tuning scenario, whose gait is the one that is gone back to.
@@ -43,7 +43,7 @@ class Least(NamedTuple):
     steps: list[Record]
 
     def as_dict(self) -> dict[str, Any]:
-        """What `--json` prints."""
+        """Plain data, as `--json` prints it."""
         return {"scenario": self.scenario, "gait": self.gait, "folder": label(self.folder), "steps": self.steps}
 
 

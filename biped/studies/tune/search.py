@@ -24,7 +24,7 @@ Record = dict[str, Any]
 
 
 class Tally(NamedTuple):
-    """What runs of one condition came to.
+    """Counts and costs of the runs of one condition.
 
     Attributes:
         walked: Runs that walked.
@@ -103,12 +103,12 @@ class Search:
         self._strategy = strategy(self.space, study.tune, study.scenario.seed)
         for record in journal:
             # The strategy's state follows from what it was told: replaying costs milliseconds and is exact.
-            self._told(self._ask(), record)
+            self._update(self._ask(), record)
 
     def _ask(self) -> list[np.ndarray]:
         return self._strategy.ask()
 
-    def _told(self, points: list[np.ndarray], record: Record) -> None:
+    def _update(self, points: list[np.ndarray], record: Record) -> None:
         self._strategy.tell(points, record["costs"])
         self.journal.append(record)
 

@@ -57,7 +57,7 @@ class Axis(NamedTuple):
 
 
 class Candidate(NamedTuple):
-    """What a point of the search space stands for.
+    """The gains that a point of the search space stands for.
 
     Attributes:
         gains: A complete gait.

@@ -99,7 +99,7 @@ def gait_of(text: str) -> Gains:
 
 
 class Tuned(NamedTuple):
-    """What a search found.
+    """The result of a search.
 
     Attributes:
         scenario: Name of the tuning scenario.
@@ -120,7 +120,7 @@ class Tuned(NamedTuple):
     seconds: float
 
     def as_dict(self) -> dict[str, Any]:
-        """What `--json` prints."""
+        """Plain data, as `--json` prints it."""
         found = self.found
         return {
             "scenario": self.scenario,
@@ -139,7 +139,7 @@ class Tuned(NamedTuple):
 
 
 def nothing_after(journal: list[Record], folder: Path) -> None:
-    """What is done after a generation if nobody asks for more."""
+    """Does nothing after a generation."""
 
 
 def tune(

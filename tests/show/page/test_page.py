@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from biped.base.statistics import POWER, same_rate, seen_from, smallest_drop
+from biped.base.statistics import POWER, detectable_drop, same_rate, smallest_drop
 from biped.cli.main import main
 from biped.show.page import kind_of
 from biped.show.page.campaign import chosen
@@ -227,7 +227,7 @@ def test_the_smallest_drop_is_seen_in_four_cases_of_five():
         rate = smallest_drop(walked, runs)
         assert rate is not None
         again = rng.binomial(runs, rate, 4000)
-        most = seen_from(walked, runs)
+        most = detectable_drop(walked, runs)
         assert np.mean(again <= most) == pytest.approx(POWER, abs=0.03)
         if runs <= 100:
             assert same_rate(walked, most, runs, runs) < 0.05 <= same_rate(walked, most + 1, runs, runs)

@@ -91,9 +91,9 @@ def test_values_are_in_the_units_of_a_robot_in_space():
 
 def test_gaits_in_space_have_tests_of_their_own():
     (level,), (space,) = trials_of(["level"]), trials_of(["space_level"])
-    assert study._asked_of(level.standard, "human3d") is None
-    assert study._asked_of(space.standard, "human3d") is space.standard
-    assert study._asked_of(space.standard, "calm") is None
+    assert study._required_of(level.standard, "human3d") is None
+    assert study._required_of(space.standard, "human3d") is space.standard
+    assert study._required_of(space.standard, "calm") is None
 
 
 def test_a_gait_in_space_from_command_to_table(tmp_path, capsys):
@@ -108,13 +108,13 @@ def test_a_gait_in_space_from_command_to_table(tmp_path, capsys):
 
 def test_who_is_asked_what():
     (speed,), (stop,), (level,) = (trials_of([name]) for name in ("speed", "stop", "level"))
-    family = study._asked_of(speed.standard, "robust")
+    family = study._required_of(speed.standard, "robust")
     assert family is not None
     assert (family.first, family.last) == (0.5, 1.175)
-    assert study._asked_of(speed.standard, "normal") is None
-    assert study._asked_of(stop.standard, "robust") is stop.standard
-    assert study._asked_of(stop.standard, "calm") is None
-    assert study._asked_of(level.standard, "calm") is level.standard
+    assert study._required_of(speed.standard, "normal") is None
+    assert study._required_of(stop.standard, "robust") is stop.standard
+    assert study._required_of(stop.standard, "calm") is None
+    assert study._required_of(level.standard, "calm") is level.standard
 
 
 def test_a_table_and_what_is_kept_of_it(here, capsys, monkeypatch):
