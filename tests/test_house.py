@@ -6,14 +6,14 @@ from tests.house import COUNTS, House
 
 BOUNDS = {
     "lines without dynamics/": 42_678,
-    "modules": 461,
-    "share of import lines [%]": 8.7,
-    "short modules": 40,
-    "class names that stand more than once": 37,
-    'docstrings that begin with "What"': 281,
-    "vague names": 52,
-    "branches on the kind of robot": 68,
-    "look-ups below a run": 66,
+    "modules": 452,
+    "share of import lines [%]": 8.5,
+    "short modules": 25,
+    "class names that stand more than once": 23,
+    'docstrings that begin with "What"': 135,
+    "vague names": 30,
+    "branches on the kind of robot": 61,
+    "look-ups below a run": 26,
 }
 """Most that each count may be. Who lowers a count lowers its bound; nobody raises one."""
 
