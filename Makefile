@@ -8,7 +8,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 TOOLS := $(VENV)/.tools
 # Short tests of compiled kernels: `make coverage` runs them as plain Python too.
-KERNEL_TESTS := tests/control tests/engines/rigid tests/numerics tests/engines/test_mujoco.py tests/dynamics/test_linalg.py \
+KERNEL_TESTS := tests/control tests/engines/rigid tests/numerics tests/engines/planar/test_mujoco.py tests/dynamics/test_linalg.py \
 	tests/robot/planar/test_posture.py tests/base/test_kernels.py::test_compiled_kernels_do_what_they_do_as_plain_python
 # One BLAS thread: 9x9 problems gain nothing from more and can lose milliseconds.
 export OPENBLAS_NUM_THREADS := 1

@@ -73,7 +73,7 @@ def load(name: str | Path | Loaded, *, law: Any = None, **changes: Any) -> Loade
     Args:
         name: Name in scenarios/, or path of a scenario file.
         law: A control law: `path.py:Class`, or a Python object. That is a class or function called with a `Setup`
-            before every run, or an instance, of which every run gets a copy (`biped.control.user`).
+            before every run, or an instance, of which every run gets a copy (`biped.control.planar.user`).
         **changes: Keys with their values, e.g. `**{"ground.slope": 2}`.
 
     Raises:

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from biped.engines.mujoco import simulate
+from biped.engines.planar.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.measure.columns import COLUMNS, WIDTH
 from biped.measure.trajectory import Trajectory

@@ -10,10 +10,10 @@ import numpy as np
 
 from biped.base.files import folder
 from biped.base.jit import kernel
-from biped.control.allocation import joint_torques
-from biped.control.sensing import sense_links
-from biped.control.setup import controller_record
-from biped.control.tick import pushing_tick, thesis_tick
+from biped.control.planar.allocation import joint_torques
+from biped.control.planar.sensing import sense_links
+from biped.control.planar.setup import controller_record
+from biped.control.planar.tick import pushing_tick, thesis_tick
 from biped.ensemble.plan import Plan
 from biped.measure.columns import WIDTH
 from biped.robot.planar.build import compile_foreign
@@ -96,7 +96,7 @@ class Bench:
 
     Args:
         scenario: What the controller is told; torque limits are lifted unless it sets them.
-        general: Whether torques are those of `biped.control.allocation` even where the floating coordinates give them.
+        general: Whether torques are those of `biped.control.planar.allocation` even where floating ones suffice.
     """
 
     def __init__(self, scenario: Scenario | None = None, general: bool = False):

@@ -1,15 +1,27 @@
-"""What an engine needs of any control law, the thesis's or a user's own."""
+"""A law of a robot of any kind: found by name, in the user's file or handed over; asked at every tick; checked."""
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NamedTuple, NoReturn, Protocol, get_args
 
+import mujoco
 import numpy as np
 
 from biped.base.errors import InputError
-
-Tick = Callable[[int, float], int]
+from biped.base.files import label
+from biped.control.loading import in_words, interrupts, load_law, said, signal_names
+from biped.control.observation import Observation
+from biped.robot.build import Command
+from biped.robot.robot import Robot
+from biped.robot.run import Run
+from biped.scenario.gains import Gains
+from biped.scenario.keys import Scenario
+from biped.scenario.laws import BUILT_IN, own_law
 
 
 class Signals(NamedTuple):
@@ -42,27 +54,171 @@ class Raised(InputError):
         self.tick, self.cause, self.traceback = tick, cause, traceback
 
 
-class Law(Protocol):
-    """What an engine needs of a control law.
-
-    A law is bound to the measured coordinates of one run and ticks through it; what it wants is left in `u` and `Q_d`.
+@dataclass(frozen=True)
+class Setup:
+    """What a law is told before the run.
 
     Attributes:
-        u: (6,) joint torques of the latest tick [N m].
-        Q_d: (9,) desired generalized forces of the latest tick.
-        record: (1,) `biped.control.record.CONTROL`, which senses contacts and says what a fall is.
-        signals: What it logs of its own.
+        scenario: The scenario.
+        gains: Of its gait file, if it names one; otherwise each is None.
+        robot: What the robot is: names of its coordinates, actuators and feet.
+        model: A copy of what MuJoCo steps, as the model file says it and on level ground.
+        path: The model file.
+        tick: [s] between calls.
+        torque_limit: (nu,) [N m].
+        q: (nq,) coordinates that the run starts with.
+        v: (nv,) velocities.
     """
 
-    u: np.ndarray
-    Q_d: np.ndarray
-    record: np.ndarray
-    signals: Signals
+    scenario: Scenario
+    gains: Gains
+    robot: Robot
+    model: mujoco.MjModel
+    path: Path
+    tick: float
+    torque_limit: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
 
-    @property
-    def tick(self) -> Tick:
-        """One control tick (k, time [s]) from the bound measurements; returns a status of `biped.control.tick`."""
+
+class Law(Protocol):
+    """What a law must be. Its class is called with a `Setup` before every run.
+
+    It may have a class attribute `command`, which says what `torques` returns: "torque" [N m] of every actuator's joint
+    (the default); "position" or "velocity", targets [rad, rad/s] of servos there; or "generalized", a force (nv,) for
+    every velocity, which no robot can do. And `signals`, a dict of numbers that are logged.
+    """
+
+    def torques(self, sensed: Observation) -> np.ndarray:
+        """(nu,) what its actuators are commanded, until the next tick."""
         ...
+
+
+def maker_of(run: Run) -> tuple[Callable[[Setup], Any], str, str]:
+    """What makes the run's law, what it is called in errors, and the file of its lines.
+
+    Raises:
+        InputError: The user's file is not trusted or cannot be loaded.
+    """
+    law, given = run.scenario.law or "", run.law
+    if given is not None:
+        return given.make, f"law: {given.name.rpartition(':')[2]}", given.file
+    if not own_law(law):
+        module, _, kind = BUILT_IN[law].place.partition(":")
+        found = import_module(module)
+        return getattr(found, kind), f"law: {law}", found.__file__ or ""
+    file, _, kind = law.rpartition(":")
+    return load_law(law, run.scenario.law_sha256), f"law: {label(Path(file))}:{kind}", file
+
+
+def command_of(make: Any, scenario: Scenario, name: str) -> Command:
+    """What a law returns.
+
+    Raises:
+        InputError: Nothing that it can.
+    """
+    said_so: Any = getattr(make, "command", "torque")
+    command: Any = said_so(scenario) if callable(said_so) else said_so
+    if command not in get_args(Command):
+        raise InputError(f"{name}: command: expected one of {', '.join(get_args(Command))}, got {command!r:.60}", "law")
+    return command
+
+
+class Commander:
+    """A law of any robot: made before the run, called at every tick, and held to finite numbers.
+
+    Args:
+        make: Makes it.
+        name: What it is called in errors.
+        file: The file of its lines.
+        setup: What is known before the run.
+        size: How many numbers it must return.
+        count: Ticks of the run.
+
+    Attributes:
+        law: What was made.
+        size: As given.
+        signals: What it logs of its own.
+
+    Raises:
+        InputError: It cannot be made.
+    """
+
+    def __init__(self, make: Callable[[Setup], Any], name: str, file: str, setup: Any, size: int, count: int):
+        self._name, self._file, self.size = name, file, size
+        try:
+            self.law = make(setup)
+            torques, signals = getattr(self.law, "torques", None), getattr(self.law, "signals", {})
+        except InputError:
+            raise
+        except BaseException as error:
+            if interrupts(error):
+                raise
+            what = f"{name}: {name.rpartition(':')[2].strip()}(setup) raised {said(error, file)}"
+            raise InputError(what, "law") from error
+        if not callable(torques):
+            raise InputError(f"{name}: expected a method torques(sensed) that returns {size} numbers", "law")
+        names = signal_names(signals, lambda what: InputError(f"{name}: {what}", "law"))
+        self.signals = Signals(names, np.full((count if names else 0, len(names)), np.nan))
+
+    def command(self, k: int, sensed: Any) -> np.ndarray:
+        """(size,) what it commands at tick k; whether that is finite is for whoever applies it (`refuse`).
+
+        Raises:
+            Raised: It raised, or returned something else.
+        """
+        try:
+            out = self.law.torques(sensed)
+        except BaseException as error:
+            if interrupts(error):
+                raise
+            self._fail(k, sensed.time, f"raised {type(error).__name__}", said(error, self._file), error)
+        if type(out) is not np.ndarray or out.dtype != np.float64 or out.shape != (self.size,):
+            out = self._numbers(k, sensed.time, out)
+        if self.signals.names:
+            self._note(k, sensed.time)
+        return out
+
+    def _numbers(self, k: int, time: float, command: object) -> np.ndarray:
+        """(size,) what a law returned, as floats."""
+        try:
+            out = numbers(command)
+        except BaseException as error:
+            if interrupts(error):
+                raise
+            self._fail(k, time, _NOTHING, f"expected {self.size} numbers, got {in_words(repr, command):.100}")
+        if out.shape != (self.size,):
+            got = "nothing" if command is None else f"shape {out.shape}"
+            self._fail(k, time, _NOTHING, f"expected {self.size} numbers, got {got}")
+        return out
+
+    def refuse(self, k: int, time: float, command: np.ndarray) -> NoReturn:
+        """Ends a run whose law commanded something that is not finite.
+
+        Raises:
+            Raised: Always.
+        """
+        self._fail(k, time, _NOTHING, f"expected finite numbers, got {command.tolist()!s:.200}")
+
+    def _note(self, k: int, time: float) -> None:
+        try:
+            self.signals.values[k] = [self.law.signals[name] for name in self.signals.names]
+        except BaseException as error:
+            if interrupts(error):
+                raise
+            self._fail(
+                k, time, "left no signals", f"expected numbers of the names it began with: {in_words(repr, error):.100}"
+            )
+
+    def _fail(self, k: int, time: float, what: str, why: str, error: BaseException | None = None) -> NoReturn:
+        trace = "" if error is None else "".join(traceback.format_exception(error))
+        words = f": {why}" if error is None else f" raised {why}"
+        raise Raised(
+            f"{self._name}: torques() at t = {time:g} s{words}", k, f"{self._name} {what} at {time:.3f} s: {why}", trace
+        ) from error
+
+
+_NOTHING = "returned no torques"
 
 
 def numbers(told: object) -> np.ndarray:

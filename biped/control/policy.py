@@ -25,9 +25,9 @@ from biped.base.files import nearest
 from biped.robot.leg_states import STATES
 
 if TYPE_CHECKING:
-    from biped.control.general.law import Setup as AnySetup
-    from biped.control.general.sensed import Sensed as AnySensed
-    from biped.control.user import Sensed, Setup
+    from biped.control.law import Setup
+    from biped.control.observation import Observation
+    from biped.control.planar.user import PlanarObservation, PlanarSetup
     from biped.robot.robot import Robot
 
 NEEDS = "a policy network needs onnxruntime, which is not installed; pip install 'biped[onnx]'"
@@ -57,7 +57,7 @@ class Policy:
     damping: ClassVar[float | Sequence[float]] = 0.0
     rate: ClassVar[float | None] = None
 
-    def __init__(self, setup: Setup | AnySetup):
+    def __init__(self, setup: Setup | PlanarSetup):
         if self.action not in ("torque", "position"):
             raise ValueError(f"action: expected 'torque' or 'position', got {self.action!r}")
         self._seen = places(setup.robot, self.observations)
@@ -108,7 +108,7 @@ def names_of(robot: Robot) -> list[str]:
     ]  # fmt: skip
 
 
-def everything(sensed: Sensed) -> np.ndarray:
+def everything(sensed: PlanarObservation) -> np.ndarray:
     """All that `names_of` names, in its order."""
     states = (sensed.state[:, None] == np.arange(1, STATES + 1)).ravel()
     return np.concatenate(
@@ -142,7 +142,7 @@ def names_of_any(robot: Robot) -> list[str]:
     ]  # fmt: skip
 
 
-def everything_of(sensed: AnySensed) -> np.ndarray:
+def everything_of(sensed: Observation) -> np.ndarray:
     """All that `names_of_any` names, in its order."""
     base, gravity = sensed.base, sensed.gravity
     return np.concatenate(

@@ -1,51 +1,109 @@
-"""What stands between the biped and the controller: noise, delay and resolution of the measured coordinates.
+"""What a law is told of a robot of any kind: measured coordinates, and the mechanics of the model file at them.
 
-Imported only by runs whose scenario has sensors; without them the controller reads the engine's state itself.
+Imported only by runs whose scenario has sensors or a truth of its own; without them a law reads the engine's state.
+Contacts and their forces are told as they are.
 """
 
 from __future__ import annotations
 
+import math
+
+import mujoco
 import numpy as np
 
-from biped.control.loop import measure
-from biped.robot.planar.topology import NQ, PITCH
+from biped.robot.robot import Robot
 from biped.robot.run import Run
+from biped.scenario.senses import Gyro
 from biped.scenario.vary import stream
 
+_HINGE = mujoco.mjtJoint.mjJNT_HINGE
 
-class Sensors:
-    """Measured coordinates of one run.
+
+class CoordinateSensors:
+    """Measurements of one run.
 
     Args:
-        run: The run; its seed fixes the noise.
-        q: (9,) true joint coordinates, live.
-        v: (9,) true joint velocities, live.
-        count: Number of control ticks.
+        run: The run; its seed fixes noises and zeros.
+        model: What the law knows, which is its own: nothing is stepped or in contact in it.
+        robot: What it is.
+        tick: [s] between measurements.
 
     Attributes:
-        q: (9,) measured joint coordinates, live.
-        v: (9,) measured joint velocities, live.
-        noise: (2, count, 9) normal numbers of coordinates and velocities; by `deviation` they are what is added.
-        deviation: (2, 9) [m, rad; m/s, rad/s].
-        past: (delay + 1, 2, 9) latest true coordinates and velocities.
-        resolution: [rad] of the angles; 0: exact.
+        model: As given.
+        data: What is measured, with what `mj_step1` computes at it.
     """
 
-    def __init__(self, run: Run, q: np.ndarray, v: np.ndarray, count: int):
-        s = run.scenario
-        sensors = s.sensors
-        self._true_q, self._true_v = q, v
-        self.q, self.v = np.array(q), np.array(v)
-        rng = stream(run.seed, "sensors")
-        self.noise = rng.standard_normal((2, count, 9))
-        self.deviation = np.array([
-            [sensors.height_noise] * PITCH + [sensors.angle_noise] * (NQ - PITCH),
-            [0.0] * PITCH + [sensors.rate_noise] * (NQ - PITCH),
-        ])  # fmt: skip
-        self.past = np.zeros((round(sensors.delay * s.simulation.control_rate) + 1, 2, 9))
-        self.resolution = float(sensors.quantisation)
+    def __init__(self, run: Run, model: mujoco.MjModel, robot: Robot, tick: float):
+        sensors = run.scenario.sensors
+        self.model, self.data = model, mujoco.MjData(model)
+        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+        place, turning, self._joints = _coordinates(model, robot)
+        self._about = np.array(robot.base_columns[-1:] if robot.planar else robot.base_columns[3:])
+        # [m, rad] and [m/s, rad/s] of every velocity's coordinate and of its rate
+        self._deviation = np.where(place, sensors.height_noise, np.where(turning, sensors.angle_noise, 0.0))
+        self._rate_deviation = np.where(turning, sensors.rate_noise, 0.0)
+        self._rng = stream(run.seed, "sensors")
+        self._zeros = np.where(self._joints, sensors.zero_error, 0.0) * stream(
+            run.seed, "sensors.zeros"
+        ).standard_normal(model.nv)
+        self._columns = np.flatnonzero(self._joints)
+        self._places = np.array([model.jnt_qposadr[model.dof_jntid[column]] for column in self._columns], dtype=int)
+        self._resolution = float(sensors.quantisation)
+        self._past: list[tuple[np.ndarray, np.ndarray]] = []
+        self._delay = round(sensors.delay / tick)
+        gyro, rate = sensors.gyro, run.scenario.simulation.control_rate
+        self._gyro = None if gyro is None else _Gyro(gyro, run.seed, rate, len(self._about))
 
-    def measure(self, k: int) -> None:
-        """Updates the measurements at control tick k."""
-        past, resolution = self.past, self.resolution
-        measure(k, self._true_q, self._true_v, self.noise, self.deviation, past, resolution, self.q, self.v)
+    def measure(self, q: np.ndarray, v: np.ndarray) -> None:
+        """Takes in the true coordinates (nq,) and velocities (nv,) of a tick: late, noisy, rounded."""
+        self._past.append((q.copy(), v.copy()))
+        late_q, late_v = self._past[0]
+        if len(self._past) > self._delay:
+            self._past.pop(0)
+        model, data, rng = self.model, self.data, self._rng
+        noise, rate_noise = rng.standard_normal((2, model.nv))
+        data.qpos[:] = late_q
+        mujoco.mj_integratePos(model, data.qpos, self._zeros + self._deviation * noise, 1.0)
+        data.qvel[:] = late_v + self._rate_deviation * rate_noise
+        if self._resolution > 0.0:
+            data.qpos[self._places] = np.rint(data.qpos[self._places] / self._resolution) * self._resolution
+        if self._gyro is not None:
+            data.qvel[self._about] = self._gyro.read(v[self._about])
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fwdVelocity(model, data)
+
+
+class _Gyro:
+    """Reads the base's angular velocity: biased, noisy, clipped, filtered.
+
+    Args:
+        gyro: Its keys.
+        seed: The run's.
+        rate: [Hz] of samples.
+        axes: How many.
+    """
+
+    def __init__(self, gyro: Gyro, seed: int, rate: float, axes: int):
+        self._bias, self._range = math.radians(gyro.bias), math.radians(gyro.range)
+        self._deviation, self._follow = gyro.deviation(rate), gyro.follow(rate)
+        self._rng, self._axes = stream(seed, "sensors.gyro"), axes
+        self._filtered: np.ndarray | None = None
+
+    def read(self, rate: np.ndarray) -> np.ndarray:
+        """(axes,) [rad/s] of the true rates."""
+        seen = rate + self._bias + self._deviation * self._rng.standard_normal(self._axes)
+        seen = np.clip(seen, -self._range, self._range)
+        before = seen if self._filtered is None else self._filtered
+        self._filtered = before + self._follow * (seen - before)
+        return self._filtered
+
+
+def _coordinates(model: mujoco.MjModel, robot: Robot) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(nv,) each: velocities that move the base along, that turn something, and those of hinges that are joints."""
+    kinds = model.jnt_type[model.dof_jntid]
+    base = np.zeros(model.nv, dtype=bool)
+    base[list(robot.base_columns)] = True
+    along = np.zeros(model.nv, dtype=bool)
+    along[list(robot.base_columns[: 2 if robot.planar else 3])] = True
+    slides = kinds == mujoco.mjtJoint.mjJNT_SLIDE
+    return along, ~along & ~slides, (kinds == _HINGE) & ~base

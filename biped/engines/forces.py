@@ -1,55 +1,178 @@
-"""What MuJoCo's constraint solver leaves behind, read into the log: forces of ground and knee stops."""
+"""Forces of the ground, as MuJoCo's solver found them, on the contact points that are nearest to where they act."""
 
 from __future__ import annotations
 
-from biped.base.jit import inner_kernel
-from biped.engines.planes import above, turned
-from biped.measure.columns import FORCE, STOP, Q
-from biped.robot.planar.topology import KNEE
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from biped.base.jit import inner_kernel, kernel
+from biped.robot.robot import Robot
+
+
+class Contacts(NamedTuple):
+    """MuJoCo's contacts; a step's are new arrays, the last two apart.
+
+    Attributes:
+        geoms: (n, 2) numbers of geoms.
+        place: (n, 3) [m].
+        gap: (n,) [m] between the geoms.
+        is_ground: (ngeom,) whether a geom is ground.
+        foot: (ngeom,) number of the foot that a geom belongs to, -1 if none.
+    """
+
+    geoms: np.ndarray
+    place: np.ndarray
+    gap: np.ndarray
+    is_ground: np.ndarray
+    foot: np.ndarray
+
+
+class Solved(NamedTuple):
+    """The solver's forces in the contacts.
+
+    Attributes:
+        force: (nefc,) of constraint rows.
+        row: (n,) first row of each contact; -1 where it has none.
+        size: (n,) number of its directions.
+        axes: (n, 9) its frame: normal from the first geom to the second, then two tangents.
+        friction: (n, 5) its coefficients.
+    """
+
+    force: np.ndarray
+    row: np.ndarray
+    size: np.ndarray
+    axes: np.ndarray
+    friction: np.ndarray
+
+
+class GroundContacts:
+    """Reads contacts with the ground.
+
+    Args:
+        model: What is stepped.
+        data: Its state.
+        robot: What it is.
+        planes: Numbers of the geoms that are ground, where it is not level.
+
+    Attributes:
+        pyramidal: Whether friction cones are pyramids.
+    """
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, planes: np.ndarray | None = None):
+        self._data = data
+        self._is_ground = np.zeros(model.ngeom, dtype=bool)
+        self._is_ground[robot.ground if planes is None else planes] = True
+        of_body = np.full(model.nbody, -1)
+        for number, foot in enumerate(robot.feet):
+            # Where the ground is not level geoms have other numbers than in the file.
+            on = foot.bodies if planes is not None else [model.geom_bodyid[geom] for geom in foot.geoms]
+            of_body[list(on)] = number
+        self._foot = of_body[model.geom_bodyid]
+        self.pyramidal = model.opt.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL
+
+    def examples(self) -> tuple[Contacts, Solved]:
+        """Both for compiling, with arrays that are laid out as MuJoCo's are: with gaps between their rows."""
+        number, apart = np.zeros((2, 4), np.int32)[:, ::2], np.zeros((2, 4))[:, ::2]
+        contacts = Contacts(number, apart, apart[:, 0], self._is_ground, self._foot)
+        return contacts, Solved(np.zeros(2), number[:, 0], number[:, 0], apart, apart)
+
+    def now(self) -> Contacts:
+        """The contacts that there are."""
+        contact = self._data.contact
+        return Contacts(contact.geom, contact.pos, contact.dist, self._is_ground, self._foot)
+
+    def solved(self) -> Solved:
+        """Their forces, after a step."""
+        data, contact = self._data, self._data.contact
+        return Solved(data.efc_force, contact.efc_address, contact.dim, contact.frame, contact.friction)
 
 
 @inner_kernel
-def log_forces(log, k, efc_force, place, points, radius, contacts, stops, pyramid, planes):
-    """Writes the forces of ground and knee stops in the physics step that began at row k.
-
-    MuJoCo lists joint limits first, then the contacts that exist in pair order. An elliptic cone has three rows each:
-    normal, lateral and backward; a pyramid four edges, normal ± friction · lateral, then ± backward. A limit or contact
-    exists where the joint or point is beyond it (no margin).
+def nearest_point(points, feet, contacts, c):
+    """Number of the contact point that is nearest to contact c of its foot with the ground; -1 of any other contact.
 
     Args:
-        log: The log.
-        k: Row; its configuration is the one the step began with.
-        efc_force: (nefc,) MuJoCo's constraint forces [N, N m].
-        place: (ngeom, 3) [m] geom positions in that configuration.
-        points: (4,) numbers of the contact points' geoms.
-        radius: [m] of those geoms.
-        contacts: (4,) points in the order in which MuJoCo lists contacts.
-        stops: (2,) stops in the order in which MuJoCo lists joint limits.
-        pyramid: Coefficient of friction of a pyramidal cone; 0 for an elliptic one.
-        planes: `biped.engines.planes.Planes`, of the same step.
+        points: (P, 3) [m].
+        feet: (P,) their feet.
+        contacts: `Contacts`.
+        c: Number of the contact.
     """
-    rows = 4 if pyramid > 0.0 else 3
-    touching = 0
-    for i in range(points.size):
-        if above(planes, place, points, i) < radius:
-            touching += 1
-    at = efc_force.size - rows * touching
-    limit = 0
-    for leg in stops:
-        log[k, STOP + leg] = 0.0
-        if log[k, Q + KNEE[leg]] > 0.0 and limit < at:
-            log[k, STOP + leg] = -efc_force[limit]
-            limit += 1
-    for i in contacts:
-        log[k, FORCE + 2 * i] = 0.0
-        log[k, FORCE + 2 * i + 1] = 0.0
-        if at >= 0 and above(planes, place, points, i) < radius:
-            if pyramid > 0.0:
-                log[k, FORCE + 2 * i] = -pyramid * (efc_force[at + 2] - efc_force[at + 3])
-                log[k, FORCE + 2 * i + 1] = efc_force[at] + efc_force[at + 1] + efc_force[at + 2] + efc_force[at + 3]
-            else:
-                log[k, FORCE + 2 * i] = -efc_force[at + 2]
-                log[k, FORCE + 2 * i + 1] = efc_force[at]
-            at += rows
-            if planes.ground[0]["count"] > 0:
-                turned(planes, i, log[k])
+    first, second = contacts.geoms[c, 0], contacts.geoms[c, 1]
+    if contacts.is_ground[first]:
+        foot = contacts.foot[second]
+    elif contacts.is_ground[second]:
+        foot = contacts.foot[first]
+    else:
+        foot = -1
+    out, least = -1, np.inf
+    for p in range(feet.size if foot >= 0 else 0):
+        if feet[p] == foot:
+            x, y, z = (contacts.place[c, 0] - points[p, 0], contacts.place[c, 1] - points[p, 1],
+                       contacts.place[c, 2] - points[p, 2])  # fmt: skip
+            away = x * x + y * y + z * z
+            if away < least:
+                out, least = p, away
+    return out
+
+
+@inner_kernel
+def _local(solved, c, pyramidal, out):
+    """Writes the force (3,) [N] on a contact's second geom, in the contact's frame."""
+    row, force = solved.row[c], solved.force
+    out[0], out[1], out[2] = 0.0, 0.0, 0.0
+    if row < 0:
+        return
+    size = solved.size[c]
+    if not pyramidal:
+        for i in range(min(size, 3)):
+            out[i] = force[row + i]
+        return
+    if size == 1:
+        out[0] = force[row]
+        return
+    for i in range(2 * (size - 1)):
+        out[0] += force[row + i]
+    for i in range(min(size - 1, 2)):
+        out[i + 1] = (force[row + 2 * i] - force[row + 2 * i + 1]) * solved.friction[c, i]
+
+
+@kernel
+def add_forces(points, feet, contacts, solved, pyramidal, work, force, total):
+    """Adds the ground's forces in the latest step.
+
+    Args:
+        points: (P, 3) [m] contact points when the tick began.
+        feet: (P,) their feet.
+        contacts: `Contacts` of the step.
+        solved: `Solved`, likewise.
+        pyramidal: Whether friction cones are pyramids.
+        work: (P + 3, 3) work space.
+        force: (P, 3) [N] on the contact points.
+        total: (3,) [N] on the whole robot, its feet or other parts.
+    """
+    size = feet.size
+    work[: size + 1] = 0.0
+    whole, local, world = work[size], work[size + 1], work[size + 2]
+    for c in range(contacts.gap.size):
+        side = 0.0
+        if contacts.is_ground[contacts.geoms[c, 0]]:
+            side += 1.0
+        if contacts.is_ground[contacts.geoms[c, 1]]:
+            side -= 1.0
+        if side == 0.0:
+            continue
+        _local(solved, c, pyramidal, local)
+        axes = solved.axes[c]
+        for i in range(3):
+            world[i] = side * (local[0] * axes[i] + local[1] * axes[3 + i] + local[2] * axes[6 + i])
+        p = nearest_point(points, feet, contacts, c)
+        for i in range(3):
+            whole[i] += world[i]
+            if p >= 0:
+                work[p, i] += world[i]
+    for i in range(3):
+        total[i] += whole[i]
+        for p in range(size):
+            force[p, i] += work[p, i]

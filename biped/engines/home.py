@@ -7,13 +7,12 @@ meaning here.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from biped.base.jit import COMPILED
-from biped.control.loop import Control
-from biped.engines.loop import Physics, drive
+from biped.control.planar.loop import Control
+from biped.engines.loop import drive
+from biped.engines.planar.plant import Physics, PlanarPlant
 from biped.engines.rigid.events import advance, touch_down
 from biped.engines.rigid.record import rigid_record
 from biped.engines.rigid.walk import log_impulses, walk_rigid
@@ -55,12 +54,14 @@ def simulate_with_ledger(run: Run) -> tuple[Trajectory, np.ndarray]:
         advance(rigid, q, v, tick / steps, steps)
         log_impulses(rigid, log, k, tick)
 
-    def walk(control: Control, log: np.ndarray, first: int, last: int) -> tuple[int, int]:
-        return walk_rigid(rigid, control, q, v, applied, tick / steps, steps, log, first, last)
+    def walk(control: Control, fall: np.ndarray, log: np.ndarray, first: int, last: int) -> tuple[int, int]:
+        return walk_rigid(rigid, control, fall, q, v, applied, tick / steps, steps, log, first, last)
 
     applied = w["acting"]["Q"] if s.actuation.mode == "generalized" else w["acting"]["Q"][BASE:]
-    trajectory = drive(
-        run, Physics(run.true_tree, q, v, applied, run.robot.bodies, push, step, walk if COMPILED else None)
-    )
-    capped = int(w["ledger"]["capped"])
-    return replace(trajectory, warnings={"chattering_steps": capped} if capped else {}), rigid
+
+    def warnings() -> dict[str, int]:
+        capped = int(w["ledger"]["capped"])
+        return {"chattering_steps": capped} if capped else {}
+
+    physics = Physics(run.true_tree, q, v, applied, run.robot.bodies, push, step, walk if COMPILED else None, warnings)
+    return drive(PlanarPlant(run, physics), distrust=False), rigid

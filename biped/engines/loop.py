@@ -1,111 +1,109 @@
-"""What both engines do the same way: tick the law and the physics in turn, push, and say how the run ended."""
+"""The loop of every run: a law ticks and the physics steps, span by span, until the end, a fall or a broken number.
+
+What is stepped is a *plant*. An engine is a module with `simulate(run)`, which makes a plant and hands it to `drive`;
+where law and physics are compiled together the plant's `advance` is one call of compiled code, otherwise `in_python`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
+import mujoco
 import numpy as np
 
-from biped.control.controller import ThesisLaw, law_of
-from biped.control.estimator import Inference, infer, judged
-from biped.control.law import Law, Raised
-from biped.control.loop import Control, within_line
-from biped.control.smoothing import fraction
-from biped.control.tick import GOING, LOW, TILTED
+from biped.control.law import Raised
+from biped.engines.fall import GOING, NOT_FINITE, RAISED
 from biped.engines.spans import push_spans
-from biped.measure.columns import Q_D, WIDTH, Q, U, V
-from biped.measure.trajectory import Trajectory
-from biped.robot.planar.topology import NQ, PITCH, X
-from biped.robot.planar.tree import Tree
-from biped.robot.robot import Robot
 from biped.robot.run import Run
-from biped.scenario.keys import Sensors as SensorKeys
-from biped.scenario.pushing import pieces
-
-if TYPE_CHECKING:
-    from biped.control.senses import Senses
-    from biped.control.sensors import Sensors
-
-NO_SENSORS = SensorKeys()
-RAISED = -1
-"""Status of a tick at which a law of the user's own failed."""
 
 MOST = 10_000
-"""Ticks of one call of compiled code, which an interrupt has to wait for."""
-
-_STILL = 0.2
-"""[m/s, rad] below which a fall has no direction."""
+"""Ticks of one call of a plant, which an interrupt has to wait for."""
 
 
-class Physics(NamedTuple):
-    """What an engine lends the loop; arrays are live.
+class Ending(NamedTuple):
+    """How a run ended.
 
     Attributes:
-        tree: Lengths and masses of the biped that walks.
-        q: (9,) joint coordinates [m, rad].
-        v: (9,) joint velocities.
-        applied: Joint torques (6,), or with `generalized` actuation generalized forces (9,), that act.
-        bodies: Names of the bodies that can be pushed.
-        push: Called where pushes change with forces (len(bodies), 2) [N] along and normal to the ground.
-        step: Called with (k, log) to move the physics through tick k and to log its ground forces.
-        walk: Called with (control, log, first, last) for ticks first … last - 1 in compiled code; returns the last
-            tick's status and the number of ticks that are logged. None: there is no such code.
+        end: `completed`, `fell`, `diverged` or `raised`.
+        cause: In words; empty for a completed run.
+        traceback: Of a law that raised.
+        warnings: How often the engine warned of what.
     """
 
-    tree: Tree
-    q: np.ndarray
-    v: np.ndarray
-    applied: np.ndarray
-    bodies: Sequence[str]
-    push: Callable[[np.ndarray], None]
-    step: Callable[[int, np.ndarray], None]
-    walk: Callable[[Control, np.ndarray, int, int], tuple[int, int]] | None
+    end: str
+    cause: str = ""
+    traceback: str = ""
+    warnings: dict[str, int] = {}  # noqa: RUF012 – never changed
 
 
-def drive(run: Run, physics: Physics) -> Trajectory:
-    """Simulates a run to its end, a fall or a number that is not finite.
+class Plant(Protocol):
+    """What the loop asks of an engine; a law's ticks are the plant's, since compiled laws tick in compiled loops.
 
-    The thesis's law and the physics tick in one compiled loop between pushes, where the engine has one; a user's law
-    ticks in Python.
+    Attributes:
+        run: The run that is simulated.
+    """
+
+    run: Run
+
+    @property
+    def bodies(self) -> Sequence[str]:
+        """Names of the bodies that can be pushed."""
+        ...
+
+    def turned(self, force: tuple[float, ...]) -> np.ndarray:
+        """A push (d,) [N] in the ground's frame."""
+        ...
+
+    def push(self, forces: np.ndarray, /) -> None:
+        """Has forces (len(bodies), d) [N] act from the next tick on."""
+        ...
+
+    def advance(self, first: int, last: int, /) -> tuple[int, int]:
+        """Ticks first … last - 1: the last one's status (`biped.engines.fall`), and the number of rows logged by now.
+
+        Raises:
+            Raised: The law failed.
+        """
+        ...
+
+    def fall(self, status: int, row: int) -> str:
+        """How the robot fell at a row of the log, in words."""
+        ...
+
+    def velocities(self, row: int) -> tuple[Sequence[str], np.ndarray]:
+        """Names and values of the velocities in a row of the log."""
+        ...
+
+    def warnings(self) -> dict[str, int]:
+        """How often the engine has warned of what."""
+        ...
+
+    def trajectory(self, rows: int, ending: Ending) -> Any:
+        """The trajectory of so many rows."""
+        ...
+
+
+def drive(plant: Plant, distrust: bool = True) -> Any:
+    """Simulates a run.
 
     Args:
-        run: A concrete run.
-        physics: What moves the biped.
+        plant: What moves the robot.
+        distrust: Whether a warning means that the numbers are wrong: what falls because they exploded has not fallen.
 
     Returns:
-        What the run left behind.
+        The plant's trajectory.
 
     Raises:
-        InputError: A push names a body the model lacks, or a user's law misbehaves at the first tick.
+        InputError: A push names a body the model lacks, or the law misbehaves at the first tick.
     """
-    s = run.scenario
-    tick = 1.0 / s.simulation.control_rate
-    count = round(s.duration * s.simulation.control_rate)
-    log = np.zeros((count, WIDTH))
-    sensors, senses = _sensors(run, physics, count), _senses(run, physics, count)
-    between = sensors if senses is None else senses
-    q, v = (physics.q, physics.v) if between is None else (between.q, between.v)
-    estimator = () if senses is None else (senses.inference,)
-    law = law_of(run, run.tree, q, v, log)
-    generalized = s.actuation.mode == "generalized"
-    wanted, logged = (law.Q_d, Q_D) if generalized else (law.u, U)
-    follow = fraction(s.actuation.lag, tick)
-    line = _line(run)
-    if physics.walk is not None and isinstance(law, ThesisLaw) and not law.python:
-        pushing = (True,) if law.c["push"]["on"] else ()
-        control = Control(law.record, law.changes, q, v, *_between(sensors), wanted, logged, follow, tick, pushing,
-                          line, estimator)  # fmt: skip
-        walk = partial(physics.walk, control, log)
-    else:
-        walk = _in_python(physics, law, sensors, (estimator, q, v), line, wanted, logged, follow, tick, log)
+    run = plant.run
     status, done, raised = GOING, 0, None
-    for first, last, forces in push_spans(s, physics.bodies, partial(turned, s.ground.slope), count, tick):
-        physics.push(forces)
-        for start in range(first, last, MOST):
+    for start, stop, forces in push_spans(run.scenario, plant.bodies, plant.turned, run.ticks, run.tick):
+        plant.push(forces)
+        for first in range(start, stop, MOST):
             try:
-                status, done = walk(start, min(last, start + MOST))
+                status, done = plant.advance(first, min(stop, first + MOST))
             except Raised as error:
                 if error.tick == 0:
                     raise
@@ -114,139 +112,46 @@ def drive(run: Run, physics: Physics) -> Trajectory:
                 break
         if status != GOING:
             break
-    end, cause = _ending(status, log[:done], run.robot) if raised is None else ("raised", raised.cause)
-    log = log[:done]
-    if law.signals.names:
-        log = np.hstack([log, law.signals.values[:done]])
-    return Trajectory(
-        log=log,
-        tick=tick,
-        tree=physics.tree,
-        slope=s.ground.slope,
-        generalized=generalized,
-        torque_limit=run.torque_limits,
-        pushes=tuple((p.start, p.end, p.force[0], p.force[1], p.body) for p in pieces(s)),
-        end=end,
-        cause=cause,
-        warnings={},
-        robot=run.robot,
-        inferred=None if senses is None else senses.noted[:done],
-        signal_names=law.signals.names,
-        traceback="" if raised is None else raised.traceback,
-        ground=run.profile,
-        changes=tuple(change.at for change in s.change),
-    )
+    return plant.trajectory(done, _ending(plant, status, done, raised, distrust))
 
 
-def _line(run: Run) -> tuple[np.ndarray, ...]:
-    """The torque-speed line of the run's motors, if it is to keep within it."""
-    if not run.scenario.actuation.motors or (motor := run.robot.motor) is None:
-        return ()
-    return (np.array([motor.stall, motor.free]),)
+def in_python(tick: Callable[[int], int], step: Callable[[int], None]) -> Callable[[int, int], tuple[int, int]]:
+    """`Plant.advance` tick by tick, for laws and engines that are not compiled.
 
+    Args:
+        tick: Logs the state of a tick, judges it and has the law decide; returns its status.
+        step: Steps the physics to the next tick.
+    """
 
-def _senses(run: Run, physics: Physics, count: int) -> Senses | None:
-    """The run's encoders, gyro, switches and estimator, or None if the controller is told its posture."""
-    if run.scenario.estimator is None:
-        return None
-    from biped.control.senses import Senses
-
-    return Senses(run, run.tree, physics.q, physics.v, count)
-
-
-def _sensors(run: Run, physics: Physics, count: int) -> Sensors | None:
-    """The run's sensors, or None if the controller reads the state itself."""
-    if run.scenario.sensors == NO_SENSORS or run.scenario.estimator is not None:
-        return None
-    from biped.control.sensors import Sensors
-
-    return Sensors(run, physics.q, physics.v, count)
-
-
-def _between(sensors: Sensors | None) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Noise, its deviation, past and resolution of sensors, or nothing of each."""
-    if sensors is None:
-        return np.empty((2, 0, NQ)), np.empty((2, NQ)), np.empty((0, 2, NQ)), 0.0
-    return sensors.noise, sensors.deviation, sensors.past, sensors.resolution
-
-
-def _in_python(
-    physics: Physics,
-    law: Law,
-    sensors: Sensors | None,
-    inferred: tuple[tuple[Inference, ...], np.ndarray, np.ndarray],
-    line: tuple[np.ndarray, ...],
-    wanted: np.ndarray,
-    logged: int,
-    follow: float,
-    tick: float,
-    log: np.ndarray,
-) -> Callable[[int, int], tuple[int, int]]:
-    """The loop tick by tick in Python: for laws and engines that are not compiled."""
-    applied, step, next_tick = physics.applied, physics.step, law.tick
-    if sensors is not None:
-        next_tick = partial(_measured_tick, sensors, law, physics.q, physics.v, log)
-    elif inferred[0]:
-        next_tick = partial(_inferred_tick, inferred, law, physics.q, physics.v, log)
-    columns = slice(logged, logged + len(applied))
-
-    def walk(first: int, last: int) -> tuple[int, int]:
+    def advance(first: int, last: int) -> tuple[int, int]:
         for k in range(first, last):
-            status = next_tick(k, k * tick)
-            if status != GOING:
+            if (status := tick(k)) != GOING:
                 return status, k + 1
-            if line:
-                within_line(line, physics.v, wanted, log, k)
-            if follow == 1.0:
-                applied[:] = wanted
-            else:
-                applied[:] += follow * (wanted - applied)
-                log[k, columns] = applied
-            step(k, log)
+            step(k)
         return GOING, last
 
-    return walk
+    return advance
 
 
-def _measured_tick(
-    sensors: Sensors, law: Law, q: np.ndarray, v: np.ndarray, log: np.ndarray, k: int, time: float
-) -> int:
-    """A tick through sensors; the log keeps the true coordinates."""
-    sensors.measure(k)
-    status = law.tick(k, time)
-    log[k, Q : Q + NQ] = q
-    log[k, V : V + NQ] = v
-    return status
+def _ending(plant: Plant, status: int, done: int, raised: Raised | None, distrust: bool) -> Ending:
+    warnings, tick = plant.warnings(), plant.run.tick
+    if status == NOT_FINITE:
+        row = max(done - 2, 0)
+        names, values = plant.velocities(row)
+        worst = names[int(np.argmax(np.abs(values)))]
+        cause = f"a coordinate stopped being finite after {row * tick:.3f} s (largest: {worst})"
+        return Ending("diverged", cause, warnings=warnings)
+    if raised is not None:
+        end, cause = "raised", raised.cause
+    else:
+        end, cause = ("completed", "") if status == GOING else ("fell", plant.fall(status, done - 1))
+    if warnings and distrust:
+        doubt = f"MuJoCo warned of {', '.join(warnings)} before {max(done - 1, 0) * tick:.3f} s"
+        end, cause = "diverged", f"{doubt}; {cause}" if cause else doubt
+    return Ending(end, cause, "" if raised is None else raised.traceback, warnings)
 
 
-def _inferred_tick(
-    inferred: tuple[tuple[Inference, ...], np.ndarray, np.ndarray],
-    law: Law, q: np.ndarray, v: np.ndarray, log: np.ndarray, k: int, time: float,
-) -> int:  # fmt: skip
-    """A tick of a law that is told what the robot infers; the log keeps the true coordinates."""
-    estimator, out_q, out_v = inferred
-    infer(estimator, law.record, q, v, log, k, out_q, out_v)
-    return judged(estimator, law.record, q, v, log, k, law.tick(k, time))
-
-
-def turned(slope: float, force: tuple[float, ...]) -> np.ndarray:
-    """(2,) of a force forward and up, along and normal to a slope [degrees]."""
-    angle = np.radians(slope)
-    return np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]) @ np.array(force)
-
-
-def _ending(status: int, log: np.ndarray, robot: Robot) -> tuple[str, str]:
-    if status == GOING:
-        return "completed", ""
-    time = log[-1, 0] if len(log) > 1 else 0.0
-    if status in (LOW, TILTED):
-        # A torso held upright over toppling legs falls the way it moves; otherwise the way it leans.
-        way = log[-1, V + X] if status == LOW else -log[-1, Q + PITCH]
-        way = "collapsed" if abs(way) < _STILL else "fell forward" if way > 0.0 else "fell backward"
-        return "fell", f"{way} at {time:.3f} s"
-    before = log[-2, Q : Q + NQ] if len(log) > 1 else log[0, Q : Q + NQ]
-    worst = robot.q_names[int(np.argmax(np.abs(before)))]
-    return (
-        "diverged",
-        f"a coordinate stopped being finite after {log[max(len(log) - 2, 0), 0]:.3f} s (largest: {worst})",
-    )
+def mujoco_warnings(data: mujoco.MjData) -> dict[str, int]:
+    """How often MuJoCo warned of what."""
+    counts = data.warning.number
+    return {mujoco.mjtWarning(i).name.removeprefix("mjWARN_").lower(): int(counts[i]) for i in np.flatnonzero(counts)}

@@ -1,137 +1,35 @@
-"""The foreign engine: MuJoCo's compliant contacts."""
+"""MuJoCo's compliant contacts, for any robot; the thesis's law walks seven links and a free base in compiled loops."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from copy import copy
-from dataclasses import replace
-from functools import partial
+from typing import Any
 
-import mujoco
-import numpy as np
-
-from biped.base.jit import bound
-from biped.engines.forces import log_forces
-from biped.engines.loop import Physics, drive
-from biped.engines.native import native as native_of
+from biped.engines.loop import drive
 from biped.engines.native import without_clock
-from biped.engines.planes import lay, planes_of
-from biped.engines.seat import log_seat, seated
-from biped.measure.trajectory import Trajectory
-from biped.robot.planar.build import Foreign, compile_foreign
-from biped.robot.robot import seven_links
+from biped.engines.planar import mujoco as planar
+from biped.engines.plant import MujocoPlant, Watch
 from biped.robot.run import Run
 
-_LEAST_FRICTION = 1e-5
-"""MuJoCo's smallest coefficient of friction."""
 
-
-Watch = Callable[[mujoco.MjModel, mujoco.MjData, np.ndarray], None]
-"""Called after every tick with the model, its data, and the pushes that act, (bodies, 2) [N]."""
-
-
-def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
+def simulate(run: Run, watch: Watch | None = None) -> Any:
     """Simulates a run to its end, a fall or a number that is not finite.
 
     Args:
         run: A concrete run.
-        watch: Who looks on; the ticks are Python's then, and the model has its visual geoms.
+        watch: Called after every tick, which are Python's then; the model has its visual geoms.
 
     Returns:
-        What it left behind.
+        The run's trajectory.
 
     Raises:
-        InputError: A push names a body the model lacks, or a user's law misbehaves.
+        InputError: A push names a body the model lacks, or the law cannot be used or misbehaves at the first tick.
     """
-    s = run.scenario
-    foreign = compile_foreign(run.model, s, visuals=watch is not None)
-    order, robot = foreign.order, seven_links(run.robot)
-    native = None if s.law is not None or watch is not None or not order.canonical else native_of(foreign.model, order)
-    ground = run.profile
-    model = foreign.model if ground.level else copy(foreign.model)  # whose planes move
-    data = _data(foreign) if ground.level else mujoco.MjData(model)
-    planes = planes_of(model, data, robot, ground)
-    data.qpos[order.joints], data.qvel[order.joints] = run.q, run.v
-    substeps = round(1.0 / s.simulation.control_rate / s.simulation.timestep)
-    place, mj_step = data.geom_xpos, mujoco.mj_step
-    where = order.points, robot.contact.radius, order.contacts, order.stops
-    pyramid = max(s.ground.friction, _LEAST_FRICTION) if s.simulation.cone == "pyramidal" else 0.0
-
-    seat = (seated(data, order, round(s.duration * s.simulation.control_rate)),) if s.ground.seat.height > 0.0 else ()
-
-    pushing = np.zeros((model.nbody - 1, 2))
-
-    def push(forces: np.ndarray) -> None:
-        pushing[:] = data.xfrc_applied[1:, [0, 2]] = forces
-
-    log_of_step = None
-
-    def step(k: int, log: np.ndarray) -> None:
-        nonlocal log_of_step
-        if ground.level:
-            mj_step(model, data, substeps)
-        else:
-            for _ in range(substeps):
-                mujoco.mj_kinematics(model, data)
-                lay(planes, place, order.points)
-                mj_step(model, data)
-        if log_of_step is None:  # not all runs are stepped from Python
-            log_of_step = bound(log_forces, log, 0, data.efc_force, place, *where, pyramid, planes)
-        log_of_step(log, k, data.efc_force, place, *where, pyramid, planes)
-        if seat:
-            log_seat(seat, log, k, data.efc_force, place, order.points, robot.contact.radius, order.stops, pyramid,
-                     planes)  # fmt: skip
-        if watch is not None:
-            watch(model, data, pushing)
-
-    generalized = s.actuation.mode == "generalized"
-    applied = data.qfrc_applied if generalized else data.ctrl
-    bodies = [model.body(i).name for i in range(1, model.nbody)]
-    if order.canonical:
-        walk = None
-        if native is not None:
-            from biped.engines.walk import Plant, walk_plant
-
-            plant = Plant(
-                native.step, model._address, data._address, data._address + native.nefc, data._address + native.force,
-                substeps, data.qpos, data.qvel, applied, place, *where, pyramid, native.kinematics, planes, seat,
-            )  # fmt: skip
-            walk = partial(walk_plant, plant)
-        physics = Physics(foreign.tree, data.qpos, data.qvel, applied, bodies, push, step, walk)
-    else:
-        q, v, wanted = np.array(run.q), np.array(run.v), np.zeros(applied.size)
-        places = order.joints if generalized else order.actuators
-
-        def reordered(k: int, log: np.ndarray) -> None:
-            applied[places] = wanted
-            step(k, log)
-            q[:], v[:] = data.qpos[order.joints], data.qvel[order.joints]
-
-        physics = Physics(foreign.tree, q, v, wanted, bodies, push, reordered, None)
+    if run.scenario.robot is None:
+        return planar.simulate(run, watch)
     with without_clock():
-        trajectory = drive(run, physics)
-    counts = data.warning.number
-    warnings = {
-        mujoco.mjtWarning(i).name.removeprefix("mjWARN_").lower(): int(counts[i]) for i in np.flatnonzero(counts)
-    }
-    if warnings and trajectory.end != "diverged":
-        # What falls because the numbers exploded has not fallen.
-        said = f"MuJoCo warned of {', '.join(warnings)} before {trajectory.time[-1]:.3f} s"
-        cause = f"{said}; {trajectory.cause}" if trajectory.cause else said
-        trajectory = replace(trajectory, end="diverged", cause=cause)
-    if watch is None and ground.level:  # who looked on may still look
-        foreign.spare.append(data)
-    sampled = substeps > 1 or s.simulation.integrator == "RK4"
-    for one in seat:
-        trajectory = replace(trajectory, seat=s.ground.seat, seat_force=one.force[: len(trajectory)])
-    return replace(trajectory, warnings=warnings, sampled=sampled)
+        return drive(MujocoPlant(run, watch))
 
 
-def _data(foreign: Foreign) -> mujoco.MjData:
-    """What a run steps, as good as new."""
-    try:
-        data = foreign.spare.pop()
-    except IndexError:
-        return mujoco.MjData(foreign.model)
-    mujoco.mj_resetData(foreign.model, data)
-    return data
+def loop_of(run: Run) -> str:
+    """How a run's ticks are looped over: compiled, or in Python."""
+    return "in Python" if MujocoPlant(run).compiled is None else "compiled"

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
+from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -49,13 +50,8 @@ def simulate(run: Run) -> AnyTrajectory:
 
 
 def _engine(scenario: Scenario) -> ModuleType:
-    if scenario.robot is not None:
-        from biped.engines.general import simulate as engine
-    elif scenario.engine == "home":
-        from biped.engines import home as engine
-    else:
-        from biped.engines import mujoco as engine
-    return engine
+    """The engine that a scenario names: any module of the room with `simulate(run)`."""
+    return import_module(f"biped.engines.{scenario.engine}")
 
 
 def _assess(scenario: Scenario) -> Callable[[Any, tuple[float, float]], tuple[Any, dict[str, Any]]]:
@@ -154,7 +150,7 @@ def side_by_side(plan: Plan) -> bool:
     """
     if plan.scenario.robot is not None:
         return False
-    from biped.control.controller import python_needed
+    from biped.control.planar.controller import python_needed
 
     first = plan.run(0)
     return not FORKS and not python_needed(first, first.tree)

@@ -46,7 +46,7 @@ class Trajectory(Logged):
         robot: What walked.
         sampled: Whether `force` is that of one of several steps or stages in each tick, not the mean of all.
         inferred: (n, 4) what an estimator made of the torso: pitch [rad], its rate [rad/s], whether it rests on the
-            gyro, and whether that was clipped (`biped.control.estimator`); None without one.
+            gyro, and whether that was clipped (`biped.control.planar.estimator`); None without one.
         signal_names: Of what a law of the user's own logged.
         traceback: Where a law of the user's own raised; empty if it did not.
         ground: Heights of the ground along the slope.

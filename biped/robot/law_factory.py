@@ -15,7 +15,7 @@ class Factory(NamedTuple):
     """Makes the law of every run.
 
     Attributes:
-        make: Called with a `biped.control.user.Setup` before every run.
+        make: Called with a `biped.control.planar.user.Setup` before every run.
         name: What the scenario calls it: `path.py:Class` where a file has it, else a name that no file can have.
         file: The file that its lines are in; empty if there is none.
     """

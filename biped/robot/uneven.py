@@ -2,7 +2,7 @@
 
 A foot of boxes, cylinders or meshes touches at its contact points, and where it is a capsule at that one's two ends;
 any other part as it is, with the plane below its middle. Planes are laid along the line of the ground before every
-step (`biped.engines.general.uneven`).
+step (`biped.engines.uneven`).
 """
 
 from __future__ import annotations

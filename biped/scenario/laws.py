@@ -41,8 +41,8 @@ _SPATIAL: Keys = {
 
 SPATIAL = "spatial"
 BUILT_IN: dict[str, BuiltIn] = {
-    SPATIAL: BuiltIn("biped.control.spatial.law:Spatial", "the thesis's law for a biped in space", _SPATIAL),
-    "stand": BuiltIn("biped.control.general.stand:stand", "stands, and balances what pushes it", {}),
+    SPATIAL: BuiltIn("biped.control.space.law:Spatial", "the thesis's law for a biped in space", _SPATIAL),
+    "stand": BuiltIn("biped.control.stand:stand", "stands, and balances what pushes it", {}),
 }
 
 

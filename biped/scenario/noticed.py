@@ -21,7 +21,7 @@ ALL: Keys = {
 }
 """Whatever the law is. Tables that are not named here are read whole."""
 OWN: Keys = {"": ("controller", "gains"), "ground": ("angles",)}
-"""Keys that a law of one's own is handed besides (`biped.control.general.law.Setup`)."""
+"""Keys that a law of one's own is handed besides (`biped.control.law.Setup`)."""
 _ASKED = ("controller", "reading", "gains", "change", "backstep", "estimator")
 """Keys of the scenario itself that only some laws read."""
 

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.engines.mujoco import simulate
+from biped.engines.planar.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.robot.ground import Profile, slabs
 from biped.robot.run import Run
@@ -123,7 +123,7 @@ def _engine(run: Run) -> tuple[Callable[..., AnyTrajectory], str, Profile]:
     """What simulates a run with somebody looking on, the body that the camera follows, and the line of the ground."""
     if run.scenario.robot is None:
         return simulate, run.robot.base, run.profile
-    from biped.engines.general.simulate import simulate as general
+    from biped.engines.mujoco import simulate as general
 
     return general, run.robot.base, run.profile
 

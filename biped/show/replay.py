@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.control.believed import believed_forces
+from biped.control.planar.believed import believed_forces
 from biped.ensemble import campaign
 from biped.ensemble.columns import StoredRows, batches, smallest
 from biped.ensemble.plan import Plan

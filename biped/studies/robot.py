@@ -76,7 +76,7 @@ def look(name: str) -> ModelReport:
 
 def _laws(path: Path, table: Described, robot: Robot) -> tuple[str, ...]:
     """Laws of this package that a robot runs with: those for any, and the thesis's in space if it has its joints."""
-    from biped.control.spatial.setup import check_robot
+    from biped.control.space.setup import check_robot
 
     found = [name for name in BUILT_IN if name != SPATIAL]
     with suppress(InputError):

@@ -16,9 +16,9 @@ import numpy as np
 from walker import Walker
 
 import biped
+from biped.control.planar.setup import controller_record
+from biped.control.planar.tick import pushing_tick
 from biped.control.policy import everything, places
-from biped.control.setup import controller_record
-from biped.control.tick import pushing_tick
 from biped.ensemble.plan import Plan
 from biped.measure.columns import WIDTH
 from biped.scenario.reading import read_scenario

@@ -1,12 +1,12 @@
 """The thesis's law on the general path: from what any robot senses to torques, in readable Python.
 
-`biped.control.start_law` is the law itself, number for number; here is what it needs to know of a planar biped of seven
-links, read from what the general path senses. Whoever has another robot begins here.
+`biped.control.planar.start_law` is the law itself, number for number; here is what it needs to know of a planar biped
+of seven links, read from what the general path senses. Whoever has another robot begins here.
 """
 
 import numpy as np
 
-from biped.control.start_law import Law as Thesis
+from biped.control.planar.start_law import Law as Thesis
 
 KNEES = (4, 7)
 TOES = (0, 2)  # of the four contact points; each heel follows its toe

@@ -229,7 +229,7 @@ def test_importing_biped_has_no_side_effects(tmp_path):
         "new = set(sys.modules) - before[1]\n"
         "assert new == {'biped'}, new\n"
         "from numba import config\n"
-        "import biped.control.springs\n"
+        "import biped.control.planar.springs\n"
         "assert dict(os.environ) == before[0] and config.CACHE_DIR == '', config.CACHE_DIR\n"
     )
     python(code, cwd=tmp_path, PYTHONPATH=str(PACKAGE.parent))

@@ -10,7 +10,7 @@ from onnx import TensorProto, helper, numpy_helper, save_model
 
 from biped.base.trust import grant
 from biped.control import policy
-from biped.engines.general.simulate import simulate
+from biped.engines.mujoco import simulate
 from biped.robot.recognise import robot_of
 from biped.scenario.robot import Described
 from biped.studies.planned import plan_of

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from biped.engines import home, mujoco
+from biped.engines import home
 from biped.engines.home import simulate_with_ledger
+from biped.engines.planar import mujoco
 from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure
 from biped.measure.metrics.energy import energy

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from biped.engines import layout, native
-from biped.engines import mujoco as engine
+from biped.engines.planar import mujoco as engine
 from biped.ensemble.plan import Plan
 from biped.robot.planar.build import compile_foreign
 from biped.robot.planar.order import Order

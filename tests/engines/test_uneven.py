@@ -1,4 +1,4 @@
-"""Ground that is not level, in both engines: against a slope, against MuJoCo's own forces, and against each other."""
+"""Robots of any kind on ground that is not level: as on the level, as on a slope, and heights where they are."""
 
 from __future__ import annotations
 
@@ -10,185 +10,152 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from biped.engines import home
-from biped.engines import mujoco as foreign
-from biped.engines.home import simulate_with_ledger
-from biped.engines.planes import lay, planes_of
-from biped.ensemble.packed import load, save
-from biped.ensemble.plan import Plan
-from biped.measure import stored
-from biped.measure.metrics import measure
-from biped.measure.metrics.energy import energy
-from biped.robot.gravity import gravity
+from biped.base.errors import InputError
+from biped.engines.mujoco import simulate
+from biped.ensemble import packed
+from biped.measure.general.metrics import assess
+from biped.measure.stored import load
+from biped.robot.build import compiled
 from biped.robot.ground import profile_of
-from biped.robot.planar.build import compile_foreign
-from biped.robot.planar.tree import motion
-from biped.scenario.actuation import Actuation
-from biped.scenario.ground import Ground, Steps, Tiles
-from biped.scenario.keys import Fall, Scenario, Start
-from biped.scenario.reading import read_scenario
+from biped.scenario.ground import Ground, Steps
+from biped.show.model import shown_model
+from biped.studies.planned import plan_of
+from tests.engines.test_mujoco import law_of, named, stood
 
-ENGINES = {"mujoco": foreign, "home": home}
-ANGLE = math.radians(20.0)
+FAR = "ground.steps={rise=0.1,start=50.0}"
+ANGLE = math.radians(12.0)
 FOOT = 2.0
 """[m] where the ramp begins."""
-LIMP = Actuation(torque_limit=1e-9)
+BOXES = """
+<mujoco>
+  <worldbody>
+    <geom type="plane" size="0 0 1"/>
+    <body name="trunk" pos="0 0 0.6">
+      <freejoint/>
+      <geom type="box" size="0.05 0.1 0.1" mass="4"/>
+      {legs}
+    </body>
+  </worldbody>
+  <actuator><motor joint="r"/><motor joint="l"/></actuator>
+</mujoco>
+"""
+LEG = """<body name="{name}_foot" pos="0 {y} -0.3">
+  <joint name="{name}" axis="0 1 0" pos="0 0 0.2" damping="2" stiffness="40"/>
+  <geom type="capsule" size="0.02" fromto="0 0 0 0 0 0.2" mass="1" contype="0" conaffinity="0"/>
+  <geom type="{kind}" size="{size}" pos="0.03 0 -0.02" euler="{turn}" mass="0.5" contype="1" conaffinity="2"/>
+</body>"""
+FEET = {
+    "box": ("box", "0.09 0.04 0.02", "0 0 0"),
+    "cylinder": ("cylinder", "0.06 0.02", "0 0 0"),
+    "capsule": ("capsule", "0.02 0.07", "0 90 0"),
+    "sphere": ("sphere", "0.03", "0 0 0"),
+    "ellipsoid": ("ellipsoid", "0.09 0.04 0.02", "0 0 0"),
+}
+LIMP = "    def __init__(self, setup):\n        self.n = len(setup.torque_limit)\n\n" \
+       "    def torques(self, sensed):\n        return np.zeros(self.n)\n"  # fmt: skip
 
 
-def walk(engine, *changes):
-    plan = Plan(read_scenario("robust/level", ["sweep={}", "randomise.runs=1", *changes]))
-    return ENGINES[engine].simulate(plan.run(0))
+@pytest.fixture(params=FEET)
+def robot(request, tmp_path):
+    """A scenario of a small robot with feet of a kind, and a law that does nothing."""
+    kind, size, turn = FEET[request.param]
+    legs = "".join(LEG.format(name=name, y=y, kind=kind, size=size, turn=turn) for name, y in (("r", -0.1), ("l", 0.1)))
+    (tmp_path / "m.xml").write_text(BOXES.format(legs=legs), encoding="utf-8")
+    path = tmp_path / "s.toml"
+    path.write_text(f'model = "{tmp_path / "m.xml"}"\nduration = 0.4\nfall.height = 0.01\nfall.tilt = 180.0\n')
+    return str(path), law_of(tmp_path, LIMP)
 
 
-def dropped(engine, ramp):
-    """A limp biped that flies into a slope, or into a ramp as steep, seen from the ramp's lower end."""
-    q = (1.5, 1.4, 1.4, 1.9, 1.2, 0.3, 1.2, 0.6, -0.4)
-    v = (0.7, -1.5, 0.5, -1.5, -2.0, 1.0, 0.8, -0.5, 2.0)
-    s = Scenario(
-        duration=0.4, start=Start(q=q, v=v, settle=False), actuation=LIMP, fall=Fall(height=0.01, tilt=180.0),
-        ground=Ground(slope=0.0 if ramp else math.degrees(ANGLE), friction=0.8),
-    )  # fmt: skip
-    run = Plan(s).run(0)
+def dropped(robot, ramp: bool):
+    """A limp robot that flies into a slope, or into a ramp as steep, seen from the ramp's lower end."""
+    plan = plan_of(robot[0], (robot[1], "ground.friction=0.8", f"ground.slope={0.0 if ramp else math.degrees(ANGLE)}"))
+    run = plan.run(0)
+    q, v = run.q.copy(), run.v.copy()
+    q[2] += 0.05
+    v[:6] = 0.6, 0.3, -0.5, 0.4, -1.0, 0.2
     if ramp:
+        c, s = math.cos(ANGLE), math.sin(ANGLE)
+        turn = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
+        q[:3], v[:3] = turn @ q[:3] + [FOOT + 1.0, 0.0, math.tan(ANGLE)], turn @ v[:3]
+        turned = np.empty(4)
+        mujoco.mju_mulQuat(turned, np.array([math.cos(ANGLE / 2), 0.0, -math.sin(ANGLE / 2), 0.0]), q[3:7])
+        q[3:7] = turned
         long = 10.0 / math.tan(ANGLE)
         steps = Steps(rise=10.0, run=2.0 * long, ramp=long, start=FOOT)
-        c, sn = math.cos(ANGLE), math.sin(ANGLE)
-        turn = np.array([[c, -sn], [sn, c]])
-        at, velocity = run.q.copy(), run.v.copy()
-        at[:2], velocity[:2] = turn @ at[:2] + [FOOT, 0.0], turn @ velocity[:2]
-        at[2] += ANGLE
-        run = replace(run, scenario=structs.replace(s, ground=structs.replace(s.ground, steps=steps)), q=at, v=velocity)
-    return ENGINES[engine].simulate(run)
+        run = replace(run, scenario=structs.replace(run.scenario, ground=Ground(steps=steps, friction=0.8)))
+    return simulate(replace(run, q=q, v=v))
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-def test_a_ramp_is_a_slope(engine):
+def test_a_ramp_is_a_slope(robot):
     """Rotated by its angle, what happens on a ramp is what happens on a slope: impacts, friction, forces."""
-    slope, ramp = dropped(engine, False), dropped(engine, True)
+    slope, ramp = dropped(robot, False), dropped(robot, True)
     assert slope.end == ramp.end == "completed"
-    assert (slope.force[..., 1] > 100.0).sum() > 20  # it did land
+    assert (slope.force[..., 2] > 10.0).any(axis=1).sum() > 50  # it did land
     c, s = math.cos(ANGLE), math.sin(ANGLE)
-    turn = np.array([[c, -s], [s, c]])
-    np.testing.assert_allclose(ramp.q[:, :2], slope.q[:, :2] @ turn.T + [FOOT, 0.0], atol=1e-6)
-    np.testing.assert_allclose(ramp.q[:, 3:], slope.q[:, 3:], atol=1e-6)
-    largest = np.abs(slope.force).max()
-    np.testing.assert_allclose(ramp.force, slope.force @ turn.T, atol=1e-4 * largest)
+    turn = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
+    np.testing.assert_allclose(ramp.q[:, :3], slope.q[:, :3] @ turn.T + [FOOT + 1.0, 0.0, math.tan(ANGLE)], atol=1e-4)
+    np.testing.assert_allclose(ramp.q[:, 7:], slope.q[:, 7:], atol=1e-3)
+    np.testing.assert_allclose(ramp.ground_force[:200], slope.ground_force[:200] @ turn.T, atol=2.0)
+    np.testing.assert_array_equal(ramp.contact[:150], slope.contact[:150])
 
 
-def test_logged_forces_are_all_of_mujocos_constraint_forces():
-    s = read_scenario("robust/level", ["sweep={}", "randomise.runs=1", "duration=4.0", "window.end=4.0",
-                                       "window.start=0.0", "ground.tiles.height=0.015", "ground.tiles.length=0.3",
-                                       "ground.tiles.start=0.6", "ground.tiles.ramp=0.1"])  # fmt: skip
-    run = Plan(s).run(0)
-    t, model, order = foreign.simulate(run), *compile_foreign(run.model, run.scenario)[:2]
-    data = mujoco.MjData(model)
-    planes = planes_of(model, data, t.robot, profile_of(run.scenario.ground, run.seed))
-    tilted = 0
-    for k in range(0, len(t), 3):
-        data.qpos[:], data.qvel[:], data.qfrc_applied[:] = t.q[k], t.v[k], t.applied[k]
-        mujoco.mj_kinematics(model, data)
-        lay(planes, data.geom_xpos, order.points)
-        mujoco.mj_forward(model, data)
-        total = np.zeros(9)
-        total[[4, 7]] = t.stop[k]
-        for i, point in enumerate(t.robot.points):
-            J = np.zeros((3, 9))
-            place, plane = data.site(point).xpos, planes.geoms[i]
-            normal = data.geom_xmat[plane].reshape(3, 3)[:, 2]
-            depth = (place - data.geom_xpos[plane]) @ normal
-            tilted += int(abs(normal[0]) > 0.05 and t.force[k, i, 1] > 10.0)
-            # MuJoCo's contact lies half-way between the point and the ground above it.
-            mujoco.mj_jac(model, data, J, None, place - 0.5 * depth * normal, model.site(point).bodyid[0])
-            total += t.force[k, i] @ J[[0, 2]]
-        np.testing.assert_allclose(total, data.qfrc_constraint, atol=1e-4 * max(1.0, np.abs(total).max()), err_msg=k)
-    assert tilted > 20
+@pytest.mark.parametrize("model", ["h1", "walker2d", "humanoid"])
+def test_before_the_first_step_it_is_as_on_the_level(model):
+    level, far = stood(model), stood(model, FAR)
+    assert not far.ground.level
+    np.testing.assert_allclose(far.q, level.q, atol=1e-5)
+    np.testing.assert_allclose(far.force, level.force, atol=1e-3 * np.abs(level.force).max())
+    np.testing.assert_array_equal(far.contact, level.contact)
 
 
-@pytest.fixture(scope="module")
-def at_home():
-    changes = ["duration=8.0", "window.end=8.0", "window.start=0.0", "ground.tiles.height=0.015"]
-    run = Plan(read_scenario("robust/level", ["sweep={}", "randomise.runs=1", *changes])).run(0)
-    true_advance, active = home.advance, []
-
-    def advance(rigid, *rest):
-        true_advance(rigid, *rest)
-        active.append(rigid[0]["contact"]["active"].copy())
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(home, "advance", advance)
-        patch.setattr(home, "COMPILED", False)  # tick by tick, so that it can be watched
-        trajectory, rigid = simulate_with_ledger(run)
-    return trajectory, rigid, profile_of(run.scenario.ground, run.seed), np.array(active)
-
-
-def test_rigid_points_stand_on_the_ground_and_never_go_through(at_home):
-    t, _, profile, active = at_home
+def test_a_walk_over_tiles():
+    """The thesis's law in Python, which feels nothing of the ground but by its feet."""
+    t = simulate(
+        plan_of("any/walk", ("duration=4.0", "ground.tiles={height=0.006,start=0.5}", "start.jitter=0")).run(0)
+    )
     assert t.end == "completed"
-    point = motion(t.tree, t.q, t.v).point
-    above = point[..., 1] - profile.height(point[..., 0])
-    assert above.min() > -1e-8
-    standing = active[:-1, :4].astype(bool)  # after tick k, which is row k + 1
-    assert np.abs(above[1:][standing]).max() < 1e-8
-    assert np.ptp(profile.height(point[1:, :, 0][standing])) > 0.015  # it did stand high and low
-
-
-def test_rigid_energy_and_momentum_add_up(at_home):
-    t, rigid, *_ = at_home
-    w = rigid[0]
-    ends = np.array([t.q[0], w["state"]["q0"]]), np.array([t.v[0], w["state"]["v0"]])
-    before, after = energy(t.tree, *ends, t.slope)
-    assert w["ledger"]["least_loss"] > -1e-9
-    assert after - before == pytest.approx(w["ledger"]["work"] - w["ledger"]["loss"], abs=1e-3)
-    mass = t.tree.mass
-    momentum = np.tensordot(motion(t.tree, *ends).com_velocity, mass, (1, 0))
-    impulse = t.tick * (t.force.sum(axis=(0, 1)) + len(t) * mass.sum() * np.array(gravity(0.0)))
-    np.testing.assert_allclose(impulse, momentum[1] - momentum[0], atol=1e-6 * len(t) * t.tick * mass.sum() * 9.81)
-    numbers = measure(t, (0.0, 8.0))
-    assert numbers["penetration"] < 1e-8
-    assert 0.0 < numbers["clearance"] < 0.2
-
-
-def test_both_engines_walk_alike_over_tiles():
-    changes = ["duration=10.0", "ground.tiles.height=0.01", "seed=5"]
-    here, there = (measure(walk(engine, *changes), (5.0, 10.0)) for engine in ENGINES)
-    assert here["walked"] == there["walked"] == 1
-    assert here["speed"] == pytest.approx(there["speed"], rel=0.1)
-    assert max(here["penetration"], there["penetration"]) < 0.003
-    assert max(here["momentum_residual"], there["momentum_residual"]) < 1e-3
-
-
-def test_heights_are_sensed_above_the_ground_below():
-    t = walk("mujoco", "duration=4.0", "window={}", "ground.steps.rise=0.02", "ground.steps.number=3")
-    point = motion(t.tree, t.q, t.v).point
-    assert t.ground.height(point[..., 0]).max() > 0.03
-    np.testing.assert_allclose(t.height, point[..., 1] - t.ground.height(point[..., 0]), atol=1e-12)
-
-
-def test_a_walk_downstairs_is_no_fall():
-    """The torso ends lower than where a fall would end the run on level ground, but stays above the ground."""
-    t = walk("mujoco", "duration=12.0", "ground.steps={rise=-0.01,run=0.2,number=30,start=0.6}", "fall.height=0.8")
-    fallen = 0.8 * t.q[0, 1]
-    assert t.end == "completed"
-    assert t.q[:, 1].min() < fallen
-    assert (t.q[:, 1] - t.ground.height(t.q[:, 0])).min() > fallen
+    standing = t.contact > 0.0
+    below = t.ground.height(t.point[..., 0])
+    assert np.ptp(below[standing]) > 0.003  # it did stand high and low
+    assert np.abs(t.point[..., 2] - below)[standing].max() < 0.01
+    numbers = assess(t, (0.0, 4.0)).numbers
+    assert numbers["walked"]
+    assert numbers["penetration"] < 0.01
+    assert max(numbers["energy_residual"], numbers["momentum_residual"]) < 1e-2
 
 
 def test_the_ground_is_kept_with_a_run(tmp_path):
-    t = walk("mujoco", "duration=1.0", "window={}", "ground.tiles.height=0.01")
-    t.save(tmp_path / "a.npz")
-    save(t, tmp_path / "b.xz")
-    for kept in (stored.load(tmp_path / "a.npz"), load(tmp_path / "b.xz")):
+    t = stood("walker2d", "ground.tiles={height=0.01,start=0.5}")
+    t.save(tmp_path / "t.npz")
+    packed.save(t.last(0.2), tmp_path / "t.xz")
+    for kept in (load(tmp_path / "t.npz"), packed.load(tmp_path / "t.xz")):
         np.testing.assert_array_equal(kept.ground.x, t.ground.x)
         np.testing.assert_array_equal(kept.ground.z, t.ground.z)
-    assert not t.flat
+    assert load(tmp_path / "t.npz").about == t.about
+    assert "ground" not in stood("walker2d").about
 
 
-def test_runs_share_a_model_that_no_run_moves():
-    scenarios = [Scenario(ground=Ground(tiles=Tiles(height=h)), duration=0.1) for h in (0.01, 0.02)]
-    runs = [Plan(s).run(0) for s in scenarios]
-    models = [compile_foreign(run.model, run.scenario).model for run in runs]
+def test_runs_share_a_model_that_no_run_moves_and_pictures_have_no_planes():
+    plans = [plan_of(named("walker2d"), (f"ground.tiles={{height={height}}}",)) for height in (0.01, 0.02)]
+    models = [compiled(plan.model, plan.scenario, "torque") for plan in plans]
     assert models[0] is models[1]
     before = models[0].geom_pos.copy()
-    for run in runs:
-        foreign.simulate(run)
+    for plan in plans:
+        simulate(plan.run(0))
     np.testing.assert_array_equal(models[0].geom_pos, before)
+    shown = shown_model(plans[0].model, plans[0].scenario)
+    assert shown.ngeom == mujoco.MjModel.from_xml_path(str(plans[0].model)).ngeom
+
+
+def test_tiles_begin_beyond_the_feet_and_the_law_in_space_refuses_them():
+    with pytest.raises(InputError, match=r"ground.tiles.start: expected a place beyond the feet, the foremost point .*"
+                       r"got 0$"):  # fmt: skip
+        plan_of(named("h1"), ("ground.tiles={height=0.01,start=0.0}",))
+    with pytest.raises(InputError, match=r"ground.steps: expected none: the law 'spatial' walks on level ground"):
+        plan_of("spatial/level", ("ground.steps={rise=0.01,start=2.0}",))
+
+
+def test_rises_are_those_of_the_pieces():
+    profile = profile_of(Ground(steps=Steps(rise=0.1, run=1.0, ramp=0.5, start=1.0, number=2)), 0)
+    np.testing.assert_allclose(profile.rise(np.array([0.0, 1.0, 1.4, 1.5, 2.2, 9.0])), [0.0, 0.2, 0.2, 0.0, 0.2, 0.0])
+    assert not profile_of(Ground(), 0).rise(np.array([1.0])).any()

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from biped.base.errors import InputError
-from biped.engines.mujoco import simulate
+from biped.engines.planar.mujoco import simulate
 from biped.ensemble import packed
 from biped.ensemble.plan import Plan
 from biped.measure.columns import COLUMNS

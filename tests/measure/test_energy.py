@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from biped.engines.mujoco import simulate
+from biped.engines.planar.mujoco import simulate
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from biped.engines.mujoco import simulate
+from biped.engines.planar.mujoco import simulate
 from biped.measure.metrics import assess, measure
 from biped.studies.planned import plan_of
 from tests.runs import made

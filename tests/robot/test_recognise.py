@@ -13,7 +13,7 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.cli.main import main
-from biped.control.general.sensed import Sensed
+from biped.control.observation import Observation
 from biped.robot.build import compiled, frame, gravity3
 from biped.robot.gravity import gravity
 from biped.robot.planar.model import tree_at
@@ -273,7 +273,7 @@ def test_what_a_law_senses_is_pinocchios(tmp_path, monkeypatch):
     mujoco.mj_integratePos(mj, data.qpos, 0.3 * rng.standard_normal(mj.nv), 1.0)
     data.qvel[:] = rng.standard_normal(mj.nv)
     mujoco.mj_step1(mj, data)
-    sensed = Sensed(mj, data, robot)
+    sensed = Observation(mj, data, robot)
     other = pinocchio.buildModelFromMJCF(str(path))
     there = other.createData()
     # Pinocchio's free joint has its linear velocity in the base's frame and the quaternion's w last.

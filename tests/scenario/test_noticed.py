@@ -12,7 +12,7 @@ import pytest
 from msgspec.structs import replace
 
 from biped.base.errors import InputError
-from biped.engines.general import simulate as engine
+from biped.engines import mujoco as engine
 from biped.ensemble.plan import Plan
 from biped.robot.law_factory import factory_of
 from biped.scenario.actuation import Actuation

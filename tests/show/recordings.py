@@ -6,7 +6,7 @@ import sys
 import numpy as np
 from rerun.chunk import RrdReader
 
-from biped.engines.mujoco import simulate
+from biped.engines.planar.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.robot.planar.build import compile_foreign
 from biped.scenario.reading import read_scenario, to_toml

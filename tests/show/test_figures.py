@@ -10,7 +10,7 @@ from matplotlib.colors import to_hex
 from matplotlib.patches import Circle, Polygon
 
 from biped.base.errors import InputError
-from biped.engines.mujoco import simulate
+from biped.engines.planar.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.robot.planar.tree import motion
 from biped.scenario.reading import read_scenario

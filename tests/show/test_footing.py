@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from biped.engines.general.simulate import simulate
+from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario, to_toml
 from biped.show.model import shown_model

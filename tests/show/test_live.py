@@ -12,7 +12,7 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.cli.main import main
-from biped.engines.mujoco import simulate
+from biped.engines.planar.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario
 from biped.show import live

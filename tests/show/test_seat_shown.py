@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.patches import Polygon
 
-from biped.engines.mujoco import simulate
+from biped.engines.planar.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.measure.signals import corners_of
 from biped.robot.gravity import GRAVITY
@@ -17,7 +17,7 @@ from biped.show.figures.strobe import strobe
 from biped.show.page.frames import frames_of
 from biped.show.page.player import Shown, walks
 from biped.show.recording import Recorded, record
-from tests.engines.test_seat import SEATED
+from tests.engines.planar.test_seat import SEATED
 from tests.show.recordings import read
 
 CORNERS = [(-0.65, 0.0), (-0.65, 0.485), (-0.15, 0.485), (-0.15, 0.0)]

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from biped.engines.mujoco import simulate
+from biped.engines.planar.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.robot.ground import LEVEL, slabs
 from biped.robot.planar.build import compile_foreign

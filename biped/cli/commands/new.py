@@ -12,7 +12,7 @@ from biped.base.writing import reason, write_text
 from biped.cli.common import DONE
 from biped.cli.parser import Commands, command_parser
 
-START = "biped.control.start_law"
+START = "biped.control.planar.start_law"
 """The module that is written; nothing of it is run here."""
 NAMED = "my_law.py"
 """What it calls itself."""

@@ -1,4 +1,4 @@
-"""All that the compiled rigid-body step reads and remembers, as one numpy record (see `biped.control.record`)."""
+"""All that the compiled rigid-body step reads and remembers, as one numpy record (`biped.control.planar.record`)."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from biped.base.jit import kernel, long_kernel
-from biped.control.loop import control_tick
+from biped.engines.planar.tick import tick
 from biped.engines.rigid.events import advance
 from biped.measure.columns import FORCE, STOP
 from biped.robot.planar.topology import N_POINTS, N_STOPS, STOP_ROW
@@ -24,12 +24,13 @@ def log_impulses(record, log, k, tick):
 
 
 @long_kernel
-def walk_rigid(record, control, q, v, applied, step, steps, log, first, last):
+def walk_rigid(record, control, fall, q, v, applied, step, steps, log, first, last):
     """Ticks first … last - 1 of a run.
 
     Args:
         record: (1,) `biped.engines.rigid.record.RIGID`.
-        control: `biped.control.loop.Control`.
+        control: `biped.control.planar.loop.Control`.
+        fall: (1,) `biped.engines.planar.tick.FALL`.
         q: (9,) joint coordinates [m, rad], overwritten.
         v: (9,) joint velocities, overwritten.
         applied: (6,) or (9,) forces that act, part of the record.
@@ -43,7 +44,7 @@ def walk_rigid(record, control, q, v, applied, step, steps, log, first, last):
         The status of the last tick and the number of ticks logged.
     """
     for k in range(first, last):
-        status = control_tick(control, q, v, applied, log, k)
+        status = tick(control, fall, q, v, applied, log, k)
         if status != 0:
             return status, k + 1
         advance(record, q, v, step, steps)

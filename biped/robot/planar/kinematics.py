@@ -7,8 +7,8 @@ the subtree that hinge j carries, and hinges at p, for i above or equal to j
     M_ij = T_j - S_j·(p_i + p_j) + m_j p_i·p_j
 
 The numbers are Pinocchio's at a tenth of the price; the controller asks Pinocchio at every model whether they are
-(`biped.control.referee`), and the tests hold both together. Coordinates and order as in `biped.robot.planar.topology`;
-vectors (x, z), angles counter-clockwise.
+(`biped.control.planar.referee`), and the tests hold both together. Coordinates and order as in
+`biped.robot.planar.topology`; vectors (x, z), angles counter-clockwise.
 """
 
 from __future__ import annotations

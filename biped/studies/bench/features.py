@@ -58,7 +58,7 @@ def probe(feature: str, seconds: float, recorder: str = "") -> None:
     """
     import tracemalloc
 
-    from biped.engines.mujoco import simulate as simulate_mujoco
+    from biped.engines.planar.mujoco import simulate as simulate_mujoco
     from biped.ensemble.campaign import simulate
     from biped.ensemble.plan import Plan
     from biped.scenario.reading import read_scenario

@@ -6,6 +6,7 @@ Least times of interleaved repeats, as in `biped.studies.bench.scenes`.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -13,9 +14,12 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
-from biped.engines.general.simulate import loop_of, simulate
+from biped.control.law import Setup
+from biped.control.observation import Observation
+from biped.engines.mujoco import loop_of, simulate
 from biped.engines.native import halves, without_clock
 from biped.measure.general.metrics import assess
+from biped.robot.law_factory import Factory
 from biped.robot.run import Run
 from biped.studies.bench.inner import steps
 from biped.studies.bench.parts import clock
@@ -29,8 +33,21 @@ ROBOTS: dict[str, tuple[str, ...]] = {
     "walker2d stands": ("any/walker2d",),
     "humanoid stands": ("any/humanoid",),
     "h1 stands": ("any/h1",),
+    "h1 stands, 500 Hz": ("any/h1", "simulation.control_rate=500"),
 }
 """Scenario and changes."""
+CONSTANT = "h1, a law that returns a constant"
+
+
+class Constant:
+    """A law that asks for nothing and returns zeros: what the loop itself costs."""
+
+    def __init__(self, setup: Setup):
+        self._torques = np.zeros(setup.model.nu)
+
+    def torques(self, sensed: Observation) -> np.ndarray:
+        """(nu,) zeros."""
+        return self._torques
 
 
 class Replay(NamedTuple):
@@ -131,5 +148,8 @@ def general_cost(run: Run, repeats: int = REPEATS) -> SceneCost:
 
 
 def general_costs(repeats: int = REPEATS) -> dict[str, dict[str, Any]]:
-    """Costs of each of `ROBOTS`, by name."""
-    return costs_of(ROBOTS, general_cost, repeats)
+    """Costs of each of `ROBOTS`, and of a law that returns a constant, by name."""
+    constant = Factory(Constant, f"{__name__}:{Constant.__name__}", __file__)
+    return costs_of(ROBOTS, general_cost, repeats) | costs_of(
+        {CONSTANT: ROBOTS["h1 stands"]}, lambda run, n: general_cost(replace(run, law=constant), n), repeats
+    )

@@ -6,10 +6,10 @@ import numpy as np
 
 from biped.base.address import call
 from biped.base.jit import long_kernel
-from biped.control.floating import floating_torques
-from biped.control.sensing import sense_links
-from biped.control.setup import controller_record
-from biped.control.tick import thesis_tick
+from biped.control.planar.floating import floating_torques
+from biped.control.planar.sensing import sense_links
+from biped.control.planar.setup import controller_record
+from biped.control.planar.tick import thesis_tick
 from biped.measure.trajectory import Trajectory
 from biped.robot.planar.kinematics import mass_matrix
 from biped.robot.run import Run
@@ -17,7 +17,7 @@ from biped.robot.run import Run
 
 @long_kernel
 def steps(step, model, data, taken, given, substeps):
-    """Bare steps under given forces (n, 6 or 9), each for `substeps`; see `biped.engines.walk` for the addresses."""
+    """Bare steps under given forces (n, 6 or 9), each for `substeps`; addresses as in `biped.engines.planar.walk`."""
     for k in range(given.shape[0]):
         for j in range(taken.size):
             taken[j] = given[k, j]

@@ -17,10 +17,10 @@ import msgspec
 import mujoco
 import numpy as np
 
-from biped.engines.loop import turned
-from biped.engines.mujoco import simulate
 from biped.engines.native import native as native_of
 from biped.engines.native import without_clock
+from biped.engines.planar.mujoco import simulate
+from biped.engines.planar.plant import turned
 from biped.engines.spans import push_spans
 from biped.measure.metrics import measure
 from biped.measure.trajectory import Trajectory

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from biped.control.controller import python_needed
-from biped.engines.mujoco import simulate
+from biped.control.planar.controller import python_needed
 from biped.engines.native import reason
+from biped.engines.planar.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure
 from biped.robot.planar.build import compile_foreign

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from biped.base.errors import BipedError
-from biped.engines.mujoco import simulate
+from biped.engines.planar.mujoco import simulate
 from biped.ensemble import campaign
 from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from biped.engines.general.simulate import simulate
+from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.measure.general.gait import courses, foot_places, headings, sideways
 from biped.measure.general.ground import bearing, extrapolated, margin_of_stability

@@ -8,7 +8,7 @@ import pinocchio
 import pytest
 
 from biped.base.files import folder
-from biped.engines import mujoco as engine
+from biped.engines.planar import mujoco as engine
 from biped.ensemble.plan import Plan
 from biped.robot.gravity import gravity
 from biped.robot.planar.build import compile_foreign

@@ -9,7 +9,7 @@ import pytest
 
 from biped.base.trust import trusting
 from biped.engines import home
-from biped.engines import mujoco as foreign
+from biped.engines.planar import mujoco as foreign
 from biped.engines.rigid.motion import active_rows
 from biped.engines.rigid.record import pinocchio_tree, rigid_record
 from biped.engines.rigid.tree import mass_and_bias, place

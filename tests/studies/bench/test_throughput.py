@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from biped.engines import home
-from biped.engines.general import simulate as general
-from biped.engines.mujoco import simulate
+from biped.engines import mujoco as general
 from biped.engines.native import native
+from biped.engines.planar.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure
 from biped.robot.planar.build import compile_foreign
@@ -77,7 +77,7 @@ def test_a_step_with_more_contacts_is_told_apart(walked):
 
 # What each feature needs of biped's own and of other packages; nothing else may load it.
 NEEDS = {
-    "sensor noise": ("biped.control.sensors",),
+    "sensor noise": ("biped.control.planar.sensors",),
     "torque limit by OSQP": ("qpsolvers", "osqp"),
     "home engine": ("biped.engines.home", "biped.engines.rigid.events"),
     "recording": ("biped.show.recording", "rerun"),

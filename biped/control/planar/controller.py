@@ -1,0 +1,122 @@
+"""The law of a run: the thesis's, compiled, or a user's own (`biped.control.planar.user`)."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from biped.base.jit import bound
+from biped.control.law import NO_SIGNALS
+from biped.control.planar.bounded import FOREIGN, foreign_torques
+from biped.control.planar.changes import bring_up_to_date, changes_of
+from biped.control.planar.law import Law, Tick
+from biped.control.planar.referee import agrees
+from biped.control.planar.setup import controller_record
+from biped.control.planar.tick import NOT_FINITE, log_tick, pushing_tick, pushing_tick_in, thesis_tick, thesis_tick_in
+from biped.robot.planar.controller_model import believed_model
+from biped.robot.planar.tree import Tree
+from biped.robot.run import Run
+
+
+class ThesisLaw:
+    """Braun & Goldfarb's law: one compiled tick.
+
+    M and joint places are the planar tree's where Pinocchio, which reads the model file by itself, finds the same
+    numbers; otherwise they are Pinocchio's, tick by tick.
+
+    Args:
+        run: Scenario, gains and draws.
+        believed: Lengths and masses the controller believes in.
+        q: (9,) measured joint coordinates, live.
+        v: (9,) measured joint velocities, live.
+        log: (n, WIDTH) log that ticks write.
+
+    Attributes:
+        u: (6,) joint torques of the latest tick [N m].
+        Q_d: (9,) desired generalized forces of the latest tick.
+        record: (1,) `biped.control.planar.record.CONTROL`.
+        changes: `biped.control.blending.Changes`.
+        python: Why the tick cannot be part of a compiled loop (`biped.control.planar.loop`); empty if it can.
+    """
+
+    signals = NO_SIGNALS
+
+    def __init__(self, run: Run, believed: Tree, q: np.ndarray, v: np.ndarray, log: np.ndarray):
+        self.record = controller_record(run, believed)
+        self.changes = changes_of(run, self.record)
+        self.c = self.record[0]
+        self.u, self.Q_d = self.c["tick"]["u"], self.c["tick"]["Q_d"]
+        self._own = agrees(run.model, believed)
+        self.python = python_needed(run, believed)
+        self._bind = run, q, v, log
+
+    @property
+    def tick(self) -> Tick:
+        """A closure, made anew at every asking: to look up the run's arrays would cost as much as the leg states do."""
+        run, q, v, log = self._bind
+        record, changes = self.record, self.changes
+        if self._own:
+            M, one = self.c["work"]["M"], pushing_tick if self.c["push"]["on"] else thesis_tick
+            inner = partial(bound(one, record, q, v, log, 0, 0.0), record, q, v, log)
+        else:
+            M, inner = _from_pinocchio(run, record, q, v, log)
+        if self.c["actuation"]["bounded"] == FOREIGN:
+            inner = partial(self._bounded_tick, inner, M, run.scenario.actuation.solver, q, v, log)
+        if not len(changes.steps):
+            return inner
+        update = bound(bring_up_to_date, record, changes, 0)
+
+        def tick(k: int, time: float) -> int:
+            update(record, changes, k)
+            return inner(k, time)
+
+        return tick
+
+    def _bounded_tick(
+        self, tick: Tick, M: np.ndarray, solver: str, q: np.ndarray, v: np.ndarray, log: np.ndarray, k: int, time: float
+    ) -> int:
+        """A tick that has another solver solve the bounded problem where a torque limit is exceeded."""
+        status = tick(k, time)
+        if self.c["tick"]["over"] and status != NOT_FINITE:
+            self.u[:] = foreign_torques(self.record, M, solver)
+            log_tick(self.record, q, v, log, k, time)
+        return status
+
+
+def _from_pinocchio(
+    run: Run, record: np.ndarray, q: np.ndarray, v: np.ndarray, log: np.ndarray
+) -> tuple[np.ndarray, Tick]:
+    """Pinocchio's M, live, and the tick that has it computed."""
+    import pinocchio
+
+    model = believed_model(run.model, run.scenario.ground.slope)
+    data, crba, world = model.createData(), pinocchio.crba, pinocchio.Convention.WORLD
+    M, J = data.M, data.J
+    one = pushing_tick_in if record[0]["push"]["on"] else thesis_tick_in
+    kernel = bound(one, record, M, J, q, v, log, 0, 0.0)
+
+    def tick(k: int, time: float) -> int:
+        crba(model, data, q, world)  # fills M (upper triangle) and J
+        return kernel(record, M, J, q, v, log, k, time)
+
+    return M, tick
+
+
+def python_needed(run: Run, believed: Tree) -> str:
+    """Why a run's law cannot be part of a compiled loop; empty if it can."""
+    actuation = run.scenario.actuation
+    if run.scenario.law is not None:
+        return "a law of the user's own"
+    if actuation.limit == "bounded" and actuation.solver != "active_set":
+        return f"bounded torques by {actuation.solver}"
+    return "" if agrees(run.model, believed) else "Pinocchio finds another mass matrix than the planar tree"
+
+
+def law_of(run: Run, believed: Tree, q: np.ndarray, v: np.ndarray, log: np.ndarray) -> Law:
+    """The control law of a run, bound to its measurements and its log."""
+    if run.scenario.law is None and run.law is None:
+        return ThesisLaw(run, believed, q, v, log)
+    from biped.control.planar.user import UserLaw
+
+    return UserLaw(run, believed, q, v, log)

@@ -1,0 +1,300 @@
+"""Joint torques for ground that only pushes, as in `biped.control.planar.pushing`, with a free base and eight points.
+
+The two problems and their prices are those of the plane; an edge is one of four, n ± μ x and n ± μ y, of the pyramid
+within a point's friction cone. Points so high that neither problem can want them are left out.
+"""
+
+from __future__ import annotations
+
+import math
+
+from biped.base.jit import inner_kernel, kernel
+from biped.control.space.record import DIRECTIONS, EDGES, N_EDGES
+from biped.control.space.reduced import (
+    FORCES,
+    STOPS,
+    factor,
+    motion,
+    products,
+    weigh_forces,
+    weigh_points,
+    weigh_stops,
+)  # fmt: skip
+from biped.control.space.topology import BASE, KNEE, LEG, LEG_POINTS, LEGS, N_POINTS, NU, N
+from biped.numerics.lanes import LANES, added, load, store
+from biped.numerics.nonnegative import nonnegative
+
+_TIE = 1e-9
+"""Raises the diagonals by this fraction: sixteen forces share what six could do, and the shortest share is taken."""
+FAR = 300.0
+"""[m/s²] A point with a larger gap is left out: a force there would cost a thousand times what it does."""
+_MOST_CHANGES = 30
+_SLACK_OF_LIMIT = 1e-9
+
+
+@inner_kernel
+def unilateral_rows(c, m):
+    """Lists the forces that count: least accelerations along them, and how far what exerts them is from pushing.
+
+    Returns:
+        Their number: four edges of each point that is near the ground, then the knees' stops.
+    """
+    at, work, act, memory = c["at"], c["work"], c["actuation"], c["memory"]
+    tau, mu = act["approach"], act["friction"]
+    n = 0
+    for p in range(N_POINTS):
+        leg = p // LEG_POINTS
+        if p % LEG_POINTS == 0:
+            work["standing"][leg] = 0
+        gap = max(0.0, 2.0 * at["speed"][p] / tau + at["height"][p] / (tau * tau))
+        work["near"][p] = 1 if gap < FAR else 0
+        if work["near"][p] == 0:
+            for k in range(EDGES * p, EDGES * p + EDGES):
+                memory["held"][k] = 0
+                memory["pressed"][k] = 0
+            continue
+        work["standing"][leg] = 1
+        bias = at["bias"][p]
+        for e in range(EDGES):
+            slope = mu if e % 2 == 0 else -mu
+            work["least"][n] = -bias[0] - slope * bias[1 + e // 2] - gap
+            work["away"][n] = max(0.0, at["height"][p])
+            work["kept"][n] = EDGES * p + e
+            work["up"][n] = LANES * leg + DIRECTIONS * (p % LEG_POINTS)
+            work["across"][n] = work["up"][n] + 1 + e // 2
+            work["slope"][n] = slope
+            n += 1
+    for leg in range(LEGS):
+        q, v = m.q[BASE + 1 + LEG * leg + KNEE], m.v[BASE + LEG * leg + KNEE]
+        work["least"][n] = -max(0.0, -2.0 * v / tau - q / (tau * tau))
+        work["away"][n] = c["belief"]["shank"] * max(0.0, -q)
+        work["kept"][n] = N_EDGES + leg
+        n += 1
+    return n
+
+
+@kernel
+def _reduce(c, n):
+    """Fills H (n, n) of the forces that count and breaks its ties; f holds what the weighed `forces` do along them."""
+    work = c["work"]
+    H, f, D, row, x, stop = work["H"], work["f"], work["D"], work["row"][0], work["forces"], work["stop"]
+    up, across, slope, edges, mu = work["up"], work["across"], work["slope"], n - LEGS, c["actuation"]["friction"]
+    factor(c, work["soft"])
+    weigh_points(c)
+    weigh_stops(c)
+    weigh_forces(c, x)
+    products(c, x)
+    top = 0.0
+    for i in range(edges):
+        for leg in range(up[i] // LANES + 1):
+            if work["standing"][leg]:
+                s = added(load(D, LEGS * up[i] + leg), slope[i], load(D, LEGS * across[i] + leg))
+                store(work["row"], leg, s)
+        for j in range(0, i + 1, EDGES):  # the four edges of a point; those after i are written again
+            lane = up[j]
+            rise, x_part, y_part = row[lane], mu * row[lane + 1], mu * row[lane + 2]
+            H[i, j] = H[j, i] = rise + x_part
+            H[i, j + 1] = H[j + 1, i] = rise - x_part
+            H[i, j + 2] = H[j + 2, i] = rise + y_part
+            H[i, j + 3] = H[j + 3, i] = rise - y_part
+        top = max(top, H[i, i])
+        f[0, i] = D[FORCES, up[i]] + slope[i] * D[FORCES, across[i]]
+    for leg in range(LEGS):
+        i = edges + leg
+        for j in range(edges):
+            H[i, j] = D[STOPS + leg, up[j]] + slope[j] * D[STOPS + leg, across[j]]
+            H[j, i] = H[i, j]
+        s = 0.0
+        for k in range(BASE):
+            s += stop[leg, k] * x[k]
+        for k in range(BASE + KNEE, BASE + LEG):
+            s += stop[leg, k] * x[LEG * leg + k]
+        f[0, i] = s
+        for other in range(leg + 1):
+            s = 0.0
+            for k in range(BASE + LEG if leg == other else BASE):
+                s += stop[leg, k] * stop[other, k]
+            H[i, edges + other] = s
+            H[edges + other, i] = s
+        top = max(top, H[i, i])
+    for i in range(n):
+        H[i, i] += _TIE * top
+
+
+@kernel
+def _solve(c, n, remembered):
+    """Solves the problem in its forces x, with multipliers y, from the remembered set."""
+    work = c["work"]
+    kept, free = work["kept"], work["free"]
+    for i in range(n):
+        free[i] = remembered[kept[i]]
+    changes = nonnegative(work["H"], work["f"], n, free, work["order"], work["U"], work["L"], work["x"], work["y"])
+    for i in range(n):
+        remembered[kept[i]] = free[i]
+    return changes
+
+
+@inner_kernel
+def wanted_motion(c, m, n):
+    """The first problem: leaves its ground forces c_d in work x, what is left over of the inequalities in work y."""
+    work, tick = c["work"], c["tick"]
+    for j in range(N):
+        work["forces"][j] = tick["Q_d"][j] - m.h[j]
+    for j in range(NU):
+        work["soft"][j] = 0.0
+    _reduce(c, n)
+    for i in range(n):
+        work["f"][0, i] = work["least"][i] - work["f"][0, i]
+    tick["changes"][0] = _solve(c, n, c["memory"]["held"])
+
+
+@kernel
+def _rigid_factor(c):
+    """Leaves the inverse factor of the base's block of M, of a walker with rigid joints, in work L."""
+    R, M = c["work"]["L"], c["at"]["M_base"]
+    for i in range(BASE):
+        s = M[i, i]
+        for k in range(i):
+            s -= R[k, i] * R[k, i]
+        R[i, i] = 1.0 / math.sqrt(s)
+        for j in range(i + 1, BASE):
+            s = M[i, j]
+            for k in range(i):
+                s -= R[k, i] * R[k, j]
+            R[i, j] = s * R[i, i]
+
+
+@kernel
+def _inverse_mass(c, lane):
+    """ρ: the inverse mass that a push in a direction finds in a walker with rigid joints."""
+    A, R, z = c["at"]["A"], c["work"]["L"], c["work"]["row"][0]
+    total = 0.0
+    for i in range(BASE):
+        s = A[i, lane]
+        for k in range(i):
+            s -= R[k, i] * z[k]
+        z[i] = s * R[i, i]
+        total += z[i] * z[i]
+    return total
+
+
+@kernel
+def _prices(c, n):
+    """Fills what a force's square costs where its point is above the ground or is lifted."""
+    work, act = c["work"], c["actuation"]
+    _rigid_factor(c)
+    last, rho = -1, 0.0
+    for i in range(n):
+        if i < n - LEGS:
+            scale = 1.0
+            if work["up"][i] != last:
+                last = work["up"][i]
+                rho = _inverse_mass(c, last)
+        else:
+            scale = c["belief"]["shank"]  # its angle counts as a distance
+            rho = act["regularisation"]
+        away, slack = work["away"][i] / act["reach"], scale * work["y"][0, i] / act["yielding"]
+        work["price"][i] = rho * (away * away + slack * slack)
+
+
+@kernel
+def _add_contacts(work, G, sign, n, F):
+    """Adds what the points' forces in work x do along the coordinates, through the directions G, with a sign."""
+    for i in range(n - LEGS):
+        s = sign * work["x"][0, i]
+        if s != 0.0:
+            up, across, t = work["up"][i], work["across"][i], s * work["slope"][i]
+            first = LEG * (up // LANES)
+            for j in range(BASE):
+                F[j] += s * G[j, up] + t * G[j, across]
+            for j in range(BASE, BASE + LEG):
+                F[first + j] += s * G[j, up] + t * G[j, across]
+
+
+@inner_kernel
+def _wanted_forces(c, n):
+    """Writes M q̈_d + h = Q_d + Gᵀc_d into `wanted`."""
+    work, A, F = c["work"], c["at"]["A"], c["work"]["wanted"]
+    for j in range(N):
+        F[j] = c["tick"]["Q_d"][j]
+    _add_contacts(work, A, 1.0, n, F)
+    for leg in range(LEGS):
+        F[BASE + LEG * leg + KNEE] -= work["x"][0, n - LEGS + leg]
+
+
+@kernel
+def _nearest_forces(c, n):
+    """The second problem in the ground forces c: leaves them in work x, and P (M q̈_d + h - Gᵀc) in `forces`."""
+    work, tick, act, memory = c["work"], c["tick"], c["actuation"], c["memory"]
+    F, C = work["forces"], work["C"]
+    for j in range(N):
+        F[j] = work["wanted"][j]
+    for j in range(NU):
+        free = memory["side"][j] == 0
+        work["soft"][j] = 1.0 / act["regularisation"] if free else 0.0
+        if not free:
+            F[BASE + j] -= memory["side"][j] * act["limit"][j]
+    _reduce(c, n)
+    for i in range(n):
+        work["H"][i, i] += work["price"][i]
+    for i in range(n - LEGS, n):
+        work["x"][0, i] = 0.0
+    tick["changes"][1] = _solve(c, n if act["stops"] else n - LEGS, memory["pressed"])
+    _add_contacts(work, C, -1.0, n, F)
+    for leg in range(LEGS):
+        s = work["x"][0, n - LEGS + leg]
+        if s != 0.0:
+            for j in range(BASE):
+                F[j] -= s * work["stop"][leg, j]
+            for j in range(BASE + KNEE, BASE + LEG):
+                F[LEG * leg + j] -= s * work["stop"][leg, j]
+    motion(c, F)
+
+
+@kernel
+def _change_limits(c):
+    """Writes the torques and moves the worst offender to or from its limit; returns whether there was one."""
+    u, limit, side_of, x = c["tick"]["u"], c["actuation"]["limit"], c["memory"]["side"], c["work"]["forces"]
+    worst, which, side = _SLACK_OF_LIMIT, -1, 0
+    for j in range(NU):
+        wanted = x[BASE + j] / c["actuation"]["regularisation"]
+        if side_of[j] == 0:
+            u[j] = wanted
+            beyond, to = abs(wanted) - limit[j], (1 if wanted > 0.0 else -1)
+        else:
+            u[j] = side_of[j] * limit[j]
+            beyond, to = limit[j] - side_of[j] * wanted, 0
+        if beyond > worst:
+            worst, which, side = beyond, j, to
+    if which >= 0:
+        side_of[which] = side
+    return which >= 0
+
+
+@inner_kernel
+def pushing_torques(c, m):
+    """Writes the joint torques u (12,) [N m] for the record's Q_d; returns whether one of them is at its limit.
+
+    Args:
+        c: Controller record with sensed places, the points' motion and Q_d.
+        m: `biped.control.space.places.Mechanics`.
+    """
+    tick, limit = c["tick"], c["actuation"]["limit"]
+    n = unilateral_rows(c, m)
+    wanted_motion(c, m, n)
+    _prices(c, n)
+    _wanted_forces(c, n)
+    for turn in range(_MOST_CHANGES):
+        _nearest_forces(c, n)
+        tick["changes"][2] = turn
+        if not _change_limits(c):
+            break
+    for k in range(tick["force"].size):
+        tick["force"][k] = 0.0
+    for i in range(n):
+        tick["force"][c["work"]["kept"][i]] = c["work"]["x"][0, i]
+    limited = False
+    for j in range(NU):
+        limited = limited or c["memory"]["side"][j] != 0
+        tick["u"][j] = min(max(tick["u"][j], -limit[j]), limit[j])
+    return limited

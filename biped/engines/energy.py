@@ -1,0 +1,72 @@
+"""Work of what acts on the robot, step by step: what its energy is judged by."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+
+class Account:
+    """Adds up work: force times the mean of the velocities before and after, which for a step of Euler is exact.
+
+    Args:
+        model: What is stepped.
+        data: Its state.
+
+    Attributes:
+        work: [J] of actuators, pushes, dampers, contacts and stops since `begin`.
+        given: [J] of actuators and pushes alone.
+    """
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData):
+        self._model, self._data = model, data
+        self._before = np.empty(model.nv)
+        self._pushed, self._step, self._force = (np.zeros(model.nv) for _ in range(3))
+        self._half = 0.5 * model.opt.timestep
+        self._bodies: list[int] = []
+        self._rows = np.empty((3, model.nv))
+        damping = model.dof_damping
+        self._damping = np.array(damping if damping.ndim == 1 else damping[:, 0])
+        # Air, tendons' dampers and dampers that are not linear: few robots have any.
+        self._other = bool(model.opt.density or model.opt.viscosity or model.tendon_damping.any()
+                           or model.tendon_dampingpoly.any() or model.dof_dampingpoly.any())  # fmt: skip
+        self._poly = np.array(model.dof_dampingpoly)
+        self.work = self.given = 0.0
+
+    def push(self) -> None:
+        """Notes which bodies are pushed from now on."""
+        self._bodies = np.flatnonzero(self._data.xfrc_applied.any(axis=1)).tolist()
+
+    def begin(self) -> None:
+        """A tick begins."""
+        self.work = self.given = 0.0
+
+    def before(self) -> None:
+        """A step begins, whose positions are known."""
+        self._before[:] = self._data.qvel
+        if self._bodies:
+            self._pushed[:] = 0.0
+        for body in self._bodies:
+            mujoco.mj_jacBodyCom(self._model, self._data, self._rows, None, body)
+            self._pushed += self._data.xfrc_applied[body, :3] @ self._rows
+
+    def after(self) -> None:
+        """It is done."""
+        data, after, step, force = self._data, self._data.qvel, self._step, self._force
+        np.add(self._before, after, step)
+        np.multiply(step, self._half, step)
+        np.add(data.qfrc_actuator, data.qfrc_applied, force)
+        if self._bodies:
+            np.add(force, self._pushed, force)
+        given = float(force @ step)
+        self.given += given
+        # MuJoCo's dampers act with the velocity after the step.
+        np.multiply(self._damping, after, force)
+        np.subtract(data.qfrc_constraint, force, force)
+        self.work += given + float(force @ step)
+        if self._other:
+            # They act with their force before the step and its slope there.
+            quadratic, cubic = self._poly.T
+            slope = 2.0 * quadratic * np.abs(self._before) + 3.0 * cubic * self._before**2
+            damper = data.qfrc_damper + self._damping * self._before - slope * (after - self._before)
+            self.work += float((damper + data.qfrc_fluid) @ step)

@@ -1,1 +1,0 @@
-"""The foreign engine for robots of any kind: MuJoCo, tick by tick, with the law in Python."""

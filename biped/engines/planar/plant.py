@@ -1,0 +1,209 @@
+"""Seven links in a plane as a plant: the thesis's law and the physics in one compiled loop, other laws in Python."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from biped.base.jit import bound
+from biped.control.blending import Changes
+from biped.control.planar.controller import ThesisLaw, law_of
+from biped.control.planar.estimator import infer
+from biped.control.planar.law import Tick
+from biped.control.planar.loop import Control, within_line
+from biped.control.smoothing import fraction
+from biped.engines.fall import GOING, LOW, fall_words
+from biped.engines.loop import Ending, in_python
+from biped.engines.planar.tick import fall_of, judge
+from biped.measure.columns import Q_D, WIDTH, Q, U, V
+from biped.measure.trajectory import Trajectory
+from biped.robot.planar.topology import NQ, PITCH, X
+from biped.robot.planar.tree import Tree
+from biped.robot.run import Run
+from biped.scenario.keys import Sensors as SensorKeys
+from biped.scenario.pushing import pieces
+
+if TYPE_CHECKING:
+    from biped.control.planar.senses import Senses
+    from biped.control.planar.sensors import Sensors
+
+NO_SENSORS = SensorKeys()
+NO_CHANGES = Changes(np.empty(0), np.empty(0))
+
+
+Advance = Callable[[int, int], tuple[int, int]]
+
+
+class Physics(NamedTuple):
+    """The physics of an engine; arrays are live.
+
+    Attributes:
+        tree: Lengths and masses of the biped that walks.
+        q: (9,) joint coordinates [m, rad].
+        v: (9,) joint velocities.
+        applied: Joint torques (6,), or with `generalized` actuation generalized forces (9,), that act.
+        bodies: Names of the bodies that can be pushed.
+        push: Called where pushes change with forces (len(bodies), 2) [N] along and normal to the ground.
+        step: Called with (k, log) to move the physics through tick k and to log its ground forces.
+        walk: Called with (control, fall, log, first, last) for ticks first … last - 1 in compiled code; returns the
+            last tick's status and the number of ticks that are logged. None: there is no such code.
+        warnings: How often the engine has warned of what.
+    """
+
+    tree: Tree
+    q: np.ndarray
+    v: np.ndarray
+    applied: np.ndarray
+    bodies: Sequence[str]
+    push: Callable[[np.ndarray], None]
+    step: Callable[[int, np.ndarray], None]
+    walk: Callable[[Control, np.ndarray, np.ndarray, int, int], tuple[int, int]] | None
+    warnings: Callable[[], dict[str, int]]
+
+
+class PlanarPlant:
+    """The plant of a run (`biped.engines.loop.Plant`).
+
+    Args:
+        run: The run.
+        physics: What moves the biped.
+
+    Attributes:
+        advance: As of the protocol.
+    """
+
+    def __init__(self, run: Run, physics: Physics):
+        s = run.scenario
+        self.run, self.physics = run, physics
+        self.bodies, self.push, self.warnings = physics.bodies, physics.push, physics.warnings
+        self.log = np.zeros((run.ticks, WIDTH))
+        sensors, self.senses = _sensors(run, physics), _senses(run, physics)
+        between = sensors if self.senses is None else self.senses
+        q, v = (physics.q, physics.v) if between is None else (between.q, between.v)
+        estimator = () if self.senses is None else (self.senses.inference,)
+        self.law = law = law_of(run, run.tree, q, v, self.log)
+        self.generalized = s.actuation.mode == "generalized"
+        wanted, logged = (law.Q_d, Q_D) if self.generalized else (law.u, U)
+        changes = law.changes if isinstance(law, ThesisLaw) else NO_CHANGES
+        control = Control(
+            law.record, changes, q, v, *_between(sensors), wanted, logged,
+            fraction(s.actuation.lag, run.tick), run.tick, (True,) if law.record["push"]["on"][0] else (),
+            _line(run), estimator,
+        )  # fmt: skip
+        fall = fall_of(run, physics.tree)
+        if physics.walk is not None and isinstance(law, ThesisLaw) and not law.python:
+            self.advance: Advance = partial(physics.walk, control, fall, self.log)
+        else:
+            self.advance = self._in_python(control, fall, law.tick, sensors)
+
+    def turned(self, force: tuple[float, ...]) -> np.ndarray:
+        """(2,) [N] of a force forward and up, along and normal to the slope."""
+        return turned(self.run.scenario.ground.slope, force)
+
+    def _in_python(
+        self, control: Control, fall: np.ndarray, decide: Tick, sensors: Sensors | None
+    ) -> Callable[[int, int], tuple[int, int]]:
+        """The loop tick by tick in Python: for laws and engines that are not compiled."""
+        physics, log, follow, period = self.physics, self.log, control.follow, self.run.tick
+        q, v, applied, wanted = physics.q, physics.v, physics.applied, control.wanted
+        columns = slice(control.logged, control.logged + len(applied))
+        judged = bound(judge, fall, q, v)
+        between = sensors is not None or bool(control.estimator)
+
+        def tick(k: int) -> int:
+            if sensors is not None:
+                sensors.measure(k)
+            elif between:
+                infer(control.estimator, control.record, q, v, log, k, control.q, control.v)
+            status = decide(k, k * period)
+            if between:  # the log has the true coordinates
+                log[k, Q : Q + NQ], log[k, V : V + NQ] = q, v
+            if status == GOING:
+                status = judged(fall, q, v)
+            if status == GOING:
+                if control.line:
+                    within_line(control.line, v, wanted, log, k)
+                if follow == 1.0:
+                    applied[:] = wanted
+                else:
+                    applied[:] += follow * (wanted - applied)
+                    log[k, columns] = applied
+            return status
+
+        step = physics.step
+        return in_python(tick, lambda k: step(k, log))
+
+    def fall(self, status: int, row: int) -> str:
+        """How the torso fell at a row of the log."""
+        line = self.log[row]
+        way = line[V + X] if status == LOW else -np.sin(line[Q + PITCH] + np.radians(self.run.scenario.ground.slope))
+        return fall_words(np.array([way, 0.0]), row * self.run.tick)
+
+    def velocities(self, row: int) -> tuple[Sequence[str], np.ndarray]:
+        """Names and values of the velocities in a row of the log."""
+        return self.run.robot.q_names, self.log[row, V : V + NQ]
+
+    def trajectory(self, rows: int, ending: Ending) -> Trajectory:
+        """The trajectory of so many rows."""
+        s, law, log = self.run.scenario, self.law, self.log[:rows]
+        if law.signals.names:
+            log = np.hstack([log, law.signals.values[:rows]])
+        return Trajectory(
+            log=log,
+            tick=self.run.tick,
+            tree=self.physics.tree,
+            slope=s.ground.slope,
+            generalized=self.generalized,
+            torque_limit=self.run.torque_limits,
+            pushes=tuple((p.start, p.end, p.force[0], p.force[1], p.body) for p in pieces(s)),
+            end=ending.end,
+            cause=ending.cause,
+            warnings=ending.warnings,
+            robot=self.run.robot,
+            inferred=None if self.senses is None else self.senses.noted[:rows],
+            signal_names=law.signals.names,
+            traceback=ending.traceback,
+            ground=self.run.profile,
+            changes=tuple(change.at for change in s.change),
+        )
+
+
+def turned(slope: float, force: tuple[float, ...]) -> np.ndarray:
+    """(2,) of a force forward and up, along and normal to a slope [degrees]."""
+    angle = np.radians(slope)
+    return np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]) @ np.array(force)
+
+
+def _line(run: Run) -> tuple[np.ndarray, ...]:
+    """The torque-speed line of the run's motors, if it is to keep within it."""
+    if not run.scenario.actuation.motors or (motor := run.robot.motor) is None:
+        return ()
+    return (np.array([motor.stall, motor.free]),)
+
+
+def _senses(run: Run, physics: Physics) -> Senses | None:
+    """The run's encoders, gyro, switches and estimator, or None if the controller is told its posture."""
+    if run.scenario.estimator is None:
+        return None
+    from biped.control.planar.senses import Senses
+
+    return Senses(run, run.tree, physics.q, physics.v, run.ticks)
+
+
+def _sensors(run: Run, physics: Physics) -> Sensors | None:
+    """The run's sensors, or None if the controller reads the state itself."""
+    if run.scenario.sensors == NO_SENSORS or run.scenario.estimator is not None:
+        return None
+    from biped.control.planar.sensors import Sensors
+
+    return Sensors(run, physics.q, physics.v, run.ticks)
+
+
+def _between(sensors: Sensors | None) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Noise, its deviation, past and resolution of sensors, or nothing of each."""
+    if sensors is None:
+        return np.empty((2, 0, NQ)), np.empty((2, NQ)), np.empty((0, 2, NQ)), 0.0
+    return sensors.noise, sensors.deviation, sensors.past, sensors.resolution

@@ -1,0 +1,262 @@
+"""Any robot in MuJoCo as a plant: its law ticks in Python, everything else between two calls of MuJoCo is compiled."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+from msgspec import structs
+
+from biped.base.jit import bound, kernel
+from biped.control.law import Commander, Setup, command_of, maker_of
+from biped.control.observation import Observation
+from biped.control.smoothing import fraction
+from biped.engines.energy import Account
+from biped.engines.fall import GOING, LOW, fall_words
+from biped.engines.forces import GroundContacts, add_forces
+from biped.engines.loop import Ending, in_python, mujoco_warnings
+from biped.engines.row import log_state, state_of
+from biped.engines.uneven import Uneven, own
+from biped.measure.general.trajectory import GeneralTrajectory, columns_of, width_of
+from biped.robot.build import compiled, frame
+from biped.robot.ground import levelled
+from biped.robot.run import Run
+from biped.scenario.laws import SPATIAL
+from biped.scenario.pushing import pieces
+from biped.scenario.senses import Sensors
+from biped.scenario.truth import Truth
+
+if TYPE_CHECKING:
+    from biped.engines.space.walk import SpacePlant
+
+Watch = Callable[[mujoco.MjModel, mujoco.MjData, np.ndarray], None]
+"""Called after every tick with the model, its data, and the pushes that act, (bodies, 3) [N]."""
+
+_SPLIT = ("Euler", "implicit", "implicitfast")
+"""Integrators whose step has two halves, between which a law can tick without anything being computed twice."""
+
+
+class MujocoPlant:
+    """The plant of a run (`biped.engines.loop.Plant`).
+
+    Args:
+        run: The run.
+        watch: Called after every tick.
+
+    Attributes:
+        compiled: The law's compiled loop, if it has one that suits the run.
+    """
+
+    def __init__(self, run: Run, watch: Watch | None = None):
+        s = run.scenario
+        self.run, self.s, self.watch = run, s, watch
+        self.robot, self.profile = run.robot, run.profile
+        self.bodies = self.robot.bodies
+        make, name, file = maker_of(run)
+        self.command = command_of(make, s, name)
+        self.model = compiled(run.model, s, self.command)
+        if not self.profile.level:
+            self.model = own(self.model)
+        self.data = mujoco.MjData(self.model)
+        self.data.qpos[:], self.data.qvel[:] = run.q, run.v
+        self.limits = np.array(run.torque_limits)
+        size = self.model.nv if self.command == "generalized" else len(self.robot.drives)
+        # Of how the robot differs from its file a law knows nothing, nor what lies ahead on its way.
+        believed = structs.replace(s, truth=Truth(), ground=levelled(s.ground))
+        known = self.model if s == believed else compiled(run.model, believed, self.command)
+        setup = Setup(s, run.gains, self.robot, copy.copy(known), run.model, run.tick, self.limits.copy(),
+                      run.q.copy(), run.v.copy())  # fmt: skip
+        self.law = Commander(make, name, file, setup, size, run.ticks)
+        self.columns = columns_of(self.robot)
+        self.log = np.zeros((run.ticks, width_of(self.robot)))
+        self.state = state_of(self.model, self.data, self.robot, self.columns, s.fall, self.profile)
+        shared = self.state.touching, np.zeros_like(self.state.point)
+        self.ground_force = shared[1]
+        self.truth = self.observation = Observation(
+            self.model, self.data, self.robot, self.profile, shared, self.state.point
+        )
+        self.sensors = None
+        if known is not self.model or s.sensors != Sensors():
+            from biped.control.sensors import CoordinateSensors
+
+            self.sensors = CoordinateSensors(run, copy.copy(known), self.robot, run.tick)
+            self.observation = Observation(self.sensors.model, self.sensors.data, self.robot, self.profile, shared)
+        self.uneven = None if self.profile.level else Uneven(self.model, self.data, self.profile)
+        self.contacts = GroundContacts(
+            self.model, self.data, self.robot, None if self.uneven is None else self.uneven.planes
+        )
+        self.account = Account(self.model, self.data)
+        self.split = s.simulation.integrator in _SPLIT
+        self.pushing = np.zeros((self.model.nbody - 1, 3))
+        self.compiled = self._compiled()
+        self._in_python = None if self.compiled is not None else self._bound()
+
+    def _compiled(self) -> SpacePlant | None:
+        """The compiled loop's plant, where the law has one."""
+        s = self.s
+        if s.law != SPATIAL or not self.split or self.sensors or self.uneven or self.watch or s.actuation.lag > 0.0:
+            return None
+        from biped.engines.space.plant import plant_of
+
+        return plant_of(self.law.law, self.model, self.data, self.robot, self.run.substeps, float(self.state.bounds[0]),
+                        s.fall.tilt, self.columns, self.state.anchors)  # fmt: skip
+
+    def turned(self, force: tuple[float, ...]) -> np.ndarray:
+        """(3,) [N] of a push in the ground's frame."""
+        ground = self.s.ground
+        return frame(ground.slope, ground.side_slope) @ np.array(_in_space(force))
+
+    def push(self, forces: np.ndarray) -> None:
+        """Has forces (bodies, 3) [N] act."""
+        self.pushing[:] = self.data.xfrc_applied[1:, :3] = forces
+        self.account.push()
+
+    def advance(self, first: int, last: int) -> tuple[int, int]:
+        """Ticks first … last - 1; see `biped.engines.loop.Plant`."""
+        if self.compiled is not None:
+            from biped.engines.space.plant import advance, on_base
+
+            if on_base(self.pushing, self.model, self.robot):
+                return advance(self.compiled, self.law, self.log, first, last)
+        if self._in_python is None:
+            self._in_python = self._bound()
+        return self._in_python(first, last)
+
+    def _bound(self) -> Callable[[int, int], tuple[int, int]]:
+        """`advance` tick by tick, with kernels that are looked up once."""
+        data, model, log, law, observation, state = (
+            self.data, self.model, self.log, self.law, self.observation, self.state)  # fmt: skip
+        contacts, sensors, tick, split, account = self.contacts, self.sensors, self.run.tick, self.split, self.account
+        example, solved = contacts.examples()
+        log_row = bound(log_state, state, example, log[0], 0.0)
+        forces, total = np.zeros_like(state.point), np.zeros(3)
+        work, pyramidal = np.zeros((len(forces) + 3, 3)), contacts.pyramidal
+        add = bound(add_forces, state.point, state.foot, example, solved, pyramidal, work, forces, total)
+        generalized = self.command == "generalized"
+        limits = self.limits if self.command == "torque" else np.full(law.size, np.inf)
+        wanted, target = np.zeros(law.size), data.qfrc_applied if generalized else data.ctrl
+        follow = fraction(self.s.actuation.lag, tick)
+        act = bound(actuate, wanted, limits, follow, wanted, target)
+        at = {name: slice(first, first + math.prod(shape)) for name, (first, shape) in self.columns.items()}
+        force_columns, total_columns, torque_columns, work_column, given_column = (
+            at["force"], at["ground_force"], at["u"], at["work"].start, at["given"].start)  # fmt: skip
+        torque, share = np.zeros(len(self.robot.drives)), 1.0 / self.run.substeps
+        step1, step2, whole = mujoco.mj_step1, mujoco.mj_step2, mujoco.mj_step
+        forward, velocities = mujoco.mj_forward, mujoco.mj_subtreeVel
+        touching = [example]  # the contacts of the step that is taken
+        uneven, watch, pushing, substeps = self.uneven, self.watch, self.pushing, self.run.substeps
+
+        def first_half() -> None:
+            if uneven is not None:
+                uneven.lay()
+            (step1 if split else forward)(model, data)
+
+        def decide(k: int) -> int:
+            first_half()
+            velocities(model, data)
+            time = k * tick
+            touching[0] = contacts.now()
+            status = log_row(state, touching[0], log[k], time)
+            if status != GOING:
+                return status
+            if sensors is not None:
+                sensors.measure(data.qpos, data.qvel)
+            observation.begin(time)
+            command = law.command(k, observation)
+            if not act(command, limits, follow, wanted, target):
+                law.refuse(k, time, command)
+            return status
+
+        def step(k: int) -> None:
+            account.begin()
+            forces[:], total[:], torque[:] = 0.0, 0.0, 0.0
+            for substep in range(substeps):
+                if substep:
+                    first_half()
+                    touching[0] = contacts.now()
+                account.before()
+                (step2 if split else whole)(model, data)
+                account.after()
+                if not split:  # the contacts are those of the last of its stages
+                    touching[0] = contacts.now()
+                add(state.point, state.foot, touching[0], contacts.solved(), pyramidal, work, forces, total)
+                if not generalized:
+                    np.add(torque, data.actuator_force, torque)
+            row = log[k]
+            np.multiply(forces, share, self.ground_force)
+            row[force_columns] = self.ground_force.ravel()
+            row[total_columns], row[torque_columns] = total * share, torque * share
+            row[work_column], row[given_column] = account.work, account.given
+            if watch is not None:
+                watch(model, data, pushing)
+
+        return in_python(decide, step)
+
+    def fall(self, status: int, row: int) -> str:
+        """How the base fell at a row of the log."""
+        mujoco.mj_subtreeVel(self.model, self.data)
+        base = self.robot.base_number
+        axis = self.data.xmat[base].reshape(3, 3) @ self.robot.upright
+        return fall_words(self.data.subtree_linvel[base] if status == LOW else axis, row * self.run.tick)
+
+    def velocities(self, row: int) -> tuple[Sequence[str], np.ndarray]:
+        """Names and values of the velocities in a row of the log."""
+        first, _ = self.columns["v"]
+        return self.robot.v_names, self.log[row, first : first + self.model.nv]
+
+    def warnings(self) -> dict[str, int]:
+        """How often MuJoCo warned of what."""
+        return mujoco_warnings(self.data)
+
+    def trajectory(self, rows: int, ending: Ending) -> GeneralTrajectory:
+        """The trajectory of so many rows."""
+        s, signals, log = self.s, self.law.signals, self.log[:rows]
+        return GeneralTrajectory(
+            log=np.hstack([log, signals.values[:rows]]) if signals.names else log,
+            tick=self.run.tick,
+            slope=s.ground.slope,
+            side_slope=s.ground.side_slope,
+            gravity=tuple(self.model.opt.gravity.tolist()),
+            generalized=self.command == "generalized",
+            torque_limit=tuple(self.limits.tolist()),
+            pushes=tuple((p.start, p.end, *_in_space(p.force), p.body) for p in pieces(s)),
+            end=ending.end,
+            cause=ending.cause,
+            warnings=ending.warnings,
+            robot=self.run.true_robot,
+            ground=self.profile,
+            changes=tuple(change.at for change in s.change),
+            sampled=not self.split,
+            signal_names=signals.names,
+            traceback=ending.traceback,
+        )
+
+
+@kernel
+def actuate(command, limits, follow, wanted, target):
+    """Brings actuators towards what a law commands; returns whether that is finite, and otherwise does nothing.
+
+    Args:
+        command: (n,) what the law returned.
+        limits: (n,) [N m] bounds of torques; inf of other commands.
+        follow: Fraction of the way that actuators go in a tick.
+        wanted: (n,) where they are, overwritten.
+        target: (n,) what MuJoCo takes commands from, overwritten.
+    """
+    for j in range(command.size):
+        if not math.isfinite(command[j]):
+            return False
+    for j in range(command.size):
+        bounded = min(max(command[j], -limits[j]), limits[j])
+        wanted[j] += follow * (bounded - wanted[j])
+        target[j] = wanted[j]
+    return True
+
+
+def _in_space(force: tuple[float, ...]) -> tuple[float, float, float]:
+    """(3,) [N] forward, to the left and up, of a push in the plane or in space."""
+    return (force[0], 0.0, force[1]) if len(force) == 2 else (force[0], force[1], force[2])

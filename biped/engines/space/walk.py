@@ -1,0 +1,228 @@
+"""A compiled law and MuJoCo in one compiled loop: no Python between two ticks of a run."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from biped.base.address import call, doubles_at, int32_at
+from biped.base.jit import inner_kernel, long_kernel
+from biped.control.blending import blend
+from biped.control.space.places import Mechanics
+from biped.control.space.tick import spatial_tick
+from biped.control.space.topology import BASE, KNEE, LEG, LEGS, N_POINTS, NU, N
+from biped.engines.fall import GOING, LOW, NOT_FINITE, TILTED
+from biped.engines.row import BASE as BASE_COLUMN
+from biped.engines.row import (
+    COM,
+    COM_VELOCITY,
+    CONTACT,
+    ENERGY,
+    FIGURE,
+    FORCE,
+    GIVEN,
+    GROUND_FORCE,
+    POINT,
+    TIME,
+    WORK,
+    Q,
+    U,
+    V,
+)
+
+
+class SpacePlant(NamedTuple):
+    """MuJoCo as the compiled loop takes it; see `biped.engines.native`.
+
+    Attributes:
+        step1: Address of mj_step1.
+        step2: Address of mj_step2.
+        model: Address of the model.
+        data: Address of the data.
+        nefc: Address of the number of constraint rows.
+        force: Address of the address of their forces.
+        substeps: Steps in a tick.
+        timestep: [s].
+        mechanics: What the law reads, live.
+        applied: (12,) torques or (18,) generalized forces, live.
+        pushed: (6,) [N, N m] force and moment on the torso, live.
+        driving: (18,) what actuators do, live.
+        holding: (18,) what contacts and stops do, live.
+        centre: (8, 3) centres of mass of the bodies, live.
+        place: (8, 3) origins of the bodies, live.
+        energy: (2,) [J], live.
+        turned: (8, 4) orientations of the bodies, live.
+        anchor: (njnt, 3) [m] places of the joints, live.
+        anchors: (6,) joints that a stick figure shows.
+        top: (3,) [m] the trunk's end in the torso's frame.
+        radius: [m] of the contact points' spheres.
+        least: [m] height of the torso below which it has fallen.
+        up: (3,) against gravity.
+        tilt: Cosine of the lean beyond which it has fallen.
+        columns: (15,) first columns of a trajectory's quantities, in their order.
+        touched: (8,) which contact points touch in a step, work.
+        stopped: (2,) which knees are at their stop, work.
+        before: (18,) velocities before a step, work.
+    """
+
+    step1: int
+    step2: int
+    model: int
+    data: int
+    nefc: int
+    force: int
+    substeps: int
+    timestep: float
+    mechanics: Mechanics
+    applied: np.ndarray
+    pushed: np.ndarray
+    driving: np.ndarray
+    holding: np.ndarray
+    centre: np.ndarray
+    place: np.ndarray
+    energy: np.ndarray
+    turned: np.ndarray
+    anchor: np.ndarray
+    anchors: np.ndarray
+    top: np.ndarray
+    radius: float
+    least: float
+    up: np.ndarray
+    tilt: float
+    columns: np.ndarray
+    touched: np.ndarray
+    stopped: np.ndarray
+    before: np.ndarray
+
+
+@inner_kernel
+def _status(plant):
+    m = plant.mechanics
+    for j in range(N):
+        if not (math.isfinite(m.q[j]) and math.isfinite(m.v[j])):
+            return NOT_FINITE
+    up, R = plant.up, m.turned[1]
+    if R[2] * up[0] + R[5] * up[1] + R[8] * up[2] < plant.tilt:
+        return TILTED
+    return LOW if plant.centre[1, 2] < plant.least else GOING
+
+
+@inner_kernel
+def _note(plant, c, line, time):
+    """Writes the state at a tick into its row."""
+    m, at = plant.mechanics, plant.columns
+    line[at[TIME]] = time
+    for j in range(N + 1):
+        line[at[Q] + j] = m.q[j]
+    for j in range(N):
+        line[at[V] + j] = m.v[j]
+    for p in range(N_POINTS):
+        for i in range(3):
+            line[at[POINT] + 3 * p + i] = m.place[m.points[p], i]
+        line[at[CONTACT] + p] = 1.0 if m.place[m.points[p], 2] < plant.radius else 0.0
+    for i in range(3):
+        line[at[COM] + i] = c["at"]["com"][i]
+        line[at[COM_VELOCITY] + i] = c["at"]["com_velocity"][i]
+        line[at[BASE_COLUMN] + i] = plant.place[1, i]
+    for i in range(4):
+        line[at[BASE_COLUMN] + 3 + i] = plant.turned[1, i]
+    for k in range(plant.anchors.size):
+        for i in range(3):
+            line[at[FIGURE] + 3 * k + i] = plant.anchor[plant.anchors[k], i]
+    R, top = m.turned[1], line[at[FIGURE] + 3 * plant.anchors.size :]
+    for i in range(3):
+        top[i] = plant.place[1, i]
+        for j in range(3):
+            top[i] += R[3 * i + j] * plant.top[j]
+    line[at[ENERGY]] = plant.energy[0] + plant.energy[1]
+
+
+@inner_kernel
+def _add_forces(plant, line, share):
+    """Adds the ground's forces in the step that has been taken; stops come first among them, then points in order."""
+    at, efc = plant.columns, doubles_at(plant.force, int32_at(plant.nefc))
+    row = 0
+    for leg in range(LEGS):
+        if plant.stopped[leg]:
+            row += 1
+    for p in range(N_POINTS):
+        if plant.touched[p] and row + 3 <= efc.size:
+            for i in range(3):
+                # Normal, to the left, backward.
+                force = share * (efc[row] if i == 2 else efc[row + 1] if i == 1 else -efc[row + 2])
+                line[at[FORCE] + 3 * p + i] += force
+                line[at[GROUND_FORCE] + i] += force
+            row += 3
+
+
+@inner_kernel
+def _step(plant, line, share):
+    """Takes one step, whose first half is done, and adds to the row what happens in it."""
+    m, at, before = plant.mechanics, plant.columns, plant.before
+    for p in range(N_POINTS):
+        plant.touched[p] = m.place[m.points[p], 2] < plant.radius
+    for leg in range(LEGS):
+        plant.stopped[leg] = m.q[BASE + 1 + LEG * leg + KNEE] > 0.0
+    for j in range(N):
+        before[j] = m.v[j]
+    call(plant.step2, plant.model, plant.data)
+    _add_forces(plant, line, share)
+    given, held = 0.0, 0.0
+    generalized = plant.applied.size == N
+    for j in range(N):
+        step = 0.5 * plant.timestep * (before[j] + m.v[j])
+        force = plant.applied[j] if generalized else plant.driving[j]
+        given += ((force + plant.pushed[j]) if j < BASE else force) * step
+        held += plant.holding[j] * step
+    line[at[WORK]] += given + held
+    line[at[GIVEN]] += given
+
+
+@long_kernel
+def walk(record, changes, plant, log, signals, first, last):
+    """Ticks first … last - 1 of a run in which the same push acts on the torso's centre of mass.
+
+    Args:
+        record: (1,) `biped.control.space.record.CONTROL`.
+        changes: Of it, `biped.control.blending.Changes`.
+        plant: `SpacePlant`.
+        log: (n, width) of `biped.measure.general.trajectory`, zero where nothing is known yet.
+        signals: (n, 5) of `biped.control.space.law`.
+        first: First tick.
+        last: One past the last.
+
+    Returns:
+        The last tick's status (`biped.engines.fall`), and the number of rows in the log.
+    """
+    m, c = plant.mechanics, record[0]
+    share = 1.0 / plant.substeps
+    tick = plant.timestep * plant.substeps
+    for k in range(first, last):
+        call(plant.step1, plant.model, plant.data)
+        status = _status(plant)
+        if status == NOT_FINITE:
+            return status, k + 1
+        blend(changes, k)
+        spatial_tick(record, m, k == 0)
+        line = log[k]
+        _note(plant, c, line, k * tick)
+        if status != GOING:
+            return status, k + 1
+        for leg in range(LEGS):
+            signals[k, leg] = c["memory"]["phase"][leg] + 1
+            signals[k, LEGS + leg] = c["tick"]["placed"][leg]
+        signals[k, 2 * LEGS] = c["tick"]["limited"]
+        if c["actuation"]["generalized"]:
+            for j in range(N):
+                plant.applied[j] = c["tick"]["Q_d"][j]
+        else:
+            for j in range(NU):
+                plant.applied[j] = c["tick"]["u"][j]
+                line[plant.columns[U] + j] = c["tick"]["u"][j]
+        for step in range(plant.substeps):
+            if step > 0:
+                call(plant.step1, plant.model, plant.data)
+            _step(plant, line, share)
+    return GOING, last

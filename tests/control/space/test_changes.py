@@ -1,0 +1,93 @@
+"""Gains that go over to others during a run in space, as they do in the plane."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from biped.base.errors import InputError
+from biped.control.blending import blend, changes_in, step_type
+from biped.control.space.record import GAIT
+from biped.control.space.setup import set_gains
+from biped.engines.mujoco import simulate
+from biped.ensemble.campaign import run_one
+from biped.ensemble.packed import load, save
+from biped.ensemble.plan import Plan
+from biped.scenario.reading import read_scenario
+from tests.control.space.scene import Scene
+
+
+def plan_of(*changes: str) -> Plan:
+    return Plan(read_scenario("spatial/own", ["start.jitter=0.0", "duration=0.3", *changes]))
+
+
+def test_a_change_at_once_is_the_other_gait_from_the_start():
+    ground = "actuation.pushing={approach=0.015,reach=0.002,yielding=8.0,regularisation=1e-3}"
+    changed = simulate(plan_of(ground, 'change=[{at=0.0,controller="human3d_stand"}]').run(0))
+    np.testing.assert_array_equal(changed.log, simulate(plan_of(ground, 'controller="human3d_stand"').run(0)).log)
+    assert changed.changes == (0.0,)
+
+
+def test_nothing_changes_before_its_time():
+    plain = simulate(plan_of().run(0))
+    changed = simulate(plan_of("change=[{at=0.1,gains.frontal.k_d1=1000.0,gains.axial.theta_b=20.0}]").run(0))
+    np.testing.assert_array_equal(changed.q[:101], plain.q[:101])
+    np.testing.assert_array_equal(changed.u[:100], plain.u[:100])
+    assert np.abs(changed.u[100] - plain.u[100]).max() > 1.0
+
+
+def test_every_number_of_the_gait_goes_linearly_and_stays():
+    scene = Scene('change=[{at=0.1,over=0.2,controller="human3d_stand"},{at=0.5,gains.k_d1=1.0}]')
+    setup, gait = scene.setup, scene.c["gait"]
+    changes = changes_in(scene.record, step_type(GAIT), setup.scenario, setup.gains, set_gains)
+    before, after = np.zeros(1, GAIT), np.zeros(1, GAIT)
+    set_gains(before[0], setup.gains)
+    set_gains(after[0], Plan(read_scenario("spatial/own", ['controller="human3d_stand"'])).run(0).gains)
+    for k in range(600):
+        blend(changes, k)
+        if k == 550:
+            after[0]["k_torso"][0] = 1.0
+        share = np.clip((k - 99) / 200, 0.0, 1.0)
+        for name in GAIT.names or ():
+            wanted = (1.0 - share) * before[0][name] + share * after[0][name]
+            if k not in range(500, 550):
+                np.testing.assert_allclose(gait[name], wanted, rtol=1e-14, atol=1e-14, err_msg=f"{name} {k}")
+    assert gait["k_torso"][0] == 1.0
+
+
+def test_a_gait_of_the_plane_is_refused_where_it_is_named():
+    with pytest.raises(InputError, match=r"change\[0\]\.gains\.frontal: missing: model 'human3d' moves in space"):
+        plan_of('change=[{at=0.1,controller="calm"}]')
+    with pytest.raises(InputError, match=r"change\[0\]\.gains\.axial: expected none: model 'human' moves in the plane"):
+        Plan(read_scenario("level_normal", ["change=[{at=0.1,gains.axial.theta_b=9.0}]"]))
+
+
+def test_changes_are_kept_with_the_run(tmp_path):
+    """One that stands at last has a stopping distance, counted from its first change."""
+    changes = ('controller="human3d_stand"', "start.posture=stand", "duration=1.0", "window.start=0.5",
+               "window.end=1.0", "change=[{at=0.4,over=0.2,gains.theta_l=[86.0,127.0,120.5,122.0]}]")  # fmt: skip
+    t, row = run_one(plan_of(*changes), 0)
+    assert row.as_dict()["stood"]
+    assert row.as_dict()["stopping_distance"] == pytest.approx(t.x[-1] - t.x[400])
+    assert abs(t.x[-1] - t.x[400]) > 1e-3
+    save(t, tmp_path / "t.xz")
+    assert load(tmp_path / "t.xz").changes == t.changes == (0.4,)
+
+
+@pytest.mark.parametrize("mode", ["joint", "generalized"])
+@pytest.mark.parametrize("posture", ["stand", "stride"])
+def test_it_stands_through_a_push(mode, posture):
+    changes = ('controller="human3d_stand"', f"actuation.mode={mode}", f"start.posture={posture}", "duration=4.0",
+               "window.start=3.0", "window.end=4.0", "push=[{at=0.5,duration=0.2,force=[-35.0,35.0,0.0]}]")  # fmt: skip
+    t, row = run_one(plan_of(*changes), 0)
+    assert row.as_dict()["stood"], row.as_dict()["cause"]
+    assert t.com_velocity[:, 1].max() > 0.02, "the push does nothing: the test could not fail"
+
+
+def test_from_rest_it_walks_once_its_weight_is_shifted():
+    s = read_scenario("spatial/stand_to_walk", ["duration=9.0", "window.start=5.0", "start.jitter=0.0"])
+    _, row = run_one(Plan(s), 0)
+    assert row.as_dict()["walked"], row.as_dict()["cause"]
+    at_once = replace(s, change=(replace(s.change[1], at=2.0),))
+    assert run_one(Plan(at_once), 0)[0].end == "fell", "the shift is needed for nothing"

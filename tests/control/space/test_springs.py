@@ -1,0 +1,126 @@
+"""Q_d out of the plane: moments on bodies projected by their Jacobians; in the plane it is the planar law's."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from biped.control.planar.record import new
+from biped.control.planar.setup import set_gains
+from biped.control.planar.springs import desired_forces as planar_forces
+from biped.control.space.places import believe_contacts
+from biped.control.space.springs import desired_forces
+from tests.control.space.scene import Scene, states
+
+SIDE = (-1.0, 1.0)
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return Scene()
+
+
+def axis_angle(z, one, other):
+    return np.arctan2(z @ one, z @ other)
+
+
+def wanted(scene: Scene, q: np.ndarray, v: np.ndarray, phase: tuple[int, int]) -> np.ndarray:
+    """Σ J_ωᵀ τ with MuJoCo's own rotation Jacobians, and the relative joints' couples."""
+    gait, model, data = scene.c["gait"], scene.model, scene.data
+    k, b, rest = gait["k"], gait["b"], gait["rest"]
+    x, y, z = np.eye(3)
+    Q = np.zeros(18)
+    for link in range(3):
+        body = (1, 2, 5)[link]
+        J = np.zeros((3, 18))
+        mujoco.mj_jacBody(model, data, None, J, body)
+        turn, rate = data.xmat[body].reshape(3, 3), J @ v
+        own = turn[:, 2]
+        angle = np.array([axis_angle(own, z, x), -axis_angle(own, y, z), -axis_angle(turn[:, 1], x, y)])
+        rates = np.array([-rate @ y, rate @ x, rate @ own])
+        if link == 0:
+            tau = -gait["k_torso"] * (angle - gait["rest_torso"]) - gait["b_torso"] * rates
+        else:
+            leg, s = link - 1, phase[link - 1]
+            sign = np.array([1.0, SIDE[leg], SIDE[leg]])
+            goal = rest[s, :3].copy()
+            if s >= 2:
+                stance = data.geom_xpos[scene.mechanics.points[4 * (1 - leg) : 4 * (2 - leg)]].mean(axis=0)
+                com, moving = data.subtree_com[1], scene.c["at"]["com_velocity"]
+                goal[1] += gait["velocity"] * SIDE[leg] * moving[1]
+                goal[1] += gait["position"] * (SIDE[leg] * (com[1] - stance[1]) - 0.0875)
+            tau = sign * (-k[s, :3] * (sign * angle - goal) - b[s, :3] * sign * rates)
+        Q += J.T @ (tau[0] * -y + tau[1] * x + tau[2] * own)
+    for leg in range(2):
+        s = phase[leg]
+        for i in range(3, 6):
+            j = 6 + 6 * leg + i
+            Q[j] += -k[s, i] * (q[j + 1] - rest[s, i]) - b[s, i] * v[j]
+    return Q
+
+
+@pytest.mark.parametrize("phase", [(0, 1), (1, 2), (2, 0), (3, 3)])
+def test_moments_on_bodies_are_projected(scene, phase):
+    for q, v in states(scene, 3, seed=sum(phase)):
+        scene.sensed(q, v)
+        scene.c["memory"]["phase"] = phase
+        desired_forces(scene.c, scene.mechanics)
+        expected = wanted(scene, q, v, phase)
+        assert scene.c["tick"]["Q_d"] == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("phase", [(0, 1), (1, 2), (2, 0), (3, 0)])
+def test_in_the_plane_it_is_the_planar_law(scene, phase):
+    """Placement aside, which follows the widths of hips: legs hang straight down sideways."""
+    rng = np.random.default_rng(5)
+    pitch, joints, rates = 0.2, 0.4 * rng.standard_normal(6), rng.standard_normal(7)
+    q, v = scene.q.copy(), np.zeros(18)
+    q[3:7] = np.cos(pitch / 2), 0.0, -np.sin(pitch / 2), 0.0
+    flexing = [6, 9, 10, 12, 15, 16]  # hip, knee, ankle
+    q[7:] = 0.0
+    q[np.array(flexing) + 1] = joints
+    v[4], v[flexing] = -rates[0], rates[1:]
+    scene.sensed(q, v)
+    gait = scene.c["gait"].copy()
+    scene.c["gait"]["rest"][:, [1, 2, 5]] = 0.0
+    scene.c["gait"]["position"] = scene.c["gait"]["velocity"] = 0.0
+    scene.c["memory"]["phase"] = phase
+    desired_forces(scene.c, scene.mechanics)
+    scene.c["gait"] = gait
+    Q = scene.c["tick"]["Q_d"]
+
+    c = new()[0]
+    set_gains(c["gait"], scene.setup.gains)
+    c["memory"]["phase"] = phase
+    hips = pitch + joints[[0, 3]]
+    c["at"]["angle"][:] = 0.0
+    angle, rate = c["at"]["angle"], c["at"]["rate"]
+    from biped.robot.planar.topology import PITCH, THIGH, TORSO
+
+    angle[TORSO], rate[TORSO] = pitch, rates[0]
+    for leg in range(2):
+        angle[THIGH[leg]], rate[THIGH[leg]] = hips[leg], rates[0] + rates[1 + 3 * leg]
+    planar_q, planar_v = np.zeros(9), np.zeros(9)
+    planar_q[PITCH], planar_q[3:], planar_v[PITCH], planar_v[3:] = pitch, joints, rates[0], rates[1:]
+    planar_forces(c, planar_q, planar_v)
+    planar = c["tick"]["Q_d"]
+    assert Q[flexing] == pytest.approx(planar[3:], abs=1e-9)
+    assert -Q[4] == pytest.approx(planar[PITCH], abs=1e-9)
+    still = [j for j in range(18) if j not in (4, *flexing)]
+    assert np.abs(Q[still]).max() < 1e-9
+
+
+def test_a_change_of_contact_counts_when_it_has_lasted(scene):
+    scene.put(scene.q, scene.v)
+    c = scene.c
+    c["at"]["height"] = 1.0
+    believe_contacts(c, True)
+    assert not c["memory"]["believed"].any()
+    c["at"]["height"][5] = 0.0  # the outer toe of the left foot alone: its toe is on the ground
+    hold = int(c["sensing"]["hold"][2])
+    for _ in range(hold - 1):
+        believe_contacts(c, False)
+        assert not c["memory"]["believed"].any()
+    believe_contacts(c, False)
+    assert c["memory"]["believed"].tolist() == [0, 0, 1, 0]
