@@ -22,7 +22,7 @@ from biped.cli.common import BAD_INPUT, FAILED, STOPPED
 from biped.cli.ending import DEBUG, complain
 from biped.cli.parser import Parser, commands_of
 from biped.cli.streams import safe_streams
-from biped.cli.windowless import import_mujoco
+from biped.cli.windowless import SETTING, import_mujoco
 
 
 def _somewhere() -> None:
@@ -86,7 +86,7 @@ def _main(argv: list[str]) -> int:
         _somewhere()
         args = parsed([word for word in argv if word != DEBUG])
         with trusting(getattr(args, "trust", False)):
-            if getattr(args, "simulates", False):
+            if getattr(args, "simulates", False) or (SETTING in os.environ and args.command not in ("list", "new")):
                 import_mujoco()
             code = args.execute(args)
         sys.stdout.flush()  # here, where it can be said if the disk is full

@@ -10,6 +10,9 @@ import sys
 from importlib import import_module
 from typing import Any
 
+from biped.base.errors import InputError
+from biped.base.text import said
+
 SETTING = "MUJOCO_GL"
 _DRAWING = {"Renderer": "mujoco.renderer", "GLContext": "mujoco.gl_context"}
 """What draws, and the module to have it from."""
@@ -20,8 +23,18 @@ def import_mujoco() -> None:
     """Imports MuJoCo; what draws is imported when it is first asked for.
 
     With MUJOCO_GL somebody has said what he wants to draw with, and MuJoCo is left alone.
+
+    Raises:
+        InputError: MuJoCo cannot draw with that.
     """
-    if "mujoco" in sys.modules or SETTING in os.environ:
+    if "mujoco" in sys.modules:
+        return
+    if SETTING in os.environ:
+        try:
+            import_module("mujoco")
+        except Exception as error:  # whatever a library of graphics raises that is not there
+            what = f"MUJOCO_GL={said(os.environ[SETTING])}: MuJoCo cannot draw with it: {said(error)}"
+            raise InputError(f"{what}; expected egl, osmesa or glfw, as far as it is installed, or nothing") from None
         return
     os.environ[SETTING] = "disable"
     try:

@@ -7,6 +7,7 @@ import json
 import os
 import re
 import socket
+import stat
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from itertools import count
@@ -120,6 +121,14 @@ OF_SEARCHES = _STUDIED | {"gait.toml", "convergence.png", "least.png"}
 """Names that are in no folder of runs."""
 
 
+def _mode(path: Path) -> int:
+    """What kind of file a path is; 0 if it is gone."""
+    try:
+        return path.stat().st_mode
+    except OSError:
+        return 0
+
+
 def holds_something_else(path: Path, text: str, foreign: frozenset[str] = frozenset()) -> bool:
     """Whether a folder has anything in it but the results of the scenario with this text.
 
@@ -133,7 +142,11 @@ def holds_something_else(path: Path, text: str, foreign: frozenset[str] = frozen
     there = path / "scenario.toml"
     if not path.is_dir():
         return True
-    inside = {one.name for one in path.iterdir()}  # once: another command may begin at this moment
+    ones = list(path.iterdir())  # once: another command may begin at this moment
+    inside = {one.name for one in ones}
+    if any(stat.S_ISFIFO(mode) or stat.S_ISSOCK(mode) or stat.S_ISCHR(mode) or stat.S_ISBLK(mode)
+           for mode in map(_mode, ones)):  # fmt: skip
+        return True  # whoever opens one of these may wait for ever
     if inside & foreign:
         return True
     if there.name in inside:

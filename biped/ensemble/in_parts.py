@@ -56,6 +56,9 @@ class InParts:
         """The files that are there and whole; others are set aside."""
         found, about = [], self._chunks.about()
         for path in sorted(self._folder.glob("*.parquet")):
+            if not path.is_file():
+                self._tell(f"{label(path)}: is no file: left alone")
+                continue
             try:
                 part = parts.read(path)
                 if not parts.sound(part):

@@ -131,7 +131,8 @@ def listed(folder: Path) -> list[PartFile]:
     Raises:
         InputError: One is none of biped's.
     """
-    return sorted((read(path) for path in folder.glob("*.parquet")), key=lambda part: (part.first, part.last))
+    files = (path for path in folder.glob("*.parquet") if path.is_file())
+    return sorted(map(read, files), key=lambda part: (part.first, part.last))
 
 
 def read(path: Path) -> PartFile:

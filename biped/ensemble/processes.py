@@ -6,6 +6,7 @@ known who is gone, and with which item. (The pools of the standard library lose 
 
 from __future__ import annotations
 
+import ctypes
 import multiprocessing
 import multiprocessing.process
 import os
@@ -149,6 +150,7 @@ def _serve(pipe: Connection, work: Callable[[Any], Any], inherited: list[Connect
     signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])
     for other in inherited:
         other.close()
+    _die_with_parent()
     threading.Thread(target=_end_with, args=(multiprocessing.parent_process(),), daemon=True).start()
     while True:
         try:
@@ -168,6 +170,15 @@ def _serve(pipe: Connection, work: Callable[[Any], Any], inherited: list[Connect
             return
         except Exception as error:  # what cannot be pickled cannot be handed over
             pipe.send((None, RunError(f"{answer[1] or type(answer[0]).__name__}: cannot be handed over: {error}")))
+
+
+def _die_with_parent() -> None:
+    """Has Linux end this process at once when its parent is killed: a thread waits until a kernel lets it run."""
+    with suppress(OSError, AttributeError):
+        ctypes.CDLL(None).prctl(_PDEATHSIG, signal.SIGKILL)
+
+
+_PDEATHSIG = 1
 
 
 def _end_with(parent: multiprocessing.process.BaseProcess) -> None:

@@ -12,6 +12,9 @@ from biped.scenario.section import LARGEST
 _EVEN = 1e-6
 """Share of a range by which its ends may differ."""
 
+MOST_GEAR = 1e6
+"""Of an actuator; a motor with a gearbox of 100 has 100."""
+
 
 def drives_of(model: mujoco.MjModel, table: Described, faults: list[str]) -> tuple[Drive, ...]:
     """The actuators that a law commands.
@@ -60,11 +63,14 @@ def _drive(model: mujoco.MjModel, i: int, table: Described, faults: list[str]) -
     if model.actuator_history[i, 0] > 0:
         faults.append(f"actuator '{name}': has a delay of its own; expected none: write a lag as actuation.lag")
         return None
+    if abs(gear) > MOST_GEAR:
+        faults.append(f"actuator '{name}': gear {gear:g}: expected at most {MOST_GEAR:g}")
+        return None
     if gear == 0.0:
         faults.append(f"actuator '{name}': gear 0 moves nothing; expected another")
         return None
-    servo = gear**2 * float(model.actuator_gainprm[i, 0]) if kind != "torque" else 0.0
-    damping = -(gear**2) * float(model.actuator_biasprm[i, 2])
+    servo = gear * gear * float(model.actuator_gainprm[i, 0]) if kind != "torque" else 0.0
+    damping = -(gear * gear) * float(model.actuator_biasprm[i, 2])
     return Drive(
         name=name,
         joint=model.joint(joint).name,

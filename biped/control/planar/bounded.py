@@ -10,6 +10,7 @@ import warnings
 
 import numpy as np
 
+from biped.base.errors import InputError
 from biped.base.jit import kernel
 from biped.control.planar.allocation import reduced_problem
 from biped.control.planar.constraints import believed_mass, constraint_rows, factor_constraints
@@ -84,10 +85,21 @@ def foreign_torques(record: np.ndarray, M: np.ndarray, solver: str) -> np.ndarra
 
     Returns:
         u (6,) [N m].
+
+    Raises:
+        InputError: The solver is not installed.
     """
-    import qpsolvers
     from scipy.sparse import csc_matrix
 
+    try:
+        import qpsolvers
+
+        there = qpsolvers.available_solvers
+    except ImportError:
+        there = []
+    if solver not in there:
+        raise InputError(f"actuation.solver: '{solver}' is not installed; expected active_set, or first: pip install "
+                         f"qpsolvers {solver}", "actuation.solver")  # fmt: skip
     problem_of(record, M)
     c = record[0]
     P, r = np.array(c["work"]["P"]), np.array(c["work"]["r"])

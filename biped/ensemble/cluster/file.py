@@ -126,6 +126,9 @@ def from_file(name: str, stack: ExitStack) -> Connection:
         return Connection(local.connect, name, wait, "they are starting", local.trouble)
     if file.scheduler is not None:
         there = file.scheduler
+        if not there.address.startswith(("tcp://", "tls://")):
+            raise InputError(f"{label(Path(name))}: scheduler.address: expected tcp://host:8786 or tls://…, got "
+                             f"'{said(there.address)}'")  # fmt: skip
         files = {key: getattr(there, key) for key in ("ca_file", "cert", "key") if getattr(there, key) is not None}
         for key, path in files.items():
             if not Path(path).is_file():

@@ -162,8 +162,8 @@ def standard(
     for test in tests:
         for word in gaits:
             s = _required_of(test.standard, word)
-            for value in () if s is None else (s.first, s.last):
-                _plan(test, word, changes, value)
+            if s is not None:
+                _plan(test, word, changes, s.first)
     kept = StoredMeasurements(out)
     standings = [
         _stand(test, word, gait, changes, partial(_measure, kept, jobs, progress))
@@ -207,8 +207,15 @@ def _stand(test: Trial, word: str, gait: str, changes: Sequence[str], made: Any)
 
     def at(value: float) -> Tried:
         title = f"{gait}, {s.title}" + (f" {value:g}" if s.key else "")
-        return made(title, _plan(test, word, changes, value), s, value)
+        try:
+            plan = _plan(test, word, changes, value)
+        except InputError:
+            if s.key is None or value == s.first:
+                raise
+            return Tried(value, 0, runs, {})  # a value that cannot be run is one that fails
+        return made(title, plan, s, value)
 
+    runs = len(_plan(test, word, changes, s.first))
     if s.key is None:
         return StandardResult(test.name, gait, [at(math.nan)], None, 1.0)
     tried = search(s, test.rate, at)
