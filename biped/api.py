@@ -37,7 +37,6 @@ from biped.studies.run import run_plan, save
 if TYPE_CHECKING:
     import pyarrow
 
-    from biped.measure.stored import AnyTrajectory
     from biped.measure.trajectory import Trajectory
 
 
@@ -126,11 +125,11 @@ class Result:
         return runs.table() if isinstance(runs, StoredRows) else table_of(runs)
 
     @property
-    def trajectory(self) -> AnyTrajectory:
+    def trajectory(self) -> Trajectory:
         """Of the first run: arrays by name, `q`, `v`, `u`, `force` and more, with their `units`."""
         return self.replay(self._done.result["runs"][0]["index"])
 
-    def replay(self, index: int) -> AnyTrajectory:
+    def replay(self, index: int) -> Trajectory:
         """The trajectory of a run of the ensemble, simulated again if it was not kept: the same to the last bit.
 
         Raises:

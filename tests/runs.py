@@ -64,7 +64,7 @@ def synthetic(seconds: float, **columns) -> Trajectory:
     """A run of made-up columns (arrays or constants); everything else is zero."""
     n = round(seconds * 1000)
     t = Trajectory(
-        np.zeros((n, WIDTH)), 0.001, tree(), 0.0, False, (200.0,) * 6, (), "completed", "", {}, load_robot(HUMAN, None)
+        np.zeros((n, WIDTH)), 0.001, 0.0, False, (200.0,) * 6, (), "completed", "", {}, load_robot(HUMAN, None)
     )
     t.time[:] = np.arange(n) * 0.001
     for name, value in columns.items():

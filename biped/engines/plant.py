@@ -21,7 +21,8 @@ from biped.engines.forces import GroundContacts, add_forces
 from biped.engines.loop import Ending, in_python, mujoco_warnings
 from biped.engines.row import log_state, state_of
 from biped.engines.uneven import Uneven, own
-from biped.measure.general.trajectory import GeneralTrajectory, columns_of, width_of
+from biped.measure.columns import columns_of, width_of
+from biped.measure.trajectory import Trajectory
 from biped.robot.build import compiled, frame
 from biped.robot.ground import levelled
 from biped.robot.run import Run
@@ -212,10 +213,10 @@ class MujocoPlant:
         """How often MuJoCo warned of what."""
         return mujoco_warnings(self.data)
 
-    def trajectory(self, rows: int, ending: Ending) -> GeneralTrajectory:
+    def trajectory(self, rows: int, ending: Ending) -> Trajectory:
         """The trajectory of so many rows."""
         s, signals, log = self.s, self.law.signals, self.log[:rows]
-        return GeneralTrajectory(
+        return Trajectory(
             log=np.hstack([log, signals.values[:rows]]) if signals.names else log,
             tick=self.run.tick,
             slope=s.ground.slope,

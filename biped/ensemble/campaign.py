@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from functools import partial
 from importlib import import_module
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,14 +19,12 @@ from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
 from biped.ensemble.processes import FORKS
 from biped.ensemble.rows import LOST, Row
+from biped.measure.metrics import assess
 from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
 from biped.scenario.keys import Scenario
 
-if TYPE_CHECKING:
-    from biped.measure.stored import AnyTrajectory
-
-Keep = Callable[[int, "AnyTrajectory", Row], None]
+Keep = Callable[[int, "Trajectory", Row], None]
 """Called where a run was made with (index, trajectory, row), for what must be kept of it."""
 
 
@@ -38,12 +36,10 @@ def simulate_planar(run: Run) -> Trajectory:
     """
     if run.scenario.robot is not None:
         raise InputError(f"model: expected a planar biped of seven links for this, got '{run.scenario.model}'", "model")
-    t = simulate(run)
-    assert isinstance(t, Trajectory)
-    return t
+    return simulate(run)
 
 
-def simulate(run: Run) -> AnyTrajectory:
+def simulate(run: Run) -> Trajectory:
     """Simulates a run in the engine that its scenario names."""
     with run.origin.naming():
         return _engine(run.scenario).simulate(run)
@@ -54,24 +50,14 @@ def _engine(scenario: Scenario) -> ModuleType:
     return import_module(f"biped.engines.{scenario.engine}")
 
 
-def _assess(scenario: Scenario) -> Callable[[Any, tuple[float, float]], tuple[Any, dict[str, Any]]]:
-    """The function that judges and measures the runs of a scenario."""
-    if scenario.robot is not None:
-        from biped.measure.general.metrics import assess
-    else:
-        from biped.measure.metrics import assess
-    return assess
-
-
-def measured(run: Run) -> tuple[AnyTrajectory, dict[str, Any]]:
+def measured(run: Run) -> tuple[Trajectory, dict[str, Any]]:
     """Simulates, judges and measures a run."""
-    return _assess(run.scenario)(simulate(run), run.scenario.interval)
+    return assess(simulate(run), run.scenario.interval)
 
 
-def run_one(plan: Plan, index: int) -> tuple[AnyTrajectory, Row]:
+def run_one(plan: Plan, index: int) -> tuple[Trajectory, Row]:
     """Simulates, judges and measures run `index` of a plan."""
     run = plan.run(index)
-    assess = _assess(run.scenario)
     with np.errstate(all="ignore"):  # what blows up overflows, and is called so
         trajectory, numbers = assess(simulate(run), run.scenario.interval)
     told = {name: bool(numbers.pop(name)) for name in ("walked", "diverged", "doubtful")}

@@ -11,18 +11,16 @@ import json
 import lzma
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import msgspec
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.measure.columns import COLUMNS, WIDTH
-from biped.measure.trajectory import made_of
+from biped.measure.columns import WIDTH, Columns, columns_of, width_of
+from biped.measure.stored import trajectory_from
+from biped.measure.trajectory import Trajectory
 from biped.robot.load import robot_from
-
-if TYPE_CHECKING:
-    from biped.measure.stored import AnyTrajectory
 
 SUFFIX = ".xz"
 
@@ -44,7 +42,7 @@ _MOST_HEAD = 1_000_000
 _MEMORY = 256 << 20
 
 
-def save(trajectory: AnyTrajectory, path: Path) -> None:
+def save(trajectory: Trajectory, path: Path) -> None:
     """Writes a trajectory.
 
     Raises:
@@ -58,7 +56,7 @@ def save(trajectory: AnyTrajectory, path: Path) -> None:
     path.write_bytes(lzma.compress(b"".join(parts), preset=6))
 
 
-def load(path: Path) -> AnyTrajectory:
+def load(path: Path) -> Trajectory:
     """Reads what `save` wrote.
 
     Raises:
@@ -86,11 +84,7 @@ def load(path: Path) -> AnyTrajectory:
                 at += 8 * rows * size
         signals = np.frombuffer(body[at:], "u1").reshape(columns - width, 8, rows).transpose(0, 2, 1)
         log[:, width:] = np.ascontiguousarray(signals).view("<f8").reshape(columns - width, rows).T
-        if "kind" in about:
-            from biped.measure.general import trajectory as general
-
-            return general.made_of(about, log)
-        return made_of(about, log)
+        return trajectory_from(about, log)
     except (OSError, EOFError, KeyError, TypeError, ValueError, AttributeError, OverflowError, MemoryError,
             RecursionError, lzma.LZMAError, msgspec.ValidationError) as error:  # fmt: skip
         raise InputError(
@@ -98,14 +92,10 @@ def load(path: Path) -> AnyTrajectory:
         ) from None
 
 
-def _columns(about: dict[str, Any]) -> tuple[dict[str, tuple[int, tuple[int, ...]]], int]:
+def _columns(about: dict[str, Any]) -> tuple[Columns, int]:
     """Where each quantity stands in a log, and how wide that is without a law's own signals."""
-    if "kind" not in about:
-        return COLUMNS, WIDTH
-    from biped.measure.general import trajectory as general
-
-    robot = robot_from(about["robot"])
-    return general.columns_of(robot), general.width_of(robot)
+    robot = robot_from(about.get("robot"), about.get("tree"))
+    return columns_of(robot), width_of(robot)
 
 
 def _packed(values: np.ndarray, name: str) -> bytes:

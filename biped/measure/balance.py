@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from biped.measure.signals import centre_of_mass
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
 from biped.robot.planar.topology import ENDS, LEGS
@@ -60,7 +59,7 @@ def balance(t: Trajectory) -> Balance:
     """Balance of a run on level ground."""
     whole = motion(t.tree, t.q, t.v)
     mass, total = t.tree.mass, float(t.tree.mass.sum())
-    com, velocity = centre_of_mass(t), np.tensordot(whole.com_velocity, mass / total, (1, 0))
+    com, velocity = t.com[:, [0, 2]], t.com_velocity[:, [0, 2]]
     r, w = whole.com - com[:, None], whole.com_velocity - velocity[:, None]
     spin = whole.rate @ t.tree.inertia + (r[..., 0] * w[..., 1] - r[..., 1] * w[..., 0]) @ mass
     inertia = t.tree.inertia.sum() + (r**2).sum(axis=-1) @ mass

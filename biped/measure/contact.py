@@ -12,6 +12,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from biped.robot.robot import Robot
+
 LOADED = 0.01
 """Share of the robot's weight from which a foot is on the ground: 7 N of a human of 75 kg."""
 SPELL = 0.05
@@ -76,3 +78,12 @@ def swings_of(down: np.ndarray, foot: int) -> list[slice]:
     if not down[0, foot]:
         lands = lands[1:]
     return [slice(int(lift), int(land)) for lift, land in zip(lifts, lands, strict=False)]
+
+
+def along_feet(robot: Robot) -> np.ndarray:
+    """(P,) where the contact points stand along their feet, 0 heel … 1 toe; of a foot of one point 0."""
+    out = []
+    for foot in robot.feet:
+        x = np.array(foot.points)[:, 0]
+        out.append((x - x.min()) / (np.ptp(x) or 1.0))
+    return np.concatenate(out)

@@ -11,7 +11,7 @@ import numpy as np
 
 from biped.measure.balance import PHASES, Balance, balance, spells
 from biped.measure.metrics.pushed import push_work
-from biped.measure.signals import centre_velocity, foot_force, toes_and_heels
+from biped.measure.signals import toes_and_heels
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
 from biped.robot.planar.topology import HEEL
@@ -34,23 +34,24 @@ class Indicator(NamedTuple):
 
 def of_run(t: Trajectory) -> dict[str, Indicator]:
     """Indicators of one run, by name; balance on level ground only, where it is defined."""
-    speed = np.hypot(*centre_velocity(t).T)
+    speed = np.linalg.norm(t.com_velocity, axis=1)
     out = {
         "distance_travelled": Indicator(float(t.x[-1] - t.x[0])),
         "center_of_mass_avg_velocity": _spread(speed),
     }
-    planar = isinstance(t, Trajectory)  # of others, what is seen from their side is not enough
-    if t.pushes and planar:
+    if t.robot.seven_links is None:  # of others nothing is logged of each link
+        return out
+    if t.pushes:
         out["absorbed_energy"] = Indicator(push_work(t))
-    if t.flat and planar:
+    if t.flat:
         out |= _of_balance(t, balance(t))
     return out
 
 
 def _of_balance(t: Trajectory, b: Balance) -> dict[str, Indicator]:
     out: dict[str, Indicator] = {}
-    force = foot_force(t).sum(axis=1)
-    unit = float(t.tree.mass.sum()) * t.tree.leg * math.sqrt(GRAVITY * t.tree.leg)
+    force = t.foot_force.sum(axis=1)
+    unit = t.mass * t.robot.leg * math.sqrt(GRAVITY * t.robot.leg)
     lasted = {}
     out["center_of_mass_average_normalized_ang_mom_all"] = _about_z(float(np.abs(b.spin).mean() / unit))
     for name, which in PHASES.items():
@@ -145,7 +146,7 @@ def gait_parameters(t: Trajectory) -> dict[str, float]:
     """EuroBench's gait parameters by label (its spelling), means over the run; one that does not exist is left out."""
     steps = t.strikes
     point = toes_and_heels(t)
-    b = balance(t) if t.flat and isinstance(t, Trajectory) else None
+    b = balance(t) if t.flat and t.robot.seven_links is not None else None
     out: dict[str, float] = {}
     for leg, side in ((1, "left"), (0, "right")):
         own = [row for row, which in steps if which == leg]

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from biped.measure.trajectory import Trajectory
 from biped.scenario.pushing import PIECE
-
-if TYPE_CHECKING:
-    from biped.measure.stored import AnyTrajectory
 
 
 class Shown(NamedTuple):
@@ -50,7 +48,7 @@ class Shown(NamedTuple):
         return float(np.linalg.norm(self.force, axis=1).max())
 
 
-def pushes_of(t: AnyTrajectory) -> list[Shown]:
+def pushes_of(t: Trajectory) -> list[Shown]:
     """The pushes of a run in the order of the scenario."""
     groups: list[list[tuple[Any, ...]]] = []
     for piece in t.pushes:

@@ -1,42 +1,74 @@
-"""Trajectories from files, whichever kind of robot they are of."""
+"""Trajectories from files, of this version and of all before it."""
 
 from __future__ import annotations
 
 import json
 import zlib
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 from zipfile import BadZipFile
 
 import msgspec
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.measure.trajectory import loaded
-
-if TYPE_CHECKING:
-    from biped.measure.general.trajectory import GeneralTrajectory
-    from biped.measure.trajectory import Trajectory
-
-    AnyTrajectory = Trajectory | GeneralTrajectory
+from biped.measure.columns import columns_of
+from biped.measure.trajectory import Trajectory
+from biped.robot.ground import profile_from
+from biped.robot.load import robot_from
+from biped.scenario.ground import Seat
 
 
-def load(path: Path) -> AnyTrajectory:
-    """Reads what a trajectory's `save` wrote.
+def trajectory_from(
+    about: Mapping[str, Any], log: np.ndarray, inferred: np.ndarray | None = None, seat_force: np.ndarray | None = None
+) -> Trajectory:
+    """The trajectory that `Trajectory.about` and its arrays say.
+
+    Earlier versions wrote two kinds: planar ones with a `tree` beside a description of the robot (the oldest with
+    neither name nor description, all of them the human's), and others that said so under `kind`.
+
+    Raises:
+        KeyError: Something is missing.
+        TypeError: Something is there that is nothing of a trajectory's.
+        ValueError: They do not fit.
+    """
+    about = dict(about)
+    about.pop("kind", None)
+    about["robot"] = robot_from(about.get("robot"), about.pop("tree", None))
+    about["ground"] = profile_from(about.get("ground"))
+    about["seat"] = msgspec.convert(about["seat"], Seat) if "seat" in about else None
+    about["pushes"] = tuple(tuple(push) for push in about["pushes"])
+    for name in ("gravity", "torque_limit", "signal_names", "changes"):
+        about[name] = tuple(about.get(name, ()))
+    found = Trajectory(log=log, inferred=inferred, seat_force=seat_force, **about)
+    shape = (len(log), found.width + len(found.signal_names))
+    if log.shape != shape or log.dtype != np.float64 or len(log) == 0 or not found.tick > 0.0:
+        raise ValueError(f"arrays of {log.shape}, {log.dtype}")
+    return found
+
+
+def load(path: Path) -> Trajectory:
+    """Reads what `Trajectory.save` wrote.
 
     Raises:
         InputError: The file is missing or is not a trajectory.
     """
     try:
         with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
-            about = json.loads(str(file["about"]))
-            if "kind" in about:
-                from biped.measure.general import trajectory as general
-
-                return general.loaded(about, file)
-            return loaded(about, file)
+            return _loaded(json.loads(str(file["about"])), file)
     except (OSError, EOFError, KeyError, TypeError, ValueError, AttributeError, BadZipFile, MemoryError, zlib.error,
             NotImplementedError, RecursionError, msgspec.ValidationError) as error:  # fmt: skip
         raise InputError(
             f"{path}: not a trajectory: {' '.join(str(error).split())[:200]}; remove it to have it simulated again"
         ) from None
+
+
+def _loaded(about: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> Trajectory:
+    robot = robot_from(about.get("robot"), about.get("tree"))
+    n = len(arrays["time"])
+    names = (*columns_of(robot), *(("signals",) if about.get("signal_names") else ()))
+    log = np.hstack([np.asarray(arrays[name], dtype=float).reshape(n, -1) for name in names])
+    inferred = np.array(arrays["inferred"], dtype=float).reshape(n, 4) if "inferred" in arrays else None
+    seat_force = np.array(arrays["seat_force"], dtype=float).reshape(n, 3) if "seat_force" in arrays else None
+    return trajectory_from(about, log, inferred, seat_force)

@@ -18,7 +18,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from biped.measure.ended import Ended
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import gravity
 from biped.robot.planar.tree import motion
@@ -33,8 +32,6 @@ DIVERGED = 10.0
 """A residual that is this many times its bound is no inaccuracy: the run diverged."""
 NOWHERE = 0.05
 """Energy that nobody put in beyond which a run is doubtful."""
-LEAST_TIME = 0.1
-"""[s] of weight that the momentum residual is relative to at least: a fall in the second tick has no impulse yet."""
 CHATTERING = 0.1
 """Share of ticks in which contacts may chatter at home."""
 
@@ -92,10 +89,26 @@ def most(t: Trajectory) -> Most:
         height -= min(0.0, float(t.ground.z.min()))
     body = {link: float(m) for link, m in zip(t.robot.bodies, mass, strict=True)}
     pushed = sum(
-        (end - start) * math.hypot(forward, up) / math.sqrt(2.0 * body.get(name, float(mass.min())))
-        for start, end, forward, up, name in t.pushes
+        (end - start) * math.hypot(*force) / math.sqrt(2.0 * body.get(name, float(mass.min())))
+        for start, end, *force, name in t.pushes
     )
     return Most(first - total * normal * height, total * along, pushed, float(mass.min()), float(inertia.min()))
+
+
+def first_too_fast(t: Trajectory) -> int | None:
+    """The first row in which a link is faster than `most` allows; None if there is none, or nothing is known of links.
+
+    A number that is none is too fast.
+    """
+    if t.robot.seven_links is None:
+        return None
+    bound, (squared, turning) = most(t), t.derived.speed
+    least = math.sqrt(max(bound.level, 0.0)) + bound.pushed
+    if 0.5 * max(bound.least_mass * squared.max(), bound.least_inertia * turning.max()) <= least * least:
+        return None
+    root = np.sqrt(bound.level + np.maximum(0.0, bound.downhill * (t.x - t.x[0]))) + bound.pushed
+    slow = (0.5 * bound.least_mass * squared <= root * root) & (0.5 * bound.least_inertia * turning <= root * root)
+    return None if slow.all() else int(np.argmin(slow))
 
 
 def too_fast(t: Trajectory, row: int) -> str:
@@ -110,30 +123,7 @@ def too_fast(t: Trajectory, row: int) -> str:
     return f"{name} faster than any fall can make it at {t.time[row]:.3f} s: {reached}"
 
 
-def momentum_residual(t: Trajectory, momentum: tuple[float, float], force: float) -> float:
-    """What ground forces, gravity and pushes leave unexplained of the change of momentum along the ground's normal.
-
-    Relative to the impulse of the weight, of `LEAST_TIME` at least, or of what acted if that is more.
-
-    Args:
-        t: The run.
-        momentum: [N s] along the normal, in its first and its last row.
-        force: [N] normal forces of all rows but the last, summed.
-    """
-    if len(t) < 2:
-        return 0.0
-    weight = -float(t.tree.mass.sum()) * gravity(t.slope)[1]
-    push, pushed, count = 0.0, 0.0, len(t) - 1
-    angle = math.radians(t.slope)
-    for start, end, forward, up, _ in t.pushes:
-        ticks = max(0, min(round(end / t.tick), count) - round(start / t.tick))
-        up_ticks = ticks * (up * math.cos(angle) - forward * math.sin(angle))
-        push, pushed = push + up_ticks, pushed + abs(up_ticks)
-    off = (momentum[1] - momentum[0]) / t.tick - (force + push - weight * count)
-    return abs(off) / max(weight * max(count, LEAST_TIME / t.tick), abs(force), pushed)
-
-
-def verdict_on(t: Ended, numbers: Mapping[str, float]) -> Verdict:
+def verdict_on(t: Trajectory, numbers: Mapping[str, float]) -> Verdict:
     """The verdict on the numbers of a run.
 
     Args:

@@ -19,9 +19,9 @@ from biped.base.errors import InputError
 from biped.base.writing import reason, write_text
 from biped.measure.indicators import Indicator, gait_events, gait_parameters, of_campaign, of_run
 from biped.measure.metrics.pushed import impulses
-from biped.measure.signals import centre_of_mass, centre_velocity, seen, toes_and_heels
+from biped.measure.signals import end_forces, joint_angles, joint_rates, joint_torques, toes_and_heels
 from biped.measure.trajectory import Trajectory
-from biped.robot.planar.topology import BASE, ENDS, LEGS
+from biped.robot.planar.topology import ENDS, LEGS
 from biped.scenario.keys import Scenario
 from biped.show.kept import Kept
 
@@ -63,12 +63,11 @@ def export(folder: Path, out: Path) -> list[Path]:
             if t is None:
                 raise InputError(kept.again(row["index"]))
             prefix = _prefix(row["index"], len(rows), runs, points)
-            flat = seen(t)
-            for name, text in _of_run(flat).items():
+            for name, text in _of_run(t).items():
                 write(f"{prefix}{name}", text)
-            for name, indicator in of_run(flat).items():
+            for name, indicator in of_run(t).items():
                 write(f"{_PI}/{prefix}{name}.yaml", _indicator(indicator))
-            strongest = max((abs(push.size) for push in impulses(flat)), default=0.0)
+            strongest = max((abs(push.size) for push in impulses(t)), default=0.0)
             if strongest > 0.0:
                 pushes[row["index"]] = strongest
         for point in range(points):
@@ -93,11 +92,11 @@ def _prefix(index: int, rows: int, runs: int, points: int) -> str:
 
 def _of_run(t: Trajectory) -> dict[str, str]:
     """The files of one run: name to text."""
-    force = t.force.reshape(len(t), LEGS, ENDS, 2)
-    feet = toes_and_heels(t).reshape(len(t), LEGS, ENDS, 2)
+    force = end_forces(t).reshape(len(t), LEGS, ENDS, 2)
+    torques, feet = joint_torques(t), toes_and_heels(t).reshape(len(t), LEGS, ENDS, 2)
     files = {
-        "jointStates.csv": _csv(t, _interleaved(JOINTS, {"pos": t.q[:, BASE:], "vel": t.v[:, BASE:]})),
-        "jointTorques.csv": _csv(t, {f"{joint}_z": t.applied[:, BASE + i] for i, joint in enumerate(JOINTS)}),
+        "jointStates.csv": _csv(t, _interleaved(JOINTS, {"pos": joint_angles(t), "vel": joint_rates(t)})),
+        "jointTorques.csv": _csv(t, {f"{joint}_z": torques[:, i] for i, joint in enumerate(JOINTS)}),
         "com.csv": _csv(t, _com(t)),
         "grf.csv": _csv(t, _wrench(t, force.sum(axis=1), force, feet)),
         "gaitEvents.yaml": _yaml(gait_events(t)),
@@ -120,8 +119,8 @@ def _upright(t: Trajectory, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 
 def _com(t: Trajectory) -> dict[str, np.ndarray]:
-    x, y = _upright(t, centre_of_mass(t))
-    vx, vy = _upright(t, centre_velocity(t))
+    x, y = _upright(t, t.com[:, [0, 2]])
+    vx, vy = _upright(t, t.com_velocity[:, [0, 2]])
     none = np.zeros(len(t))
     return {"x": x, "y": y, "z": none, "vel_x": vx, "vel_y": vy, "vel_z": none}
 

@@ -25,12 +25,12 @@ from biped.show.words import harmless
 from biped.studies.folders import results_at
 
 if TYPE_CHECKING:
-    from biped.measure.stored import AnyTrajectory
+    from biped.measure.trajectory import Trajectory
 
 _AGAIN = "remove it to have it simulated again"
 
 
-def _loaded(path: Path) -> AnyTrajectory:
+def _loaded(path: Path) -> Trajectory:
     """A kept trajectory, which may be anybody's file.
 
     Raises:
@@ -66,7 +66,7 @@ class Kept:
         self.plan = Plan(read_scenario(str(folder / "scenario.toml"), looking=True), checked=True)
         of_plan(folder, self.plan, self.result)
 
-    def trajectory(self, index: int) -> AnyTrajectory | None:
+    def trajectory(self, index: int) -> Trajectory | None:
         """The trajectory of a run: kept, or made again; None of a law's run that was not kept.
 
         Of a run of a campaign that fell, only the last seconds were kept.
@@ -79,7 +79,7 @@ class Kept:
             return campaign.run_one(self.plan, index)[0]
         return self.ending(index)
 
-    def ending(self, index: int) -> AnyTrajectory | None:
+    def ending(self, index: int) -> Trajectory | None:
         """The last seconds of a run that fell, where they were kept."""
         kept = self._folder / FAILURES / f"run-{index:05d}"
         for path, read in ((kept.with_suffix(packed.SUFFIX), packed.load), (kept.with_suffix(".npz"), _loaded)):

@@ -21,7 +21,7 @@ from biped.show.lighting import light_evenly
 from biped.show.web import has_display
 
 if TYPE_CHECKING:
-    from biped.measure.stored import AnyTrajectory
+    from biped.measure.trajectory import Trajectory
 
 RATE = 60.0
 """[Hz] of pictures."""
@@ -119,7 +119,7 @@ def watch(
     return Seen(said, show.pushed, len(trajectory) * show.tick)
 
 
-def _engine(run: Run) -> tuple[Callable[..., AnyTrajectory], str, Profile]:
+def _engine(run: Run) -> tuple[Callable[..., Trajectory], str, Profile]:
     """What simulates a run with somebody looking on, the body that the camera follows, and the line of the ground."""
     if run.scenario.robot is None:
         return simulate, run.robot.base, run.profile

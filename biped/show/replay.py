@@ -6,7 +6,7 @@ import sys
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,16 +15,12 @@ from biped.control.planar.believed import believed_forces
 from biped.ensemble import campaign
 from biped.ensemble.columns import StoredRows, batches, smallest
 from biped.ensemble.plan import Plan
-from biped.measure.signals import seen
 from biped.measure.trajectory import Trajectory
 from biped.scenario.laws import own_law
 from biped.scenario.reading import to_toml
 from biped.show.kept import Kept
 from biped.show.model import shown_model
 from biped.studies.folders import newest_recording
-
-if TYPE_CHECKING:
-    from biped.measure.stored import AnyTrajectory
 
 FALLEN = 3
 """Most runs that fell shown in one recording."""
@@ -97,7 +93,7 @@ def of_numbers(rows: Sequence[Mapping[str, Any]], numbers: Collection[int]) -> d
     return found
 
 
-def record_runs(path: Path, plan: Plan, result: Mapping[str, Any], known: Mapping[int, AnyTrajectory]) -> None:
+def record_runs(path: Path, plan: Plan, result: Mapping[str, Any], known: Mapping[int, Trajectory]) -> None:
     """Writes one recording of the runs worth looking at, simulating those whose trajectory is not known.
 
     Args:
@@ -111,7 +107,7 @@ def record_runs(path: Path, plan: Plan, result: Mapping[str, Any], known: Mappin
     _record(path, plan, result, runs)
 
 
-def _record(path: Path, plan: Plan, result: Mapping[str, Any], runs: Mapping[int, AnyTrajectory]) -> None:
+def _record(path: Path, plan: Plan, result: Mapping[str, Any], runs: Mapping[int, Trajectory]) -> None:
     """Writes a recording of those of the chosen runs whose trajectory is there."""
     from biped.show.recording import Recorded, record
 
@@ -186,7 +182,7 @@ def plot_results(folder: Path, out: Path | None = None) -> list[Path]:
         trajectory = kept.trajectory(rows[0]["index"])
         if trajectory is None:
             raise InputError(kept.again(rows[0]["index"]))
-        return figures.plot_run(seen(trajectory), out, title=result["scenario"], window=kept.plan.scenario.interval)
+        return figures.plot_run(trajectory, out, title=result["scenario"], window=kept.plan.scenario.interval)
     files = figures.plot_campaign(rows, result.get("points", []), out, title=result["scenario"])
     if own_law(kept.plan.scenario.law):
         print(f"biped: no velocities.png: {kept.again(rows[0]['index'])}", file=sys.stderr)
@@ -212,7 +208,7 @@ def _drawn(kept: Kept) -> list[Trajectory]:
     found = [campaign.simulate(kept.plan.run(index)) for index in _some(up, DRAWN)]
     ends = [kept.ending(index) for index in _some(down, FELL)]
     shown = found + [end for end in ends if end is not None]
-    return [seen(one) for one in shown or [campaign.simulate(kept.plan.run(rows[0]["index"]))]]
+    return shown or [campaign.simulate(kept.plan.run(rows[0]["index"]))]
 
 
 def _some(numbers: Sequence[int], most: int) -> list[int]:

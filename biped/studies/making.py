@@ -31,12 +31,12 @@ from biped.scenario.laws import own_law
 from biped.scenario.vary import run_seed
 
 if TYPE_CHECKING:
-    from biped.measure.stored import AnyTrajectory
+    from biped.measure.trajectory import Trajectory
 
 TRACEBACK = "traceback.txt"
 """Of a single run whose law raised: where in it."""
 
-Recorder = Callable[[Path, Plan, dict[str, Any], "dict[int, AnyTrajectory]"], None]
+Recorder = Callable[[Path, Plan, dict[str, Any], "dict[int, Trajectory]"], None]
 """Writes a recording to a file, from the plan, its result object and trajectories that need not be made again."""
 
 
@@ -68,7 +68,7 @@ class Done(NamedTuple):
     rows: list[Row] | StoredRows
     folder: Path | None
     plan: Plan
-    trajectories: dict[int, AnyTrajectory]
+    trajectories: dict[int, Trajectory]
     files: Temporary | None = None
 
     @property
@@ -199,7 +199,7 @@ def _finished(plan: Plan, where: Folder, tell: Told) -> dict[int, Row]:
     }
 
 
-def keep_ending(folder: Path, index: int, trajectory: AnyTrajectory, row: Row, more: str = "") -> None:
+def keep_ending(folder: Path, index: int, trajectory: Trajectory, row: Row, more: str = "") -> None:
     """Keeps the last seconds of a run that fell, is doubtful or was ended by its law, and how to make it again."""
     if row.fell or row.doubtful or row.end == RAISED:
         ending = partial(packed.save, trajectory.last(LAST_SECONDS))

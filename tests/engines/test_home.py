@@ -72,14 +72,14 @@ def test_the_ground_pushes(walk):
     trajectory, _, _, _, held, _ = walk
     held_now = held[: len(trajectory), :4].any(axis=1)
     assert held_now.mean() < 0.01
-    assert trajectory.force[~held_now][..., 1].min() > -1e-3
+    assert trajectory.column("force")[~held_now][..., 1].min() > -1e-3
     assert trajectory.stop[~held[: len(trajectory), 4:].any(axis=1)].max() < 1e-3
     weight = trajectory.tree.mass.sum() * GRAVITY
     # Mean force is weight up to the change of momentum: impacts are in the rows in which they happen.
     tolerance = 1e-8 * weight * trajectory.time[-1]
     ends = motion(trajectory.tree, trajectory.q[[0, -1]], trajectory.v[[0, -1]]).com_velocity
     gained = np.diff(np.tensordot(ends, trajectory.tree.mass, (1, 0)), axis=0)[0]
-    impulse = trajectory.tick * trajectory.force[:-1].sum(axis=(0, 1))
+    impulse = trajectory.tick * trajectory.column("force")[:-1].sum(axis=(0, 1))
     impulse[1] -= weight * trajectory.time[-1]
     np.testing.assert_allclose(impulse, gained, rtol=0, atol=tolerance)
 
@@ -116,7 +116,7 @@ def test_work_explains_all_energy_but_impact_losses_which_are_never_negative(nam
 def test_momentum_in_flight():
     run = short("level_normal", 0.4, *FLYING)
     trajectory, rigid = simulate_with_ledger(run)
-    assert not trajectory.force.any()
+    assert not trajectory.column("force").any()
     # Torques act, and a knee hits its stop, but both are internal.
     assert np.abs(trajectory.u).max() > 10.0
     assert rigid[0]["ledger"]["impacts"] == 1

@@ -16,7 +16,7 @@ from biped.engines.mujoco import simulate
 from biped.engines.planar import mujoco as planar
 from biped.ensemble import packed
 from biped.ensemble.plan import Plan
-from biped.measure.general.metrics import assess
+from biped.measure.metrics import assess
 from biped.measure.metrics import assess as assess_planar
 from biped.measure.stored import load
 from biped.robot.build import compiled
@@ -58,7 +58,7 @@ def test_it_walks_the_human_as_the_compiled_path_does(tmp_path):
     t = simulate(run)
     # The contact points lie a micrometre apart: that is their spheres' radius.
     np.testing.assert_allclose(t.q, there.q, atol=2e-5)
-    np.testing.assert_allclose(t.force[:400, :, [0, 2]], there.force[:400], atol=1.0)
+    np.testing.assert_allclose(t.force[:400, :, [0, 2]], there.column("force")[:400], atol=1.0)
     assert np.abs(t.u - there.u).max() < 0.05
     numbers, same = assess(t, (0.0, 0.6)).numbers, assess_planar(there, (0.0, 0.6)).numbers
     for name in ("distance", "speed", "cost_of_transport_absolute", "support", "double_support", "torso_lean"):

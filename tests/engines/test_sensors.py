@@ -9,7 +9,7 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.engines.mujoco import simulate
-from biped.measure.general.metrics import assess
+from biped.measure.metrics import assess
 from biped.robot.build import compiled
 from biped.scenario.reading import read_scenario
 from biped.studies.planned import plan_of

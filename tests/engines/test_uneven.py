@@ -13,7 +13,7 @@ from msgspec import structs
 from biped.base.errors import InputError
 from biped.engines.mujoco import simulate
 from biped.ensemble import packed
-from biped.measure.general.metrics import assess
+from biped.measure.metrics import assess
 from biped.measure.stored import load
 from biped.robot.build import compiled
 from biped.robot.ground import profile_of

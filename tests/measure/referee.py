@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from biped.measure.metrics.energy import energy
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY, gravity
 from biped.robot.planar.topology import ANKLE, BASE, HEEL, HIP, KNEE, LEGS, NQ, PITCH, SEGMENTS, THIGH, TOE, TORSO
@@ -21,9 +20,10 @@ def numbers(t: Trajectory, window: tuple[float, float]) -> dict[str, Any]:
     squared = (whole.com_velocity**2).sum(axis=-1)
     inside = np.flatnonzero((t.time >= window[0] - 1e-9) & (t.time <= window[1] + 1e-9))
     out = {
-        "energy_residual": residual(t, squared), "energy_from_nowhere": from_nowhere(t, whole, squared),
+        "energy_residual": residual(t, whole), "energy_from_nowhere": from_nowhere(t, whole),
         "momentum_residual": momentum_residual(t, whole), "penetration": max(0.0, -whole.point[..., 1].min()),
-        "peak_force": t.force[..., 1].max(), "peak_torque": np.abs(t.u).max(), "link_speed": np.sqrt(squared.max()),
+        "peak_force": t.column("force")[..., 1].max(), "peak_torque": np.abs(t.u).max(),
+        "link_speed": np.sqrt(squared.max()),
     }  # fmt: skip
     if len(inside) > 1:
         span = slice(inside[0], inside[-1] + 1)
@@ -53,7 +53,7 @@ def _pushes(t: Trajectory) -> list[tuple[int, int, np.ndarray, int]]:
     ]  # fmt: skip
 
 
-def residual(t: Trajectory, squared: np.ndarray) -> float:
+def residual(t: Trajectory, whole: Motion) -> float:
     if len(t) < 2:
         return 0.0
     mean, moved = _steps(t)
@@ -62,26 +62,40 @@ def residual(t: Trajectory, squared: np.ndarray) -> float:
     pushes = _push_power(t, moved)
     stops = t.stop[:-1, 0] * mean[:, KNEE[0]] + t.stop[:-1, 1] * mean[:, KNEE[1]]
     damping = -np.einsum("j,ij,ij", t.tree.damping, mean[:, BASE:], mean[:, BASE:])
-    ground = np.einsum("ijk,ijk", t.force[:-1], moved.point_velocity)
-    e = energy(t.tree, t.q[[0, -1]], t.v[[0, -1]], t.slope)
+    ground = np.einsum("ijk,ijk", t.column("force")[:-1], moved.point_velocity)
+    e = energy(t, whole)[[0, -1]]
     work = t.tick * ((actuators + pushes + stops).sum() + damping + ground)
-    put_in = t.tick * (np.abs(actuators) + np.abs(pushes)).sum()
-    moving = 0.5 * (squared @ t.tree.mass).max()
+    put_in = np.abs(given(t, whole)).sum()
+    moving = 0.5 * t.mass * (centre_velocity(t, whole) ** 2).sum(axis=1).max()
     return float(abs(e[1] - e[0] - work) / max(put_in, moving, abs(e[0]) * 1e-2))
 
 
-def from_nowhere(t: Trajectory, whole: Motion, squared: np.ndarray) -> float:
-    if len(t) < 2:
-        return 0.0
+def given(t: Trajectory, whole: Motion) -> np.ndarray:
+    """(n - 1,) [J] of actuators and pushes."""
     applied = t.Q_d[:-1] if t.generalized else t.u[:-1]
     put_in = np.einsum("ij,ij->i", applied, np.diff(t.q[:, NQ - applied.shape[1] :], axis=0))
     for first, last, force, at in _pushes(t):
         put_in[first:last] += np.diff(whole.com[:, at], axis=0)[first:last] @ force
-    moving = 0.5 * (squared @ t.tree.mass)
+    return put_in
+
+
+def energy(t: Trajectory, whole: Motion) -> np.ndarray:
+    """(n,) [J] kinetic and potential."""
+    moving = 0.5 * ((whole.com_velocity**2).sum(axis=-1) @ t.tree.mass)
     spinning = 0.5 * (whole.rate**2 @ t.tree.inertia + t.v[:, BASE:] ** 2 @ t.tree.armature)
-    g = np.array(gravity(t.slope))
-    level = -(t.tree.mass @ whole.com) @ g
-    total = moving + spinning + level
+    return moving + spinning - (t.tree.mass @ whole.com) @ np.array(gravity(t.slope))
+
+
+def centre_velocity(t: Trajectory, whole: Motion) -> np.ndarray:
+    """(n, 2) [m/s] of the centre of mass."""
+    return np.tensordot(whole.com_velocity, t.tree.mass / t.tree.mass.sum(), (1, 0))
+
+
+def from_nowhere(t: Trajectory, whole: Motion) -> float:
+    if len(t) < 2:
+        return 0.0
+    put_in, total = given(t, whole), energy(t, whole)
+    moving = 0.5 * t.mass * (centre_velocity(t, whole) ** 2).sum(axis=1)
     most = (total[1:] - total[0] - np.cumsum(put_in)).max()
     return float(max(most, 0.0) / max(np.abs(put_in).sum(), moving.max(), 0.1 * abs(total[0])))
 
@@ -98,7 +112,8 @@ def transport(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
         for hip, knee, ankle, thigh in zip(HIP, KNEE, ANKLE, THIGH, strict=True):
             powers += [Q[:, hip] * rates[:, thigh], Q[:, knee] * v[:, knee], Q[:, ankle] * v[:, ankle]]
         power = np.column_stack(powers)
-    ground = (t.force[span] * whole.point_velocity[span]).sum(axis=(1, 2))
+    step = np.diff(whole.point[span], axis=0)
+    ground = (t.column("force")[span][:-1] * step).sum(axis=(1, 2)) / t.tick
     jumps = np.abs(np.diff(u, axis=0)).max(axis=1)
     return {
         "cost_of_transport": float(np.abs(power.sum(axis=1)).sum() / weight),
@@ -164,7 +179,7 @@ def stride(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
 
 
 def contact(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
-    normal = t.force[span, :, 1]
+    normal = t.column("force")[span, :, 1]
     distance = travelled(t, span)
     sliding, pressure = 0.0, []
     for toe, heel in zip(TOE, HEEL, strict=True):
@@ -206,7 +221,7 @@ def spells(on: np.ndarray) -> list[tuple[int, int]]:
 def standing(t: Trajectory) -> np.ndarray:
     """(n, 2) feet on the ground: above 1 % of the weight, gaps and touches of less than 50 ms aside."""
     least, n = round(0.05 / t.tick), len(t)
-    down = np.stack([t.force[:, [toe, heel], 1].sum(axis=1) > 0.01 * t.mass * 9.81
+    down = np.stack([t.column("force")[:, [toe, heel], 1].sum(axis=1) > 0.01 * t.mass * 9.81
                      for toe, heel in zip(TOE, HEEL, strict=True)], axis=1)  # fmt: skip
     for leg in range(LEGS):
         for value in (False, True):
@@ -227,7 +242,7 @@ def momentum_residual(t: Trajectory, whole: Motion) -> float:
     if len(t) < 2:
         return 0.0
     momentum = (t.tree.mass * whole.com_velocity[[0, -1], :, 1]).sum(axis=1)
-    force = float(t.force[:-1, :, 1].sum())
+    force = float(t.column("force")[:-1, :, 1].sum())
     weight = -float(t.tree.mass.sum()) * gravity(t.slope)[1]
     push, pushed, count = 0.0, 0.0, len(t) - 1
     angle = math.radians(t.slope)

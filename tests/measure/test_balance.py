@@ -116,7 +116,7 @@ def test_angular_momentum_changes_by_the_moment_of_the_ground():
     from biped.robot.planar.tree import motion
 
     arm = motion(t.tree, t.q, t.v).point - b.com[:, None]
-    moment = (arm[..., 0] * t.force[..., 1] - arm[..., 1] * t.force[..., 0]).sum(axis=1)
+    moment = (arm[..., 0] * t.force[..., 2] - arm[..., 1] * t.force[..., 0]).sum(axis=1)
     gained = np.cumsum(moment[:-1]) * t.tick
     assert np.abs(gained - (b.spin[1:] - b.spin[0])).max() < 0.02 * np.abs(b.spin).max() + 0.5
 

@@ -12,14 +12,14 @@ from biped.engines.planar.mujoco import simulate
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure
-from biped.measure.metrics.energy import energy
 from biped.measure.trajectory import Trajectory
 from biped.robot.planar.build import compile_foreign
+from biped.robot.robot import with_tree
 from biped.scenario.actuation import Actuation
 from biped.scenario.ground import Ground
 from biped.scenario.keys import Scenario, Simulation, Start, Truth
 from tests.measure.made_up import WEIGHT
-from tests.runs import made, tree
+from tests.runs import made, synthetic
 from tests.ticks import HUMAN
 
 
@@ -36,7 +36,8 @@ def test_energy_is_mujocos():
         for _ in range(10):
             data.qpos[:], data.qvel[:] = rng.normal(size=9), rng.normal(size=9)
             mujoco.mj_forward(model, data)
-            assert energy(tree(), data.qpos, data.qvel, slope) == pytest.approx(data.energy.sum(), abs=1e-9)
+            t = replace(synthetic(0.001, q=data.qpos, v=data.qvel), slope=slope, gravity=())
+            assert t.energy[0] == pytest.approx(data.energy.sum(), abs=1e-9)
 
 
 @pytest.mark.parametrize("name", ["walk", "slope", "slippery", "pushed", "generalized", "pyramidal"])
@@ -96,5 +97,5 @@ def test_damped_joints_are_accounted_for(engine):
     )  # fmt: skip
     t = campaign.simulate(Plan(walk).run(0))
     assert residual(t) < 5e-3
-    undamped = replace(t, tree=t.tree._replace(damping=np.zeros(6)))
+    undamped = replace(t, robot=with_tree(t.robot, t.tree._replace(damping=np.zeros(6))))
     assert residual(undamped) > 10.0 * residual(t)

@@ -10,7 +10,7 @@ import pytest
 
 from biped.measure.contact import feet_down, strikes_of, swings_of
 from biped.measure.metrics import measure
-from biped.measure.metrics.gait import commonest_cycle
+from biped.measure.metrics.belief import commonest_cycle
 from biped.measure.metrics.walking import walked
 from biped.measure.trajectory import Trajectory
 from tests.measure.made_up import WEIGHT, lifted, standing, steady
@@ -19,7 +19,7 @@ from tests.runs import made, mirrored, synthetic
 
 def test_leg_states_of_the_mirrored_run_are_the_other_legs():
     t = made("walk")
-    mirror = commonest_cycle(mirrored(t), slice(0, None))
+    mirror = commonest_cycle(mirrored(t).phase[:, 0])
     left = [int(s) for s in t.phase[:, 1]]
     changes = [s for before, s in zip([0, *left], left, strict=False) if s != before]
     assert mirror["cycle"].split("-")[0] == "1"
@@ -81,7 +81,7 @@ def test_leg_state_cycle():
     odd = [1] * 100 + [3] * 300
     phase = np.ones((2000, 2))
     phase[:, 0] = one + one + odd + one + one
-    found = commonest_cycle(steady(phase=phase), slice(0, None))
+    found = commonest_cycle(phase[:, 0])
     assert found == {"cycle": "1-2-3-4", "share": 0.75}  # the last cycle has no end
 
 

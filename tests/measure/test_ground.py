@@ -38,7 +38,7 @@ def test_vertical_momentum_explains_the_support():
     t = made("walk")
     whole = motion(t.tree, t.q, t.v)
     momentum = (t.tree.mass[:, None] * whole.com_velocity).sum(axis=1)
-    impulse = 0.001 * (t.force[:-1].sum(axis=(0, 1)) - [0.0, WEIGHT * (len(t) - 1)])
+    impulse = 0.001 * (t.column("force")[:-1].sum(axis=(0, 1)) - [0.0, WEIGHT * (len(t) - 1)])
     np.testing.assert_allclose(momentum[-1] - momentum[0], impulse, atol=0.2)
 
 

@@ -36,7 +36,7 @@ def walk(speeds: list[float], pushes: tuple[tuple, ...]) -> Trajectory:
 
 
 def numbers(t: Trajectory) -> dict[str, float]:
-    return pushed(t, motion(t.tree, t.q, t.v).point)
+    return pushed(t)
 
 
 def test_an_impulse_in_the_fields_units():

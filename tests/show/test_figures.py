@@ -155,7 +155,7 @@ def test_loads_show_torques_forces_against_weight_and_leg_states(walk):
             np.testing.assert_array_equal(thin.get_ydata(), walk.applied[1000:2001, 3 + 3 * leg + joint])
             assert to_hex(thin.get_color()).upper() == to_hex(mean.get_color()).upper() == colour
     np.testing.assert_allclose(
-        force.lines[0].get_ydata()[500], walk.force[1490:1510, :2, 1].sum(axis=1).mean(), rtol=0.02
+        force.lines[0].get_ydata()[500], walk.force[1490:1510, :2, 2].sum(axis=1).mean(), rtol=0.02
     )
     assert force.lines[2].get_ydata()[0] == pytest.approx(75.0 * 9.81)
     # Each state's bars cover as much time as the leg spent in it.

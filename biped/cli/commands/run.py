@@ -12,7 +12,7 @@ from biped.cli.parser import Commands, command_parser, take_same_platform, take_
 
 if TYPE_CHECKING:
     from biped.ensemble.plan import Plan
-    from biped.measure.stored import AnyTrajectory
+    from biped.measure.trajectory import Trajectory
     from biped.studies.making import Done
 
 
@@ -120,7 +120,7 @@ def _shard(args: argparse.Namespace) -> int:
     return code_of([done.result])
 
 
-def _record(path: Path, plan: Plan, result: dict[str, Any], trajectories: dict[int, AnyTrajectory]) -> None:
+def _record(path: Path, plan: Plan, result: dict[str, Any], trajectories: dict[int, Trajectory]) -> None:
     from biped.show.replay import record_runs
 
     record_runs(path, plan, result, trajectories)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from biped.base.jit import kernel
@@ -16,11 +14,8 @@ from biped.robot.planar.topology import N_POINTS, NQ
 from biped.robot.run import Run
 from biped.scenario.keys import Sensors
 
-if TYPE_CHECKING:
-    from biped.measure.stored import AnyTrajectory
 
-
-def believed_forces(run: Run, t: AnyTrajectory) -> np.ndarray | None:
+def believed_forces(run: Run, t: Trajectory) -> np.ndarray | None:
     """The forces c of the second problem (`biped.control.planar.pushing`) that the torques of each tick belong to.
 
     They follow from a tick's coordinates and Q_d, both logged.
@@ -35,7 +30,7 @@ def believed_forces(run: Run, t: AnyTrajectory) -> np.ndarray | None:
     """
     s = run.scenario
     counted = s.actuation.contacts == "pushing" and s.actuation.mode == "joint" and s.law is None and run.law is None
-    if not isinstance(t, Trajectory) or not counted or s.estimator is not None or s.sensors != Sensors():
+    if t.robot.seven_links is None or not counted or s.estimator is not None or s.sensors != Sensors():
         return None
     out = np.zeros((len(t), N_POINTS, 2))
     _forces(controller_record(run, run.tree), *(np.array(a) for a in (t.q, t.v, t.Q_d)), out)

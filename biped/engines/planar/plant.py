@@ -22,6 +22,7 @@ from biped.measure.columns import Q_D, WIDTH, Q, U, V
 from biped.measure.trajectory import Trajectory
 from biped.robot.planar.topology import NQ, PITCH, X
 from biped.robot.planar.tree import Tree
+from biped.robot.robot import with_tree
 from biped.robot.run import Run
 from biped.scenario.keys import Sensors as SensorKeys
 from biped.scenario.pushing import pieces
@@ -154,7 +155,6 @@ class PlanarPlant:
         return Trajectory(
             log=log,
             tick=self.run.tick,
-            tree=self.physics.tree,
             slope=s.ground.slope,
             generalized=self.generalized,
             torque_limit=self.run.torque_limits,
@@ -162,7 +162,7 @@ class PlanarPlant:
             end=ending.end,
             cause=ending.cause,
             warnings=ending.warnings,
-            robot=self.run.robot,
+            robot=with_tree(self.run.robot, self.physics.tree),
             inferred=None if self.senses is None else self.senses.noted[:rows],
             signal_names=law.signals.names,
             traceback=ending.traceback,

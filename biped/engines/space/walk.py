@@ -188,7 +188,7 @@ def walk(record, changes, plant, log, signals, first, last):
         record: (1,) `biped.control.space.record.CONTROL`.
         changes: Of it, `biped.control.blending.Changes`.
         plant: `SpacePlant`.
-        log: (n, width) of `biped.measure.general.trajectory`, zero where nothing is known yet.
+        log: (n, width) of `biped.measure.columns`, zero where nothing is known yet.
         signals: (n, 5) of `biped.control.space.law`.
         first: First tick.
         last: One past the last.

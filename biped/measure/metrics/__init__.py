@@ -12,9 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from biped.measure import verdict
-from biped.measure.metrics import energy, gait, ground, motors, posture, pushed
+from biped.measure.metrics import belief, energy, gait, ground, motors, posture, pushed, space
 from biped.measure.metrics.outcome import outcome_of, spread, stopped
-from biped.measure.metrics.sums import Sums, add_up
 from biped.measure.metrics.totals import Totals
 from biped.measure.trajectory import Trajectory
 from biped.scenario.metrics import METRICS
@@ -39,12 +38,12 @@ def assess(t: Trajectory, window: tuple[float, float]) -> Assessed:
         sound = t.sound & (np.diff(t.time, prepend=-1.0) > 0.0)
         t = t.rows(slice(max(1, int(sound.cumprod().sum()))))
     with np.errstate(all="ignore"):  # numbers of a run that blows up; what comes of them is judged
-        sums = add_up(t, window)
-        if sums.fast is not None:
-            said = verdict.too_fast(t, sums.fast)
+        fast = verdict.first_too_fast(t)
+        if fast is not None:
+            said = verdict.too_fast(t, fast)
             cause = f"{said}; {t.cause}" if t.cause else said
-            t = t.rows(slice(len(sums.point)), end="diverged", cause=cause)
-        numbers = _numbers(t, sums)
+            t = t.rows(slice(max(1, fast)), end="diverged", cause=cause)
+        numbers = _numbers(t, window)
         judged = verdict.verdict_on(t, numbers)
     outcome = outcome_of(t, numbers, judged.verdict)
     return Assessed(t, numbers | outcome | stopped(t, outcome) | judged._asdict())
@@ -66,32 +65,40 @@ def measure(t: Trajectory, window: tuple[float, float]) -> dict[str, Any]:
     return assess(t, window).numbers
 
 
-def _numbers(t: Trajectory, sums: Sums) -> dict[str, Any]:
+def _numbers(t: Trajectory, window: tuple[float, float]) -> dict[str, Any]:
     """All but the outcome."""
-    run = sums.run
     out: dict[str, Any] = dict.fromkeys(METRICS, math.nan)
     out["time"] = len(t) * t.tick if t.end == "completed" else float(t.time[-1])
-    out["distance"] = float(t.q[-1, 0] - t.q[0, 0])
-    out["energy_residual"] = energy.residual(t, run)
-    out["energy_from_nowhere"] = energy.from_nowhere(t, run)
-    out["momentum_residual"] = verdict.momentum_residual(t, tuple(run["momentum"].tolist()), float(run["impulse"]))
-    out["penetration"] = max(0.0, float(run["depth"]))
-    out["peak_force"] = float(run["normal"])
-    out["peak_torque"] = float(run["torque"])
-    out["link_speed"] = math.sqrt(run["squared"])
+    out["distance"] = float(t.x[-1] - t.x[0])
+    out["energy_residual"] = energy.residual(t)
+    out["energy_from_nowhere"] = energy.from_nowhere(t)
+    out["momentum_residual"] = energy.momentum_residual(t)
+    out["penetration"] = max(0.0, -float(t.above.min()))
+    out["peak_force"] = float(t.force[:, :, 2].max())
+    if not t.generalized or t.robot.seven_links is not None:
+        out["peak_torque"] = max(float(t.u.max()), -float(t.u.min()))
+    if t.robot.seven_links is not None:
+        out["link_speed"] = math.sqrt(float(t.derived.speed[0].max()))
     if t.pushes:
-        out |= pushed.pushed(t, sums.point)
-    if sums.span is not None:
-        out |= gait.stride(t, sums)
-        out |= energy.transport(t, sums)
-        out |= ground.contact(t, sums)
-        out |= posture.inferred(t, sums.span)
-        out |= motors.load(t, sums.span, gait.travelled(sums))
-        out["leg_states"] = gait.commonest_cycle(t, sums.span)
-        out["per_joint"] = energy.per_joint(sums)
+        out |= pushed.pushed(t)
+    span = span_of(t, window)
+    if span is not None:
+        out |= gait.stride(t, span) | energy.transport(t, span) | ground.contact(t, span) | belief.switches(t, span)
+        out |= posture.inferred(t, span) | motors.load(t, span, gait.travelled(t, span))
+        if not t.robot.planar:
+            out |= space.sideways(t, span)
+        if (states := t.believed_states) is not None:
+            out["leg_states"] = belief.commonest_cycle(states[span, 0])
         if t.signal_names:
-            out["signals"] = {name: spread(values[sums.span]) for name, values in t.signals.items()}
+            out["signals"] = {name: spread(values[span]) for name, values in t.signals.items()}
     return out
+
+
+def span_of(t: Trajectory, window: tuple[float, float]) -> slice | None:
+    """Rows of a window [s]; None if it has less than two."""
+    first = int(np.searchsorted(t.time, window[0] - 1e-9))
+    last = min(int(np.searchsorted(t.time, window[1] + 1e-9, side="right")), len(t))
+    return slice(first, last) if last - first > 1 else None
 
 
 def aggregate(runs: Sequence[Mapping[str, Any]]) -> dict[str, float]:

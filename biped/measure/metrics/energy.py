@@ -1,109 +1,138 @@
-"""Torques, powers, cost of transport and the energy balance."""
+"""Torques, powers, costs of transport; and how far energy and momentum are accounted for."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from biped.measure.metrics.gait import travelled
-from biped.measure.metrics.sums import Sums
+from biped.measure.metrics.sums import Driven, driven
 from biped.measure.trajectory import Trajectory
-from biped.robot.gravity import GRAVITY, gravity
-from biped.robot.planar.topology import BASE, LEGS, NU, SEGMENTS
-from biped.robot.planar.tree import Tree, motion
+from biped.robot.build import frame
+from biped.robot.gravity import GRAVITY
+from biped.robot.planar.topology import ANKLE, BASE, HIP, KNEE, LEGS, PITCH, THIGH, TORSO
+from biped.robot.planar.tree import motion
+
+LEAST_TIME = 0.1
+"""[s] of weight that the momentum residual is relative to at least: a fall in the second tick has no impulse yet."""
 
 
-def energy(tree: Tree, q: np.ndarray, v: np.ndarray, slope: float) -> np.ndarray:
-    """Kinetic and potential energy [J] of configurations (…, 9)."""
-    m = motion(tree, q, v)
-    kinetic = 0.5 * (tree.mass * (m.com_velocity**2).sum(axis=-1)).sum(axis=-1)
-    kinetic += 0.5 * (tree.inertia * m.rate**2).sum(axis=-1) + 0.5 * (tree.armature * v[..., BASE:] ** 2).sum(axis=-1)
-    potential = -(tree.mass * (m.com @ np.array(gravity(slope)))).sum(axis=-1)
-    return kinetic + potential
+def transport(t: Trajectory, span: slice) -> dict[str, Any]:
+    """Costs of transport and torques over a span of rows; of forces that are no joint's the net cost alone.
+
+    The thesis's c_mt matches |sum of joint powers|; the other two are what hardware pays.
+    """
+    weight = t.mass * GRAVITY * travelled(t, span)
+    if t.generalized and t.robot.seven_links is None:
+        return {"cost_of_transport": float(np.abs(t.given[span][:-1]).sum() / weight), "per_joint": {}}
+    sums, energy = driven(t, span), t.tick / weight
+    rows, net, absolute, positive, peak = span.stop - span.start, sums.net, sums.absolute, sums.positive, sums.power
+    if t.generalized:
+        power = _spring_powers(t, span)
+        net, absolute = float(np.abs(power.sum(axis=1)).sum()), float(np.abs(power).sum())
+        positive, peak = float(np.maximum(power, 0.0).sum()), np.abs(power)
+    return {
+        "cost_of_transport": net * energy,
+        "cost_of_transport_absolute": absolute * energy,
+        "cost_of_transport_positive": positive * energy,
+        "mean_torque": float(sums.torque.mean()) / rows,
+        "rms_torque": math.sqrt(float(sums.squared.max()) / rows),
+        "peak_power": float(peak.max()),
+        "torque_rate": sums.jumps / (rows - 1) * 1e-3 / t.tick,
+        "saturation": sums.saturated / rows,
+        "per_joint": _per_joint(t, sums, rows),
+    }
 
 
-def residual(t: Trajectory, run: np.void) -> float:
-    """What work and losses leave unexplained of the change of energy, relative to the work put in.
+def _spring_powers(t: Trajectory, span: slice) -> np.ndarray:
+    """(n, 7) [W] of Q_d's virtual actuators: torso and thighs to the inertial frame, knees and ankles between links."""
+    Q, v = t.Q_d[span], t.v[span]
+    rate = motion(t.tree, t.q[span], v).rate
+    parts = [(Q[:, PITCH] - Q[:, HIP[0]] - Q[:, HIP[1]]) * rate[:, TORSO]]
+    for hip, knee, ankle, thigh in zip(HIP, KNEE, ANKLE, THIGH, strict=True):
+        parts += [Q[:, hip] * rate[:, thigh], Q[:, knee] * v[:, knee], Q[:, ankle] * v[:, ankle]]
+    return np.column_stack(parts)
 
-    Change of energy = work of the actuators, pushes, knee stops, joint damping and ground forces, up to integration
-    error. Where little work is done, as in a fall or a flight, it is relative to the largest kinetic energy of the
-    centres of mass; at least to a hundredth of the energy of the start.
 
-    Args:
-        t: The run.
-        run: Its sums (`biped.measure.metrics.sums`).
+def _per_joint(t: Trajectory, sums: Driven, rows: int) -> dict[str, dict[str, float]]:
+    """Peak and mean |torque| [N m] and peak |power| [W] of each actuator; of seven links of both legs' together."""
+    names, legs = (t.robot.actuators, 1) if t.robot.seven_links is None else (("hip", "knee", "ankle"), LEGS)
+    most, torque, power = (values.reshape(legs, -1) for values in (sums.most, sums.torque, sums.power))
+    return {
+        name: {
+            "peak_torque": float(most[:, i].max()),
+            "mean_torque": float(torque[:, i].sum()) / (legs * rows),
+            "peak_power": float(power[:, i].max()),
+        }
+        for i, name in enumerate(names)
+    }
+
+
+def residual(t: Trajectory) -> float:
+    """What work leaves unexplained of the change of energy, relative to the work put in.
+
+    Where little is done it is relative to the largest kinetic energy of the whole robot's mass, at least to a hundredth
+    of the energy of the start.
     """
     if len(t) < 2:
         return 0.0
-    first, last = run["energy"]
-    left = last - first - t.tick * run["work"]
-    return float(abs(left) / max(t.tick * run["put_in"], run["moving"], abs(first) * 1e-2))
+    left = t.energy[-1] - t.energy[0] - t.work[:-1].sum()
+    return float(abs(left) / max(np.abs(t.given[:-1]).sum(), _moving(t), 1e-2 * abs(t.energy[0])))
 
 
-def from_nowhere(t: Trajectory, run: np.void) -> float:
-    """Most energy that the biped ever had beyond what it started with and what actuators and pushes put in.
+def from_nowhere(t: Trajectory) -> float:
+    """Most energy that the robot ever had beyond what it started with and what actuators and pushes put in.
 
     Ground, stops and joint damping only take: they may give back what they took, no more. No force of theirs is needed
-    for this, and work is exactly what was applied times how far the coordinates went, so that it holds where forces
-    are `sampled`, and where they do account for what a bad solution of the contacts gave away.
-
-    Args:
-        t: The run.
-        run: Its sums.
+    for this, and what is given is exactly what was applied times how far the coordinates went, so that it holds where
+    forces are `sampled`, and where they do account for what a bad solution of the contacts gave away.
 
     Returns:
-        A share of what was put in, of the largest kinetic energy or of a tenth of the start's energy, whichever is
-        more.
+        A share of what was put in, of its largest kinetic energy or of a tenth of the start's energy: the most.
     """
     if len(t) < 2:
         return 0.0
-    most = max(run["nowhere"], 0.0)
-    return float(most / max(run["given_either_way"], run["moving"], 0.1 * abs(run["energy"][0])))
+    beyond = t.energy[1:] - t.energy[0] - np.cumsum(t.given[:-1])
+    most = max(float(beyond.max()), 0.0)
+    return most / max(float(np.abs(t.given[:-1]).sum()), _moving(t), 0.1 * abs(float(t.energy[0])))
+
+
+def _moving(t: Trajectory) -> float:
+    """[J] largest kinetic energy of the whole mass in its centre."""
+    return 0.5 * t.mass * float(np.einsum("ij,ij->i", t.com_velocity, t.com_velocity).max())
+
+
+def momentum_residual(t: Trajectory) -> float:
+    """What ground and seat, gravity and pushes leave unexplained of the momentum along the ground's normal.
+
+    Relative to the impulse of the weight, of `LEAST_TIME` at least, or of what acted if that is more.
+    """
+    if len(t) < 2:
+        return 0.0
+    count, weight = len(t) - 1, -t.mass * t.gravity[2]
+    normal = frame(t.slope, t.side_slope)[2]
+    push = pushed = 0.0
+    for start, end, *force, _ in t.pushes:
+        ticks = max(0, min(round(end / t.tick), count) - round(start / t.tick))
+        one = ticks * float(normal @ [force[0], force[1] if len(force) > 2 else 0.0, force[-1]])
+        push, pushed = push + one, pushed + abs(one)
+    force = float(t.ground_force[:-1, 2].sum()) + (0.0 if t.seat_force is None else float(t.seat_force[:-1, 1].sum()))
+    change = t.mass * float(t.com_velocity[-1, 2] - t.com_velocity[0, 2]) / t.tick
+    off = change - (force + push - weight * count)
+    return abs(off) / max(weight * max(count, LEAST_TIME / t.tick), abs(force), pushed)
 
 
 def loss_per_step(t: Trajectory, window: tuple[float, float]) -> float:
     """Energy [J] that each step loses in impacts, sliding and knee stops over a window [s] of whole strides.
 
-    Work of the actuators, which is exactly what they apply times how far the coordinates move in a tick, less joint
-    damping and the change of energy: no force needs to be resolved in time. (Not for windows with pushes.)
+    What the actuators give, which is exactly what they apply times how far the coordinates move in a tick, less joint
+    damping and the change of energy: no force needs to be resolved in time. (Of seven links; not for windows with
+    pushes.)
     """
     first, last = (round(time / t.tick) for time in window)
-    work = float((t.applied[first:last] * np.diff(t.q[first : last + 1], axis=0)).sum())
     damped = float((t.tree.damping * t.v[first:last, BASE:] ** 2).sum() * t.tick)
-    before, after = energy(t.tree, t.q[[first, last]], t.v[[first, last]], t.slope)
     steps = sum(first < row <= last for row, _ in t.strikes)
-    return (work - damped - float(after - before)) / steps if steps else math.nan
-
-
-def transport(t: Trajectory, sums: Sums) -> dict[str, float]:
-    """The three costs of transport, torques and losses over the window.
-
-    The thesis's c_mt matches |sum of joint powers|; the other two are what hardware pays.
-    """
-    w = sums.window
-    rows = int(w["rows"])
-    weight = float(t.tree.mass.sum()) * GRAVITY * travelled(sums) / t.tick
-    return {
-        "cost_of_transport": float(w["net"] / weight),
-        "cost_of_transport_absolute": float(w["absolute"] / weight),
-        "cost_of_transport_positive": float(w["positive"] / weight),
-        "mean_torque": float(w["torque"].sum() / (rows * NU)),
-        "peak_power": float(w["peak"]),
-        "torque_rate": float(w["jumps"] / (rows - 1) * 1e-3 / t.tick),
-        "saturation": float(w["saturated"] / rows),
-        "contact_loss": float(-w["ground_power"] / rows),
-    }
-
-
-def per_joint(sums: Sums) -> dict[str, dict[str, float]]:
-    """Peak and mean |torque| [N m] and peak |power| [W] of hip, knee and ankle over the window, both legs together."""
-    w = sums.window
-    return {
-        name: {
-            "peak_torque": float(w["torque_most"][i::SEGMENTS].max()),
-            "mean_torque": float(w["torque"][i::SEGMENTS].sum() / (LEGS * int(w["rows"]))),
-            "peak_power": float(w["power_most"][i::SEGMENTS].max()),
-        }
-        for i, name in enumerate(("hip", "knee", "ankle"))
-    }
+    lost = float(t.given[first:last].sum()) - damped - float(t.energy[last] - t.energy[first])
+    return lost / steps if steps else math.nan

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from biped.measure.ended import Ended
 from biped.measure.metrics import walking
+from biped.measure.trajectory import Trajectory
 from biped.measure.verdict import DIVERGENT, DOUBTFUL, SOUND
 
 
-def outcome_of(t: Ended, numbers: dict[str, Any], verdict: str) -> dict[str, int]:
+def outcome_of(t: Trajectory, numbers: dict[str, Any], verdict: str) -> dict[str, int]:
     """The outcome of a run and the verdict on its numbers, each 0 or 1.
 
     A fall is a fall whatever the verdict; only a run with sound numbers can have walked, stood or sat.
@@ -33,7 +33,7 @@ def outcome_of(t: Ended, numbers: dict[str, Any], verdict: str) -> dict[str, int
     }
 
 
-def stopped(t: Ended, outcome: dict[str, int]) -> dict[str, float]:
+def stopped(t: Trajectory, outcome: dict[str, int]) -> dict[str, float]:
     """How far [m] a run that stood at last went from its first change on; nothing of others."""
     if not (t.changes and outcome["stood"]):
         return {}

@@ -7,7 +7,6 @@ import math
 import numpy as np
 
 from biped.measure.trajectory import Trajectory
-from biped.robot.planar.topology import PITCH
 
 
 def inferred(t: Trajectory, span: slice) -> dict[str, float]:
@@ -15,7 +14,7 @@ def inferred(t: Trajectory, span: slice) -> dict[str, float]:
     if t.inferred is None:
         return {}
     pitch, _, gyro, clipped = t.inferred[span].T
-    error = np.degrees(pitch - t.q[span, PITCH])
+    error = np.degrees(pitch - t.q[span, t.robot.base_columns[-1]])
     edges = np.diff(np.concatenate([[0], (gyro > 0.0).astype(int), [0]]))
     gaps = np.flatnonzero(edges < 0) - np.flatnonzero(edges > 0)
     return {

@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from biped.measure.metrics.gait import heels
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
-from biped.robot.planar.topology import HEEL
 from biped.robot.planar.tree import motion
 
 STEPS = 4
@@ -25,33 +25,23 @@ BAND = 0.1
 STEP_NAMES = ("first_step", "second_step", "third_step", "fourth_step")
 
 
-class Impulse(NamedTuple):
-    """A push as a whole, however its force changes meanwhile.
+class Impact(NamedTuple):
+    """Pushes that are one, however their force changes meanwhile.
 
     Attributes:
         start: [s].
         end: [s].
-        forward: [N s] horizontally.
-        up: [N s].
+        impulse: [N s] forward and up; in space forward, to the left and up.
     """
 
     start: float
     end: float
-    forward: float
-    up: float
+    impulse: tuple[float, ...]
 
     @property
     def size(self) -> float:
-        """[N s] with the sign of its way: forward positive, and so is straight up."""
-        return math.copysign(math.hypot(self.forward, self.up), self.forward or self.up)
-
-
-class Impact(NamedTuple):
-    """Pushes that are one: when, and their impulse [N s], component by component."""
-
-    start: float
-    end: float
-    impulse: tuple[float, ...]
+        """[N s] with the sign of its way: of the first of its components that it has, forward positive."""
+        return math.copysign(math.hypot(*self.impulse), next((one for one in self.impulse if one), 0.0))
 
 
 def merged(pushes: Sequence[tuple[float, float, Sequence[float]]], ends: float, tick: float) -> list[Impact]:
@@ -85,39 +75,32 @@ def _turns(last: Impact, start: float, force: Sequence[float], tick: float) -> b
     return start > last.end - 0.5 * tick and against
 
 
-def impulses(t: Trajectory) -> list[Impulse]:
+def impulses(t: Trajectory) -> list[Impact]:
     """The pushes of a run; those that touch or overlap in time are one. What lies beyond its end is not counted."""
-    # What is seen of a robot in space from its side has pushes to the left besides.
-    spans = [(start, end, (force[0], force[-1])) for start, end, *force, _ in t.pushes]
-    return [Impulse(start, end, *impulse) for start, end, impulse in merged(spans, len(t) * t.tick, t.tick)]
+    return merged([(start, end, force) for start, end, *force, _ in t.pushes], len(t) * t.tick, t.tick)
 
 
-def pushed(t: Trajectory, point: np.ndarray) -> dict[str, float]:
+def pushed(t: Trajectory) -> dict[str, float]:
     """Impulse of the strongest push, the recovery from the last one, and the steps after that.
 
     A step lasts from foot strike to foot strike; its speed is how far the torso went in it. The walk has recovered when
     every step from then to the end of the run is as before the push (`BAND`), two of them at least. There is no
     recovery time where there were fewer than `LEAST` steps before, or where the walk does not recover; it is 0 where
     the walk never left.
-
-    Args:
-        t: The run.
-        point: (n, 4, 2) [m] places of the contact points.
     """
     found = impulses(t)
     if not found:
         return {}
     strongest = max((push.size for push in found), key=abs)
-    mass = float(t.tree.mass.sum())
     rows = np.array([row for row, _ in t.strikes], dtype=int)
-    heels = point[rows][:, HEEL, 0]
-    lengths = np.abs(heels[:, 0] - heels[:, 1])
+    heel = heels(t, rows)
+    lengths = np.abs(heel[:, 0] - heel[:, 1])
     after = lengths[t.time[rows] >= found[-1].end - 1e-9][:STEPS]
     return {
         "push_impulse": strongest,
-        "push_speed": strongest / mass,
-        "push_froude": strongest / (mass * math.sqrt(GRAVITY * t.tree.leg)),
-        "recovery_time": recovery(t.q[:, 0], t.time, t.tick, rows, found[0].start, found[-1].end)
+        "push_speed": strongest / t.mass,
+        "push_froude": strongest / (t.mass * math.sqrt(GRAVITY * t.robot.leg)),
+        "recovery_time": recovery(t.x, t.time, t.tick, rows, found[0].start, found[-1].end)
         if t.end == "completed"
         else math.nan,
         **dict(zip(STEP_NAMES, (float(length) for length in after), strict=False)),
@@ -125,7 +108,7 @@ def pushed(t: Trajectory, point: np.ndarray) -> dict[str, float]:
 
 
 def push_work(t: Trajectory) -> float:
-    """Work [J] of the pushes on the robot: what it has to absorb.
+    """Work [J] of the pushes on seven links: what they have to absorb.
 
     A force F over a step adds F · (v + v')/2 · dt, with the mean velocity at the first configuration.
     """

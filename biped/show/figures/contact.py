@@ -14,7 +14,7 @@ from biped.base.files import folder
 from biped.ensemble.campaign import simulate
 from biped.ensemble.plan import Plan
 from biped.measure.contact import LOADED, SPELL, feet_down, strikes_of
-from biped.measure.logged import Logged
+from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
 from biped.scenario.reading import read_scenario
 from biped.show.figures.style import SETTINGS, figure, save
@@ -36,7 +36,7 @@ START = 3.0
 """[s] from which runs are counted, or from their middle."""
 
 
-def counted(t: Logged, share: float, spell: float) -> tuple[float, int, float]:
+def counted(t: Trajectory, share: float, spell: float) -> tuple[float, int, float]:
     """Double support, steps and alternation of the latter part of a run by some threshold and shortest spell."""
     down = feet_down(t.foot_force, t.mass * GRAVITY, t.tick, share, spell)
     first = int(np.searchsorted(t.time, min(START, 0.5 * t.time[-1])))
@@ -45,7 +45,7 @@ def counted(t: Logged, share: float, spell: float) -> tuple[float, int, float]:
     return float(down[first:].all(axis=1).mean()), len(feet), alternation
 
 
-def plot_contact(runs: dict[str, Logged], path: Path) -> Path:
+def plot_contact(runs: dict[str, Trajectory], path: Path) -> Path:
     """Draws them against the threshold at the shortest spell that counts, and the other way round.
 
     Args:

@@ -10,10 +10,21 @@ from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
 from biped.measure.pushes import pushes_of
-from biped.measure.signals import SMOOTH, every, foot_force, inferred_torso_angle, inside, smooth, torso_angle
+from biped.measure.signals import (
+    SMOOTH,
+    every,
+    inferred_torso_angle,
+    inside,
+    joint_angles,
+    joint_rates,
+    joint_torques,
+    leg_states,
+    smooth,
+    torso_angle,
+)
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
-from biped.robot.planar.topology import BASE, SEGMENTS
+from biped.robot.planar.topology import SEGMENTS
 from biped.show.figures.style import (
     LEFT,
     PUSH,
@@ -36,8 +47,8 @@ def velocity(trajectory: Trajectory, title: str, window: Window) -> Figure:
     drawn = figure(8.0, 3.0)
     axes = timed(drawn.add_subplot(), f"{title}: forward velocity of the torso", "velocity [m/s]")
     rows = inside(trajectory, window)
-    mean = float(trajectory.v[rows, 0].mean())
-    axes.plot(trajectory.time, trajectory.v[:, 0], color=RIGHT)
+    mean = float(trajectory.forward_speed[rows].mean())
+    axes.plot(trajectory.time, trajectory.forward_speed, color=RIGHT)
     span = trajectory.time[rows][[0, -1]]
     axes.plot(span, [mean, mean], "--", color=LEFT, label=f"mean {mean:.2f} m/s in {span[0]:.3g} to {span[1]:.3g} s")
     _mark_pushes(axes, trajectory)
@@ -62,7 +73,7 @@ def phase(trajectory: Trajectory, title: str, window: Window) -> Figure:
     """Phase portraits of the right hip, knee and ankle (Fig 3.12): the window over the whole run."""
     drawn = figure(9.5, 3.4)
     rows = inside(trajectory, window)
-    angle, rate = np.degrees(trajectory.q[:, 3:6]), np.degrees(trajectory.v[:, 3:6])
+    angle, rate = np.degrees(joint_angles(trajectory)), np.degrees(joint_rates(trajectory))
     symbols = {"hip": "θ1 − θ", "knee": "θ2 − θ1", "ankle": "θ3 − θ2 + π/2"}
     for i, (axes, (joint, symbol)) in enumerate(zip(drawn.subplots(1, 3), symbols.items(), strict=True)):
         axes.plot(angle[:, i], rate[:, i], color=QUIET, linewidth=0.4, alpha=0.6, label="whole run")
@@ -79,7 +90,7 @@ def push(trajectory: Trajectory, title: str) -> Figure:
     """Forward velocity around the pushes (Fig 3.13)."""
     drawn = figure(8.0, 3.2)
     axes = timed(drawn.add_subplot(), f"{title}: response to the push", "velocity of the torso [m/s]")
-    axes.plot(trajectory.time, trajectory.v[:, 0], color=RIGHT)
+    axes.plot(trajectory.time, trajectory.forward_speed, color=RIGHT)
     _mark_pushes(axes, trajectory)
     start, end = min(p[0] for p in trajectory.pushes), max(p[1] for p in trajectory.pushes)
     axes.set_xlim(max(0.0, start - _BEFORE), min(trajectory.time[-1] + trajectory.tick, end + _AFTER))
@@ -92,11 +103,11 @@ def loads(trajectory: Trajectory, title: str, window: Window) -> Figure:
     drawn = figure(9.5, 9.6)
     *joints, force, lanes = drawn.subplots(5, 1, sharex=True, height_ratios=[1.0, 1.0, 1.0, 1.1, 0.6])
     rows = inside(trajectory, window)
-    time, applied = trajectory.time[rows], trajectory.applied
+    time, applied = trajectory.time[rows], joint_torques(trajectory)
     legs = list(zip(trajectory.robot.legs, (RIGHT, LEFT), strict=True))
     for joint, (axes, name) in enumerate(zip(joints, ("hip", "knee", "ankle"), strict=True)):
         for leg, (side, colour) in enumerate(legs):
-            torque = applied[:, BASE + SEGMENTS * leg + joint]
+            torque = applied[:, SEGMENTS * leg + joint]
             axes.plot(time, torque[rows], color=colour, linewidth=0.4, alpha=0.3)
             axes.plot(time, smooth(torque, trajectory.tick)[rows], color=colour, label=side)
         axes.set_ylabel(f"{name} [N m]")
@@ -119,11 +130,11 @@ def ensemble(trajectories: Sequence[Trajectory], title: str) -> Figure:
         rows = every(t, 100.0)
         stood = t.end == "completed"
         style = {"color": RIGHT, "alpha": shade} if stood else {"color": LEFT, "zorder": 3}
-        axes.plot(t.time[rows], t.v[rows, 0], linewidth=0.7 if stood else 1.0, **style)
+        axes.plot(t.time[rows], t.forward_speed[rows], linewidth=0.7 if stood else 1.0, **style)
         if not stood:
-            axes.plot(t.time[rows[-1]], t.v[rows[-1], 0], "x", color=LEFT, zorder=4)
+            axes.plot(t.time[rows[-1]], t.forward_speed[rows[-1]], "x", color=LEFT, zorder=4)
     # Speeds of walking, not of falling.
-    walking = [t.v[:, 0] for t in trajectories if t.end == "completed"] or [t.v[:, 0] for t in trajectories]
+    walking = [t.forward_speed for t in trajectories if t.end == "completed"] or [t.forward_speed for t in trajectories]
     low, high = min(v.min() for v in walking), max(v.max() for v in walking)
     axes.set_ylim(low - 0.3 * (high - low), high + 0.3 * (high - low))
     return drawn
@@ -136,8 +147,8 @@ def _mark_pushes(axes: Axes, trajectory: Trajectory) -> None:
 
 
 def _forces(axes: Axes, trajectory: Trajectory, rows: np.ndarray) -> None:
-    weight = float(trajectory.tree.mass.sum()) * GRAVITY
-    force = foot_force(trajectory)
+    weight = trajectory.mass * GRAVITY
+    force = trajectory.foot_force
     for foot, (side, colour) in enumerate((("right", RIGHT), ("left", LEFT))):
         mean = smooth(force[:, foot], trajectory.tick)
         axes.plot(trajectory.time[rows], mean[rows], color=colour, label=side)
@@ -151,7 +162,7 @@ def _forces(axes: Axes, trajectory: Trajectory, rows: np.ndarray) -> None:
 
 def _lanes(axes: Axes, trajectory: Trajectory, rows: np.ndarray) -> None:
     """Leg states as bars; drawn as one filled step per state and leg."""
-    time, states = trajectory.time[rows], trajectory.phase[rows]
+    time, states = trajectory.time[rows], leg_states(trajectory)[rows]
     for leg, colour in enumerate((RIGHT, LEFT)):
         for state, share in STATES.items():
             axes.fill_between(

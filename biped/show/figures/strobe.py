@@ -30,7 +30,7 @@ def strobe(trajectory: Trajectory, title: str) -> Figure:
     turn = np.array([[math.cos(slope), math.sin(slope)], [-math.sin(slope), math.cos(slope)]])
     # Joints (n, links, 2), points (n, 4, 2), the torso's upper end (n, 2); turned so that gravity is vertical.
     joint, point, torso = (places @ turn for places in limbs(trajectory))
-    leg, shown = trajectory.tree.leg, trajectory.robot.shown
+    leg, shown = trajectory.robot.leg, trajectory.robot.shown
     low = np.minimum(joint[..., 0].min(), point[..., 0].min()) - _MARGIN * leg
     high = np.maximum(joint[..., 0].max(), point[..., 0].max()) + _MARGIN * leg
     way = ground_line(trajectory, low, high)
@@ -71,8 +71,8 @@ def ground_line(trajectory: Trajectory, low: float, high: float) -> np.ndarray:
 
 def body_rows(trajectory: Trajectory) -> list[int]:
     """Rows at which a body is drawn: at equal times, 0.8 legs apart on average, and at the end."""
-    travelled = abs(trajectory.q[-1, 0] - trajectory.q[0, 0])
-    count = max(1, round(travelled / (_BODIES * trajectory.tree.leg)))
+    travelled = abs(trajectory.x[-1] - trajectory.x[0])
+    count = max(1, round(travelled / (_BODIES * trajectory.robot.leg)))
     return np.round(np.linspace(0, len(trajectory) - 1, count + 1)).astype(int).tolist()
 
 

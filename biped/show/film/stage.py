@@ -5,20 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from copy import copy
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
 
-from biped.measure.signals import finite, means, seen
+from biped.measure.signals import finite, means
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
 from biped.robot.ground import slabs
 from biped.show import spatial
 from biped.show.lighting import light_evenly
-
-if TYPE_CHECKING:
-    from biped.measure.stored import AnyTrajectory
 
 LANE = 1.3
 """[m] from walker to walker side by side."""
@@ -49,7 +46,7 @@ class Walker(NamedTuple):
     """
 
     name: str
-    run: AnyTrajectory
+    run: Trajectory
     model: mujoco.MjModel
     lane: float
     ghost: bool
@@ -57,13 +54,13 @@ class Walker(NamedTuple):
     speed: np.ndarray
 
 
-def walkers(runs: Sequence[tuple[str, AnyTrajectory, mujoco.MjModel]], ghost: bool) -> list[Walker]:
+def walkers(runs: Sequence[tuple[str, Trajectory, mujoco.MjModel]], ghost: bool) -> list[Walker]:
     """Runs side by side, or the second as a ghost over the first."""
     out = []
     for i, (name, whole, model) in enumerate(runs):
         run = finite(whole)
         place = 0.0 if ghost else i * LANE, ghost and i > 0
-        out.append(Walker(name, run, model, *place, run.qpos(model), seen(run).v[:, 0]))
+        out.append(Walker(name, run, model, *place, run.qpos(model), run.forward_speed))
     return out
 
 
@@ -88,7 +85,7 @@ class Stage:
         self._still = mujoco.MjvPerturb()
         self._free = mujoco.MjvCamera()
         self._each = [max(1, round(1.0 / (rate * walker.run.tick))) for walker in shown]
-        self._centre = spatial.centre(shown[0].run)
+        self._centre = shown[0].run.com
 
     def at(self, time: float) -> mujoco.MjvScene:
         """The scene at a time [s]; a run that has ended stays where it ended."""
@@ -167,14 +164,14 @@ class Stage:
     def _forces(self, walker: Walker, row: int, each: int) -> None:
         """Ground forces, means over a frame."""
         run = walker.run
-        force = means(spatial.forces(run)[row : row + each], np.array([0]))[0] / (spatial.mass(run) * GRAVITY)
-        for point, vector in zip(spatial.points(run, row), force, strict=True):
-            start = point + np.array([0.0, walker.lane + (_ASIDE if isinstance(run, Trajectory) else 0.0), 0.0])
+        force = means(run.force[row : row + each], np.array([0]))[0] / (run.mass * GRAVITY)
+        for point, vector in zip(run.point[row], force, strict=True):
+            start = point + np.array([0.0, walker.lane + (_ASIDE if run.robot.planar else 0.0), 0.0])
             self._arrow(start, start + _WEIGHT * vector, 0.02, _FORCE)
         place, seated = spatial.seated(run, np.array([row]))
         for point, vector in zip(place[0], means(seated[row : row + each], np.array([0]))[0], strict=True):
             start = point + np.array([0.0, walker.lane + _ASIDE, 0.0])
-            self._arrow(start, start + _WEIGHT / (spatial.mass(run) * GRAVITY) * vector, 0.02, _FORCE)
+            self._arrow(start, start + _WEIGHT / (run.mass * GRAVITY) * vector, 0.02, _FORCE)
 
     def _pushes(self, walker: Walker, data: mujoco.MjData, row: int) -> None:
         """Pushes that act now, as arrows that end at the pushed body."""

@@ -10,7 +10,6 @@ from typing import Any
 from biped.base.files import label
 from biped.ensemble.checks import judgement
 from biped.measure.metrics.walking import kind_of, outcome
-from biped.measure.signals import seen
 from biped.measure.trajectory import Trajectory
 from biped.scenario.laws import own_law
 from biped.show.kept import Kept
@@ -136,7 +135,6 @@ def _shown(kept: Kept, rows: list[Mapping[str, Any]]) -> list[tuple[Shown, Traje
         trajectory = kept.trajectory(row["index"])
         if trajectory is None:
             continue
-        trajectory = seen(trajectory)
         values = ", ".join(setting(key, value) for key, value in row.get("values", {}).items())
         said = f"Run {row['index']}: {outcome(row)}" + (f"; {values}" if values else "") + "."
         out.append((Shown(name, said, frames_of(trajectory)), trajectory))

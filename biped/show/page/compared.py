@@ -12,7 +12,6 @@ from biped.base.statistics import same_rate, wilson
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.measure.metrics.walking import outcome
-from biped.measure.signals import seen
 from biped.scenario.laws import own_law
 from biped.scenario.metrics import shown_in
 from biped.scenario.reading import read_scenario
@@ -119,7 +118,7 @@ def _seen(folder: Path, runs: Mapping[str, Any]) -> list[Markup]:
         plan = Plan(read_scenario(str(folder / "scenario.toml"), [f"engine={engine}"], looking=True))
         if own_law(plan.scenario.law) or not runs[engine]:
             return []
-        trajectory = seen(campaign.run_one(plan, 0)[0])
+        trajectory = campaign.run_one(plan, 0)[0]
         first = first or (trajectory, plan.scenario.interval)
         name = _NAMES[engine]
         shown.append(Shown(name, f"{name}, run 0: {outcome(runs[engine][0])}.", frames_of(trajectory)))

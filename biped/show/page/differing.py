@@ -16,7 +16,6 @@ from biped.base.paired import Estimate
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.measure.metrics.walking import outcome
-from biped.measure.trajectory import Trajectory
 from biped.scenario.metrics import METRICS
 from biped.scenario.reading import read_scenario
 from biped.show.diff import HEADS, MOST_SETTINGS, cells, notes_of, ordered
@@ -231,6 +230,4 @@ def _walk(folder: Path, index: int) -> tuple[str, Any] | None:
     if plan.scenario.law is not None or not 0 <= index < len(plan):
         return None
     trajectory, row = campaign.run_one(plan, index)
-    if not isinstance(trajectory, Trajectory):  # robots of other kinds have no stick figure here
-        return None
     return f"Run {index}: {outcome(row.as_dict())}.", frames_of(trajectory)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from biped.measure.signals import corners_of, finite, means, stick
+from biped.measure.signals import corners_of, end_forces, finite, leg_states, means, stick
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
 
@@ -81,17 +81,17 @@ def frames_of(trajectory: Trajectory) -> Frames:
     rows = rows[-most:]
     slope = math.radians(trajectory.slope)
     turn = np.array([[math.cos(slope), math.sin(slope)], [-math.sin(slope), math.cos(slope)]])
-    weight = float(trajectory.tree.mass.sum()) * GRAVITY
-    force = np.clip(means(trajectory.force, rows) / weight, -30.0, 30.0)
-    along = trajectory.q[rows, 0]
-    reach = 4.0 * trajectory.tree.leg
+    weight = trajectory.mass * GRAVITY
+    force = np.clip(means(end_forces(trajectory), rows) / weight, -30.0, 30.0)
+    along = trajectory.x[rows]
+    reach = 4.0 * trajectory.robot.leg
     return Frames(
         time=trajectory.time[rows],
         place=stick(trajectory, rows) @ turn,
         force=force @ turn,
-        state=trajectory.phase[rows].astype(int),
+        state=leg_states(trajectory)[rows].astype(int),
         slope=trajectory.slope,
-        leg=trajectory.tree.leg,
+        leg=trajectory.robot.leg,
         pushes=trajectory.pushes,
         legs=trajectory.robot.legs,
         ground=np.stack(trajectory.ground.between(along.min() - reach, along.max() + reach), axis=1) @ turn,

@@ -7,10 +7,20 @@ from itertools import pairwise
 import numpy as np
 
 from biped.measure.pushes import pushes_of
-from biped.measure.signals import SMOOTH, every, finite, inside, smooth
+from biped.measure.signals import (
+    SMOOTH,
+    every,
+    finite,
+    inside,
+    joint_angles,
+    joint_limits,
+    joint_rates,
+    joint_torques,
+    leg_states,
+    smooth,
+)
 from biped.measure.trajectory import Trajectory
-from biped.robot.leg_states import FIRST_IN_AIR
-from biped.robot.planar.topology import BASE, LEGS, SEGMENTS
+from biped.robot.planar.topology import LEGS, SEGMENTS
 from biped.show.page.html import Markup, card, tag
 from biped.show.page.player import SIDES, state_legend
 from biped.show.page.plot import Frame, around, legend
@@ -44,13 +54,13 @@ def _legs(run: Trajectory) -> Markup:
 
 def _speed(run: Trajectory, rows: np.ndarray) -> Markup:
     at = every(run, 100.0)
-    time, speed = run.time[at], smooth(run.v[:, 0], run.tick)[at]
+    time, speed = run.time[at], smooth(run.forward_speed, run.tick)[at]
     frame = Frame((0.0 if time[0] < 1.0 else float(time[0]), float(time[-1])), around(speed), "time [s]",
                   "speed of the torso [m/s]", width=900.0, height=230.0)  # fmt: skip
     shown = pushes_of(run)
     for push in shown:
         frame.band((push.start, push.end), "pushed")
-    mean, span = float(run.v[rows, 0].mean()), run.time[rows][[0, -1]]
+    mean, span = float(run.forward_speed[rows].mean()), run.time[rows][[0, -1]]
     frame.line(time, speed, "quiet")
     frame.line(span, [mean, mean], "accent dash")
     pushes = "; ".join(f"{push.size} on the {push.body} at {push.start:g} s" for push in shown)
@@ -64,17 +74,17 @@ def _gait(run: Trajectory, rows: np.ndarray) -> Markup:
     first = int(np.argmax(rows))
     last = min(int(len(rows) - np.argmax(rows[::-1])), first + round(_SHOWN / run.tick))
     span = slice(first, max(last, first + 2))
-    time, state = run.time[span], run.phase[span].astype(int)
+    time, state = run.time[span], leg_states(run)[span].astype(int)
     frame = Frame((float(time[0]), float(time[-1]) + run.tick), (-0.7, 1.7), "time [s]", "",
                   rungs=[run.robot.legs[1], run.robot.legs[0]], width=900.0, height=170.0, left=60.0)  # fmt: skip
-    both = np.all(state <= FIRST_IN_AIR, axis=1)
+    both = np.asarray(run.down[span].all(axis=1))
     for start, end, on in _spans(both):
         if on:
             frame.band((time[start], time[0] + end * run.tick), "both")
     for leg, side in enumerate(SIDES):
         for start, end, kind in _spans(state[:, leg]):
             frame.rect((time[start], time[0] + end * run.tick), (0.68 - leg, 1.32 - leg), f"s{kind} {side}")
-    whole = run.phase[rows].astype(int) <= FIRST_IN_AIR
+    whole = run.down[rows]
     shares = ", ".join(f"{name} {percent(float(whole[:, leg].mean()))}" for leg, name in enumerate(run.robot.legs))
     double, flight = float(whole.all(axis=1).mean()), float((~whole).all(axis=1).mean())
     note = f"On the ground in the window: {shares}; both legs {percent(double)}, neither {percent(flight)}."
@@ -89,13 +99,13 @@ def _spans(values: np.ndarray) -> list[tuple[int, int, int]]:
 
 
 def _phase(run: Trajectory, rows: np.ndarray) -> list[Markup]:
-    cards = []
+    cards, angles, rates = [], joint_angles(run), joint_rates(run)
     for joint, name in enumerate(_JOINTS):
         curves = []
         for leg in range(LEGS):
-            column = BASE + SEGMENTS * leg + joint
-            angle = np.degrees(run.q[rows, column])
-            rate = np.degrees(smooth(run.v[:, column], run.tick)[rows])
+            column = SEGMENTS * leg + joint
+            angle = np.degrees(angles[rows, column])
+            rate = np.degrees(smooth(rates[:, column], run.tick)[rows])
             curves.append((angle, rate))
         frame = Frame(around(np.concatenate([a for a, _ in curves])), around(np.concatenate([r for _, r in curves])),
                       f"{name} angle [°]", "rate [°/s]")  # fmt: skip
@@ -110,10 +120,10 @@ def _torque(run: Trajectory, rows: np.ndarray) -> list[Markup]:
     first = int(np.argmax(rows))
     last = min(int(len(rows) - np.argmax(rows[::-1])), first + round(_SHOWN / run.tick))
     span = slice(first, max(last, first + 2))
-    cards = []
+    cards, limits, torques = [], joint_limits(run), joint_torques(run)
     for joint, name in enumerate(_JOINTS):
-        limit = max(run.torque_limit[joint], run.torque_limit[joint + SEGMENTS])
-        torque = [run.applied[:, BASE + SEGMENTS * leg + joint] for leg in range(LEGS)]
+        limit = float(max(limits[joint], limits[joint + SEGMENTS]))
+        torque = [torques[:, SEGMENTS * leg + joint] for leg in range(LEGS)]
         means = [smooth(one, run.tick)[span] for one in torque]
         low, high = around(np.concatenate(means))
         bounded = not run.generalized and np.isfinite(limit)

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 import rerun as rr
 
-from biped.measure.general.ground import extrapolated, outline
-from biped.measure.general.trajectory import GeneralTrajectory
+from biped.measure.metrics.space import extrapolated, outline
+from biped.measure.trajectory import Trajectory
 from biped.show.recording.recorded import Placed, times
 from biped.show.recording.series import LEFT, RIGHT
 
@@ -22,7 +22,7 @@ _CAPTURE, _SUPPORT = (120, 94, 240), (40, 44, 52)
 _ABOVE = 0.004
 
 
-def log_footing(recording: rr.RecordingStream, placed: Placed, t: GeneralTrajectory, rows: np.ndarray) -> None:
+def log_footing(recording: rr.RecordingStream, placed: Placed, t: Trajectory, rows: np.ndarray) -> None:
     """Logs all of it.
 
     Args:
@@ -45,7 +45,7 @@ def log_footing(recording: rr.RecordingStream, placed: Placed, t: GeneralTraject
     _log_steps(recording, placed, t)
 
 
-def _log_steps(recording: rr.RecordingStream, placed: Placed, t: GeneralTrajectory) -> None:
+def _log_steps(recording: rr.RecordingStream, placed: Placed, t: Trajectory) -> None:
     """The outline of a foot from every strike on, as it is when the foot is flattest before the next."""
     feet, found = t.robot.of_foot, t.strikes
     for foot, (name, colour) in enumerate(zip(STEPS, (RIGHT, LEFT), strict=True)):

@@ -12,13 +12,12 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from biped.measure.general.trajectory import GeneralTrajectory
 from biped.show.recording.footing import STEPS
 from biped.show.recording.recorded import Placed
 from biped.show.recording.series import SIGNAL, colour_word, curves
 
 if TYPE_CHECKING:
-    from biped.measure.stored import AnyTrajectory
+    from biped.measure.trajectory import Trajectory
 
 # The eye and what it looks at [m from the ground below]: it is seen from its right and walks rightwards.
 # Plots in which every run has a curve; the others are of the first run.
@@ -88,9 +87,9 @@ def _walk(runs: list[Placed]) -> rrb.Spatial3DView | rrb.Horizontal:
     return rrb.Horizontal(side, rrb.Vertical(ahead, above), column_shares=[3, 2])
 
 
-def in_space(trajectory: AnyTrajectory) -> bool:
+def in_space(trajectory: Trajectory) -> bool:
     """Whether a run is one of a robot that moves in space."""
-    return isinstance(trajectory, GeneralTrajectory) and not trajectory.robot.planar
+    return not trajectory.robot.planar
 
 
 def _view(

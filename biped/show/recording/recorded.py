@@ -14,13 +14,13 @@ from biped.base.text import plain
 from biped.measure.signals import finite
 
 if TYPE_CHECKING:
-    from biped.measure.stored import AnyTrajectory
+    from biped.measure.trajectory import Trajectory
 
 LANE = 1.6
 """[m] sideways from run to run."""
 
 
-def nothing_believed(trajectory: AnyTrajectory) -> None:
+def nothing_believed(trajectory: Trajectory) -> None:
     """Of a controller that counts on no ground forces."""
 
 
@@ -40,14 +40,14 @@ class Recorded(NamedTuple):
     """
 
     name: str
-    trajectory: AnyTrajectory
+    trajectory: Trajectory
     model: mujoco.MjModel
     metrics: Mapping[str, Any]
     checks: Sequence[Mapping[str, Any]]
     scenario_text: str
     ghost: bool = False
     title: str = ""
-    believed: Callable[[AnyTrajectory], np.ndarray | None] = nothing_believed
+    believed: Callable[[Trajectory], np.ndarray | None] = nothing_believed
 
 
 class Placed(NamedTuple):

@@ -13,13 +13,10 @@ import mujoco
 import numpy as np
 import rerun as rr
 
-from biped.measure.general.trajectory import GeneralTrajectory
 from biped.measure.signals import means
-from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
 from biped.robot.ground import slabs
 from biped.robot.planar.topology import POINT_LINK
-from biped.robot.planar.tree import motion
 from biped.show import spatial
 from biped.show.recording.body import drawn_geoms, mass_centres
 from biped.show.recording.footing import log_footing
@@ -51,13 +48,7 @@ def log_scene(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -
         placed: The run.
         rows: (m,) rows of the trajectory to show.
     """
-    slope = math.radians(placed.run.trajectory.slope)
-    tilt = rr.Transform3D(
-        translation=[0.0, placed.lane, 0.0],
-        rotation=rr.RotationAxisAngle(axis=[0.0, -1.0, 0.0], radians=slope),
-    )
-    if not isinstance(placed.run.trajectory, Trajectory):
-        tilt = rr.Transform3D(translation=[0.0, placed.lane, 0.0], mat3x3=spatial.tilt(placed.run.trajectory))
+    tilt = rr.Transform3D(translation=[0.0, placed.lane, 0.0], mat3x3=spatial.tilt(placed.run.trajectory))
     recording.log(placed.entity("scene"), tilt, static=True)
     _log_eye(recording, placed, rows)
     _log_centre(recording, placed, rows)
@@ -65,11 +56,11 @@ def log_scene(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -
         return
     _log_ground(recording, placed)
     _log_seat(recording, placed, rows)
-    _log_forces(recording, placed, rows, spatial.forces(placed.run.trajectory))
+    _log_forces(recording, placed, rows, placed.run.trajectory.force)
     believed = placed.run.believed(placed.run.trajectory)
     if believed is not None:
         _log_forces(recording, placed, rows, spatial.lift(believed), believed=True)
-    if isinstance(placed.run.trajectory, GeneralTrajectory) and not placed.run.trajectory.robot.planar:
+    if not placed.run.trajectory.robot.planar:
         log_footing(recording, placed, placed.run.trajectory, rows)
     if placed.run.trajectory.pushes:
         _log_pushes(recording, placed, rows)
@@ -128,7 +119,7 @@ def _log_eye(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) ->
     """What the view moves with: upright, level with the ground below: it neither tilts nor bobs."""
     trajectory = placed.run.trajectory
     slope = math.radians(trajectory.slope)
-    along = spatial.centre(trajectory)[rows, 0]
+    along = trajectory.com[rows, 0]
     place = np.stack([along * math.cos(slope), np.full(len(rows), placed.lane), along * math.sin(slope)], axis=1)
     recording.send_columns(
         placed.entity("eye"),
@@ -140,8 +131,8 @@ def _log_eye(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) ->
 def _log_centre(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -> None:
     """The centre of mass above the ground, and its trail up to now."""
     trajectory = placed.run.trajectory
-    place = spatial.centre(trajectory)[rows]
-    if isinstance(trajectory, Trajectory) or trajectory.robot.planar:
+    place = trajectory.com[rows]
+    if trajectory.robot.planar:
         place[:, 1] += _ASIDE
     # Straight down is where gravity points, not where the slope's normal does.
     below = place - place[:, 2:] * spatial.plumb(trajectory)
@@ -183,7 +174,7 @@ def _log_arrows(
     """Forces (n, P, 3) [N], means over each picture, as arrows from places (m, P, 3) [m]."""
     trajectory = placed.run.trajectory
     force = means(forces, rows)
-    scale = BODY_WEIGHT / (spatial.mass(trajectory) * GRAVITY)
+    scale = BODY_WEIGHT / (trajectory.mass * GRAVITY)
     loaded = np.linalg.norm(force, axis=2) > _FAINT  # (m, P)
     path = placed.entity("scene", name)
     recording.log(path, rr.Arrows3D.from_fields(**style), static=True)
@@ -201,11 +192,9 @@ def contact_points(placed: Placed, rows: np.ndarray) -> np.ndarray:
     """(m, 4, 3) [m] toes and heels on the slope, beside the legs as the model draws them; of others all points."""
     run = placed.run
     trajectory = run.trajectory
-    if not isinstance(trajectory, Trajectory):
-        return trajectory.point[rows]
-    robot = trajectory.robot
-    planar = motion(trajectory.tree, trajectory.q[rows], trajectory.v[rows]).point
-    out = spatial.lift(planar)
+    robot, out = trajectory.robot, trajectory.point[rows]
+    if robot.seven_links is None:
+        return out
     for i, (point, link) in enumerate(zip(robot.points, POINT_LINK, strict=True)):
         out[:, i, 1] = _sideways(run.model, run.model.body(robot.bodies[link]).id, run.model.site(point).id) + _BESIDE
     return out

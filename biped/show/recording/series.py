@@ -9,15 +9,16 @@ import rerun as rr
 
 from biped.measure.signals import (
     cost_of_transport,
+    ends,
     every,
-    foot_force,
     inferred_torso_angle,
+    joint_angles,
     joint_power,
+    joint_torques,
+    leg_states,
     means,
-    seen,
     torso_angle,
 )
-from biped.robot.planar.topology import ENDS
 from biped.show.recording.recorded import Placed, times
 
 RATE = 1000.0
@@ -73,7 +74,7 @@ class Curves(NamedTuple):
 
 def curves(placed: Placed) -> list[Curves]:
     """All curves of a run; one that has no value at any time (costs of a run that stays where it is) is none."""
-    trajectory = seen(placed.run.trajectory)
+    trajectory = placed.run.trajectory
     legs = trajectory.robot.legs
     names = tuple(f"{leg} {joint}" for leg in legs for joint in _JOINTS)
     angles = f"Joint angles [°]: {legs[0]} blue, {legs[1]} orange; hip dark, ankle light"
@@ -92,14 +93,14 @@ def curves(placed: Placed) -> list[Curves]:
         names, colours = (*torso.names, f"{torso.names[0]}, inferred"), (*torso.colours, _INFERRED)
         torso = torso._replace(names=names, colours=colours, values=values)
     plots = [
-        single("velocity", "Forward velocity of the torso [m/s]", "velocity", trajectory.v[:, 0]),
+        single("velocity", "Forward velocity of the torso [m/s]", "velocity", trajectory.forward_speed),
         torso,
         single("cost", "Cost of transport so far [-]", "net cost", cost_of_transport(trajectory)),
-        joints("angle", angles, np.degrees(trajectory.q[:, 3:])),
-        joints("torque", "Joint torques [N m], colours as above", trajectory.applied[:, 3:]),
+        joints("angle", angles, np.degrees(joint_angles(trajectory))),
+        joints("torque", "Joint torques [N m], colours as above", joint_torques(trajectory)),
         joints("power", "Joint powers [W], colours as above", joint_power(trajectory)),
         Curves(
-            "force", "Normal force under each foot [N]", legs, (RIGHT, LEFT), foot_force(trajectory),
+            "force", "Normal force under each foot [N]", legs, (RIGHT, LEFT), trajectory.foot_force,
         ),
         *(single(f"{SIGNAL}{name}", name, name, values) for name, values in trajectory.signals.items()),
     ]  # fmt: skip
@@ -132,18 +133,17 @@ def log_series(recording: rr.RecordingStream, placed: Placed) -> None:
 
 def log_states(recording: rr.RecordingStream, placed: Placed) -> None:
     """Logs leg states, believed contacts and the rows of A as changes."""
-    trajectory = seen(placed.run.trajectory)
+    trajectory = placed.run.trajectory
     time, end = trajectory.time, float(trajectory.time[-1]) + trajectory.tick
-    phase, robot = trajectory.phase.astype(int), trajectory.robot
+    phase, robot = leg_states(trajectory).astype(int), trajectory.robot
     # The viewer names lanes by their path and sorts them by it: each leg's contacts come under its state.
     for leg, side in enumerate(robot.legs):
         _lane(recording, placed.entity("states", f"{side} leg"), time, end, phase[:, leg], LEG_STATES[leg])
-    sides = [leg for leg in robot.legs for _ in range(ENDS)]
-    for i, (side, point) in enumerate(zip(sides, robot.points, strict=True)):
-        flag = trajectory.believed[:, i].astype(int)
-        lane = f"{side} leg, {point.removeprefix(f'{side}_')}"
-        _lane(recording, placed.entity("states", lane), time, end, flag, _ON)
-    for i, row in enumerate((*robot.points, *robot.stops)):
+    touching = trajectory.believed if "believed" in trajectory.columns else ends(trajectory, trajectory.contact, np.max)
+    for i, (side, point) in enumerate((leg, end) for leg in robot.legs for end in ("toe", "heel")):
+        lane = placed.entity("states", f"{side} leg, {point}")
+        _lane(recording, lane, time, end, touching[:, i].astype(int), _ON)
+    for i, row in enumerate((*robot.points, *robot.stops) if "active" in trajectory.columns else ()):
         flag = trajectory.active[:, i].astype(int)
         _lane(recording, placed.entity("constraints", row.replace("_", " ")), time, end, flag, _IN_A)
     if trajectory.inferred is not None:

@@ -18,7 +18,7 @@ from biped.control.law import Setup
 from biped.control.observation import Observation
 from biped.engines.mujoco import loop_of, simulate
 from biped.engines.native import halves, without_clock
-from biped.measure.general.metrics import assess
+from biped.measure.metrics import assess
 from biped.robot.law_factory import Factory
 from biped.robot.run import Run
 from biped.studies.bench.inner import steps

@@ -184,7 +184,7 @@ def contact_costs(run: Run, trajectory: Trajectory) -> dict[int, float]:
     """
     model = compile_foreign(run.model, run.scenario).model
     data = mujoco.MjData(model)
-    touching = (trajectory.force[..., 1] > 0.0).sum(axis=1)
+    touching = (trajectory.force[..., 2] > 0.0).sum(axis=1)
     out = {}
     for count in np.unique(touching):
         rows = np.flatnonzero(touching == count)[:1000]

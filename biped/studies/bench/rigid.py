@@ -112,6 +112,6 @@ def _states(run: Run, t: Trajectory) -> np.ndarray:
     )
     records["state"]["q0"], records["state"]["v0"] = t.q[at], t.v[at]
     records["acting"]["Q"] = t.applied[at]
-    records["contact"]["active"][:, :N_POINTS] = t.force[at, :, 1] > 0.0
+    records["contact"]["active"][:, :N_POINTS] = t.force[at, :, 2] > 0.0
     records["contact"]["active"][:, N_POINTS:] = t.stop[at] != 0.0
     return records

@@ -26,7 +26,7 @@ from biped.scenario.randomise import Distribution
 from biped.studies.regress.references import FALLEN, METRICS, RecordedScenario
 
 if TYPE_CHECKING:
-    from biped.measure.stored import AnyTrajectory
+    from biped.measure.trajectory import Trajectory
 
 
 SECONDS = 120.0
@@ -83,7 +83,7 @@ def measured(plan: Plan, jobs: Jobs, date: str, platform: str, advance: Callable
     )
 
 
-def digest(trajectory: AnyTrajectory) -> str:
+def digest(trajectory: Trajectory) -> str:
     """A name for the bits of a run's log."""
     return blake2b(trajectory.log.tobytes(), digest_size=6).hexdigest()
 

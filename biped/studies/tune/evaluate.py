@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import msgspec
 
@@ -24,9 +24,6 @@ from biped.scenario.tune import Condition, Tune
 from biped.scenario.vary import Asked, stream, with_values
 from biped.studies.tune.neighbour import parting
 from biped.studies.tune.space import Candidate
-
-if TYPE_CHECKING:
-    from biped.measure.stored import AnyTrajectory
 
 PLANS = 64
 """Most plans kept at a time."""
@@ -136,7 +133,7 @@ class Study:
         cost = self._reached(numbers, condition, run, walk) if reached else self._missed(numbers, condition, run)
         return GainOutcome(cost, reached, numbers["speed"], numbers["cost_of_transport"])
 
-    def _reached(self, numbers: Mapping[str, Any], condition: Condition, run: Run, walk: AnyTrajectory) -> float:
+    def _reached(self, numbers: Mapping[str, Any], condition: Condition, run: Run, walk: Trajectory) -> float:
         """The cost of a run that did what it should."""
         weights, cost = self.tune.weights, 0.0
         if condition.goal == "walked":
@@ -147,7 +144,6 @@ class Study:
             if math.isfinite(numbers[name]):  # a stander has no cost of transport
                 cost += weights.excess * max(0.0, numbers[name] / most - 1.0)
         if condition.growth is not None:
-            assert isinstance(walk, Trajectory)
             grown = parting(run, walk)  # infinite: as costly as a walk can be
             cost += weights.excess * max(0.0, grown - condition.growth)
         # However slow or costly, it is never worse than a fall.

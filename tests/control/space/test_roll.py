@@ -9,8 +9,8 @@ import pytest
 
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
-from biped.measure.general.gait import foot_places
-from biped.measure.general.trajectory import GeneralTrajectory
+from biped.measure.metrics.space import foot_places
+from biped.measure.trajectory import Trajectory
 from biped.scenario.reading import read_scenario
 
 SIDE = (-1.0, 1.0)
@@ -22,7 +22,7 @@ def plan_of(*changes: str) -> Plan:
     return Plan(read_scenario("spatial/own", ["start.jitter=0.0", *changes]))
 
 
-def at_strikes(t: GeneralTrajectory) -> list[np.ndarray]:
+def at_strikes(t: Trajectory) -> list[np.ndarray]:
     """At each foot strike (place, velocity) of the centre of mass, sideways from the foot that strikes, outward."""
     feet = foot_places(t)
     return [

@@ -49,11 +49,11 @@ def test_logged_forces_are_all_of_mujocos_constraint_forces(name):
             # MuJoCo's contact lies half-way between the point and the ground above it.
             place = data.site(point).xpos * [1.0, 1.0, 0.5]
             mujoco.mj_jac(model, data, J, None, place, model.site(point).bodyid[0])
-            total += t.force[k, i] @ J[[0, 2]]
+            total += t.column("force")[k, i] @ J[[0, 2]]
         np.testing.assert_allclose(
             total, data.qfrc_constraint, atol=1e-4 * max(1.0, np.abs(total).max()), err_msg=f"{k}"
         )
-        touched, stopped = touched + (t.force[k] != 0.0).any(), stopped + (t.stop[k] != 0.0).any()
+        touched, stopped = touched + (t.column("force")[k] != 0.0).any(), stopped + (t.stop[k] != 0.0).any()
     assert touched > 200
     assert stopped > 20 or name in ("pushed", "slippery")
 

@@ -66,13 +66,13 @@ def test_a_ramp_is_a_slope(engine):
     """Rotated by its angle, what happens on a ramp is what happens on a slope: impacts, friction, forces."""
     slope, ramp = dropped(engine, False), dropped(engine, True)
     assert slope.end == ramp.end == "completed"
-    assert (slope.force[..., 1] > 100.0).sum() > 20  # it did land
+    assert (slope.column("force")[..., 1] > 100.0).sum() > 20  # it did land
     c, s = math.cos(ANGLE), math.sin(ANGLE)
     turn = np.array([[c, -s], [s, c]])
     np.testing.assert_allclose(ramp.q[:, :2], slope.q[:, :2] @ turn.T + [FOOT, 0.0], atol=1e-6)
     np.testing.assert_allclose(ramp.q[:, 3:], slope.q[:, 3:], atol=1e-6)
-    largest = np.abs(slope.force).max()
-    np.testing.assert_allclose(ramp.force, slope.force @ turn.T, atol=1e-4 * largest)
+    largest = np.abs(slope.column("force")).max()
+    np.testing.assert_allclose(ramp.force, slope.column("force") @ turn.T, atol=1e-4 * largest)
 
 
 def test_logged_forces_are_all_of_mujocos_constraint_forces():
@@ -96,10 +96,10 @@ def test_logged_forces_are_all_of_mujocos_constraint_forces():
             place, plane = data.site(point).xpos, planes.geoms[i]
             normal = data.geom_xmat[plane].reshape(3, 3)[:, 2]
             depth = (place - data.geom_xpos[plane]) @ normal
-            tilted += int(abs(normal[0]) > 0.05 and t.force[k, i, 1] > 10.0)
+            tilted += int(abs(normal[0]) > 0.05 and t.column("force")[k, i, 1] > 10.0)
             # MuJoCo's contact lies half-way between the point and the ground above it.
             mujoco.mj_jac(model, data, J, None, place - 0.5 * depth * normal, model.site(point).bodyid[0])
-            total += t.force[k, i] @ J[[0, 2]]
+            total += t.column("force")[k, i] @ J[[0, 2]]
         np.testing.assert_allclose(total, data.qfrc_constraint, atol=1e-4 * max(1.0, np.abs(total).max()), err_msg=k)
     assert tilted > 20
 
@@ -141,7 +141,7 @@ def test_rigid_energy_and_momentum_add_up(at_home):
     assert after - before == pytest.approx(w["ledger"]["work"] - w["ledger"]["loss"], abs=1e-3)
     mass = t.tree.mass
     momentum = np.tensordot(motion(t.tree, *ends).com_velocity, mass, (1, 0))
-    impulse = t.tick * (t.force.sum(axis=(0, 1)) + len(t) * mass.sum() * np.array(gravity(0.0)))
+    impulse = t.tick * (t.column("force").sum(axis=(0, 1)) + len(t) * mass.sum() * np.array(gravity(0.0)))
     np.testing.assert_allclose(impulse, momentum[1] - momentum[0], atol=1e-6 * len(t) * t.tick * mass.sum() * 9.81)
     numbers = measure(t, (0.0, 8.0))
     assert numbers["penetration"] < 1e-8

@@ -124,7 +124,7 @@ def test_the_toy_walks_a_few_ticks(toy, engine, mode):
         assert (t.active[:, :4].sum(axis=1) > 0).any()
         assert np.abs(t.u).max() <= 40.0, "its own torque limit, not the human's"
     weight = t.tree.mass.sum() * 9.81
-    assert t.force[..., 1].sum(axis=1).mean() == pytest.approx(weight, rel=0.35)
+    assert t.column("force")[..., 1].sum(axis=1).mean() == pytest.approx(weight, rel=0.35)
     assert measure(t, (0.1, 0.3))["energy_residual"] < 0.03
 
 
@@ -144,10 +144,10 @@ def test_logged_forces_are_all_of_mujocos_constraint_forces(toy):
         for i, point in enumerate(t.robot.points):
             J, middle = np.zeros((3, NQ)), data.site(point).xpos * [1.0, 1.0, 0.5]
             mujoco.mj_jac(model, data, J, None, middle, model.site(point).bodyid[0])
-            total += J[0, order.joints] * t.force[k, i, 0] + J[2, order.joints] * t.force[k, i, 1]
+            total += J[0, order.joints] * t.column("force")[k, i, 0] + J[2, order.joints] * t.column("force")[k, i, 1]
         force = data.qfrc_constraint[order.joints]
         np.testing.assert_allclose(total, force, rtol=0, atol=2e-5 * max(1.0, np.abs(force).max()))
-        seen += [*(t.force[k, :, 1] > 0.0), *(t.stop[k] < 0.0)]
+        seen += [*(t.column("force")[k, :, 1] > 0.0), *(t.stop[k] < 0.0)]
     assert (seen[[0, 1, 2, 4]] > 0).all(), "both feet have touched, and a knee its stop"
 
 
@@ -162,7 +162,7 @@ def test_the_human_walks_the_same_in_any_order(tmp_path, engine):
             np.testing.assert_array_equal(mine, theirs, err_msg=name)
         else:
             np.testing.assert_allclose(mine[:20], theirs[:20], rtol=1e-7, atol=1e-7, err_msg=name)
-    assert mixed.force[..., 1].max() > 100.0
+    assert mixed.column("force")[..., 1].max() > 100.0
 
 
 def test_a_user_law_is_told_in_canonical_order(toy, tmp_path):

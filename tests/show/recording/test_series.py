@@ -17,7 +17,7 @@ def test_curves_are_the_trajectorys(path, run):
     expected = {
         "velocity": t.v[:, :1], "angle": np.degrees(t.q[:, 3:]), "torque": t.u, "power": t.u * t.v[:, 3:],
         "torso": np.degrees(t.q[:, 2:3]) + 90.0 + SLOPE,
-        "force": np.stack([t.force[:, :2, 1].sum(axis=1), t.force[:, 2:, 1].sum(axis=1)], axis=1),
+        "force": np.stack([t.force[:, :2, 2].sum(axis=1), t.force[:, 2:, 2].sum(axis=1)], axis=1),
     }  # fmt: skip
     for entity, values in expected.items():
         temporal, static = read(path, f"{ROOT}/series/{entity}")
@@ -33,7 +33,7 @@ def test_curves_of_a_faster_controller_are_means_not_samples(run, tmp_path):
     log = run.trajectory.log[:400].copy()
     t = dataclasses.replace(run.trajectory, log=log, tick=0.0005)
     t.force[:] = 0.0
-    t.force[::2, 1, 1] = 1500.0
+    t.column("force")[::2, 1, 1] = 1500.0
     record(tmp_path / "fast.rrd", [run._replace(trajectory=t)], title="fast")
     _, force = read(tmp_path / "fast.rrd", f"{ROOT}/series/force")[0]["Scalars:scalars"]
     assert force == [[750.0, 0.0]] * 200

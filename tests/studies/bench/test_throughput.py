@@ -42,7 +42,7 @@ def test_states_of_the_home_engines_bench_move_as_the_run_did():
     _touch(records)
     at = np.arange(1, len(t), STRIDE)
     inside = at < len(t) - 1
-    touching = np.hstack([t.force[..., 1] > 0.0, t.stop != 0.0])
+    touching = np.hstack([t.force[..., 2] > 0.0, t.stop != 0.0])
     steady = inside & np.array([(touching[max(k - 1, 0) : k + 3] == touching[k]).all() for k in at])
     assert steady.sum() > 10
     theirs = (t.v[at[steady] + 1] - t.v[at[steady]]) / t.tick

@@ -1,4 +1,4 @@
-"""Support, slip, clearance, and the margin of stability."""
+"""What only a robot that moves in space has: step width, heading, drift, and the margin of stability sideways."""
 
 from __future__ import annotations
 
@@ -7,34 +7,67 @@ from itertools import pairwise
 
 import numpy as np
 
-from biped.measure.contact import LOADED, feet_down
-from biped.measure.general.gait import along_feet, courses, foot_places, travelled
-from biped.measure.general.trajectory import GeneralTrajectory
-from biped.measure.metrics.ground import centre_of_pressure, clearance, slid
+from biped.measure.contact import feet_down
+from biped.measure.metrics.gait import mean_of
+from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
 
 
-def contact(t: GeneralTrajectory, span: slice) -> dict[str, float]:
-    """Support, centre of pressure, slip and clearance over a span of rows."""
-    weight, least, of_foot = -t.robot.mass * t.gravity[2], LOADED * t.mass * GRAVITY, t.robot.of_foot
-    normal = t.force[span][:, :, 2]
-    pressure = centre_of_pressure(normal, of_foot, along_feet(t.robot), least)
+def foot_places(t: Trajectory) -> np.ndarray:
+    """(n, feet, 3) [m] middle of each foot's contact points."""
+    feet = t.robot.of_foot
+    return np.stack([t.point[:, feet == i].mean(axis=1) for i in range(len(t.robot.feet))], axis=1)
+
+
+def headings(t: Trajectory) -> np.ndarray:
+    """(n,) [rad] heading of the base, to the left positive, without jumps."""
+    way = t.turn @ np.array(t.robot.forward)
+    return np.unwrap(np.arctan2(way[:, 1], way[:, 0]))
+
+
+def courses(t: Trajectory) -> np.ndarray:
+    """(n,) [rad] headings without the turning to and fro of each stride: means over the stride around each row.
+
+    (Feet are a step apart: seen from a torso that has turned by 7°, they are 7 cm further apart than they are.)
+    """
+    way = headings(t)
+    steps = [row for row, _ in t.strikes]
+    stride = 2 * round(float(np.median(np.diff(steps)))) if len(steps) > 2 else 1
+    stride = min(max(stride, 1), len(way))
+    total = np.concatenate([[0.0], np.cumsum(way)])
+    first = np.clip(np.arange(len(way)) - stride // 2, 0, len(way) - stride)
+    return (total[first + stride] - total[first]) / stride
+
+
+def sideways(t: Trajectory, span: slice) -> dict[str, float]:
+    """Step width, cross-over, heading, drift and margin of stability over a span of rows.
+
+    Widths are across the course at the strike; a foot that lands beyond the other's place has crossed over.
+    """
+    place, heading = foot_places(t)[span], courses(t)[span]
+    # Which foot is the left one: the one that is left of the other over the window as a whole.
+    aside = np.stack([-np.sin(heading), np.cos(heading)], axis=1)
+    across = ((place[:, 1, :2] - place[:, 0, :2]) * aside).sum(axis=1)
+    sign = 1.0 if float(np.median(across)) >= 0.0 else -1.0
+    widths = [sign * float(across[row - span.start]) for row, _ in t.strikes_in(span)]
+    first = headings(t)[0]
+    way = t.base[-1, :2] - t.base[0, :2]
     return {
-        "support": float(t.ground_force[span, 2].mean() / weight),
-        "centre_of_pressure": float(np.nanmean(pressure)) if np.isfinite(pressure).any() else math.nan,
-        "slip": slid(t.point[span, :, :2], normal, of_foot, least) / travelled(t, span),
-        "clearance": clearance(t, span, t.above, of_foot),
-        **({} if t.robot.planar else {"margin_of_stability": margin_of_stability(t, span)}),
+        "step_width": mean_of(widths),
+        "cross_over": mean_of([width < 0.0 for width in widths]),
+        "heading": math.degrees(float(headings(t)[-1] - first)),
+        "drift": float(way @ np.array([-math.sin(first), math.cos(first)])),
+        "margin_of_stability": margin_of_stability(t, span),
     }
 
 
-def bearing(t: GeneralTrajectory) -> np.ndarray:
+def bearing(t: Trajectory) -> np.ndarray:
     """(n, P) whether each contact point bears its share of what makes a foot loaded (`biped.measure.contact`)."""
     points = np.bincount(t.robot.of_foot)[t.robot.of_foot]
     return feet_down(t.force[:, :, 2] * points, t.mass * GRAVITY, t.tick)
 
 
-def extrapolated(t: GeneralTrajectory) -> np.ndarray:
+def extrapolated(t: Trajectory) -> np.ndarray:
     """(n, 2) [m] extrapolated centre of mass (Hof): where a foot would have to be for it to come to rest above."""
     height = np.maximum(t.com[:, 2] - t.ground.height(t.com[:, 0]), 1e-3)
     return t.com[:, :2] + t.com_velocity[:, :2] * np.sqrt(height / GRAVITY)[:, None]
@@ -61,7 +94,7 @@ def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
-def margin_of_stability(t: GeneralTrajectory, span: slice) -> float:
+def margin_of_stability(t: Trajectory, span: slice) -> float:
     """[m] lateral distance from the extrapolated centre of mass to the outer edge of what it stands on.
 
     The mean over steps of the least in each; of a robot that takes none, the least.

@@ -9,8 +9,15 @@ import pytest
 
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
-from biped.measure.general.gait import courses, foot_places, headings, sideways
-from biped.measure.general.ground import bearing, extrapolated, margin_of_stability
+from biped.measure.metrics.space import (
+    bearing,
+    courses,
+    extrapolated,
+    foot_places,
+    headings,
+    margin_of_stability,
+    sideways,
+)
 from biped.scenario.reading import read_scenario
 
 

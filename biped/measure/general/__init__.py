@@ -1,1 +1,0 @@
-"""What a run of a robot of any kind leaves behind, and its metrics."""
