@@ -14,10 +14,10 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.ensemble.campaign import run_one
-from biped.measure.metrics.energy import energy
 from biped.measure.trajectory import Trajectory
 from biped.robot.planar.tree import motion
 from biped.studies.planned import plan_of
+from tests.energy import energy
 from tests.extremes import extreme
 
 MADE = 0.1

@@ -8,10 +8,10 @@ from biped.engines.home import simulate_with_ledger
 from biped.engines.planar import mujoco
 from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure
-from biped.measure.metrics.energy import energy
 from biped.robot.gravity import GRAVITY, gravity
 from biped.robot.planar.tree import motion
 from biped.scenario.reading import read_scenario
+from tests.energy import energy
 
 GAITS = ("slow", "normal", "fast", "style")
 FLYING = ["start.q=[0,3.0,1.4,1.9,1.2,0.3,1.2,0.6,-0.4]", "start.v=[0.7,1.2,0.5,-1.5,-2.0,1.0,0.8,-0.5,2.0]",

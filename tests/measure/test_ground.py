@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from biped.measure.metrics import measure
-from biped.measure.metrics.ground import centre_of_pressure
 from biped.robot.planar.build import compile_foreign
 from biped.robot.planar.tree import motion
 from tests.measure.made_up import WEIGHT, steady
@@ -43,10 +42,14 @@ def test_vertical_momentum_explains_the_support():
 
 
 def test_centre_of_pressure():
-    normal = np.array([[30.0, 10.0, 0.0, 50.0], [0.0, 0.0, 20.0, 0.0], [0.0, 0.0, 0.0, 0.0]])
-    at = centre_of_pressure(normal, np.array([0, 0, 1, 1]), np.array([1.0, 0.0, 1.0, 0.0]), 1.0)
-    np.testing.assert_allclose(at[:2], [[0.75, 0.0], [math.nan, 1.0]])
-    assert np.isnan(at[2]).all()
+    """Of a loaded foot, 0 at the heel and 1 at the toe; a foot that bears next to nothing has none."""
+    t = steady()
+    t.column("force")[:, :, 1] = [300.0, 100.0, 1.0, 1.0]
+    assert measure(t, (1.0, 2.0))["centre_of_pressure"] == pytest.approx(0.75)
+    both = steady()
+    both.column("force")[:, :, 1] = [300.0, 100.0, 0.0, 50.0]
+    assert measure(both, (1.0, 2.0))["centre_of_pressure"] == pytest.approx(0.5 * (0.75 + 0.0))
+    assert math.isnan(measure(steady(), (1.0, 2.0))["centre_of_pressure"])
 
 
 def test_slip_and_penetration():

@@ -18,7 +18,6 @@ from biped.ensemble.packed import load, save
 from biped.ensemble.plan import Plan
 from biped.measure import stored
 from biped.measure.metrics import measure
-from biped.measure.metrics.energy import energy
 from biped.robot.gravity import gravity
 from biped.robot.ground import profile_of
 from biped.robot.planar.build import compile_foreign
@@ -27,6 +26,7 @@ from biped.scenario.actuation import Actuation
 from biped.scenario.ground import Ground, Steps, Tiles
 from biped.scenario.keys import Fall, Scenario, Start
 from biped.scenario.reading import read_scenario
+from tests.energy import energy
 
 ENGINES = {"mujoco": foreign, "home": home}
 ANGLE = math.radians(20.0)

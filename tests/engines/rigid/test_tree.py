@@ -8,13 +8,13 @@ from biped.base.files import locate
 from biped.engines.rigid.motion import active_rows, gaps
 from biped.engines.rigid.record import pinocchio_tree, rigid_record
 from biped.engines.rigid.tree import applied_forces, mass_and_bias, place
-from biped.measure.metrics.energy import energy
 from biped.robot.planar.controller_model import believed_model
 from biped.robot.planar.description import description_at
 from biped.robot.planar.model import tree_at
 from biped.robot.planar.tree import motion
 from biped.robot.planar.truth import true_tree
 from biped.scenario.keys import Truth
+from tests.energy import energy
 
 HUMAN = locate("models", "human", "test")
 SLOPE = 7.0
