@@ -105,7 +105,6 @@ class Bench:
         self.run = Plan(scenario).run(0)
         self.record = controller_record(self.run, tree_at(self.run.model))
         self.c = self.record[0]
-        self.c["fall"]["height"], self.c["fall"]["tilt"] = -1e9, 1e9
         self.model = believed_model(self.run.model, scenario.ground.slope)
         self.data = self.model.createData()
         self.log = np.zeros((10_000, WIDTH))
