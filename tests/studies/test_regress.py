@@ -14,7 +14,7 @@ from biped.cli.main import main
 from biped.ensemble.campaign import run_one
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario
-from biped.show.regress import show
+from biped.show.regress import moved_table, show
 from biped.studies.planned import plan_of
 from biped.studies.regress import references
 from biped.studies.regress.compare import (
@@ -24,6 +24,8 @@ from biped.studies.regress.compare import (
     RUNS,
     SAME,
     SECONDS,
+    Moved,
+    Verdict,
     altogether,
     chosen,
     compare,
@@ -287,3 +289,21 @@ def test_then_now_and_difference_are_shown(capsys):
     assert "0/12" in out
     show(ScenarioOutcome([compare("s", reference(), reference())], {}, False, [], False))
     assert "→" not in capsys.readouterr().out
+
+
+def test_what_moved_is_a_table_sorted_by_its_cause():
+    still = {"speed": Moved(1.0, 1.0, 0.0, within=True)}
+    moved = {
+        "speed": Moved(1.0, 1.1, 0.1, within=False),
+        "double_support": Moved(0.25, 0.2, -0.2, within=False),
+    }
+    verdicts = [
+        Verdict("b", PHYSICS, 12, 12, (9, 8), (0, 0), 1.0, moved, exact=True, passed=False),
+        Verdict("a", SAME, 12, 12, (9, 9), (0, 0), 1.0, still, exact=True, passed=True),
+    ]
+    table = moved_table(ScenarioOutcome(verdicts, {}, False, [], False))
+    assert "| b | 25 % | 20 % | 12 of 12 |" in table
+    assert "| b | 9 | 8 | 12 of 12 |" in table
+    assert "| a |" not in table
+    assert table.index("### double support") < table.index("### walked") < table.index("### speed: no cause is known")
+    assert moved_table(ScenarioOutcome(verdicts[1:], {}, False, [], False)) == "No reference moved.\n"

@@ -20,6 +20,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--update", action="store_true", help="record what differs as the new reference")
     parser.add_argument("--reason", help="why results changed; kept in the file (needed by --update)")
     parser.add_argument("--file", type=Path, help="file of references (default: that of the shipped scenarios)")
+    parser.add_argument("--markdown", action="store_true", help="print what moved as Markdown, sorted by the cause")
     take_trust(parser)
     take_workers(parser)
     take_json(parser)
@@ -27,7 +28,7 @@ def add(commands: Commands) -> None:
 
 def command(args: argparse.Namespace) -> int:
     """Compares, and records where that was asked for."""
-    from biped.show.regress import show
+    from biped.show.regress import moved_table, show
     from biped.show.terminal import progress
     from biped.studies.regress.guard import regress
 
@@ -35,6 +36,8 @@ def command(args: argparse.Namespace) -> int:
         outcome = regress(args.scenario, jobs, args.file, reason_of(args), progress)
     if args.json:
         print_json(outcome.as_dict())
+    elif args.markdown:
+        print(moved_table(outcome))
     else:
         show(outcome)
     if outcome.stopped:
