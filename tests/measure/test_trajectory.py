@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+
+import msgspec
 import numpy as np
 import pytest
 
 from biped.base.errors import InputError
+from biped.ensemble import packed
+from biped.ensemble.campaign import simulate
+from biped.ensemble.plan import Plan
 from biped.measure.columns import COLUMNS, WIDTH
 from biped.measure.stored import load
+from biped.measure.trajectory import Trajectory
+from biped.robot.planar.description import description_at
+from biped.scenario.reading import read_scenario
 from tests.runs import made
+from tests.ticks import HUMAN
 
 
 def test_columns_fill_the_log_without_overlap():
@@ -62,3 +72,57 @@ def test_what_is_no_trajectory(content, tmp_path):
 def test_a_missing_file(tmp_path):
     with pytest.raises(InputError, match=r"t\.npz: not a trajectory"):
         load(tmp_path / "t.npz")
+
+
+class Before(Trajectory):
+    """A trajectory that is written as an earlier version did."""
+
+    named = True
+
+    @property
+    def about(self):
+        about = {name: value for name, value in super().about.items() if name not in ("side_slope", "gravity", "robot")}
+        about["tree"] = {name: value.tolist() for name, value in self.tree._asdict().items()}
+        return about | ({"robot": msgspec.to_builtins(description_at(HUMAN))} if self.named else {})
+
+
+class Unnamed(Before):
+    """The oldest: all of them were the human's."""
+
+    named = False
+
+
+class General(Trajectory):
+    """One of another robot, which said so."""
+
+    @property
+    def about(self):
+        robot = {name: value for name, value in super().about["robot"].items() if name not in ("motor", "seven_links")}
+        return super().about | {"kind": "general", "robot": robot}
+
+
+def standing():
+    """A few rows of a robot that is not one of seven links."""
+    return simulate(Plan(read_scenario("spatial/own", ["duration=0.02", "window.start=0.0", "window.end=0.02"])).run(0))
+
+
+@pytest.mark.parametrize(
+    ("version", "run"), [(Before, lambda: made("pushed")), (Unnamed, lambda: made("pushed")), (General, standing)]
+)
+@pytest.mark.parametrize("how", ["plain", "packed"])
+def test_what_earlier_versions_kept_still_reads(version, run, how, tmp_path):
+    t = run()
+    old = version(**{field.name: getattr(t, field.name) for field in fields(t)})
+    path = tmp_path / "t"
+    if how == "plain":
+        old.save(path)
+        back = load(path)
+        assert back.log.tobytes() == t.log.tobytes()
+    else:
+        packed.save(old, path)
+        back = packed.load(path)
+        np.testing.assert_allclose(back.q, t.q, atol=1e-6)
+    assert back.columns == t.columns
+    assert (back.robot.feet[0].name, back.mass) == (t.robot.feet[0].name, pytest.approx(t.mass))
+    np.testing.assert_allclose(back.point, t.point, atol=1e-5)
+    np.testing.assert_array_equal(back.gravity, t.gravity)
