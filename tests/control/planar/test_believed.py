@@ -48,7 +48,7 @@ def test_they_carry_the_weight_and_are_where_forces_are(run, walked):
     assert found[settled, :, 1].sum(axis=1).mean() == pytest.approx(weight, rel=0.2)
     assert (found[..., 1] >= 0.0).all()
     alone = (t.believed.sum(axis=1) == 2) & settled & (t.force[..., 2].sum(axis=1) > 0.5 * weight)
-    foot = t.force[alone][..., 1].reshape(-1, 2, 2).sum(axis=2).argmax(axis=1)
+    foot = t.force[alone][..., 2].reshape(-1, 2, 2).sum(axis=2).argmax(axis=1)
     counted = found[alone][..., 1].reshape(-1, 2, 2).sum(axis=2)
     assert (counted.argmax(axis=1) == foot).mean() > 0.9
 

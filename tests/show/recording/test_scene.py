@@ -62,12 +62,10 @@ def test_a_capsule_is_between_its_two_ends(path, run):
 
 def test_gravity_is_vertical_in_the_view(path):
     _, static = read(path, f"{ROOT}/scene")
-    turn = static["Transform3D:rotation_axis_angle"][0]
-    angle = turn["angle"] * -turn["axis"][1]
-    assert turn["axis"][0] == turn["axis"][2] == 0.0
+    turn = np.array(static["Transform3D:mat3x3"][0]).reshape(3, 3).T  # columns come one after the other
     s = math.radians(SLOPE)
-    gravity = -math.sin(s) - 1j * math.cos(s)  # x + iz in the slope's frame
-    assert abs(gravity * np.exp(1j * angle) + 1j) < 1e-6
+    np.testing.assert_allclose(turn @ [-math.sin(s), 0.0, -math.cos(s)], [0.0, 0.0, -1.0], atol=1e-6)
+    np.testing.assert_allclose(turn @ [0.0, 1.0, 0.0], [0.0, 1.0, 0.0], atol=1e-6)
 
 
 def test_the_centre_of_mass_hangs_vertically_above_the_ground_and_drags_its_trail(path, run):
@@ -106,7 +104,7 @@ def test_contact_forces_are_means_of_the_trajectorys(path, run):
     points = motion(t.tree, t.q[rows], t.v[rows]).point
     seen = 0
     for i, row in enumerate(rows):
-        mean = t.force[row : row + 17].mean(axis=0)
+        mean = t.column("force")[row : row + 17].mean(axis=0)
         loaded = np.linalg.norm(mean, axis=1) > 5.0
         arrows = np.array(vectors[i]).reshape(-1, 3) / newton
         np.testing.assert_allclose(arrows[:, [0, 2]], mean[loaded], rtol=1e-5, atol=1e-3)
@@ -118,7 +116,11 @@ def test_contact_forces_are_means_of_the_trajectorys(path, run):
 def test_forces_that_the_law_counts_on_are_thin_arrows_nearer_by(path, run, tmp_path):
     assert read(path, f"{ROOT}/scene/believed_force") == ({}, {}), "this law counts on none"
     believed = tmp_path / "believed.rrd"
-    record(believed, [run._replace(believed=lambda trajectory: 0.5 * trajectory.force)], title="half of what there is")
+    record(
+        believed,
+        [run._replace(believed=lambda trajectory: 0.5 * trajectory.column("force"))],
+        title="half of what there is",
+    )
     of = {name: read(believed, f"{ROOT}/scene/{name}_force") for name in ("contact", "believed")}
     (there, drawn), (counted, style) = of["contact"], of["believed"]
     assert style["Arrows3D:radii"][0] < drawn["Arrows3D:radii"][0]

@@ -32,7 +32,7 @@ def test_curves_of_a_faster_controller_are_means_not_samples(run, tmp_path):
     """A foot that is loaded every other tick weighs half, whichever tick is looked at first."""
     log = run.trajectory.log[:400].copy()
     t = dataclasses.replace(run.trajectory, log=log, tick=0.0005)
-    t.force[:] = 0.0
+    t.column("force")[:] = 0.0
     t.column("force")[::2, 1, 1] = 1500.0
     record(tmp_path / "fast.rrd", [run._replace(trajectory=t)], title="fast")
     _, force = read(tmp_path / "fast.rrd", f"{ROOT}/series/force")[0]["Scalars:scalars"]
