@@ -72,7 +72,7 @@ def test_a_ramp_is_a_slope(engine):
     np.testing.assert_allclose(ramp.q[:, :2], slope.q[:, :2] @ turn.T + [FOOT, 0.0], atol=1e-6)
     np.testing.assert_allclose(ramp.q[:, 3:], slope.q[:, 3:], atol=1e-6)
     largest = np.abs(slope.column("force")).max()
-    np.testing.assert_allclose(ramp.force, slope.column("force") @ turn.T, atol=1e-4 * largest)
+    np.testing.assert_allclose(ramp.column("force"), slope.column("force") @ turn.T, atol=1e-4 * largest)
 
 
 def test_logged_forces_are_all_of_mujocos_constraint_forces():
