@@ -255,7 +255,7 @@ CASES = {
     "generalized": ["actuation.mode=generalized"],
     "model error": ["randomise.controller_mass_matrix=0.1", "randomise.controller_constraints=0.1"],
     "bounded": ["actuation.limit=bounded", "actuation.torque_limit=40.0"],
-    "pyramid": ["simulation.cone=pyramidal", "ground.slope=3"],
+    "pyramid": ["simulation.cone=pyramidal", "ground.slope=3", "ground.friction=3.0"],
     "home": ["engine=home"],
     "home, dropped": ["engine=home", "start.settle=false", "actuation.mode=generalized"],
 }

@@ -192,7 +192,7 @@ def test_processes_that_compile_a_kernel_at_the_same_time_keep_their_code_apart(
         apart = Kernel(number.py_func, number._options, False)
         monkeypatch.setattr(apart.value._cache._cache_file, "_load_index", dict)
         apart(argument)
-    assert len(list(tmp_path.rglob("*.nbc"))) == 2
+    assert len(list(tmp_path.rglob("*.number-*.nbc"))) == 2
 
 
 def test_a_kernel_is_handed_to_other_processes_by_name():

@@ -229,7 +229,9 @@ def test_a_trajectory_that_means_harm_is_refused(kind, sent, capsys):
         about = json.loads(str(arrays["about"]))
         changes = {
             "claims": {"about": np.array(json.dumps(about | {"tick": 0.0}))},
-            "other names": {"about": np.array(json.dumps(about | {"tree": {"x": 1}}))},
+            "other names": {
+                "about": np.array(json.dumps(about | {"robot": about["robot"] | {"seven_links": {"x": 1}}}))
+            },
             "words": {"q": np.full((n, 9), "words")},
             "pickle": {"q": np.array([Path("x")] * n, dtype=object)},
             "empty": {name: array[:0] for name, array in arrays.items() if name != "about"},
