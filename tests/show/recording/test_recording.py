@@ -72,6 +72,8 @@ def test_the_view_shows_what_is_logged(path, run):
 
 def test_a_file_that_cannot_be_written_is_an_error_in_words(run, tmp_path):
     (tmp_path / "file").write_text("")
-    for path in (tmp_path / "nowhere" / "run.rrd", tmp_path / "file" / "run.rrd", tmp_path):
+    for path in (tmp_path / "nowhere" / "run.rrd", tmp_path / "file" / "run.rrd"):
         with pytest.raises(InputError, match=re.escape(f"{path}: cannot be written")):
             record(path, [run], title="nowhere")
+    with pytest.raises(InputError, match=re.escape(f"{tmp_path}: is there already and is not a recording")):
+        record(tmp_path, [run], title="nowhere")
