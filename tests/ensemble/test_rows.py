@@ -16,7 +16,7 @@ from biped.ensemble.rows import LOST, Row
 from biped.scenario.keys import Scenario, Window
 from biped.scenario.metrics import METRICS
 
-FIRST = ("index", "seed", "values", "fell", "end", "cause")
+FIRST = ("index", "seed", "values", "fell", "end", "cause", "verdict", "doubt")
 LAST = ("leg_states", "per_joint", "signals", "warnings")
 
 

@@ -17,10 +17,10 @@ def switches(t: Trajectory, span: slice) -> dict[str, float]:
     seconds = float(time[-1] - time[0]) or math.nan
     out = {}
     if states is not None:
-        out["switches"] = np.count_nonzero(np.diff(states[span], axis=0)) / seconds
+        out["switches"] = int(np.count_nonzero(np.diff(states[span], axis=0))) / seconds
     if "active" in t.columns:
         changed = [row[1:] != row[:-1] for row in t.active[span].T]
-        out["constraint_switches"] = np.count_nonzero(np.logical_or.reduce(changed)) / seconds
+        out["constraint_switches"] = int(np.count_nonzero(np.logical_or.reduce(changed))) / seconds
     return out
 
 
