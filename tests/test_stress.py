@@ -74,7 +74,10 @@ CASES: dict[str, tuple[tuple[str, ...], str, str]] = {
 
 
 def run(*changes: str, seconds: float = 0.6) -> Trajectory:
-    plan = plan_of("level_normal", [f"duration={seconds}", "window.start=0.0", f"window.end={seconds}", *changes])
+    plan = plan_of(
+        "level_normal",
+        ["reading=clipped", f"duration={seconds}", "window.start=0.0", f"window.end={seconds}", *changes],
+    )
     return simulate(plan.run(0))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -145,7 +146,7 @@ class Commander:
     """
 
     def __init__(self, make: Callable[[Setup], Any], name: str, file: str, setup: Any, size: int, count: int):
-        self._name, self._file, self.size = name, file, size
+        self._name, self._file, self.size, self._robot = name, file, size, setup.robot
         try:
             self.law = make(setup)
             torques, signals = getattr(self.law, "torques", None), getattr(self.law, "signals", {})
@@ -198,7 +199,11 @@ class Commander:
         Raises:
             Raised: Always.
         """
-        self._fail(k, time, _NOTHING, f"expected finite numbers, got {command.tolist()!s:.200}")
+        robot = self._robot
+        names = robot.actuators if self.size == len(robot.actuators) else robot.v_names
+        wrong = ", ".join(f"{value} for {name}" for name, value in zip(names, command.tolist(), strict=True)
+                          if not math.isfinite(value))  # fmt: skip
+        self._fail(k, time, _NOTHING, f"expected finite numbers, got {wrong:.200}")
 
     def _note(self, k: int, time: float) -> None:
         try:

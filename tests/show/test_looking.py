@@ -227,11 +227,10 @@ def test_a_trajectory_that_means_harm_is_refused(kind, sent, capsys):
         path.write_bytes(path.read_bytes()[:5000])
     else:
         about = json.loads(str(arrays["about"]))
+        robot = about["robot"] | {"seven_links": {"x": 1}}
         changes = {
             "claims": {"about": np.array(json.dumps(about | {"tick": 0.0}))},
-            "other names": {
-                "about": np.array(json.dumps(about | {"robot": about["robot"] | {"seven_links": {"x": 1}}}))
-            },
+            "other names": {"about": np.array(json.dumps(about | {"robot": robot}))},
             "words": {"q": np.full((n, 9), "words")},
             "pickle": {"q": np.array([Path("x")] * n, dtype=object)},
             "empty": {name: array[:0] for name, array in arrays.items() if name != "about"},
