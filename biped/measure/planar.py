@@ -49,6 +49,7 @@ class Derived(NamedTuple):
         foot_force: (2, n) [N] normal forces under the feet.
         com: (n, 3) [m] centre of mass.
         com_velocity: (n, 3) [m/s].
+        moving: (n,) [J] kinetic energy of the links' centres of mass.
         energy: (n,) [J] kinetic and potential.
         work: (n,) [J] of everything but gravity in the step after each row; 0 in the last.
         given: (n,) [J] of actuators and pushes, likewise.
@@ -60,6 +61,7 @@ class Derived(NamedTuple):
     foot_force: np.ndarray
     com: np.ndarray
     com_velocity: np.ndarray
+    moving: np.ndarray
     energy: np.ndarray
     work: np.ndarray
     given: np.ndarray
@@ -97,13 +99,15 @@ def derive(log: np.ndarray, tick: float, tree: Tree, forces: Forces) -> Derived:
         record["tree"][0][name] = value
     n = len(log)
     out = Derived(np.zeros((n, N_POINTS, 3)), np.zeros((n, N_POINTS, 3)), np.zeros((LEGS, n)), np.zeros((n, 3)),
-                  np.zeros((n, 3)), np.empty(n), np.zeros(n), np.zeros(n), np.empty((2, n)))  # fmt: skip
+                  np.zeros((n, 3)), np.zeros(n), np.empty(n), np.zeros(n), np.zeros(n), np.empty((2, n)))  # fmt: skip
     _derive_rows(record, np.ascontiguousarray(log), forces.pushes, np.ascontiguousarray(forces.seat), *out)
     return out
 
 
 @entry_kernel
-def _derive_rows(record, log, pushes, seat, point, force, foot_force, com, com_velocity, energy, work, given, speed):
+def _derive_rows(
+    record, log, pushes, seat, point, force, foot_force, com, com_velocity, moving, energy, work, given, speed
+):
     """Fills the arrays of `Derived`."""
     s = record[0]
     total = 0.0
@@ -111,7 +115,7 @@ def _derive_rows(record, log, pushes, seat, point, force, foot_force, com, com_v
         total += s["tree"]["mass"][j]
     for k in range(log.shape[0]):
         at, before = (s["even"], s["odd"]) if k % 2 == 0 else (s["odd"], s["even"])
-        _derive_row(s, at, log[k], total, point[k], com[k], com_velocity[k], energy, speed, k)
+        _derive_row(s, at, log[k], total, point[k], com[k], com_velocity[k], moving, energy, speed, k)
         for i in range(N_POINTS):
             force[k, i, 0], force[k, i, 2] = log[k, FORCE + 2 * i], log[k, FORCE + 2 * i + 1]
             foot_force[POINT_LEG[i], k] += force[k, i, 2]
@@ -126,7 +130,7 @@ def _larger(best, x):
 
 
 @inner_kernel
-def _derive_row(s, at, line, total, point, com, com_velocity, energy, speed, k):
+def _derive_row(s, at, line, total, point, com, com_velocity, moving, energy, speed, k):
     """Fills the places, the energy and the largest speeds of row k."""
     tree, q, v = s["tree"], line[Q : Q + NQ], line[V : V + NQ]
     forward(tree, q, v, q[X], q[Z], at)
@@ -135,6 +139,7 @@ def _derive_row(s, at, line, total, point, com, com_velocity, energy, speed, k):
         mass, fast, up = tree["mass"][j], at["com_velocity"][j, 0], at["com_velocity"][j, 1]
         square, rate = fast * fast + up * up, at["rate"][j] * at["rate"][j]
         squared, turning = _larger(squared, square), _larger(turning, rate)
+        moving[k] += 0.5 * mass * square
         kinetic += 0.5 * (mass * square + tree["inertia"][j] * rate)
         x, z = x + mass * at["com"][j, 0], z + mass * at["com"][j, 1]
         vx, vz = vx + mass * fast, vz + mass * up

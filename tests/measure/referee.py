@@ -66,7 +66,7 @@ def residual(t: Trajectory, whole: Motion) -> float:
     e = energy(t, whole)[[0, -1]]
     work = t.tick * ((actuators + pushes + stops).sum() + damping + ground)
     put_in = np.abs(given(t, whole)).sum()
-    moving = 0.5 * t.mass * (centre_velocity(t, whole) ** 2).sum(axis=1).max()
+    moving = 0.5 * ((whole.com_velocity**2).sum(axis=-1) @ t.tree.mass).max()
     return float(abs(e[1] - e[0] - work) / max(put_in, moving, abs(e[0]) * 1e-2))
 
 
@@ -86,16 +86,11 @@ def energy(t: Trajectory, whole: Motion) -> np.ndarray:
     return moving + spinning - (t.tree.mass @ whole.com) @ np.array(gravity(t.slope))
 
 
-def centre_velocity(t: Trajectory, whole: Motion) -> np.ndarray:
-    """(n, 2) [m/s] of the centre of mass."""
-    return np.tensordot(whole.com_velocity, t.tree.mass / t.tree.mass.sum(), (1, 0))
-
-
 def from_nowhere(t: Trajectory, whole: Motion) -> float:
     if len(t) < 2:
         return 0.0
     put_in, total = given(t, whole), energy(t, whole)
-    moving = 0.5 * t.mass * (centre_velocity(t, whole) ** 2).sum(axis=1)
+    moving = 0.5 * ((whole.com_velocity**2).sum(axis=-1) @ t.tree.mass)
     most = (total[1:] - total[0] - np.cumsum(put_in)).max()
     return float(max(most, 0.0) / max(np.abs(put_in).sum(), moving.max(), 0.1 * abs(total[0])))
 

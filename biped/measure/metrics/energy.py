@@ -73,8 +73,8 @@ def _per_joint(t: Trajectory, sums: Driven, rows: int) -> dict[str, dict[str, fl
 def residual(t: Trajectory) -> float:
     """What work leaves unexplained of the change of energy, relative to the work put in.
 
-    Where little is done it is relative to the largest kinetic energy of the whole robot's mass, at least to a hundredth
-    of the energy of the start.
+    Where little is done it is relative to the largest kinetic energy of the links' or the whole robot's mass, at least
+    to a hundredth of the energy of the start.
     """
     if len(t) < 2:
         return 0.0
@@ -100,7 +100,9 @@ def from_nowhere(t: Trajectory) -> float:
 
 
 def _moving(t: Trajectory) -> float:
-    """[J] largest kinetic energy of the whole mass in its centre."""
+    """[J] largest kinetic energy of what moves: the links, where they are known, otherwise the whole mass."""
+    if t.robot.seven_links is not None:
+        return float(t.derived.moving.max())
     return 0.5 * t.mass * float(np.einsum("ij,ij->i", t.com_velocity, t.com_velocity).max())
 
 
