@@ -53,6 +53,7 @@ class Derived(NamedTuple):
         energy: (n,) [J] kinetic and potential.
         work: (n,) [J] of everything but gravity in the step after each row; 0 in the last.
         given: (n,) [J] of actuators and pushes, likewise.
+        spent: (n,) [J] of the sum of actuators' powers and of that of pushes, either way, likewise.
         speed: (2, n) [m²/s², rad²/s²] largest square of a link's speed and of its turning.
     """
 
@@ -65,6 +66,7 @@ class Derived(NamedTuple):
     energy: np.ndarray
     work: np.ndarray
     given: np.ndarray
+    spent: np.ndarray
     speed: np.ndarray
 
 
@@ -99,14 +101,15 @@ def derive(log: np.ndarray, tick: float, tree: Tree, forces: Forces) -> Derived:
         record["tree"][0][name] = value
     n = len(log)
     out = Derived(np.zeros((n, N_POINTS, 3)), np.zeros((n, N_POINTS, 3)), np.zeros((LEGS, n)), np.zeros((n, 3)),
-                  np.zeros((n, 3)), np.zeros(n), np.empty(n), np.zeros(n), np.zeros(n), np.empty((2, n)))  # fmt: skip
+                  np.zeros((n, 3)), np.zeros(n), np.empty(n), np.zeros(n), np.zeros(n), np.zeros(n),
+                  np.empty((2, n)))  # fmt: skip
     _derive_rows(record, np.ascontiguousarray(log), forces.pushes, np.ascontiguousarray(forces.seat), *out)
     return out
 
 
 @entry_kernel
 def _derive_rows(
-    record, log, pushes, seat, point, force, foot_force, com, com_velocity, moving, energy, work, given, speed
+    record, log, pushes, seat, point, force, foot_force, com, com_velocity, moving, energy, work, given, spent, speed
 ):
     """Fills the arrays of `Derived`."""
     s = record[0]
@@ -120,7 +123,7 @@ def _derive_rows(
             force[k, i, 0], force[k, i, 2] = log[k, FORCE + 2 * i], log[k, FORCE + 2 * i + 1]
             foot_force[POINT_LEG[i], k] += force[k, i, 2]
         if k > 0:
-            _derive_step(s, at, before, log[k - 1], log[k], pushes, seat, work, given, k - 1)
+            _derive_step(s, at, before, log[k - 1], log[k], pushes, seat, work, given, spent, k - 1)
 
 
 @inner_kernel
@@ -154,7 +157,7 @@ def _derive_row(s, at, line, total, point, com, com_velocity, moving, energy, sp
 
 
 @inner_kernel
-def _derive_step(s, at, before, was, line, pushes, seat, work, given, k):
+def _derive_step(s, at, before, was, line, pushes, seat, work, given, spent, k):
     """Fills the works of the step from row k to the next."""
     tree = s["tree"]
     column, count = (Q_D, NQ) if s["generalized"] else (U, NU)
@@ -163,12 +166,14 @@ def _derive_step(s, at, before, was, line, pushes, seat, work, given, k):
         j = NQ - count + i
         power += was[column + i] * 0.5 * (was[V + j] + line[V + j])
         put_in += was[column + i] * (line[Q + j] - was[Q + j])
+    actuators = power
     for p in range(pushes.shape[0]):
         if pushes[p, 0] <= k < pushes[p, 1]:
             link, fx, fz = int(pushes[p, 4]), pushes[p, 2], pushes[p, 3]
             here, there = before["com"][link], at["com"][link]
             power += _power(at, before, was, line, link, here[0], here[1], fx, fz)
             put_in += fx * (there[0] - here[0]) + fz * (there[1] - here[1])
+    spent[k] = s["tick"] * (abs(actuators) + abs(power - actuators))
     for leg in range(LEGS):
         power += was[STOP + leg] * 0.5 * (was[V + KNEE[leg]] + line[V + KNEE[leg]])
     for j in range(NU):

@@ -65,7 +65,7 @@ def residual(t: Trajectory, whole: Motion) -> float:
     ground = np.einsum("ijk,ijk", t.column("force")[:-1], moved.point_velocity)
     e = energy(t, whole)[[0, -1]]
     work = t.tick * ((actuators + pushes + stops).sum() + damping + ground)
-    put_in = np.abs(given(t, whole)).sum()
+    put_in = t.tick * (np.abs(actuators) + np.abs(pushes)).sum()
     moving = 0.5 * ((whole.com_velocity**2).sum(axis=-1) @ t.tree.mass).max()
     return float(abs(e[1] - e[0] - work) / max(put_in, moving, abs(e[0]) * 1e-2))
 

@@ -79,7 +79,8 @@ def residual(t: Trajectory) -> float:
     if len(t) < 2:
         return 0.0
     left = t.energy[-1] - t.energy[0] - t.work[:-1].sum()
-    return float(abs(left) / max(np.abs(t.given[:-1]).sum(), _moving(t), 1e-2 * abs(t.energy[0])))
+    spent = np.abs(t.given) if t.robot.seven_links is None else t.derived.spent
+    return float(abs(left) / max(spent[:-1].sum(), _moving(t), 1e-2 * abs(t.energy[0])))
 
 
 def from_nowhere(t: Trajectory) -> float:
