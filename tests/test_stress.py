@@ -63,7 +63,8 @@ CASES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "torques without limit": (("actuation.torque_limit=1e9",), SOUND, SOUND),
     "one solver iteration": (("simulation.iterations=1",), FAILED, FAILED),
     "solver tolerance 1": (("simulation.tolerance=1.0",), FLAGGED, FLAGGED),
-    "angles measured to ten radians": (("sensors.angle_noise=10.0",), SOUND, SOUND),
+    # Q_d jumps by kilonewtons from tick to tick: what it does to the torso cannot be accounted for.
+    "angles measured to ten radians": (("sensors.angle_noise=10.0",), SOUND, FLAGGED),
     "RK4": (("simulation.integrator=RK4",), SOUND, SOUND),
     "implicit": (("simulation.integrator=implicit",), SOUND, SOUND),
     "implicitfast": (("simulation.integrator=implicitfast",), SOUND, SOUND),
