@@ -105,12 +105,16 @@ WARM = (
 )  # fmt: skip
 
 
+OTHERS = (("robot/sensors", ()), ("spatial/own", ()), ("any/walk", ()))
+"""Robots of other kinds and laws: scenario and changes."""
+
+
 @cache
 def warm() -> None:
     """Compiles what runs need, once: a case's seconds are its own."""
-    for changes in WARM:
+    for name, changes in (*(("level_normal", changes) for changes in WARM), *OTHERS):
         words = ("duration=0.03", "window={start=0.0,end=0.03}", *changes)
-        campaign.run_one(plan_of("level_normal", words), 0)
+        campaign.run_one(plan_of(name, words), 0)
 
 
 def fault(case: Case, seconds: float = SECONDS) -> tuple[str, str | None]:
