@@ -5,14 +5,14 @@ import pytest
 from tests.house import COUNTS, House
 
 BOUNDS = {
-    "lines without dynamics/": 43_080,
+    "lines without dynamics/": 43_071,
     "modules": 445,
     "share of import lines [%]": 8.5,
-    "short modules": 24,
+    "short modules": 23,
     "class names that stand more than once": 15,
     'docstrings that begin with "What"': 111,
     "vague names": 23,
-    "branches on the kind of robot": 59,
+    "branches on the kind of robot": 57,
     "look-ups below a run": 26,
 }
 """Most that each count may be. Who lowers a count lowers its bound; nobody raises one.

@@ -18,8 +18,8 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-ROOMS = ("base", "numerics", "dynamics", "robot", "measure", "control", "engines", "studies")
-"""Rooms that have kernels, or numbers that kernels take in."""
+ROOMS = ("base", "numerics", "dynamics", "robot", "measure", "control", "engines", "studies/bench")
+"""Rooms and folders that have kernels, or numbers that kernels take in."""
 _UNUSED = 7 * 24 * 3600.0
 """[s] after which a version that nobody has used is removed: a running process may still add to a younger one."""
 _USED = ".used"

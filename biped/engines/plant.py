@@ -23,7 +23,8 @@ from biped.engines.row import log_state, state_of
 from biped.engines.uneven import Uneven, own
 from biped.measure.columns import columns_of, width_of
 from biped.measure.trajectory import Trajectory
-from biped.robot.build import compiled, frame
+from biped.robot.build import compiled
+from biped.robot.gravity import frame
 from biped.robot.ground import levelled
 from biped.robot.run import Run
 from biped.scenario.laws import SPATIAL

@@ -63,8 +63,7 @@ def strikes_of(down: np.ndarray, tick: float, spell: float = SPELL) -> list[Stri
     least = round(spell / tick)
     found = []
     for foot in range(down.shape[1]):
-        lands = np.flatnonzero(down[1:, foot] & ~down[:-1, foot]) + 1
-        lifts = np.flatnonzero(down[:-1, foot] & ~down[1:, foot]) + 1
+        lifts, lands = _edges(down[:, foot])
         if not down[0, foot]:
             lifts = np.concatenate([[0], lifts])
         found += [(int(land), foot) for lift, land in zip(lifts, lands, strict=False) if land - lift >= least]
@@ -73,11 +72,15 @@ def strikes_of(down: np.ndarray, tick: float, spell: float = SPELL) -> list[Stri
 
 def swings_of(down: np.ndarray, foot: int) -> list[slice]:
     """Rows of the whole swings of a foot: those that the start or the end of the rows cuts are left out."""
-    lands = np.flatnonzero(down[1:, foot] & ~down[:-1, foot]) + 1
-    lifts = np.flatnonzero(down[:-1, foot] & ~down[1:, foot]) + 1
+    lifts, lands = _edges(down[:, foot])
     if not down[0, foot]:
         lands = lands[1:]
     return [slice(int(lift), int(land)) for lift, land in zip(lifts, lands, strict=False)]
+
+
+def _edges(on: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First rows off the ground and on it again, of flags (n,)."""
+    return np.flatnonzero(on[:-1] & ~on[1:]) + 1, np.flatnonzero(on[1:] & ~on[:-1]) + 1
 
 
 def along_feet(robot: Robot) -> np.ndarray:

@@ -13,6 +13,7 @@ import msgspec
 import numpy as np
 
 from biped.base.errors import InputError
+from biped.base.typed import convert
 from biped.measure.columns import columns_of
 from biped.measure.trajectory import Trajectory
 from biped.robot.ground import profile_from
@@ -37,7 +38,7 @@ def trajectory_from(
     about.pop("kind", None)
     about["robot"] = robot_from(about.get("robot"), about.pop("tree", None))
     about["ground"] = profile_from(about.get("ground"))
-    about["seat"] = msgspec.convert(about["seat"], Seat) if "seat" in about else None
+    about["seat"] = convert(about["seat"], Seat) if "seat" in about else None
     about["pushes"] = tuple(tuple(push) for push in about["pushes"])
     for name in ("gravity", "torque_limit", "signal_names", "changes"):
         about[name] = tuple(about.get(name, ()))

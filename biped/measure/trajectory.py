@@ -164,7 +164,7 @@ class Trajectory:
 
     def _true(self, name: str) -> np.ndarray:
         """A true quantity: logged, or derived in the plane."""
-        return self.column(name) if self.robot.seven_links is None else getattr(self.derived, name)
+        return self.column(name) if name in self.columns else getattr(self.derived, name)
 
     @cached_property
     def point(self) -> np.ndarray:
@@ -174,7 +174,7 @@ class Trajectory:
     @cached_property
     def force(self) -> np.ndarray:
         """(n, P, 3) [N] ground forces on them in the step after each row: along the ground, to the left, normal."""
-        return self._true("force")
+        return self.column("force") if self.robot.seven_links is None else self.derived.force
 
     @cached_property
     def contact(self) -> np.ndarray:
@@ -214,7 +214,7 @@ class Trajectory:
     @cached_property
     def base(self) -> np.ndarray:
         """(n, 7) place [m] and orientation (quaternion, w first) of the base."""
-        if self.robot.seven_links is None:
+        if "base" in self.columns:
             return self.column("base")
         out, half = np.zeros((len(self), 7)), 0.5 * self.q[:, PITCH]
         out[:, 0], out[:, 2], out[:, 3], out[:, 5] = self.q[:, 0], self.q[:, 1], np.cos(half), -np.sin(half)
@@ -223,7 +223,7 @@ class Trajectory:
     @cached_property
     def figure(self) -> np.ndarray:
         """(n, 7, 3) [m] hip, knee and ankle of each leg, and the trunk's upper end."""
-        if self.robot.seven_links is None:
+        if "figure" in self.columns:
             return self.column("figure")
         pose = motion(self.tree, self.q, self.v)
         joints = pose.joint[:, [link for chain in CHAINS for link in chain[1:]]]
@@ -242,7 +242,7 @@ class Trajectory:
         """(n,) [m/s] of the base, along the ground."""
         return self.v[:, self.robot.base_columns[0]]
 
-    @property
+    @cached_property
     def turn(self) -> np.ndarray:
         """(n, 3, 3) axes of the base, as columns."""
         w, x, y, z = self.base[:, 3:].T

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from functools import lru_cache
 from pathlib import Path
 from typing import Literal
@@ -11,7 +10,7 @@ import mujoco
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.robot.gravity import GRAVITY
+from biped.robot.gravity import gravity3
 from biped.robot.ground import is_level, levelled
 from biped.robot.recognise import robot_of
 from biped.robot.robot import Drive, Robot, torque_limits
@@ -29,22 +28,6 @@ _OVERRIDE = int(mujoco.mjtEnableBit.mjENBL_OVERRIDE)
 """Flag that lets a file's options decide on contacts."""
 
 _ON_JOINTS = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
-
-
-def frame(slope: float, side_slope: float) -> np.ndarray:
-    """(3, 3) from the world, whose z is up, to the ground's frame: rows are its axes; angles in degrees.
-
-    The ground rises by tan(slope) forward and by tan(side_slope) to the left; its x is the steepest part of forward.
-    """
-    forward = np.array([math.cos(math.radians(slope)), 0.0, math.sin(math.radians(slope))])
-    normal = np.array([-math.tan(math.radians(slope)), -math.tan(math.radians(side_slope)), 1.0])
-    normal /= np.linalg.norm(normal)
-    return np.array([forward, np.cross(normal, forward), normal])
-
-
-def gravity3(slope: float, side_slope: float) -> np.ndarray:
-    """(3,) gravity [m/s²] in the ground's frame; angles in degrees."""
-    return frame(slope, side_slope) @ np.array([0.0, 0.0, -GRAVITY])
 
 
 def compiled(path: Path, s: Scenario, command: Command) -> mujoco.MjModel:

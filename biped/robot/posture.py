@@ -7,7 +7,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from biped.robot.build import frame
+from biped.robot.gravity import frame
 from biped.robot.recognise import robot_of
 from biped.robot.robot import Robot
 from biped.robot.spec import no_keyframe, parsed

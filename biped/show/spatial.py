@@ -26,7 +26,7 @@ def plumb(t: Trajectory) -> np.ndarray:
 
 def tilt(t: Trajectory) -> np.ndarray:
     """(3, 3) from the ground's frame to the world's, in which gravity is vertical."""
-    from biped.robot.build import frame
+    from biped.robot.gravity import frame
 
     return frame(t.slope, t.side_slope).T
 

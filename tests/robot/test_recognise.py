@@ -14,8 +14,8 @@ import pytest
 from biped.base.errors import InputError
 from biped.cli.main import main
 from biped.control.observation import Observation
-from biped.robot.build import compiled, frame, gravity3
-from biped.robot.gravity import gravity
+from biped.robot.build import compiled
+from biped.robot.gravity import frame, gravity, gravity3
 from biped.robot.planar.model import tree_at
 from biped.robot.recognise import looked_at, robot_of
 from biped.scenario.reading import read_scenario

@@ -10,8 +10,7 @@ import numpy as np
 from biped.measure.metrics.gait import travelled
 from biped.measure.metrics.sums import Driven, driven
 from biped.measure.trajectory import Trajectory
-from biped.robot.build import frame
-from biped.robot.gravity import GRAVITY
+from biped.robot.gravity import GRAVITY, frame
 from biped.robot.planar.topology import ANKLE, BASE, HIP, KNEE, LEGS, PITCH, THIGH, TORSO
 from biped.robot.planar.tree import motion
 

@@ -50,12 +50,12 @@ def sideways(t: Trajectory, span: slice) -> dict[str, float]:
     across = ((place[:, 1, :2] - place[:, 0, :2]) * aside).sum(axis=1)
     sign = 1.0 if float(np.median(across)) >= 0.0 else -1.0
     widths = [sign * float(across[row - span.start]) for row, _ in t.strikes_in(span)]
-    first = headings(t)[0]
-    way = t.base[-1, :2] - t.base[0, :2]
+    faced, way = headings(t), t.base[-1, :2] - t.base[0, :2]
+    first = faced[0]
     return {
         "step_width": mean_of(widths),
         "cross_over": mean_of([width < 0.0 for width in widths]),
-        "heading": math.degrees(float(headings(t)[-1] - first)),
+        "heading": math.degrees(float(faced[-1] - first)),
         "drift": float(way @ np.array([-math.sin(first), math.cos(first)])),
         "margin_of_stability": margin_of_stability(t, span),
     }

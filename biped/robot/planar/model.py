@@ -87,11 +87,6 @@ def posture_of(path: Path, name: str) -> tuple[np.ndarray, tuple[str, ...]]:
     return np.array(keys[name].qpos)[order_of(model, robot).joints], contacts
 
 
-def bodies_of(path: Path) -> list[str]:
-    """Names of a model file's bodies."""
-    return [body.name for body in spec_of(path).bodies if body.name != "world"]
-
-
 def tree_at(path: Path) -> Tree:
     """Lengths and masses written in a model file; not to be written to."""
     return _tree(*version_of(path))

@@ -6,13 +6,11 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from biped.base.statistics import wilson
 from biped.measure.metrics.walking import kind_of
 from biped.show.page.html import Markup, card, tag
 from biped.show.page.plot import Frame, around, legend
-from biped.show.page.words import between, key_words, percent
+from biped.show.page.words import between, key_words
 from biped.studies.sensitivity import LEAST, Share
 
 Rows = Sequence[Mapping[str, Any]]
@@ -132,8 +130,3 @@ def middle(rows: Rows) -> Mapping[str, Any] | None:
 
 def _real(value: float | None) -> bool:
     return value is not None and math.isfinite(value)
-
-
-def share_words(rows: Rows) -> str:
-    """Share of runs that walked."""
-    return percent(float(np.mean([row["walked"] for row in rows])))

@@ -10,6 +10,8 @@ from pathlib import Path
 import msgspec
 from msgspec import field
 
+from biped.base.typed import convert
+
 FILE = Path(__file__).with_name("study.toml")
 
 Value = bool | float | str
@@ -80,7 +82,7 @@ class Definition(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 @cache
 def definition() -> Definition:
     """The study as it was written down, study.toml."""
-    return msgspec.convert(tomllib.loads(FILE.read_text(encoding="utf-8")), Definition)
+    return convert(tomllib.loads(FILE.read_text(encoding="utf-8")), Definition)
 
 
 def digest() -> str:
