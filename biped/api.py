@@ -89,7 +89,7 @@ def load(name: str | Path | Loaded, *, law: Any = None, **changes: Any) -> Loade
 
 
 class Result:
-    """What a scenario's runs came to.
+    """The result of a scenario's runs.
 
     Args:
         done: As from `biped.studies.run`.

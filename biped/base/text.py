@@ -8,7 +8,7 @@ from typing import Any
 _HIDDEN = re.compile(
     "[\x00-\x1f\x7f-\x9f\u061c\u200b-\u200f\u2028-\u202e\u2060-\u2069\ufeff\ufff9-\ufffb\ud800-\udfff\U000e0000-\U000e007f]"
 )
-"""What moves a terminal's cursor, turns the direction of writing, or is not to be seen at all."""
+"""Characters that move a terminal's cursor, turn the direction of writing, or are invisible."""
 
 ECHO, PARAGRAPH = 120, 1200
 """Most characters of a value that is repeated to whoever wrote it, and of a whole complaint."""

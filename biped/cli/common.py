@@ -1,4 +1,4 @@
-"""What several commands share: exit codes, what stands in their arguments, and JSON."""
+"""Parts that several commands share: exit codes, texts of arguments, and JSON."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from typing import Any
 
 @contextmanager
 def safe_streams() -> Iterator[None]:
-    """What is printed in this block cannot fail for want of a reader or a letter.
+    """Printing in this block cannot fail for want of a reader or a letter.
 
     A letter that the terminal's encoding lacks is printed by its number, as JSON writes it too. When the reader of a
     pipe has gone, the rest goes nowhere, and the command ends with the exit code that it would have had.

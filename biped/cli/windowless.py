@@ -15,7 +15,7 @@ from biped.base.text import said
 
 SETTING = "MUJOCO_GL"
 _DRAWING = {"Renderer": "mujoco.renderer", "GLContext": "mujoco.gl_context"}
-"""What draws, and the module to have it from."""
+"""Libraries that draw, and the module that each comes from."""
 _OF_DRAWING = ("mujoco.rendering", "mujoco.renderer", "mujoco.gl_context")
 
 
@@ -49,7 +49,7 @@ def import_mujoco() -> None:
 
 
 def _drawing(name: str) -> Any:
-    """What a module lacks, if it is something that draws."""
+    """The library that a module lacks, if it is one that draws."""
     if name not in _DRAWING:
         raise AttributeError(f"module 'mujoco' has no attribute '{name}'")
     found = getattr(import_module(_DRAWING[name]), name)

@@ -26,7 +26,7 @@ from biped.scenario.laws import BUILT_IN, own_law
 
 
 class Signals(NamedTuple):
-    """What a law logs of its own.
+    """A signal that a law logs of its own.
 
     Attributes:
         names: Of its signals.
@@ -57,7 +57,7 @@ class Raised(InputError):
 
 @dataclass(frozen=True)
 class Setup:
-    """What a law is told before the run.
+    """Facts of the run that a law gets before it begins.
 
     Attributes:
         scenario: The scenario.
@@ -83,7 +83,7 @@ class Setup:
 
 
 class Law(Protocol):
-    """What a law must be. Its class is called with a `Setup` before every run.
+    """The protocol of a law. Its class is called with a `Setup` before every run.
 
     It may have a class attribute `command`, which says what `torques` returns: "torque" [N m] of every actuator's joint
     (the default); "position" or "velocity", targets [rad, rad/s] of servos there; or "generalized", a force (nv,) for
@@ -96,7 +96,7 @@ class Law(Protocol):
 
 
 def maker_of(run: Run) -> tuple[Callable[[Setup], Any], str, str]:
-    """What makes the run's law, what it is called in errors, and the file of its lines.
+    """The maker of the run's law, its name in errors, and the file of its lines.
 
     Raises:
         InputError: The user's file is not trusted or cannot be loaded.
@@ -113,7 +113,7 @@ def maker_of(run: Run) -> tuple[Callable[[Setup], Any], str, str]:
 
 
 def command_of(make: Any, scenario: Scenario, name: str) -> Command:
-    """What a law returns.
+    """The action that a law returns.
 
     Raises:
         InputError: Nothing that it can.
@@ -227,7 +227,7 @@ _NOTHING = "returned no torques"
 
 
 def numbers(told: object) -> np.ndarray:
-    """What a law returned as an array of floats.
+    """An action as an array of floats.
 
     Raises:
         TypeError: It is not of real numbers: nothing imaginary, masked or in words passes as what it is not.

@@ -1,4 +1,4 @@
-"""What a law of a robot of any kind senses at a tick; only what it asks for is computed."""
+"""The observation of a law of a robot of any kind at a tick; only the parts that it reads are computed."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Pose(NamedTuple):
 
 
 class Observation:
-    """What is sensed at a tick, in the ground's frame: x forward, y to the left, z along the ground's normal.
+    """The observation at a tick, in the ground's frame: x forward, y to the left, z along the ground's normal.
 
     Arrays that are not copies cannot be written through. Coordinates, velocities and their order are MuJoCo's.
 

@@ -174,7 +174,7 @@ def places(robot: Robot, observations: Sequence[str]) -> np.ndarray:
 
 
 def _session(file: Path, size: int, actions: int):
-    """What asks a network, and the name of its input.
+    """The session that runs a network, and the name of its input.
 
     Raises:
         ValueError: It is not such a network.

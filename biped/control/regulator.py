@@ -94,7 +94,7 @@ def _balanced(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot) -> None:
     start, height, turn = data.qpos.copy(), height_of(model, robot), np.zeros(model.nv)
 
     def missing(x: np.ndarray) -> np.ndarray:
-        """What would have to push and turn the base, with it turned by x[0] [rad] and its feet x[1] [mm] deep."""
+        """Force and moment that would have to act on the base, turned by x[0] [rad] and with feet x[1] [mm] deep."""
         data.qpos[:] = start
         turn[axis] = x[0]
         mujoco.mj_integratePos(model, data.qpos, turn, 1.0)

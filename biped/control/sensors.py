@@ -1,4 +1,4 @@
-"""What a law is told of a robot of any kind: measured coordinates, and the mechanics of the model file at them.
+"""Sensors of a robot of any kind: measured coordinates, and the mechanics of the model file at them.
 
 Imported only by runs whose scenario has sensors or a truth of its own; without them a law reads the engine's state.
 Contacts and their forces are told as they are.

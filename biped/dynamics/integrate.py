@@ -23,7 +23,7 @@ MOST_VALUES = 500_000_000
 """Numbers a trajectory may hold (4 GB)."""
 
 SAMPLED = rooms.Samples._fields[:8]
-"""What a trajectory takes over from the march, by the same names."""
+"""Arrays that a trajectory takes over from the march, by the same names."""
 
 PATTERNS = 20
 """Times that entries may turn up where none were expected, before all are expected everywhere."""

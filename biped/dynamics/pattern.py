@@ -15,7 +15,7 @@ LEAST_GAIN = 4.0
 """How many times fewer operations make up for the indirection."""
 
 WRITTEN = ("values", "x", "size", "use")
-"""What a run writes to."""
+"""Arrays that a run writes to."""
 
 
 def find(system: ConstrainedSystem, t: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -11,7 +11,7 @@ from biped.dynamics.reference import by_reference
 from biped.dynamics.sparse import Sparse, dense
 
 KEPT, TAKEN = range(2)
-"""What `Samples.count` counts."""
+"""Names of the counters of `Samples.count`."""
 
 
 class Functions(NamedTuple):

@@ -29,7 +29,7 @@ SIGNATURES = {
     "power": VECTOR,
     "event": VECTOR,
 }
-"""What the compiled loop calls, in its order: every function gets (t, q, v, p) and an array to fill."""
+"""Functions that the compiled loop calls, in its order: each gets (t, q, v, p) and an array to fill."""
 
 
 def _nothing(t, q, v, p, out):

@@ -38,7 +38,7 @@ class Ending(NamedTuple):
 
 
 class Plant(Protocol):
-    """What the loop asks of an engine; a law's ticks are the plant's, since compiled laws tick in compiled loops.
+    """The protocol of an engine in the loop; a law's ticks are the plant's, since compiled laws tick in compiled loops.
 
     Attributes:
         run: The run that is simulated.

@@ -28,7 +28,7 @@ _OFFSETS: dict[str, tuple[int, ...]] = {"4.0.0": (160576, 162096)}
 
 
 class Native(NamedTuple):
-    """What compiled code needs in order to step a model and to read its constraint forces.
+    """Addresses by which compiled code steps a model and reads its constraint forces.
 
     Attributes:
         step: Address of mj_step.
@@ -44,7 +44,7 @@ class Native(NamedTuple):
 
 
 class Halves(NamedTuple):
-    """What compiled code needs in order to step a model by halves, with a law between them.
+    """Addresses by which compiled code steps a model by halves, with a law between them.
 
     Attributes:
         step: Address of mj_step.
@@ -66,7 +66,7 @@ class _Unavailable(Exception):
 
 
 def native(model: mujoco.MjModel, order: Order) -> Native | None:
-    """What compiled code needs to step a model, or None where it must be stepped from Python.
+    """Addresses of a model for compiled code, or None where it must be stepped from Python.
 
     Args:
         model: The model, which is stepped here once from Python: what MuJoCo finds wrong with it is an exception there,
@@ -88,7 +88,7 @@ def reason(model: mujoco.MjModel, order: Order) -> str:
 
 
 def halves(model: mujoco.MjModel) -> Halves | None:
-    """What compiled code needs to step a model of any kind by halves, or None where it must be stepped from Python.
+    """Addresses of a model of any kind for stepping by halves, or None where it must be stepped from Python.
 
     Args:
         model: The model, which is stepped here once from Python.

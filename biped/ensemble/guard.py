@@ -122,7 +122,7 @@ OF_SEARCHES = _STUDIED | {"gait.toml", "convergence.png", "least.png"}
 
 
 def _mode(path: Path) -> int:
-    """What kind of file a path is; 0 if it is gone."""
+    """The kind of file that a path is (`stat.S_IFMT`); 0 if it is gone."""
     try:
         return path.stat().st_mode
     except OSError:

@@ -1,4 +1,4 @@
-"""What runs are made of and with: rows of different origin are never mixed in one journal."""
+"""The origin of runs: the files and versions they depend on. Rows of different origin are never mixed in one journal."""
 
 from __future__ import annotations
 

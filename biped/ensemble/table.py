@@ -31,7 +31,7 @@ NESTED = {
     "signals": ("signals",),
     "warnings": ("warnings",),
 }
-"""What a row's tables become."""
+"""Tables of a row that become columns, and the names of those columns."""
 AS_JSON = ("warnings", "signals")
 """Those whose keys nobody knows beforehand: JSON."""
 JSON = b"json"

@@ -1,1 +1,1 @@
-"""What a run leaves behind, and what is measured of it."""
+"""Trajectories of runs, and metrics of them."""

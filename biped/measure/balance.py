@@ -23,7 +23,7 @@ PHASES = {
 
 
 class Balance(NamedTuple):
-    """What balance is measured by, at every row.
+    """Measures of balance, at every row.
 
     Attributes:
         phase: (n,) support phases.

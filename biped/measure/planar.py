@@ -37,11 +37,11 @@ _RECORD = np.dtype(
     [("generalized", "u1"), ("tick", "f8"), ("gravity", "f8", 2), ("tree", TREE), ("even", PLACES), ("odd", PLACES)],
     align=True,
 )
-"""What the pass has to know of the run; places are those of the latest two rows."""
+"""Constants of the run for the pass; places are those of the latest two rows."""
 
 
 class Derived(NamedTuple):
-    """What follows from coordinates, velocities and forces, row by row.
+    """Columns that follow from coordinates, velocities and forces, row by row.
 
     Attributes:
         point: (n, 4, 3) [m] toes and heels.
@@ -71,7 +71,7 @@ class Derived(NamedTuple):
 
 
 class Forces(NamedTuple):
-    """What acts on seven links beside what is logged.
+    """Loads on seven links beside those that are logged.
 
     Attributes:
         generalized: Whether Q_d itself moves them.

@@ -1,4 +1,4 @@
-"""What a run leaves behind: arrays with names, shapes and units, one row per control tick; of every robot alike.
+"""The trajectory of a run of any robot: arrays with names, shapes and units, one row per control tick.
 
 The robot says which columns are logged (`biped.measure.columns`). What is true of places, forces and energy exists for
 every robot: logged where its plant knows it, otherwise computed once from coordinates and velocities.
@@ -138,7 +138,7 @@ class Trajectory:
 
     @property
     def signals(self) -> dict[str, np.ndarray]:
-        """What a law of the user's own logged: name to (n,), nan where it said nothing."""
+        """Signals of a law of the user's own: name to (n,), nan where it said nothing."""
         return {name: self.log[:, self.width + i] for i, name in enumerate(self.signal_names)}
 
     @property

@@ -54,7 +54,7 @@ class Verdict(NamedTuple):
 
 
 class Most(NamedTuple):
-    """What bounds the speeds of links.
+    """Constants that bound the speeds of links.
 
     Attributes:
         level: [J] energy of the start and of the whole fall to the ground from where it stood.

@@ -1,1 +1,1 @@
-"""What a user writes: typed, checked, overridable; gains and families of gaits."""
+"""Files that users write, typed and checked: scenarios, gains and families of gaits."""

@@ -10,7 +10,7 @@ from biped.scenario.section import Hold, NonNegative, Positive, Section, Six
 
 
 class Pushing(Section, frozen=True):
-    """What the controller takes the ground for that only pushes (`actuation.contacts = "pushing"`; docs/pushing.md).
+    """Settings of the law for ground that only pushes (`actuation.contacts = "pushing"`; docs/pushing.md).
 
     Attributes:
         friction: Coefficient of friction it counts on.

@@ -1,4 +1,4 @@
-"""What holds from a time on: a table of a scenario file."""
+"""Changes in mid-run, a table of a scenario file: settings that hold from a time on."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class ActuationChange(Section, frozen=True):
 
 
 class Change(Section, frozen=True):
-    """What holds from a time on; changes follow one another.
+    """Settings that hold from a time on; changes follow one another.
 
     Attributes:
         at: [s] when it begins.

@@ -15,7 +15,7 @@ _SHARE = re.compile(r"(\d+(?:\.\d+)?) ?%")
 
 
 class Bound(Section, frozen=True):
-    """What a metric is expected to be: the mean of the runs that walked; `falls`, `walked`, `stood`, `sat` count runs.
+    """The expected value of a metric, its mean over the runs that walked; `falls`, `walked`, `stood`, `sat` count runs.
 
     A count is a whole number of runs, or a share of them such as `"97 %"`, which holds for any number of runs: it is
     met when Wilson's 95 % interval of the runs' rate lies within it, missed when the interval lies outside it, and

@@ -139,10 +139,10 @@ class Gains(Part, frozen=True):
 
 
 OUT_OF_PLANE = ("frontal", "axial")
-"""What the gait of a biped that moves in space has besides."""
+"""Tables that the gait of a biped in space has besides."""
 
 GAINS = tuple(name for name in Gains.__struct_fields__ if name not in ("speed", *OUT_OF_PLANE))
-"""What a complete gait in the plane consists of."""
+"""Tables of a complete gait in the plane."""
 
 
 def single(names: Sequence[str] = GAINS) -> list[str]:

@@ -1,4 +1,4 @@
-"""What a biped walks on: slope, tiles, steps, contacts; a table of a scenario file."""
+"""The ground, a table of a scenario file: slope, tiles, steps, contacts."""
 
 from __future__ import annotations
 

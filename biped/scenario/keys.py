@@ -1,4 +1,4 @@
-"""What a user writes: a scenario file, typed. Reading and checking it is `biped.scenario.reading`.
+"""A scenario file, typed. Reading and checking it is `biped.scenario.reading`.
 
 Every field of these records is a key of the TOML file; the defaults are the settings of the published results in
 docs/, obtained with the human; a robot's description may say otherwise (`[scenario]` in models/*.toml). Units are SI;
@@ -120,7 +120,7 @@ class Simulation(Section, frozen=True):
 
 
 class Fall(Section, frozen=True):
-    """What counts as a fall; the run ends there.
+    """Bounds of a fall; the run ends there.
 
     Attributes:
         height: Fraction of the start's torso height below which the biped has fallen.
@@ -132,7 +132,7 @@ class Fall(Section, frozen=True):
 
 
 class Window(Section, frozen=True):
-    """What means are taken over.
+    """The part of a run that means are taken over.
 
     Attributes:
         start: [s]; default: half of the duration.

@@ -169,7 +169,7 @@ def _writes(call: ast.Call) -> bool:
 
 
 def changed_since(law: str, then: str | None) -> str | None:
-    """What to say of a law that is no longer what it was, or None if it is.
+    """A warning if a law is no longer what it was, else None.
 
     Args:
         law: `path.py:Class`.

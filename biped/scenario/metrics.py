@@ -159,7 +159,7 @@ def shown_in(table: str) -> list[Metric]:
 
 
 HEAD: tuple[str, ...] = tuple(metric.name for metric in shown_in("head"))
-"""What every table gives: speed, net cost of transport and double support."""
+"""Columns of every table: speed, net cost of transport and double support."""
 
 
 def as_markdown() -> str:

@@ -1,4 +1,4 @@
-"""What no type says of a scenario: times within the run, bounds in order, no more than a machine holds."""
+"""Checks of a scenario that no type makes: times within the run, bounds in order, no more than a machine holds."""
 
 from __future__ import annotations
 

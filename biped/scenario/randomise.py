@@ -44,7 +44,7 @@ class Randomise(Section, frozen=True):
 
 
 class Failures(Section, frozen=True):
-    """What is kept of runs that fell or are doubtful: their last seconds.
+    """Recording of the last seconds of runs that fell or are doubtful.
 
     Attributes:
         keep: Most runs kept at each point of a sweep, where a campaign is large (above 10,000 runs), in shards or on a

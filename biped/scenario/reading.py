@@ -58,7 +58,7 @@ def read(name: str, changes: Sequence[str] = (), looking: bool = False) -> Read:
 
 
 def read_scenario(name: str, changes: Sequence[str] = (), looking: bool = False) -> Scenario:
-    """What `read` reads, without where it was written."""
+    """The same as `read`, without the places where keys were written."""
     return read(name, changes, looking).scenario
 
 

@@ -30,7 +30,7 @@ def page() -> str:
 
 
 def meanings(kind: type) -> dict[str, str]:
-    """What the docstring of a record says of its fields, by name."""
+    """Descriptions of a record's fields in its docstring, by name."""
     _, _, attributes = (getdoc(kind) or "").partition("Attributes:\n")
     found = re.findall(r"^    (\w+): (.*(?:\n {8}.*)*)", attributes, re.MULTILINE)
     return {name: " ".join(text.split()) for name, text in found}

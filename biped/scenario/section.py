@@ -1,4 +1,4 @@
-"""What every table of a scenario file is made of: numbers with bounds.
+"""Building blocks of the tables of a scenario file: numbers with bounds.
 
 No number of a walk comes near these bounds: they keep what is computed from a number (ticks, buffers, squares) within
 what a machine holds, so that nothing behind them has to ask again.

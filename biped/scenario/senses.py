@@ -1,4 +1,4 @@
-"""What is measured of a robot, and what infers its posture where that is not: tables of a scenario file.
+"""Sensors of a robot, and the estimator of a posture that is not measured: tables of a scenario file.
 
 The defaults are chapter IV's robot's; a scenario asks for them by an empty table, `[sensors.gyro]`.
 """
@@ -64,7 +64,7 @@ class Switches(Section, frozen=True):
 
 
 class Sensors(Section, frozen=True):
-    """What stands between the biped and the controller's measurements; all zero: nothing does.
+    """Errors between the biped and the controller's measurements; with all at zero there are none.
 
     Encoders, gyro and switches are those of a robot whose posture an `[estimator]` infers. A robot of any kind has no
     encoders and switches; its gyro measures how its base turns, and its noises are those of base and joints.

@@ -103,7 +103,7 @@ def beside_gait(reading: Settings, gait: Settings) -> Settings:
 
 
 def habits_of(model: Path) -> tuple[dict[str, Any], Path]:
-    """What the description of a robot says of scenarios, as written, and the file that says it."""
+    """Settings for scenarios in the description of a robot, as written, and the file that has them."""
     path = description_of(model)
     habits = read_toml(path).get("scenario", {})
     if not isinstance(habits, dict):
@@ -112,7 +112,7 @@ def habits_of(model: Path) -> tuple[dict[str, Any], Path]:
 
 
 def _usual(habits: tuple[dict[str, Any], Path], name: str) -> tuple[dict[str, Any], Section]:
-    """What a robot's `habits_of` say of a table of `ALL`: as written, and with the defaults of the rest.
+    """A table of `ALL` by a robot's `habits_of`: as written, and with the defaults of the rest.
 
     Raises:
         InputError: A setting is unknown, of the wrong type or impossible.

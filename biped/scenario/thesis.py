@@ -28,7 +28,7 @@ def about(data: Mapping[str, Any], origin: Mapping[str, Path]) -> dict[str, floa
 
 
 def _about(data: Mapping[str, Any]) -> list[Any]:
-    """What a scenario says of `ABOUT`, and what of it varies."""
+    """Settings of a scenario that the thesis is about (`ABOUT`), and which of them vary."""
     s = convert(data, Scenario)
     varied = {**s.sweep, **s.randomise.draw}
     told = [getattr(s, key) for key in ABOUT if "." not in key]

@@ -24,7 +24,7 @@ class Range(Section, frozen=True):
 
 
 class Weights(Section, frozen=True):
-    """What the search's objective adds up, per run.
+    """Weights of the terms that the search's objective adds up, per run.
 
     Attributes:
         falls: Cost of a run that misses its goal: all of it at the start, half of it just before the end.

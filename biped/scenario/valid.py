@@ -1,4 +1,4 @@
-"""What a scenario or gait file may say: known keys, right types, finite numbers."""
+"""Validation of scenario and gait files: known keys, right types, finite numbers."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ def headline(found: Difference) -> str:
 
 
 def remarks(found: Difference) -> list[str]:
-    """What else there is to say, a line each."""
+    """Further remarks, a line each."""
     first, second = found.first, found.second
     lines = [
         f"first: {first.name}, {len(first.runs)} runs of {first.result['scenario']} in {first.result['engine']}",

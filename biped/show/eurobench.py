@@ -140,7 +140,7 @@ def _wrench(t: Trajectory, total: np.ndarray, force: np.ndarray, feet: np.ndarra
 
 
 def _condition(s: Scenario, values: Mapping[str, Any]) -> dict[str, Any]:
-    """What the experiment was, and the controlled variables: what a sweep changes."""
+    """Description of the experiment, and its controlled variables: those that a sweep changes."""
     out: dict[str, Any] = {
         "model": Path(s.model).name, "controller": Path(s.controller).name, "engine": s.engine,
         "duration": s.duration, "slope_angle": s.ground.slope, "ground_friction": s.ground.friction,

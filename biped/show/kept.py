@@ -1,4 +1,4 @@
-"""What a results folder holds to be looked at, whoever made it.
+"""Runs in a results folder that can be looked at, whoever made it.
 
 A run is made again from its scenario and its number, which is exact and cheaper than keeping every trajectory. Except
 one of a law of somebody's own: whoever looks at results does not ask for the law to be run, so only what was kept is
@@ -47,7 +47,7 @@ def _loaded(path: Path) -> Trajectory:
 
 
 class Kept:
-    """What a results folder kept, and what can be made again of it without running anybody's law.
+    """Recorded runs of a results folder, and those that can be repeated without running anybody's law.
 
     Args:
         folder: The results folder.
@@ -88,7 +88,7 @@ class Kept:
         return None
 
     def again(self, index: int) -> str:
-        """What to do to see a law's run that was not kept."""
+        """Advice on how to see a law's run that was not kept."""
         return (
             f"{label(self._folder)}: run {index} is of the law {self.plan.scenario.law}, which is not run for a look, "
             f"and its trajectory was not kept; to make it again, if you trust the law: biped run "

@@ -50,7 +50,7 @@ class _Closed(Exception):
 
 
 class _Show:
-    """What happens after every tick: the mouse's forces, a picture now and then, and waiting for the clock."""
+    """Work after every tick: the mouse's forces, a picture now and then, and waiting for the clock."""
 
     def __init__(self, viewer: Any, tick: float):
         self.viewer, self.tick = viewer, tick
@@ -120,7 +120,7 @@ def watch(
 
 
 def _engine(run: Run) -> tuple[Callable[..., Trajectory], str, Profile]:
-    """What simulates a run with somebody looking on, the body that the camera follows, and the line of the ground."""
+    """The simulation of a watched run, the body that the camera follows, and the line of the ground."""
     if run.scenario.robot is None:
         return simulate, run.robot.base, run.profile
     from biped.engines.mujoco import simulate as general

@@ -8,7 +8,7 @@ from biped.show.document import Document, Heading, Items, Line, Paragraph, Pictu
 from biped.show.words import told
 
 _MARKS = {"strong": "**", "bad": "**", "doubt": "**", "emphasis": "*"}
-"""What stands around a piece of a line."""
+"""Marks around a piece of a line."""
 
 
 def text(content: Document) -> str:

@@ -35,7 +35,7 @@ NAMES = {"speed": "speed m/s", "cost_of_transport": "net cost of transport", "do
 
 
 def data_of(tried: Sequence[Tried], confirmed: Sequence[Tried]) -> dict[str, Any]:
-    """What is kept of a study."""
+    """The part of a study that docs/readings.json keeps."""
     return {"tried": [as_dict(one) for one in tried], "confirmed": [as_dict(one) for one in confirmed]}
 
 
@@ -181,7 +181,7 @@ def readme(data: Mapping[str, Any]) -> str:
 
 
 def kept() -> dict[str, Any]:
-    """What the pages show."""
+    """The generated parts of the pages."""
     return json.loads(DATA.read_bytes())
 
 

@@ -129,7 +129,7 @@ def number(value: Any) -> str:
 
 
 def signals_of(runs: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, float]]:
-    """What a law of the user's own logged: mean, smallest and largest over the runs that have it, by name."""
+    """Signals of a law of the user's own: mean, smallest and largest over the runs that have it, by name."""
     told: dict[str, tuple[int, float, float, float]] = {}
     for columns in batches(runs, ("signals",)):
         for logged in columns["signals"]:
@@ -170,7 +170,7 @@ def warnings_of(runs: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def causes_of(runs: Sequence[Mapping[str, Any]]) -> list[tuple[str, int]]:
-    """What became of the runs that did not walk and how often, the commonest first."""
+    """Outcomes of the runs that did not walk and how often, the commonest first."""
     causes: Counter[str] = Counter()
     for columns in batches(runs, ("walked", *TOLD_BY)):
         for place in np.flatnonzero(~columns["walked"]):

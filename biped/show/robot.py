@@ -1,4 +1,4 @@
-"""What was recognised in a model file, on a terminal."""
+"""The robot that was recognised in a model file, on a terminal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is drawn of any run in space: a planar robot's is lifted out of its plane, others are as they are.
+"""Drawing of any run in space: a planar robot's is lifted out of its plane, others are as they are.
 
 Everything is in the frame of the ground, in which gravity leans on a slope.
 """

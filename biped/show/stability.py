@@ -1,4 +1,4 @@
-"""What a gait is as a limit cycle, and the walkers whose cycles are known."""
+"""A gait as a limit cycle, beside the walkers whose cycles are known."""
 
 from __future__ import annotations
 

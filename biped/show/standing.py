@@ -1,4 +1,4 @@
-"""What gaits stand of the standard tests: one table, on a terminal, in Markdown, and in docs/standard.md.
+"""Results of gaits in the standard tests: one table, on a terminal, in Markdown, and in docs/standard.md.
 
 `python -m biped.show.standing FOLDER…` writes the tables of results folders into docs/standard.md.
 """
@@ -52,7 +52,7 @@ def _title(test: Mapping[str, Any]) -> str:
 
 
 def lines_of(test: Mapping[str, Any], standing: Mapping[str, Any]) -> list[str]:
-    """What to say of a gait in a test."""
+    """The text of a gait's result in a test."""
     tried, found = standing["tried"], standing["limit"]
     if not tried:
         return ["–"]
@@ -117,7 +117,7 @@ def page(kept: Sequence[Mapping[str, Any]]) -> str:
 
 
 def kept() -> list[dict[str, Any]]:
-    """What docs/standard.md shows."""
+    """The generated parts of docs/standard.md."""
     return json.loads(DATA.read_bytes())
 
 

@@ -1,4 +1,4 @@
-"""What a search for gains found."""
+"""Results of a search for gains."""
 
 from __future__ import annotations
 

@@ -108,4 +108,4 @@ BENCHES = {
     "campaigns": _campaigns,
     "regress": _regress,
 }
-"""What can be measured, and who measures it."""
+"""Benchmarks by name, and the functions that run them."""

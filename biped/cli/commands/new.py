@@ -15,7 +15,7 @@ from biped.cli.parser import Commands, command_parser
 START = "biped.control.planar.start_law"
 """The module that is written; nothing of it is run here."""
 NAMED = "my_law.py"
-"""What it calls itself."""
+"""Names in the written files that stand for the user's own."""
 
 
 def add(commands: Commands) -> None:

@@ -1,4 +1,4 @@
-"""What changes during a run in the plane: gains, and settings of the actuation, of a scenario's [[change]] tables."""
+"""Changes during a run in the plane: gains, and settings of the actuation, of a scenario's [[change]] tables."""
 
 from __future__ import annotations
 

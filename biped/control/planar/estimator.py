@@ -1,4 +1,4 @@
-"""What a robot knows of its posture: sensors measure, (4.8) and (4.9) infer the torso's angle from them.
+"""The estimator of a robot's posture: (4.8) and (4.9) infer the torso's angle from its sensors.
 
 Not underactuated, that is while two points or more touch that lie far enough apart, the torso's angle follows from the
 joint angles, (4.8): the points lie on the ground, a line. Seen from the torso that is the line of least squares

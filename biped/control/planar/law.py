@@ -13,7 +13,7 @@ Tick = Callable[[int, float], int]
 
 
 class Law(Protocol):
-    """What an engine needs of a control law.
+    """The protocol of a control law in an engine.
 
     A law is bound to the measured coordinates of one run and ticks through it; what it wants is left in `u` and `Q_d`.
 

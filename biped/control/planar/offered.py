@@ -1,4 +1,4 @@
-"""What the thesis's law computes and a law of one's own may use: rows of A with -J̇v, what touches, and Q_d."""
+"""Results of the thesis's law that a law of one's own may use: rows of A with -J̇v, contacts, and Q_d."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ _BELIEF = np.dtype(
     ],
     align=True,
 )  # fmt: skip
-"""What the controller believes beyond the tree: gravity, and by what its M and A are wrong."""
+"""The controller's belief beyond the tree: gravity, and the errors of its M and A."""
 
 _SENSING = np.dtype(
     [
@@ -47,7 +47,7 @@ _SENSING = np.dtype(
 """When a point touches, and what the leg states follow from."""
 
 _SWITCHES = np.dtype([("on", "u1"), ("touching", "u1", N_POINTS)], align=True)
-"""What foot switches say, where they and not heights say what touches (`biped.control.planar.estimator`)."""
+"""Foot switches, where they and not heights decide what touches (`biped.control.planar.estimator`)."""
 
 _BACKSTEP = np.dtype([("on", "u1"), ("margin", "f8"), ("theta_l", "f8"), ("k_d2", "f8"), ("b_d2", "f8")], align=True)
 """The step back [m; rad, N m/rad, N m s/rad of the hip]."""
@@ -68,7 +68,7 @@ _MEMORY = np.dtype(
     ],
     align=True,
 )  # fmt: skip
-"""What lasts from tick to tick: contacts, ticks that a change has lasted, leg states, whether it is falling back."""
+"""Memory from tick to tick: contacts, ticks that a change has lasted, leg states, whether it is falling back."""
 
 _TICK = np.dtype(
     [
@@ -78,7 +78,7 @@ _TICK = np.dtype(
     ],
     align=True,
 )  # fmt: skip
-"""What this tick found."""
+"""Results of this tick."""
 
 _WORK = np.dtype(
     [

@@ -15,7 +15,7 @@ from biped.scenario.vary import stream
 
 
 class Senses:
-    """What the robot of one run senses and infers.
+    """Sensors and estimator of the robot of one run.
 
     Args:
         run: The run; its seed fixes noise and the encoders' zeros.

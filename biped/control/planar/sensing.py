@@ -1,4 +1,4 @@
-"""What the controller senses: link angles, toe and heel heights, and contacts that are believed only after a while."""
+"""The controller's sensing: link angles, toe and heel heights, and contacts that are believed only after a while."""
 
 from __future__ import annotations
 

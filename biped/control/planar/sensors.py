@@ -1,4 +1,4 @@
-"""What stands between the biped and the controller: noise, delay and resolution of the measured coordinates.
+"""Sensors between the biped and the controller: noise, delay and resolution of the measured coordinates.
 
 Imported only by runs whose scenario has sensors; without them the controller reads the engine's state itself.
 """

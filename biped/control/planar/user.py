@@ -46,7 +46,7 @@ class PlanarSetup:
 
 @dataclass
 class PlanarObservation:
-    """What a user's law senses of seven links at a tick; arrays are live and cannot be changed.
+    """The observation of a user's law of seven links at a tick; arrays are live and cannot be changed.
 
     Attributes:
         time: [s].

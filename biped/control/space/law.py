@@ -15,7 +15,7 @@ from biped.robot.build import Command
 from biped.scenario.keys import Scenario
 
 SIGNALS = ("right_state", "left_state", "right_placed", "left_placed", "at_limit")
-"""What the law logs: leg states 1 … 4, [rad] by which placement abducts a leg, whether a torque is at its limit."""
+"""Signals of the law: leg states 1 … 4, [rad] by which placement abducts a leg, whether a torque is at its limit."""
 
 
 class Spatial:
@@ -40,7 +40,7 @@ class Spatial:
 
     @staticmethod
     def command(scenario: Scenario) -> Command:
-        """What `torques` returns."""
+        """The result of `torques`."""
         return "generalized" if scenario.actuation.mode == "generalized" else "torque"
 
     def torques(self, sensed: Observation) -> np.ndarray:

@@ -65,7 +65,7 @@ _MEMORY = np.dtype(
     ],
     align=True,
 )  # fmt: skip
-"""What lasts from tick to tick: contacts, ticks that a change has lasted, leg states; sets of the latest allocation,
+"""Memory from tick to tick: contacts, ticks that a change has lasted, leg states; sets of the latest allocation,
 and its torques."""
 
 _AT = np.dtype(
@@ -89,7 +89,7 @@ _TICK = np.dtype(
     ],
     align=True,
 )  # fmt: skip
-"""What this tick found."""
+"""Results of this tick."""
 
 _WORK = np.dtype(
     [

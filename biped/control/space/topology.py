@@ -1,4 +1,4 @@
-"""What is where in a biped with a free base: six coordinates of the base, then six of each leg, right first.
+"""Coordinates of a biped with a free base: six of the base, then six of each leg, right first.
 
 Velocities of the base are linear ones along the world's axes and angular ones about the torso's own (MuJoCo's order);
 a leg's coordinates are hip flexion, abduction, rotation, knee, ankle, inversion. A foot has four points.

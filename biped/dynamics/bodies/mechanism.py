@@ -26,7 +26,7 @@ class Body(NamedTuple):
 
 
 GROUND = Body("ground", -1)
-"""What does not move; points and directions on it are the world's."""
+"""The body that does not move; points and directions on it are the world's."""
 
 
 class Joint(NamedTuple):

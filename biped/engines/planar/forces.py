@@ -1,4 +1,4 @@
-"""What MuJoCo's constraint solver leaves behind, read into the log: forces of ground and knee stops."""
+"""Forces of the ground and of the knees' stops, read from MuJoCo's constraint solver into the log."""
 
 from __future__ import annotations
 

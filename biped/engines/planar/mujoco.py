@@ -121,7 +121,7 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
 
 
 def _data(foreign: Foreign) -> mujoco.MjData:
-    """What a run steps, as good as new."""
+    """The model and data that a run steps, reset."""
     try:
         data = foreign.spare.pop()
     except IndexError:

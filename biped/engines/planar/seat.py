@@ -1,4 +1,4 @@
-"""What a seat does to the biped that MuJoCo moves: its force, which the solver leaves among those of all contacts.
+"""The force of a seat on a biped in MuJoCo, which the solver leaves among those of all contacts.
 
 Only the pelvis meets the seat, and the pelvis is the torso's. Of MuJoCo's constraint forces along the torso's own
 coordinates the feet's part is known from the log, and the stops act on none of them: what is left is the seat's.

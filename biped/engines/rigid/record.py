@@ -22,7 +22,7 @@ STAGES = 5
 """Evaluations of a Runge-Kutta step: four stages, and its end, which is the next one's start."""
 
 _ACTING = np.dtype([("Q", "f8", NQ), ("pushed", "u1"), ("push", "f8", (N_LINKS, 2))], align=True)
-"""What acts during a tick: generalized forces, and forces at the links' centres of mass [N]."""
+"""Loads during a tick: generalized forces, and forces at the links' centres of mass [N]."""
 
 _CONTACT = np.dtype(
     [
@@ -55,7 +55,7 @@ _SYSTEM = np.dtype(
 _MOTION = np.dtype(
     [("q_dot", "f8", NQ), ("v_dot", "f8", NQ), ("lam", "f8", N_ROWS), ("shift", "f8", NQ), ("power", "f8")], align=True
 )
-"""What an evaluation found; multipliers by row [N, N m]."""
+"""Result of one evaluation; multipliers by row [N, N m]."""
 
 _STAGES = np.dtype(
     [
@@ -65,7 +65,7 @@ _STAGES = np.dtype(
     ],
     align=True,
 )  # fmt: skip
-"""What the evaluations of a step found."""
+"""Results of the evaluations of a step."""
 
 _BRACKET = np.dtype(
     [

@@ -1,4 +1,4 @@
-"""What the law believed: changes of its leg states and of its rows in A. Nothing that a run is judged by."""
+"""Metrics of the law's belief: changes of its leg states and of its rows in A. A run is judged by none of them."""
 
 from __future__ import annotations
 

@@ -70,7 +70,7 @@ def _per_joint(t: Trajectory, sums: Driven, rows: int) -> dict[str, dict[str, fl
 
 
 def residual(t: Trajectory) -> float:
-    """What work leaves unexplained of the change of energy, relative to the work put in.
+    """The change of energy that no work explains, relative to the work put in.
 
     Where little is done it is relative to the largest kinetic energy of the links' or the whole robot's mass, at least
     to a hundredth of the energy of the start.
@@ -107,7 +107,7 @@ def _moving(t: Trajectory) -> float:
 
 
 def momentum_residual(t: Trajectory) -> float:
-    """What ground and seat, gravity and pushes leave unexplained of the momentum along the ground's normal.
+    """The change of momentum along the ground's normal that ground, seat, gravity and pushes do not explain.
 
     Relative to the impulse of the weight, of `LEAST_TIME` at least, or of what acted if that is more.
     """

@@ -1,4 +1,4 @@
-"""What a walk asks of motors and gears."""
+"""The demands of a walk on motors and gears."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What became of a run, and what is said of a law's own signals; of robots of any kind."""
+"""The outcome of a run, and means of a law's own signals; of robots of any kind."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a push is worth, and how a walk comes back from it: impulse in the field's units, recovery time, the next steps.
+"""Metrics of a push and of the walk's return from it: impulse in the field's units, recovery time, the next steps.
 
 Only of runs that are pushed; nothing here is computed for others.
 """

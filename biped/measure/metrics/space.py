@@ -1,4 +1,4 @@
-"""What only a robot that moves in space has: step width, heading, drift, and the margin of stability sideways."""
+"""Metrics of robots that move in space alone: step width, heading, drift, and the margin of stability sideways."""
 
 from __future__ import annotations
 

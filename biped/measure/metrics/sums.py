@@ -17,7 +17,7 @@ from biped.robot.gravity import GRAVITY
 
 
 class Driven(NamedTuple):
-    """What the actuators did in a span; powers are torque times rate in each row.
+    """Sums over the actuators in a span; powers are torque times rate in each row.
 
     Attributes:
         net: [W] sum of |sum of powers|.
@@ -74,7 +74,7 @@ def _driven(u, v, columns, limit, torque, squared, most, power):
 
 
 class Grounded(NamedTuple):
-    """What ground and feet did to each other in a span.
+    """Sums over the contact of ground and feet in a span.
 
     Attributes:
         lost: [J] work that contacts took: the force of each row times how far its point goes until the next.

@@ -50,7 +50,7 @@ class Mean:
 
 
 class Totals:
-    """What `biped.measure.metrics.aggregate` says of runs that come in pieces.
+    """The same as `biped.measure.metrics.aggregate`, of runs that come in pieces.
 
     Args:
         names: The metrics that are asked for; default: all.

@@ -1,4 +1,4 @@
-"""What walking, standing and sitting are: of a run that stayed up and whose sentinels hold, from its numbers.
+"""Definitions of walking, standing and sitting: of a run that stayed up and whose sentinels hold, from its numbers.
 
 A walker goes forward, by steps of one leg after the other, on ground that bears its weight. The bounds stand clear of
 what walks here show (all shipped scenarios and the four gaits at home): support 0.97 … 1.02, in the air for at most
@@ -124,7 +124,7 @@ def airborne(run: Mapping[str, Any]) -> bool:
 
 
 def _borne(numbers: Mapping[str, Any]) -> str | None:
-    """What says that the ground does not bear the biped's weight; None if it does."""
+    """The reason why the ground does not bear the biped's weight; None if it does."""
     flight, support = _real(numbers["flight"]), _real(numbers["support"])
     if not flight < FLIGHT:
         return "in the air"
@@ -134,7 +134,7 @@ def _borne(numbers: Mapping[str, Any]) -> str | None:
 
 
 def _no_steps(numbers: Mapping[str, Any]) -> str | None:
-    """What says that a run did not step along the ground; None if it did."""
+    """The reason why a run did not step along the ground; None if it did."""
     air = _borne(numbers)
     if air is not None:
         return air

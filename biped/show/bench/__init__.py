@@ -1,1 +1,1 @@
-"""What benchmarks measured, on a terminal."""
+"""Results of benchmarks, on a terminal."""

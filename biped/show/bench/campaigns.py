@@ -1,4 +1,4 @@
-"""What campaigns cost besides their runs, as a table."""
+"""The overhead of campaigns, as a table."""
 
 from __future__ import annotations
 

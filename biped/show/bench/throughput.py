@@ -1,4 +1,4 @@
-"""What a control tick, a run and every feature of a scene cost."""
+"""The time that a control tick, a run and every feature of a scene cost."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What double support, steps and alternation owe to the two numbers that say when a foot is on the ground.
+"""Double support, steps and alternation over the two numbers that decide when a foot is on the ground.
 
 `python -m biped.show.figures.contact` writes the figure of docs/results.md.
 """

@@ -22,7 +22,7 @@ STATE_NAMES = {1: "stance", 2: "heel off", 3: "swing", 4: "knee straight"}
 """Leg states 1 … 4."""
 PUSH = "#CC79A7"
 QUIET = "#9AA3AD"
-"""What is there for comparison."""
+"""Colour of curves that are there for comparison."""
 
 SETTINGS: dict[Any, Any] = {
     "font.size": 10.0,

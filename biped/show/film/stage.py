@@ -1,4 +1,4 @@
-"""What a frame shows: walkers, ground with a ruler, forces and pushes, seen by a camera that follows."""
+"""The stage of a film: walkers, ground with a ruler, forces and pushes, and a camera that follows."""
 
 from __future__ import annotations
 

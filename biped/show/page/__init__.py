@@ -65,7 +65,7 @@ def write_sections(sections: Sequence[Markup], out: Path, title: str) -> None:
 
 
 def kind_of(path: Path) -> str:
-    """What a path holds: a key of the sections."""
+    """The kind of result that a path holds: a key of the sections."""
     if path.is_file():
         return "regress"
     for name, kind in (

@@ -80,7 +80,7 @@ def _cards(*cards: Markup | None) -> Markup:
 
 
 def _asked(kept: Kept) -> str:
-    """What was run, in a line."""
+    """The runs of a campaign in a line."""
     s, count = kept.plan.scenario, len(kept.result["runs"])
     runs = "" if count == 1 else f"{count} runs of "
     slope = f", slope {value_of(s.ground.slope)}°" if s.ground.slope else ""

@@ -1,4 +1,4 @@
-"""What a campaign claims, each claim with its interval, and what so many runs cannot see."""
+"""Claims of a campaign, each with its interval, and the smallest effect that so many runs can see."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def headline(summary: Mapping[str, Any], runs: int) -> str:
 
 
 def alone(row: Mapping[str, Any]) -> str:
-    """What became of a single run, and the numbers that say most."""
+    """The outcome of a single run, and the numbers that say most."""
     parts = [f"{outcome(row).capitalize()}: {row['time']:.1f} s, {METRICS['distance'].text(row['distance'])} m"]
     for name in ("speed", "cost_of_transport"):
         if row[name] is not None and math.isfinite(row[name]):
@@ -104,7 +104,7 @@ def numbers(summary: Mapping[str, Any], thesis: Mapping[str, float], rows: Rows,
 
 
 def unseen(summary: Mapping[str, Any], rows: Rows, points: Rows, made: int) -> Markup:
-    """What this campaign could not see: the smallest drop that as many runs would show.
+    """The limit of this campaign: the smallest drop that as many runs would show.
 
     Args:
         summary: Of all runs.
@@ -134,7 +134,7 @@ def unseen(summary: Mapping[str, Any], rows: Rows, points: Rows, made: int) -> M
 
 
 def _drop(walked: int, runs: int) -> str:
-    """What drop of a rate shows in as many new runs."""
+    """The smallest drop of a rate that shows in as many new runs."""
     seen = smallest_drop(walked, runs)
     if seen is not None:
         return (

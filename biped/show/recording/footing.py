@@ -1,4 +1,4 @@
-"""What a walker in space stands on, where it has stepped, and where a foot would bring it to rest.
+"""Footing of a walker in space: its support, its steps, and where a foot would bring it to rest.
 
 All of it lies on the ground: the outline of the points that touch, of each foot where it stood, and the extrapolated
 centre of mass (the capture point): while it is inside the outline of what touches, the walker could stop there.

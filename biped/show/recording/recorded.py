@@ -1,4 +1,4 @@
-"""What goes into a recording, and where in it a run is put."""
+"""A recorded run: its parts, and its place in the recording."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from biped.show.recording.recorded import Placed, Recorded
 from biped.show.words import told, words
 
 FIVE = ("speed", "cost_of_transport", "double_support", "step_length", "peak_torque")
-"""What is looked at first."""
+"""Entities that the viewer shows first."""
 
 
 def log_report(recording: rr.RecordingStream, placed: Placed) -> None:

@@ -101,7 +101,7 @@ def _log_ground(recording: rr.RecordingStream, placed: Placed) -> None:
 
 
 def _log_seat(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -> None:
-    """What there is to sit on, and how it bears the pelvis."""
+    """The seat, and how it bears the pelvis."""
     trajectory = placed.run.trajectory
     box = spatial.seat(trajectory)
     if box is None:
@@ -116,7 +116,7 @@ def _log_seat(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -
 
 
 def _log_eye(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -> None:
-    """What the view moves with: upright, level with the ground below: it neither tilts nor bobs."""
+    """The frame that the view moves with: upright and level with the ground below, without tilt and bobbing."""
     trajectory = placed.run.trajectory
     slope = math.radians(trajectory.slope)
     along = trajectory.com[rows, 0]

@@ -45,12 +45,12 @@ LEG_STATES = tuple(
     )
 )
 _INFERRED = (150, 150, 155)
-"""What the robot believes, beside the truth."""
+"""Curves of the robot's belief, beside the truth."""
 _GAP = "-"
 _ON = {"1": ("on the ground", (90, 100, 110))}
 _IN_A = {"1": ("in A", (90, 100, 110))}
 _BASIS = {"0": ("from what touches", (90, 100, 110)), "1": ("from the gyro", (204, 60, 120))}
-"""What the inferred posture rests on."""
+"""Curves that the inferred posture rests on."""
 _PUSHING = {"1": ("push", (204, 60, 120))}
 
 
@@ -156,7 +156,7 @@ def log_states(recording: rr.RecordingStream, placed: Placed) -> None:
 
 
 def colour_word(number: int) -> str:
-    """What the colour of a run's curves is called."""
+    """The name of the colour of a run's curves."""
     return list(RUN_COLOURS)[number % len(RUN_COLOURS)]
 
 

@@ -125,7 +125,7 @@ SHRUNK = 0.1
 """Share of the change that may be left of it to count as back on the gait: a limit cycle is reached only in the end."""
 
 FELL, WALKS, RETURNED, IMPOSSIBLE = "fell", "walks", "returned", "impossible"
-"""What a change ends in: a fall; the walker is still up but not back; it is back; no such posture."""
+"""Ends of a change: a fall; the walker is still up but not back; it is back; no such posture."""
 
 
 class Basin(NamedTuple):
