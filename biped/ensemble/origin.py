@@ -1,4 +1,4 @@
-"""The origin of runs: the files and versions they depend on. Rows of different origin are never mixed in one journal."""
+"""The origin of runs, the files and versions they depend on. Rows of different origin never mix in one journal."""
 
 from __future__ import annotations
 
