@@ -30,7 +30,7 @@ from biped.robot.law_factory import Factory, factory_of
 from biped.scenario.inline import setting
 from biped.scenario.keys import Scenario
 from biped.studies import comparison
-from biped.studies.making import Done
+from biped.studies.making import ScenarioResult
 from biped.studies.planned import plan_of, title_of
 from biped.studies.run import run_plan, save
 
@@ -103,7 +103,7 @@ class Result:
         thresholds: Of a sweep, where walking ends; else empty.
     """
 
-    def __init__(self, done: Done):
+    def __init__(self, done: ScenarioResult):
         self._done = done
         self.scenario = done.plan.scenario
         self.passed: bool | None = done.result["passed"]

@@ -12,7 +12,7 @@ import re
 import numpy as np
 import pytest
 
-from biped.control.planar.sensors import Sensors
+from biped.control.planar.sensors import PlanarSensors
 from biped.ensemble.campaign import simulate
 from biped.measure.metrics import assess
 from biped.measure.trajectory import Trajectory
@@ -130,13 +130,13 @@ def test_on_ice_only_a_push_changes_the_momentum():
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_a_sensor_that_fails(monkeypatch, bad):
-    made = Sensors.__init__
+    made = PlanarSensors.__init__
 
     def broken(self, *arguments):
         made(self, *arguments)
         self.noise[1, 150:, 4] = bad
 
-    monkeypatch.setattr(Sensors, "__init__", broken)
+    monkeypatch.setattr(PlanarSensors, "__init__", broken)
     t = run("sensors.angle_noise=1e-6")
     assert outcome(t) == FAILED
     assert assess(t, (0.0, 0.6)).numbers["time"] == 0.149

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from biped.base.errors import InputError
-from biped.base.text import echo, said, short
+from biped.base.text import echo, safe, short
 
 PACKAGE = Path(__file__).parents[1]
 """Folder of the package."""
@@ -73,12 +73,12 @@ def locate(kind: str, name: str, asked_by: str, beside: Path | None = None) -> P
     if near:
         hint = f"did you mean the file '{near[0]}'?"
     elif kind == "scenarios" and name.endswith((SUFFIX["models"], URDF)) and is_file(Path(name)):
-        hint = f"'{said(name)}' is a model: biped model says what it is, and a scenario names it (docs/robots.md)"
+        hint = f"'{safe(name)}' is a model: biped model says what it is, and a scenario names it (docs/robots.md)"
     else:
         hint = nearest(Path(name).stem, names(kind))
     files = f"*{suffix} or *{URDF}" if kind == "models" else f"*{suffix}"
     raise InputError(
-        f"{f'{asked_by}: ' if asked_by else ''}no {kind[:-1]} '{said(name)}'; expected the path of a "
+        f"{f'{asked_by}: ' if asked_by else ''}no {kind[:-1]} '{safe(name)}'; expected the path of a "
         f"file {files} or a name: {hint}"
     )
 
@@ -134,7 +134,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     try:
         return parse_toml(text)
     except ValueError as error:
-        raise InputError(f"{label(path)}: not a TOML file: {said(error)}") from None
+        raise InputError(f"{label(path)}: not a TOML file: {safe(error)}") from None
 
 
 def parse_toml(text: str) -> dict[str, Any]:

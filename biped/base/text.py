@@ -33,7 +33,7 @@ def short(text: Any, most: int = ECHO) -> str:
     return f"{text[:head]}…{text[len(text) - (most - 1 - head) :]}"
 
 
-def said(text: Any) -> str:
+def safe(text: Any) -> str:
     """A name or text that somebody wrote, to be repeated in a complaint."""
     return short(plain(text))
 

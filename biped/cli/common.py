@@ -86,9 +86,9 @@ def print_json(result: Mapping[str, Any]) -> None:
 
 def print_all(results: Sequence[Mapping[str, Any]]) -> None:
     """Prints one object: a scenario's result, or those of several with their common verdict."""
-    from biped.ensemble.results import told
+    from biped.ensemble.results import without_rows
 
-    shown = [told(result) for result in results]
+    shown = [without_rows(result) for result in results]
     print_json(shown[0] if len(results) == 1 else {"passed": all_passed(results), "results": shown})
 
 

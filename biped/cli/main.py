@@ -15,7 +15,7 @@ from pkgutil import iter_modules
 
 from biped.base import VERSION
 from biped.base.errors import InputError
-from biped.base.text import said
+from biped.base.text import safe
 from biped.base.trust import trusting
 from biped.cli import commands as folder
 from biped.cli.common import BAD_INPUT, FAILED, STOPPED
@@ -59,7 +59,7 @@ def parsed(argv: Sequence[str] | None) -> argparse.Namespace:
         try:
             word.encode()
         except UnicodeEncodeError:
-            raise InputError(f"{said(word)}: expected arguments in UTF-8") from None
+            raise InputError(f"{safe(word)}: expected arguments in UTF-8") from None
     parser = build()
     args, unknown = parser.parse_known_args(argv)
     if unknown:
@@ -68,7 +68,7 @@ def parsed(argv: Sequence[str] | None) -> argparse.Namespace:
         options = [option for action in commands_of(parser)[args.command]._actions for option in action.option_strings]
         word = unknown[0]
         hint = nearest(word, [option for option in options if option.startswith("--")])
-        raise InputError(f"{said(word)}: not something that biped {args.command} takes; {hint}")
+        raise InputError(f"{safe(word)}: not something that biped {args.command} takes; {hint}")
     return args
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any, NoReturn, TypeAlias
 
 from biped.base.errors import InputError
-from biped.base.text import said
+from biped.base.text import safe
 
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 """The commands of a command line, to which parsers are added."""
@@ -25,7 +25,7 @@ class Parser(argparse.ArgumentParser):
         if unknown:
             known = list(commands_of(self))
             raise InputError(
-                f"command '{said(unknown[1])}': expected one of {', '.join(known)}; {nearest(unknown[1], known)}"
+                f"command '{safe(unknown[1])}': expected one of {', '.join(known)}; {nearest(unknown[1], known)}"
             )
         raise InputError(f"{message.removeprefix('argument ')}; see: {self.prog} --help")
 
@@ -35,7 +35,7 @@ def whole(text: str) -> int:
     try:
         return int(text) if len(text) < 20 else int("too many digits")
     except ValueError:
-        raise argparse.ArgumentTypeError(f"expected a whole number, got '{said(text)}'") from None
+        raise argparse.ArgumentTypeError(f"expected a whole number, got '{safe(text)}'") from None
 
 
 def number(text: str) -> float:
@@ -43,7 +43,7 @@ def number(text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"expected a number, got '{said(text)}'") from None
+        raise argparse.ArgumentTypeError(f"expected a number, got '{safe(text)}'") from None
 
 
 def command_parser(

@@ -11,7 +11,7 @@ from importlib import import_module
 from typing import Any
 
 from biped.base.errors import InputError
-from biped.base.text import said
+from biped.base.text import safe
 
 SETTING = "MUJOCO_GL"
 _DRAWING = {"Renderer": "mujoco.renderer", "GLContext": "mujoco.gl_context"}
@@ -33,7 +33,7 @@ def import_mujoco() -> None:
         try:
             import_module("mujoco")
         except Exception as error:  # whatever a library of graphics raises that is not there
-            what = f"MUJOCO_GL={said(os.environ[SETTING])}: MuJoCo cannot draw with it: {said(error)}"
+            what = f"MUJOCO_GL={safe(os.environ[SETTING])}: MuJoCo cannot draw with it: {safe(error)}"
             raise InputError(f"{what}; expected egl, osmesa or glfw, as far as it is installed, or nothing") from None
         return
     os.environ[SETTING] = "disable"

@@ -15,7 +15,7 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import label
-from biped.control.loading import in_words, interrupts, load_law, said, signal_names
+from biped.control.loading import error_text, in_words, interrupts, load_law, signal_names
 from biped.control.observation import Observation
 from biped.robot.build import Command
 from biped.robot.robot import Robot
@@ -155,7 +155,7 @@ class Commander:
         except BaseException as error:
             if interrupts(error):
                 raise
-            what = f"{name}: {name.rpartition(':')[2].strip()}(setup) raised {said(error, file)}"
+            what = f"{name}: {name.rpartition(':')[2].strip()}(setup) raised {error_text(error, file)}"
             raise InputError(what, "law") from error
         if not callable(torques):
             raise InputError(f"{name}: expected a method torques(sensed) that returns {size} numbers", "law")
@@ -173,7 +173,7 @@ class Commander:
         except BaseException as error:
             if interrupts(error):
                 raise
-            self._fail(k, sensed.time, f"raised {type(error).__name__}", said(error, self._file), error)
+            self._fail(k, sensed.time, f"raised {type(error).__name__}", error_text(error, self._file), error)
         if type(out) is not np.ndarray or out.dtype != np.float64 or out.shape != (self.size,):
             out = self._numbers(k, sensed.time, out)
         if self.signals.names:

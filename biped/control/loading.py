@@ -41,7 +41,7 @@ def signal_names(signals: Any, fault: Callable[[str], InputError]) -> tuple[str,
     return tuple(signals)
 
 
-def said(error: BaseException, file: str) -> str:
+def error_text(error: BaseException, file: str) -> str:
     """An exception in words, with the line of the user's file that it came from."""
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
     where = f" ({Path(file).name}, line {lines[-1]})" if lines else ""
@@ -103,7 +103,7 @@ def load_law(law: str, sha256: str | None = None) -> type:
     except BaseException as error:
         if interrupts(error):
             raise
-        raise InputError(f"law: importing {shown} raised {said(error, file)}", "law") from error
+        raise InputError(f"law: importing {shown} raised {error_text(error, file)}", "law") from error
     finally:
         sys.path.pop()
         _forget(set(sys.modules) - before, Path(file).parent)

@@ -18,7 +18,7 @@ from biped.ensemble.backend import Jobs, at_most
 from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
 from biped.ensemble.processes import FORKS
-from biped.ensemble.rows import LOST, Row
+from biped.ensemble.rows import FLAGS, LOST, Row
 from biped.measure.metrics import assess
 from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
@@ -60,7 +60,7 @@ def run_one(plan: Plan, index: int) -> tuple[Trajectory, Row]:
     run = plan.run(index)
     with np.errstate(all="ignore"):  # what blows up overflows, and is called so
         trajectory, numbers = assess(simulate(run), run.scenario.interval)
-    told = {name: bool(numbers.pop(name)) for name in ("walked", "diverged", "doubtful")}
+    told = {name: bool(numbers.pop(name)) for name in FLAGS}
     row = Row(
         index=index,
         seed=run.seed,

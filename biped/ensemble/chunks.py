@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from biped.base.errors import InputError, RunError
-from biped.base.text import said
+from biped.base.text import safe
 from biped.base.trust import trusting
 from biped.ensemble.backend import WAIT
 from biped.ensemble.campaign import lost_row, run_one
@@ -203,5 +203,5 @@ def shard_of(text: str) -> Shard:
     """
     found = re.fullmatch(r"(\d{1,7})/(\d{1,7})", text, re.ASCII)
     if found is None or not 1 <= int(found[1]) <= int(found[2]):
-        raise InputError(f"--shard {said(text)}: expected I/N with 1 <= I <= N, such as 3/40")
+        raise InputError(f"--shard {safe(text)}: expected I/N with 1 <= I <= N, such as 3/40")
     return Shard(int(found[1]), int(found[2]))

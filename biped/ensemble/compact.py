@@ -83,13 +83,13 @@ def compact(folder: Path, parts: Sequence[PartFile]) -> None:
     platforms = tuple(sorted({platform for part in parts for platform in part.about.platforms}))
     about = About(parts[0].about.origin, platforms, tuple(lost), compact=True)
     kept: set[Path] = set()
-    file: _File | None = None
+    file: _GroupFile | None = None
     try:
         for group in _regrouped(rows_of(pieces)):
             if file is not None and file.full:
                 kept.add(file.close())
                 file = None
-            file = _File(folder, about, group) if file is None else file
+            file = _GroupFile(folder, about, group) if file is None else file
             file.write(group)
         if file is not None:
             kept.add(file.close())
@@ -104,7 +104,7 @@ def compact(folder: Path, parts: Sequence[PartFile]) -> None:
         left.unlink(missing_ok=True)
 
 
-class _File:
+class _GroupFile:
     """A file that is being written."""
 
     def __init__(self, folder: Path, about: About, group: pyarrow.Table):

@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 
 from biped.base.errors import InputError
-from biped.base.text import echo, said
+from biped.base.text import echo, safe
 from biped.ensemble.runs import Runs
 from biped.robot.law_factory import Factory
 from biped.robot.robot import Robot
@@ -125,7 +125,7 @@ class Plan:
                 except InputError as error:
                     if not values:
                         raise
-                    shown = said(", ".join(f"{said(key)} = {echo(value)}" for key, value in values.items()))
+                    shown = safe(", ".join(f"{safe(key)} = {echo(value)}" for key, value in values.items()))
                     asked = DRAW._replace(run=index) if self.scenario.randomise.draw else SWEEP
                     raise asked.fault(f": {shown}: {error}") from error
 

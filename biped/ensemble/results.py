@@ -51,7 +51,7 @@ def result_of(name: str, plan: Plan, rows: Sequence[Row] | StoredRows) -> dict[s
     }
 
 
-def told(result: Mapping[str, Any]) -> dict[str, Any]:
+def without_rows(result: Mapping[str, Any]) -> dict[str, Any]:
     """A result as result.json and `--json` tell it: the rows of a large campaign lie in files of their own."""
     return {key: value for key, value in result.items() if not isinstance(value, StoredRows)}
 

@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 
 from biped.measure.metrics.walking import apart
 from biped.measure.verdict import SOUND
+from biped.scenario.metrics import METRICS, Metric
 
 NAN = math.nan
 
 
-class Row(msgspec.Struct, frozen=True, kw_only=True):
-    """One run: which it was, how it ended, and every metric (nan where it does not exist).
+FLAGS = ("walked", "diverged", "doubtful")
+"""Counts that are true or false of a single run."""
+
+
+class RowHead(msgspec.Struct, frozen=True, kw_only=True):
+    """The part of a run's row that says which run it was and how it ended.
 
     Attributes:
         index: Number in the campaign.
@@ -26,79 +31,6 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
         cause: How it ended, in words; empty if completed.
         verdict: On its numbers: `sound`, `doubtful` or `diverged` (`biped.measure.verdict`).
         doubt: Which sentinels failed; empty of sound numbers.
-        diverged: Whether the verdict is that.
-        doubtful: Whether the verdict is that.
-        walked: Whether it walked (`biped.measure.metrics`).
-        stood: 1 if it stood still in the window.
-        sat: 1 if it sat still in the window.
-        time: [s] simulated.
-        distance: [m] along the ground.
-        speed: [m/s] mean over the window.
-        speed_std: [m/s] standard deviation over the window.
-        froude: Speed / sqrt(g leg length).
-        cost_of_transport: Net.
-        cost_of_transport_absolute: Of the sum of absolute joint powers.
-        cost_of_transport_positive: Of the positive joint powers.
-        cost_of_transport_heat: Of the motors' I²R.
-        cost_of_transport_electrical: Of the electrical power that motors draw.
-        step_length: [m] heel to heel.
-        step_frequency: [1/s].
-        steps: Foot strikes in the window.
-        alternation: Share of foot strikes of the other leg than the one before.
-        strayed: [m] furthest that the torso was from its mean place.
-        stopping_distance: [m] travelled after the first change; nan of a run without one, or that did not stand.
-        double_support: Share of the window with both feet on the ground.
-        flight: Share with neither.
-        duty: Share of it that a foot is on the ground.
-        step_duration: [s] from foot strike to foot strike.
-        step_width: [m] from foot to foot across the heading.
-        cross_over: Share of foot strikes beyond the other foot.
-        margin_of_stability: [m] sideways, of the extrapolated centre of mass.
-        heading: [degrees] change over the run, to the left positive.
-        drift: [m] sideways, to the left positive.
-        peak_torque: [N m] largest joint torque.
-        mean_torque: [N m] mean of their absolute values.
-        rms_torque: [N m] largest root mean square of a joint's.
-        motor_load: Largest of them / what motor and gear bear continuously.
-        gear_load: Peak torque / what the gear bears intermittently.
-        beyond_gear: Share of ticks beyond that.
-        beyond_line: Share of ticks beyond the motors' torque-speed line.
-        saturation: Share of ticks with a torque at its limit.
-        peak_power: [W] largest joint power.
-        torque_rate: [N m/ms] mean of the largest change from tick to tick.
-        switches: [1/s] changes of leg state.
-        constraint_switches: [1/s] changes of the rows in A.
-        peak_force: [N] largest normal force of a point.
-        support: Mean normal ground force / weight.
-        seat_load: Mean normal force of the seat / weight; nan without a seat.
-        centre_of_pressure: Mean place under a foot, 0 heel … 1 toe.
-        slip: [m/m] sliding of loaded points per distance.
-        penetration: [m] deepest point.
-        clearance: [m] lowest toe or heel in the middle of a swing.
-        torso_lean: [degrees] mean, forward positive.
-        torso_sway: [degrees] standard deviation.
-        torso_error: [degrees] root mean square error of the inferred torso angle.
-        torso_error_worst: [degrees] largest.
-        underactuated: Share of ticks in which it rests on the gyro.
-        longest_gap: [s] longest stretch of them.
-        gyro_clipped: Share of ticks with the gyro beyond its range.
-        push_impulse: [N s] of the strongest push, forward positive; these are nan of a run that is not pushed.
-        push_speed: [m/s] impulse / mass.
-        push_froude: Impulse / (mass sqrt(g leg length)).
-        recovery_time: [s] from the end of the last push until all steps are as before it.
-        first_step: [m] length of the first step after the last push.
-        second_step: [m].
-        third_step: [m].
-        fourth_step: [m].
-        energy_residual: Energy that nothing explains / work.
-        energy_from_nowhere: Most energy that nothing put in / work.
-        momentum_residual: Vertical momentum that nothing explains / impulse.
-        link_speed: [m/s] largest of a link's centre of mass.
-        contact_loss: [W] mean power lost in contacts.
-        leg_states: Commonest `cycle` of leg states and its `share`; None for a run that ended before the window.
-        per_joint: Peak and mean torque [N m] and peak power [W] of hip, knee and ankle; likewise.
-        signals: Mean, smallest and largest in the window of what a law of the user's own logged, by name.
-        warnings: The engine's, name to count.
     """
 
     index: int
@@ -109,79 +41,48 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     cause: str
     verdict: str = SOUND
     doubt: str = ""
-    diverged: bool = False
-    doubtful: bool = False
-    walked: bool
-    stood: int
-    sat: int = 0
-    time: float
-    distance: float = NAN
-    speed: float = NAN
-    speed_std: float = NAN
-    froude: float = NAN
-    cost_of_transport: float = NAN
-    cost_of_transport_absolute: float = NAN
-    cost_of_transport_positive: float = NAN
-    cost_of_transport_heat: float = NAN
-    cost_of_transport_electrical: float = NAN
-    step_length: float = NAN
-    step_frequency: float = NAN
-    steps: float = NAN
-    alternation: float = NAN
-    strayed: float = NAN
-    stopping_distance: float = NAN
-    double_support: float = NAN
-    flight: float = NAN
-    duty: float = NAN
-    step_duration: float = NAN
-    step_width: float = NAN
-    cross_over: float = NAN
-    margin_of_stability: float = NAN
-    heading: float = NAN
-    drift: float = NAN
-    peak_torque: float = NAN
-    mean_torque: float = NAN
-    rms_torque: float = NAN
-    motor_load: float = NAN
-    gear_load: float = NAN
-    beyond_gear: float = NAN
-    beyond_line: float = NAN
-    saturation: float = NAN
-    peak_power: float = NAN
-    torque_rate: float = NAN
-    switches: float = NAN
-    constraint_switches: float = NAN
-    peak_force: float = NAN
-    support: float = NAN
-    seat_load: float = NAN
-    centre_of_pressure: float = NAN
-    slip: float = NAN
-    penetration: float = NAN
-    clearance: float = NAN
-    torso_lean: float = NAN
-    torso_sway: float = NAN
-    torso_error: float = NAN
-    torso_error_worst: float = NAN
-    underactuated: float = NAN
-    longest_gap: float = NAN
-    gyro_clipped: float = NAN
-    push_impulse: float = NAN
-    push_speed: float = NAN
-    push_froude: float = NAN
-    recovery_time: float = NAN
-    first_step: float = NAN
-    second_step: float = NAN
-    third_step: float = NAN
-    fourth_step: float = NAN
-    energy_residual: float = NAN
-    energy_from_nowhere: float = NAN
-    momentum_residual: float = NAN
-    link_speed: float = NAN
-    contact_loss: float = NAN
+
+
+def _least(metric: Metric) -> float:
+    """The value of a metric in a run that has none."""
+    return NAN if metric.kind == "mean" else False if metric.name in FLAGS else 0
+
+
+if TYPE_CHECKING:
+
+    class RowMetrics(RowHead, frozen=True, kw_only=True):
+        """A row with a field for every metric of one run."""
+
+        walked: bool = False
+        stood: int = 0
+        time: float = NAN
+
+        def __getattr__(self, name: str) -> Any: ...
+
+else:
+    RowMetrics = msgspec.defstruct(
+        "RowMetrics",
+        [(name, Any, _least(metric)) for name, metric in METRICS.items() if name != "falls"],
+        bases=(RowHead,),
+        frozen=True,
+        kw_only=True,
+    )
+
+
+class Row(RowMetrics, frozen=True, kw_only=True):
+    """One run: which it was, how it ended, and every metric of `METRICS` but `falls`; nan where it does not exist.
+
+    Attributes:
+        leg_states: Commonest `cycle` of leg states and its `share`; None for a run that ended before the window.
+        per_joint: Peak and mean torque [N m] and peak power [W] of hip, knee and ankle; likewise.
+        signals: Mean, smallest and largest in the window of what a law of the user's own logged, by name.
+        warnings: The engine's, name to count.
+    """
+
     leg_states: dict[str, Any] | None = None
     per_joint: dict[str, dict[str, float]] | None = None
     signals: dict[str, dict[str, float]] | None = None
-    warnings: dict[str, int] = {}
+    warnings: dict[str, int] = msgspec.field(default_factory=dict)
 
     @property
     def lost(self) -> bool:

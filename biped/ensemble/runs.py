@@ -11,7 +11,7 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import locate, nearest
-from biped.base.text import said
+from biped.base.text import safe
 from biped.robot.ground import begin_beyond, first_of, profile_of
 from biped.robot.law_factory import Factory
 from biped.robot.load import RobotStarts, load_robot, starts_of
@@ -154,7 +154,7 @@ def _pushes(s: Scenario, robot: Robot) -> Scenario:
         body = trunk if push.body == "torso" and push.body not in robot.bodies else push.body
         if body not in robot.bodies:
             hint = nearest(body, list(robot.bodies))
-            raise InputError(f"push[{i}].body: model '{s.model}' has no body '{said(body)}'; {hint}", f"push[{i}].body")
+            raise InputError(f"push[{i}].body: model '{s.model}' has no body '{safe(body)}'; {hint}", f"push[{i}].body")
         check_force(robot, push.force, f"push[{i}].force", s.model)
         pushes.append(push if body == push.body else msgspec.structs.replace(push, body=body))
     return msgspec.structs.replace(s, push=tuple(pushes))

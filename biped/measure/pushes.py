@@ -10,7 +10,7 @@ from biped.measure.trajectory import Trajectory
 from biped.scenario.pushing import PIECE
 
 
-class Shown(NamedTuple):
+class PushInterval(NamedTuple):
     """A push from its begin to its end.
 
     Attributes:
@@ -48,7 +48,7 @@ class Shown(NamedTuple):
         return float(np.linalg.norm(self.force, axis=1).max())
 
 
-def pushes_of(t: Trajectory) -> list[Shown]:
+def pushes_of(t: Trajectory) -> list[PushInterval]:
     """The pushes of a run in the order of the scenario."""
     groups: list[list[tuple[Any, ...]]] = []
     for piece in t.pushes:
@@ -58,7 +58,7 @@ def pushes_of(t: Trajectory) -> list[Shown]:
         else:
             groups.append([piece])
     return [
-        Shown(
+        PushInterval(
             body=group[0][-1],
             time=np.array([group[0][0], *(piece[1] for piece in group)]),
             force=np.array([piece[2:-1] for piece in group]),

@@ -176,7 +176,7 @@ def cost_of_transport(t: Trajectory) -> np.ndarray:
     if t.robot.seven_links is not None:
         power = np.abs((t.applied * t.v).sum(axis=1))
     else:
-        power = np.abs(t.given / t.tick if t.generalized else (t.u * t.rate).sum(axis=1))
+        power = np.abs(t.input_work / t.tick if t.generalized else (t.u * t.rate).sum(axis=1))
     work = np.concatenate([[0.0], np.cumsum(power[:-1])]) * t.tick
     distance = np.abs(t.x - t.x[0])
     far = np.where(distance < _STARTED, np.nan, distance)

@@ -202,7 +202,7 @@ class Trajectory:
         return self._true("work")
 
     @cached_property
-    def given(self) -> np.ndarray:
+    def input_work(self) -> np.ndarray:
         """(n,) [J] of actuators and pushes in the steps after each row."""
         return self._true("given")
 

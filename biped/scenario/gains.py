@@ -11,7 +11,7 @@ from biped.base.typed import convert
 from biped.scenario.section import Degrees, Four, NonNegative, Positive, Real, Section, Springs
 
 
-class Part(Section, frozen=True):
+class PartialGains(Section, frozen=True):
     """Gains of which some may be missing."""
 
     def replaced(self, by: Any) -> Any:
@@ -24,7 +24,7 @@ class Part(Section, frozen=True):
         for name in self._names():
             value = getattr(self, name)
             out += [name] if value is None else []
-            out += [f"{name}.{inner}" for inner in value.missing()] if isinstance(value, Part) else []
+            out += [f"{name}.{inner}" for inner in value.missing()] if isinstance(value, PartialGains) else []
         return out
 
     @classmethod
@@ -35,10 +35,10 @@ class Part(Section, frozen=True):
 def _replaced(old: Any, new: Any) -> Any:
     if new is None or old is None:
         return old if new is None else new
-    return old.replaced(new) if isinstance(old, Part) else new
+    return old.replaced(new) if isinstance(old, PartialGains) else new
 
 
-class Placement(Part, frozen=True):
+class Placement(PartialGains, frozen=True):
     """Where a swinging foot goes sideways: abduction by c_v v_y + c_d (y - half the distance of the hips).
 
     v_y is the velocity of the centre of mass and y its distance from the stance foot, both towards the swinging leg.
@@ -52,7 +52,7 @@ class Placement(Part, frozen=True):
     velocity: Real | None = None
 
 
-class Frontal(Part, frozen=True):
+class Frontal(PartialGains, frozen=True):
     """Gains across the direction of walking: the same symbols for roll, abduction and inversion, outward positive.
 
     Attributes:
@@ -78,7 +78,7 @@ class Frontal(Part, frozen=True):
     placement: Placement | None = None
 
 
-class Axial(Part, frozen=True):
+class Axial(PartialGains, frozen=True):
     """Gains about the links' own axes: the same symbols for the torso's yaw and the thighs' rotation, outward positive.
 
     Attributes:
@@ -98,7 +98,7 @@ class Axial(Part, frozen=True):
     theta_l: Four | None = None
 
 
-class Gains(Part, frozen=True):
+class Gains(PartialGains, frozen=True):
     """Gains that replace those of the controller file; same keys.
 
     Attributes:
@@ -154,7 +154,7 @@ def single(names: Sequence[str] = GAINS) -> list[str]:
     return [each for name in names for each in _single(Gains, "", name)]
 
 
-def _single(kind: type[Part], at: str, name: str) -> Iterator[str]:
+def _single(kind: type[PartialGains], at: str, name: str) -> Iterator[str]:
     whole, _, rest = name.partition(".")
     if whole not in kind.__struct_fields__:
         return
@@ -168,7 +168,7 @@ def _single(kind: type[Part], at: str, name: str) -> Iterator[str]:
         yield f"{at}{name}"
 
 
-_PARTS: dict[str, type[Part]] = {kind.__name__: kind for kind in (Placement, Frontal, Axial)}
+_PARTS: dict[str, type[PartialGains]] = {kind.__name__: kind for kind in (Placement, Frontal, Axial)}
 
 
 def number(gains: Gains, name: str) -> float:

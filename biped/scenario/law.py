@@ -10,7 +10,7 @@ from pathlib import Path
 
 from biped.base.errors import InputError
 from biped.base.files import is_file, nearest
-from biped.base.text import said
+from biped.base.text import safe
 from biped.base.trust import grant, refusal, trusted
 from biped.scenario.valid import Fail
 
@@ -32,7 +32,7 @@ def find_law(text: str, beside: Path | None, fail: Fail) -> str:
     """
     file, colon, name = text.rpartition(":")
     if not colon or not file.endswith(".py") or not name.isidentifier():
-        raise fail("law", f"expected 'path.py:Class', got '{said(text)}'")
+        raise fail("law", f"expected 'path.py:Class', got '{safe(text)}'")
     places = [Path()] if beside is None else [beside, Path()]
     for place in places:
         path = place / file
@@ -42,7 +42,7 @@ def find_law(text: str, beside: Path | None, fail: Fail) -> str:
         there = [str(p) for place in dict.fromkeys(places) for p in sorted(place.glob("*.py"))]
         raise fail(
             "law",
-            f"no file '{said(file)}'; expected a Python file, relative to the scenario or the working folder: "
+            f"no file '{safe(file)}'; expected a Python file, relative to the scenario or the working folder: "
             f"{nearest(file, there)}",
         )
     if beside is None:

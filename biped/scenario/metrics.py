@@ -153,12 +153,12 @@ METRICS: dict[str, Metric] = {metric.name: metric for metric in _ALL}
 _TABLES = ("head", "run", "engines", "file")
 
 
-def shown_in(table: str) -> list[Metric]:
+def metrics_of_table(table: str) -> list[Metric]:
     """The metrics of a table, smaller tables' included; see `Metric.table`."""
     return [metric for metric in _ALL if _TABLES.index(metric.table) <= _TABLES.index(table)]
 
 
-HEAD: tuple[str, ...] = tuple(metric.name for metric in shown_in("head"))
+HEAD: tuple[str, ...] = tuple(metric.name for metric in metrics_of_table("head"))
 """Columns of every table: speed, net cost of transport and double support."""
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from biped.base.text import echo, said
+from biped.base.text import echo, safe
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import BUILT_IN, SPATIAL, Keys
 from biped.scenario.valid import Fail
@@ -67,7 +67,7 @@ def taken(s: Scenario, fail: Fail) -> None:
     if vain := list(_in_vain(s, read)):
         first, *others = vain
         who = f"law '{s.law}'" if s.law in BUILT_IN else "a law of one's own"
-        nor = f", nor of {said(', '.join(one.dotted for one in others))}" if others else ""
+        nor = f", nor of {safe(', '.join(one.dotted for one in others))}" if others else ""
         reads = (
             f"; of [{first.table}] it reads {', '.join(read[first.table]) or 'nothing'}" if first.table in ALL else ""
         )

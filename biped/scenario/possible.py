@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from biped.base.files import nearest
-from biped.base.text import said
+from biped.base.text import safe
 from biped.scenario.expect import check_bounds
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import own_law
@@ -131,7 +131,7 @@ def _searched(s: Scenario, fail: Fail) -> None:
     test = s.standard
     for name in test.shows:
         if name not in METRICS:
-            raise fail("standard.shows", f"unknown metric '{said(name)}'; {nearest(name, list(METRICS))}")
+            raise fail("standard.shows", f"unknown metric '{safe(name)}'; {nearest(name, list(METRICS))}")
     if test.key is None:
         return
     if test.step == 0.0 or (test.last - test.first) * test.step < 0.0:

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from biped.base.errors import InputError
 from biped.base.files import DEEPEST, canonical, layered, locate, merge, parse_toml
-from biped.base.text import said
+from biped.base.text import safe
 from biped.scenario import thesis
 from biped.scenario.gait import read_settings
 from biped.scenario.general import lay_under, make_general
@@ -85,7 +85,7 @@ _SETTING = re.compile(rf"\s*(?P<key>(?:{_PART})(?:\s*\.\s*(?:{_PART}))*)\s*=(?P<
 
 
 def _change(text: str) -> dict[str, Any]:
-    written, shown = _SETTING.fullmatch(text), said(text)
+    written, shown = _SETTING.fullmatch(text), safe(text)
     if written is None:
         raise InputError(f"--set {shown}: expected KEY=VALUE, such as ground.slope=2 or start.posture=flat")
     value = written["value"]
@@ -98,7 +98,7 @@ def _change(text: str) -> dict[str, Any]:
             raise InputError(f"--set {shown}: expected one value, got several lines")
     except ValueError:
         if not re.fullmatch(r"[^\s\"'\[\]{}=,]+", value.strip()):
-            what = said(value)
+            what = safe(value)
             raise InputError(f"--set {shown}: '{what}' is neither a TOML value nor a single word") from None
         parsed = {"value": value.strip()}
     table: dict[str, Any] = {parts[-1]: parsed["value"]}
@@ -203,7 +203,7 @@ def from_text(text: str, where: Path) -> Scenario:
     try:
         return _checked(parse_toml(text), {}, where).scenario
     except ValueError as error:
-        raise InputError(f"{where}: not a TOML file: {said(error)}") from None
+        raise InputError(f"{where}: not a TOML file: {safe(error)}") from None
 
 
 def changed(scenario: Scenario, part: dict[str, Any], where: Path) -> Scenario:

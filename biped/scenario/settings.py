@@ -136,7 +136,7 @@ def settings_on(model: Path, gait: Settings, reading: Settings) -> Settings:
     return settings
 
 
-def made_for(s: Scenario) -> Settings:
+def gait_settings(s: Scenario) -> Settings:
     """The settings of a scenario that a gait found in it was made for: those that are not its robot's own."""
     habits, tables = habits_of(locate("models", s.model, "model")), {}
     for name, kind in GAIT.items():

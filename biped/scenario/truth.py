@@ -9,7 +9,7 @@ from msgspec import Meta
 from biped.scenario.section import Factor, Name, NonNegative, Real, Section, Seven
 
 
-class Part(Section, frozen=True):
+class BodyTruth(Section, frozen=True):
     """A body of a robot of any kind.
 
     Attributes:
@@ -47,4 +47,4 @@ class Truth(Section, frozen=True):
     length: Seven = (1.0,) * 7
     joint_damping: NonNegative = 0.0
     hip_mass: NonNegative = 0.0
-    part: Annotated[tuple[Part, ...], Meta(max_length=1000)] = ()
+    part: Annotated[tuple[BodyTruth, ...], Meta(max_length=1000)] = ()

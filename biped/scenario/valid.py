@@ -13,19 +13,19 @@ import msgspec
 from biped.base import typed
 from biped.base.errors import InputError
 from biped.base.files import nearest
-from biped.base.text import echo, said
+from biped.base.text import echo, safe
 from biped.scenario.change import Change
 from biped.scenario.expect import Bound
 from biped.scenario.metrics import METRICS
 from biped.scenario.push import Push
 from biped.scenario.randomise import Distribution
 from biped.scenario.robot import Foot
-from biped.scenario.truth import Part
+from biped.scenario.truth import BodyTruth
 
 MOST_DIGITS = 2**63
 """Beyond it lies no whole number that a file can mean."""
 
-LISTS: dict[str, type] = {"push": Push, "change": Change, "foot": Foot, "part": Part}
+LISTS: dict[str, type] = {"push": Push, "change": Change, "foot": Foot, "part": BodyTruth}
 """Lists of tables, and what each of their tables is."""
 
 Fail = Callable[[str, str], InputError]
@@ -76,7 +76,7 @@ def known_keys(data: Any, kind: type, at: str, fail: Fail) -> None:
     for key, value in data.items():
         dotted = f"{at}{key}"
         if key not in hints:
-            raise fail(said(dotted), f"unknown key; {nearest(key, sorted(hints))}")
+            raise fail(safe(dotted), f"unknown key; {nearest(key, sorted(hints))}")
         _finite(value, dotted, fail)
         if key in ("draw", "sweep") and isinstance(value, dict):
             _variations(value, dotted, fail)
@@ -93,7 +93,7 @@ def known_keys(data: Any, kind: type, at: str, fail: Fail) -> None:
             for name, inner in value.items():
                 _table(inner, named, f"{dotted}.{name}", "{ }", fail)
         elif isinstance(value, str) and (choices := _choices(hints[key])) and value not in choices:
-            raise fail(dotted, f"expected one of {', '.join(choices)}, got '{said(value)}'; {nearest(value, choices)}")
+            raise fail(dotted, f"expected one of {', '.join(choices)}, got '{safe(value)}'; {nearest(value, choices)}")
 
 
 def _metrics(value: dict, key: str, fail: Fail) -> None:
@@ -101,7 +101,7 @@ def _metrics(value: dict, key: str, fail: Fail) -> None:
     for name, inner in value.items():
         dotted = f"{key}.{name}"
         if name not in METRICS:
-            raise fail(said(dotted), f"unknown metric; {nearest(name, list(METRICS))}")
+            raise fail(safe(dotted), f"unknown metric; {nearest(name, list(METRICS))}")
         if key == "thesis":
             _finite(inner, dotted, fail)
             if isinstance(inner, bool) or not isinstance(inner, int | float):
@@ -113,10 +113,10 @@ def _metrics(value: dict, key: str, fail: Fail) -> None:
 def _variations(value: dict, at: str, fail: Fail) -> None:
     """Checks [randomise.draw] or [sweep]; that their keys exist is for `biped.scenario.vary`."""
     for key, inner in value.items():
-        dotted = said(f'{at}."{key}"')
+        dotted = safe(f'{at}."{key}"')
         if isinstance(inner, dict) and (at == "sweep" or any(isinstance(one, dict) for one in inner.values())):
             raise fail(
-                said(f"{at}.{key}"),
+                safe(f"{at}.{key}"),
                 f'expected the dotted key of what varies in quotes, such as {at}."ground.slope"',
             )
         if at == "sweep":
@@ -156,7 +156,7 @@ def _finite(value: Any, key: str, fail: Fail) -> None:
         raise fail(key, f"expected a number of fewer digits, got {echo(value)}")
     if isinstance(value, dict):
         for name, inner in value.items():
-            _finite(inner, f"{key}.{said(name)}", fail)
+            _finite(inner, f"{key}.{safe(name)}", fail)
     if isinstance(value, list):
         for i, inner in enumerate(value):
             _finite(inner, f"{key}[{i}]", fail)

@@ -13,7 +13,7 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import nearest
-from biped.base.text import echo, said, short
+from biped.base.text import echo, safe, short
 from biped.base.typed import convert
 from biped.scenario.keys import Scenario
 from biped.scenario.possible import possible
@@ -27,7 +27,7 @@ FIXED = (
 """Sections that say what a campaign is and cannot vary within it."""
 
 
-class Asked(NamedTuple):
+class ChangeOrigin(NamedTuple):
     """Who asks for a key to change.
 
     Attributes:
@@ -43,7 +43,7 @@ class Asked(NamedTuple):
         return InputError(f"{self.key}{'' if self.run is None else f', run {self.run}'}{what}", self.key)
 
 
-SWEEP, DRAW = Asked("sweep"), Asked("randomise.draw")
+SWEEP, DRAW = ChangeOrigin("sweep"), ChangeOrigin("randomise.draw")
 
 
 def run_seed(seed: int, index: int) -> int:
@@ -117,7 +117,7 @@ def _draw(d: Distribution, seed: int, key: str, index: int, size: int | None) ->
     return value.tolist() if size is not None else float(value)
 
 
-def lookup(scenario: Scenario, key: str, asked: Asked) -> Any:
+def lookup(scenario: Scenario, key: str, asked: ChangeOrigin) -> Any:
     """The value at a dotted key of a scenario.
 
     Raises:
@@ -130,18 +130,18 @@ def lookup(scenario: Scenario, key: str, asked: Asked) -> Any:
             known = at.__struct_fields__
             if part not in known or (i == 0 and part in FIXED):
                 known = [name for name in known if i > 0 or name not in FIXED]
-                what = f"no key '{said(part)}' that can vary; {nearest(part, known)}"
-                raise asked.fault(f'."{said(key)}": {what}')
+                what = f"no key '{safe(part)}' that can vary; {nearest(part, known)}"
+                raise asked.fault(f'."{safe(key)}": {what}')
             at = getattr(at, part)
         elif isinstance(at, tuple):
             if not (part.isascii() and part.isdigit() and len(part) < 9 and int(part) < len(at)):
                 there = f"0 … {len(at) - 1}" if at else "of an entry, of which there are none,"
-                what = f"expected an index {there} instead of '{said(part)}'"
-                raise asked.fault(f'."{said(key)}": {what}')
+                what = f"expected an index {there} instead of '{safe(part)}'"
+                raise asked.fault(f'."{safe(key)}": {what}')
             at = at[int(part)]
         else:
             there = ".".join(parts[:i])
-            raise asked.fault(f".\"{said(key)}\": '{said(part)}' is below a single value; expected {said(there)}")
+            raise asked.fault(f".\"{safe(key)}\": '{safe(part)}' is below a single value; expected {safe(there)}")
     return at
 
 
@@ -150,7 +150,7 @@ def _hints() -> dict[str, Any]:
     return get_type_hints(Scenario, include_extras=True)
 
 
-def with_values(scenario: Scenario, values: Mapping[str, Any], asked: Asked) -> Scenario:
+def with_values(scenario: Scenario, values: Mapping[str, Any], asked: ChangeOrigin) -> Scenario:
     """The scenario with some keys changed.
 
     Raises:
@@ -160,7 +160,7 @@ def with_values(scenario: Scenario, values: Mapping[str, Any], asked: Asked) -> 
         return scenario
 
     def fault(what: str) -> InputError:
-        shown = short(", ".join(f"{said(key)} = {echo(value)}" for key, value in values.items()), 300)
+        shown = short(", ".join(f"{safe(key)} = {echo(value)}" for key, value in values.items()), 300)
         return asked.fault(f": {shown}: {what}")
 
     for key, value in values.items():

@@ -29,7 +29,7 @@ def show(found: Difference) -> None:
 def document_of(found: Difference) -> Document:
     """A difference as a document: the verdict, every metric, and which run to look at."""
     verdict = Words(headline(found), "bad" if found.worse else "strong")
-    rows = tuple((*cells(change), Words(change.verdict, _KIND.get(change.verdict, ""))) for change in shown(found))
+    rows = tuple((*cells(change), Words(change.verdict, _KIND.get(change.verdict, ""))) for change in listed(found))
     blocks: list[Block] = [
         Heading(f"{found.first.name} → {found.second.name}", 1), Paragraph(verdict), Items(tuple(remarks(found))),
         Table(HEADS, rows, (0, len(HEADS) - 1)),
@@ -81,7 +81,7 @@ def remarks(found: Difference) -> list[str]:
     return lines
 
 
-def shown(found: Difference) -> list[MetricChange]:
+def listed(found: Difference) -> list[MetricChange]:
     """The metrics with a value, those that matter first."""
     return ordered(found.changes)
 

@@ -23,7 +23,7 @@ from biped.measure.signals import end_forces, joint_angles, joint_rates, joint_t
 from biped.measure.trajectory import Trajectory
 from biped.robot.planar.topology import ENDS, LEGS
 from biped.scenario.keys import Scenario
-from biped.show.kept import Kept
+from biped.show.results_folder import ResultsFolder
 
 JOINTS = tuple(f"{side}_{joint}" for side in "rl" for joint in ("hip", "knee", "ankle"))
 """EuroBench's labels of the six joints, in canonical order: right leg, then left."""
@@ -45,7 +45,7 @@ def export(folder: Path, out: Path) -> list[Path]:
     """
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise InputError(f"--eurobench {out}: already holds something; expected a new folder")
-    kept = Kept(folder)
+    kept = ResultsFolder(folder)
     rows, plan = kept.result["runs"], kept.plan
     runs, points = plan.scenario.randomise.runs, len(plan.points)
     files: list[Path] = []

@@ -31,7 +31,7 @@ _FAR, _DOWN = 3.4, -8.0
 """[m], [degrees] of the camera from what it follows."""
 
 
-class Seen(NamedTuple):
+class WatchedRun(NamedTuple):
     """How a watched run ended.
 
     Attributes:
@@ -78,7 +78,7 @@ class _Show:
 
 def watch(
     plan: Plan, index: int, launch: Callable[..., Any] | None = None, tell: Callable[[str], None] | None = None
-) -> Seen:
+) -> WatchedRun:
     """Carries out a run in a window, in real time; the window stays open when it ends.
 
     Args:
@@ -110,13 +110,13 @@ def watch(
         trajectory = made(run, after)
     except _Closed:
         show = opened[0]
-        return Seen("the window was closed", show.pushed, show.done * show.tick)
+        return WatchedRun("the window was closed", show.pushed, show.done * show.tick)
     show = opened[0]
     said = trajectory.cause or "stayed up to the end"
     while show.viewer.is_running():
         show.viewer.sync()
         time.sleep(1.0 / RATE)
-    return Seen(said, show.pushed, len(trajectory) * show.tick)
+    return WatchedRun(said, show.pushed, len(trajectory) * show.tick)
 
 
 def _engine(run: Run) -> tuple[Callable[..., Trajectory], str, Profile]:

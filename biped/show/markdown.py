@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from biped.show.document import Document, Heading, Items, Line, Paragraph, Picture, Table, pieces
-from biped.show.words import told
+from biped.show.words import literal
 
 _MARKS = {"strong": "**", "bad": "**", "doubt": "**", "emphasis": "*"}
 """Marks around a piece of a line."""
@@ -25,7 +25,7 @@ def _block(block: object) -> str:
         case Items(lines):
             return "\n".join(f"- {_line(line)}" for line in lines)
         case Picture(title, path):
-            return f"![{told(title)}]({path.as_posix()})"
+            return f"![{literal(title)}]({path.as_posix()})"
         case Table(head, rows):
             return "\n".join([_row(head), "|" + "---|" * len(head), *map(_row, rows)])
     raise TypeError(block)
@@ -43,7 +43,7 @@ def _piece(words: str, kind: str) -> str:
     if kind == "code":  # between backticks all is text; it cannot end them, nor a cell
         return "`" + plain_code(words) + "`"
     mark = _MARKS.get(kind, "")
-    return mark + "\n".join(told(part) for part in words.split("\n")) + mark
+    return mark + "\n".join(literal(part) for part in words.split("\n")) + mark
 
 
 def plain_code(words: str) -> str:

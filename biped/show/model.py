@@ -11,7 +11,7 @@ from biped.robot.ground import levelled
 from biped.scenario.keys import Scenario
 
 
-def shown_model(path: Path, scenario: Scenario) -> mujoco.MjModel:
+def visual_model(path: Path, scenario: Scenario) -> mujoco.MjModel:
     """A scenario's model with all that is only looked at; not to be written to."""
     if scenario.robot is not None:
         from biped.robot.build import compiled

@@ -18,10 +18,10 @@ import numpy as np
 from biped.base.json import dumps
 from biped.base.statistics import wilson
 from biped.base.writing import write_into, write_text
-from biped.show.words import told
+from biped.show.words import literal
 from biped.studies.readings.definition import Claim, Definition, definition
 from biped.studies.readings.score import Outcome
-from biped.studies.readings.search import Tried, as_dict, based, best, from_dict
+from biped.studies.readings.search import TriedReading, as_dict, based, best, from_dict
 
 ROOT = Path(__file__).parents[2]
 PAGE, TEMPLATE, DATA = ROOT / "docs" / "readings.md", ROOT / "docs" / "readings.in.md", ROOT / "docs" / "readings.json"
@@ -34,7 +34,7 @@ NEARLY, HALF = 0.9, 0.5
 NAMES = {"speed": "speed m/s", "cost_of_transport": "net cost of transport", "double_support": "double support"}
 
 
-def data_of(tried: Sequence[Tried], confirmed: Sequence[Tried]) -> dict[str, Any]:
+def data_of(tried: Sequence[TriedReading], confirmed: Sequence[TriedReading]) -> dict[str, Any]:
     """The part of a study that docs/readings.json keeps."""
     return {"tried": [as_dict(one) for one in tried], "confirmed": [as_dict(one) for one in confirmed]}
 
@@ -62,7 +62,7 @@ def _off(study: Definition, claim: Claim, outcome: Outcome, name: str) -> float:
     return np.inf if value is None else abs(value / claim.printed[name] - 1.0) / study.scale[name]
 
 
-def verdicts(study: Definition, one: Tried, short: bool = False) -> str:
+def verdicts(study: Definition, one: TriedReading, short: bool = False) -> str:
     """The table of claims under a reading, each with its verdict.
 
     Args:
@@ -82,7 +82,7 @@ def verdicts(study: Definition, one: Tried, short: bool = False) -> str:
     return "\n".join(lines)
 
 
-def _merged(study: Definition, one: Tried) -> list[tuple[Claim, Outcome]]:
+def _merged(study: Definition, one: TriedReading) -> list[tuple[Claim, Outcome]]:
     """Claims and outcomes, those of a figure that prints no numbers counted together."""
     out: list[tuple[Claim, Outcome]] = []
     for source in dict.fromkeys(claim.source for claim in study.claim if not claim.printed):
@@ -100,7 +100,7 @@ def _number(claim: Claim, outcome: Outcome, name: str) -> str:
     return words if printed is None else f"{words} ({printed:g})"
 
 
-def confirmation(confirmed: Sequence[Tried]) -> str:
+def confirmation(confirmed: Sequence[TriedReading]) -> str:
     """Named readings and the best of a search, on seeds that no search has seen."""
     lines = ["| reading | score | walked |", "|---|---|---|"]
     for one in best(confirmed):
@@ -109,16 +109,18 @@ def confirmation(confirmed: Sequence[Tried]) -> str:
     return "\n".join(lines)
 
 
-def _named(one: Tried) -> str:
+def _named(one: TriedReading) -> str:
     changes = ", ".join(f"`{key} = {_value(value)}`" for key, value in one.changes.items())
     return f"`{one.reading}`{f' with {changes}' if changes else ''}"
 
 
 def _value(value: Any) -> str:
-    return str(value).lower() if isinstance(value, bool) else f"{value:g}" if isinstance(value, float) else told(value)
+    return (
+        str(value).lower() if isinstance(value, bool) else f"{value:g}" if isinstance(value, float) else literal(value)
+    )
 
 
-def distribution(tried: Sequence[Tried]) -> str:
+def distribution(tried: Sequence[TriedReading]) -> str:
     """How many readings were tried, how their scores are spread, and the best."""
     if not tried:
         return "No reading has been tried."
@@ -135,7 +137,7 @@ def distribution(tried: Sequence[Tried]) -> str:
     return "\n".join(lines)
 
 
-def places(study: Definition, tried: Sequence[Tried]) -> str:
+def places(study: Definition, tried: Sequence[TriedReading]) -> str:
     """Every place of choice: what the thesis says, the alternatives, and what each alone does to the score."""
     base = based(study)
     zero = next((one.score for one in tried if not one.changes), None)
@@ -150,7 +152,7 @@ def places(study: Definition, tried: Sequence[Tried]) -> str:
                 cells.append(f"{_value(value)}: {alone[place.key, value] - zero:+.3f}".replace("-", "−"))
             else:
                 cells.append(f"{_value(value)}: not tried")
-        lines.append(f"| `{place.key}` | {told(place.thesis)} | {'; '.join(cells)} |")
+        lines.append(f"| `{place.key}` | {literal(place.thesis)} | {'; '.join(cells)} |")
     return "\n".join(lines)
 
 
@@ -180,7 +182,7 @@ def readme(data: Mapping[str, Any]) -> str:
     return f"{before}{MARKS[0]}\n{verdicts(definition(), shipped, short=True)}\n{MARKS[1]}{after}"
 
 
-def kept() -> dict[str, Any]:
+def stored() -> dict[str, Any]:
     """The generated parts of the pages."""
     return json.loads(DATA.read_bytes())
 
@@ -189,8 +191,8 @@ def main(argv: Sequence[str]) -> None:
     """Takes a results folder into the pages; without one, writes the pages anew."""
     if argv:
         write_text(DATA, (Path(argv[0]) / FILE).read_text(encoding="utf-8"))
-    write_text(PAGE, page(kept()))
-    write_text(README, readme(kept()))
+    write_text(PAGE, page(stored()))
+    write_text(README, readme(stored()))
 
 
 if __name__ == "__main__":

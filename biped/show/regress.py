@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from biped.scenario.metrics import METRICS as EVERY
 from biped.show.terminal import console, table
-from biped.studies.regress.compare import DIGITS, GONE, NEW, PHYSICS, RUNS, SAME, Moved, Verdict, compared
+from biped.studies.regress.compare import DIGITS, GONE, NEW, PHYSICS, RUNS, SAME, Moved, ScenarioComparison, compared
 from biped.studies.regress.guard import ScenarioOutcome
 from biped.studies.regress.references import METRICS
 
@@ -38,7 +38,7 @@ def show(outcome: ScenarioOutcome) -> None:
         out.print("recorded on another platform: only the physics is compared, not the last digits")
 
 
-def _counts(v: Verdict) -> tuple[str, str]:
+def _counts(v: ScenarioComparison) -> tuple[str, str]:
     walked, fell = ((str(old) if old == new else f"{old} → {new}") for old, new in (v.walked, v.fell))
     return walked, fell
 

@@ -18,8 +18,8 @@ from biped.ensemble.plan import Plan
 from biped.measure.trajectory import Trajectory
 from biped.scenario.laws import own_law
 from biped.scenario.reading import to_toml
-from biped.show.kept import Kept
-from biped.show.model import shown_model
+from biped.show.model import visual_model
+from biped.show.results_folder import ResultsFolder
 from biped.studies.folders import newest_recording
 
 FALLEN = 3
@@ -111,7 +111,7 @@ def _record(path: Path, plan: Plan, result: Mapping[str, Any], runs: Mapping[int
     """Writes a recording of those of the chosen runs whose trajectory is there."""
     from biped.show.recording import Recorded, record
 
-    model = shown_model(plan.model, plan.scenario)
+    model = visual_model(plan.model, plan.scenario)
     text = to_toml(plan.scenario)
     rows = result["runs"]
     checks = [dict(check) for check in result["checks"]]
@@ -149,7 +149,7 @@ def recording_of(path: Path | None) -> Path:
         return path
     recording = path / "recording.rrd"
     if not recording.is_file():
-        kept = Kept(path)
+        kept = ResultsFolder(path)
         picked = [index for _, index in chosen(kept.result["runs"])]
         found = {index: kept.trajectory(index) for index in picked}
         runs = {index: trajectory for index, trajectory in found.items() if trajectory is not None}
@@ -173,7 +173,7 @@ def plot_results(folder: Path, out: Path | None = None) -> list[Path]:
     Raises:
         InputError: It is no results folder, or its run can only be made again by running somebody's law.
     """
-    kept = Kept(folder)
+    kept = ResultsFolder(folder)
     from biped.show import figures
 
     result, rows = kept.result, kept.result["runs"]
@@ -197,7 +197,7 @@ def plot_results(folder: Path, out: Path | None = None) -> list[Path]:
     return files
 
 
-def _drawn(kept: Kept) -> list[Trajectory]:
+def _drawn(kept: ResultsFolder) -> list[Trajectory]:
     """Some of the runs that stayed up, and what was kept of those that did not."""
     rows = kept.result["runs"]
     up, down = [], []

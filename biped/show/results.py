@@ -15,7 +15,7 @@ from biped.ensemble.columns import batches
 from biped.ensemble.sweeps import threshold_words
 from biped.measure.metrics.gait import MOVED
 from biped.measure.metrics.walking import TOLD_BY, kind_of, outcome
-from biped.scenario.metrics import HEAD, METRICS, shown_in
+from biped.scenario.metrics import HEAD, METRICS, metrics_of_table
 from biped.show.document import Block, Document, Heading, Items, Kind, Line, Paragraph, Table, Words
 
 STEPS_AFTER = ("first_step", "second_step", "third_step", "fourth_step")
@@ -94,7 +94,7 @@ def _numbers(result: Mapping[str, Any]) -> Table:
     """The metrics of a terminal's table, and what a law logged."""
     summary, thesis = result["summary"], result["thesis"]
     rows = []
-    for metric in shown_in("run"):
+    for metric in metrics_of_table("run"):
         theirs = [metric.text(thesis[metric.name]) if metric.name in thesis else ""] if thesis else []
         rows.append((metric.name, metric.text(summary[metric.name]), *theirs, metric.explained))
     for name, values in signals_of(result["runs"]).items():

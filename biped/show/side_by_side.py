@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from biped.measure.metrics.walking import outcome
-from biped.scenario.metrics import HEAD, METRICS, shown_in
+from biped.scenario.metrics import HEAD, METRICS, metrics_of_table
 from biped.show.results import failures
 from biped.show.terminal import console, table
 from biped.studies.comparison import ENGINES, PARTED, Comparison, parted_at
@@ -29,7 +29,7 @@ def show(comparisons: Sequence[Comparison]) -> None:
         when = f"parted after {at:.2f} s" if math.isfinite(at) else "together to the end"
         out.print(f"  {when} (a coordinate differs by {PARTED} m or rad)")
         metrics = c.metrics()
-        for i, metric in enumerate([METRICS[name] for name in _SHORT] if short else shown_in("engines")):
+        for i, metric in enumerate([METRICS[name] for name in _SHORT] if short else metrics_of_table("engines")):
             row = metrics[metric.name]
             thesis = metric.text(row["thesis"]) if "thesis" in row else ""
             gap = f"{row['gap']:+.1%}" if math.isfinite(row["gap"]) else "–"

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from biped.measure.pushes import Shown, pushes_of
+from biped.measure.pushes import PushInterval, pushes_of
 from biped.measure.trajectory import Trajectory
 from biped.robot.ground import box_of
 from biped.robot.planar.topology import THIGH
@@ -45,7 +45,7 @@ def seated(t: Trajectory, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return place, lift(t.seat_force[:, None, :2])
 
 
-def pushes(t: Trajectory) -> list[Shown]:
+def pushes(t: Trajectory) -> list[PushInterval]:
     """Pushes with forces (k, 3) [N] in the ground's frame."""
     turn = tilt(t)
     return [push._replace(force=(lift(push.force) if push.force.shape[1] == 2 else push.force) @ turn)

@@ -39,7 +39,7 @@ def rows(found: Mapping[str, Any]) -> list[tuple[str, list[list[str]]]]:
     """Titles of the tests, and what to say of each gait, line by line.
 
     Args:
-        found: As `biped.studies.standard.study.Table.as_dict` gives it.
+        found: As `biped.studies.standard.study.StandardTable.as_dict` gives it.
     """
     by = {(one["test"], one["gait"]): one for one in found["standings"]}
     return [
@@ -58,7 +58,7 @@ def lines_of(test: Mapping[str, Any], standing: Mapping[str, Any]) -> list[str]:
         return ["–"]
     if found is None:
         one = tried[0]
-        return [f"{one['reached']} of {one['runs']}", *_shown(test, one)]
+        return [f"{one['reached']} of {one['runs']}", *_metrics_of(test, one)]
     if found["holds_to"] is None:
         return ["none", f"{tried[0]['reached']} of {tried[0]['runs']} at {_value(test, standing, tried[0]['value'])}"]
     best = next(one for one in tried if one["value"] == found["holds_to"])
@@ -68,14 +68,14 @@ def lines_of(test: Mapping[str, Any], standing: Mapping[str, Any]) -> list[str]:
     lines = [f"{bound}{_value(test, standing, best['value'])}", f"({sure} … {lost})"]
     if _OF[test["of"]]:
         lines.append(f"{best['value']:.3g} {_OF[test['of']]}".replace("-", "−"))
-    return [*lines, *_shown(test, best)]
+    return [*lines, *_metrics_of(test, best)]
 
 
 def _value(test: Mapping[str, Any], standing: Mapping[str, Any], value: float) -> str:
     return f"{value * standing['scale'] * test['times']:.3g}".replace("-", "−")
 
 
-def _shown(test: Mapping[str, Any], one: Mapping[str, Any]) -> list[str]:
+def _metrics_of(test: Mapping[str, Any], one: Mapping[str, Any]) -> list[str]:
     """Metrics that a test shows, where there are any."""
     lines = []
     for name in test["shows"]:
@@ -110,13 +110,15 @@ def write(found: Mapping[str, Any], folder: Path) -> None:
     write_into(folder, {FILE: dumps(found, indent=1), "standard.md": markdown.text(document_of(found))})
 
 
-def page(kept: Sequence[Mapping[str, Any]]) -> str:
+def page(stored: Sequence[Mapping[str, Any]]) -> str:
     """The text of docs/standard.md."""
-    tables = "\n".join(f"## {one['title']}\n\n`{one['command']}`\n\n{markdown.text(document_of(one))}" for one in kept)
+    tables = "\n".join(
+        f"## {one['title']}\n\n`{one['command']}`\n\n{markdown.text(document_of(one))}" for one in stored
+    )
     return TEMPLATE.read_text(encoding="utf-8").replace(MARK, tables.rstrip())
 
 
-def kept() -> list[dict[str, Any]]:
+def stored() -> list[dict[str, Any]]:
     """The generated parts of docs/standard.md."""
     return json.loads(DATA.read_bytes())
 
@@ -131,7 +133,7 @@ def main(argv: Sequence[str]) -> None:
             sets = "".join(f" --set {change}" for change in one["changes"])
             found.append(one | {"title": title, "command": f"biped standard {' '.join(one['gaits'])}{sets}"})
         write_text(DATA, dumps(found))
-    write_text(PAGE, page(kept()))
+    write_text(PAGE, page(stored()))
 
 
 if __name__ == "__main__":

@@ -8,14 +8,14 @@ from typing import Any
 from biped.base.text import plain
 
 
-def told(text: Any) -> str:
+def literal(text: Any) -> str:
     """Somebody's words, of which Markdown makes nothing but text: no links, pictures, cells or lines."""
     return re.sub(r"([\\`*_\[\]<>|!#~])", r"\\\1", plain(text))
 
 
 def words(name: str) -> str:
     """The name of a number, for people."""
-    return told(name.replace("_", " "))
+    return literal(name.replace("_", " "))
 
 
 def harmless(value: Any) -> Any:

@@ -24,7 +24,7 @@ from biped.ensemble.in_parts import LARGE, InParts
 from biped.ensemble.parts import FOLDER as PARTS
 from biped.ensemble.parts import commit_to
 from biped.ensemble.plan import Plan
-from biped.ensemble.results import result_of, told, write_table
+from biped.ensemble.results import result_of, without_rows, write_table
 from biped.ensemble.rows import RAISED, Row
 from biped.measure.metrics.walking import outcome
 from biped.scenario.laws import own_law
@@ -52,7 +52,7 @@ class Temporary:
         weakref.finalize(self, shutil.rmtree, self.path, ignore_errors=True)
 
 
-class Done(NamedTuple):
+class ScenarioResult(NamedTuple):
     """A scenario that was run.
 
     Attributes:
@@ -89,21 +89,21 @@ class How(NamedTuple):
     same: bool
 
 
-def make(title: str, plan: Plan, indices: Sequence[int], how: How) -> Done:
+def make(title: str, plan: Plan, indices: Sequence[int], how: How) -> ScenarioResult:
     """Makes the runs."""
     if len(indices) == 1:
         trajectory, row = campaign.run_one(plan, indices[0])
-        return Done(result_of(title, plan, [row]), [row], None, plan, {row.index: trajectory})
+        return ScenarioResult(result_of(title, plan, [row]), [row], None, plan, {row.index: trajectory})
     if how.where is None and len(indices) > LARGE:
         files = Temporary()
         rows = _finished_in_parts(plan, how, files.path)
-        return Done(result_of(title, plan, rows), rows, None, plan, {}, files)
+        return ScenarioResult(result_of(title, plan, rows), rows, None, plan, {}, files)
     begun_so = how.where is not None and (how.where.path / PARTS).is_dir()
     if how.where is not None and (begun_so or len(indices) > LARGE or not isinstance(how.jobs, int)):
         rows = _finished_in_parts(plan, how, how.where.parts)
     else:
         rows = _ensemble(plan, indices, how)
-    return Done(result_of(title, plan, rows), rows, None, plan, {})
+    return ScenarioResult(result_of(title, plan, rows), rows, None, plan, {})
 
 
 def _finished_in_parts(plan: Plan, how: How, folder: Path) -> list[Row] | StoredRows:
@@ -144,7 +144,7 @@ def share(plan: Plan, shard: Shard, how: How, where: Folder) -> int:
     return sum(map(len, campaign.missing(range(len(plan)))))
 
 
-def write_results(where: Folder, done: Done, record: Recorder | None) -> None:
+def write_results(where: Folder, done: ScenarioResult, record: Recorder | None) -> None:
     """Writes what runs leave; of an ensemble no trajectory."""
     if len(done.rows) == 1:
         for trajectory in done.trajectories.values():
@@ -157,13 +157,13 @@ def write_results(where: Folder, done: Done, record: Recorder | None) -> None:
     else:
         with where.saving("runs.parquet") as part:
             write_table(part, done.rows)
-    where.save_text("result.json", dumps(told(done.result), indent=1))
+    where.save_text("result.json", dumps(without_rows(done.result), indent=1))
     if record is not None:
         with where.saving("recording.rrd") as part:
             record(part, done.plan, done.result, done.trajectories)
 
 
-def _adopt(where: Folder, done: Done) -> None:
+def _adopt(where: Folder, done: ScenarioResult) -> None:
     """Takes rows over that lie in a temporary folder."""
     if done.files is not None:
         for part in sorted(done.files.path.iterdir()):

@@ -16,7 +16,7 @@ from biped.ensemble.chunks import Shard
 from biped.ensemble.folder import Folder
 from biped.ensemble.plan import Plan
 from biped.studies.folders import folder_for
-from biped.studies.making import Done, How, Recorder, make, share, write_results
+from biped.studies.making import How, Recorder, ScenarioResult, make, share, write_results
 from biped.studies.planned import plan_of, title_of
 
 
@@ -53,7 +53,7 @@ def run(
     progress: Progress = silent,
     tell: Told = unheard,
     same: bool = False,
-) -> Done:
+) -> ScenarioResult:
     """Runs one scenario and writes its results.
 
     Args:
@@ -99,7 +99,7 @@ def run_shard(
     progress: Progress = silent,
     tell: Told = unheard,
     same: bool = False,
-) -> Done | Shared:
+) -> ScenarioResult | Shared:
     """Runs a share of a scenario's campaign; whoever makes the last one ends the campaign.
 
     Args:
@@ -129,12 +129,12 @@ def run_shard(
         return done._replace(folder=Path(label(where.path)))
 
 
-def run_plan(title: str, plan: Plan, jobs: Jobs, progress: Progress = silent) -> Done:
+def run_plan(title: str, plan: Plan, jobs: Jobs, progress: Progress = silent) -> ScenarioResult:
     """Makes all runs of a plan and writes nothing."""
     return make(title, plan, range(len(plan)), How(jobs, None, partial(progress, title), unheard, False))
 
 
-def save(done: Done, path: Path) -> Path:
+def save(done: ScenarioResult, path: Path) -> Path:
     """Writes what was run and not written into a results folder; returns it.
 
     Raises:

@@ -18,7 +18,7 @@ from biped.measure.stored import load
 from biped.robot.build import compiled
 from biped.robot.ground import profile_of
 from biped.scenario.ground import Ground, Steps
-from biped.show.model import shown_model
+from biped.show.model import visual_model
 from biped.studies.planned import plan_of
 from tests.engines.test_mujoco import law_of, named, stood
 
@@ -143,7 +143,7 @@ def test_runs_share_a_model_that_no_run_moves_and_pictures_have_no_planes():
     for plan in plans:
         simulate(plan.run(0))
     np.testing.assert_array_equal(models[0].geom_pos, before)
-    shown = shown_model(plans[0].model, plans[0].scenario)
+    shown = visual_model(plans[0].model, plans[0].scenario)
     assert shown.ngeom == mujoco.MjModel.from_xml_path(str(plans[0].model)).ngeom
 
 

@@ -18,7 +18,7 @@ from biped.robot.planar.truth import true_tree
 from biped.robot.robot import seven_links
 from biped.robot.truth import true_robot
 from biped.scenario.robot import Described
-from biped.scenario.truth import Part, Truth
+from biped.scenario.truth import BodyTruth, Truth
 from tests.robot.planar.toy import shuffled_human
 
 MODELS = folder("models")
@@ -89,6 +89,6 @@ def test_the_true_robot_is_that_of_the_true_numbers():
     assert one.masses[0] == pytest.approx(1.1 * links.masses[0], rel=1e-15)
     np.testing.assert_array_equal(seven_links(one).tree.joint, true_tree(tree_at(path), heavier).joint)
     assert one.leg == true_tree(tree_at(path), heavier).leg
-    other = true_robot(Truth(part=(Part(name=described.bodies[0], mass=1.1),)), described)
+    other = true_robot(Truth(part=(BodyTruth(name=described.bodies[0], mass=1.1),)), described)
     assert other.mass == pytest.approx(one.mass, rel=1e-15)
     assert true_robot(Truth(), links) is links

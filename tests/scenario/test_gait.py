@@ -16,7 +16,7 @@ from biped.scenario.gains import Frontal, Gains, Placement, number, single, with
 from biped.scenario.gait import read_gains, read_settings
 from biped.scenario.keys import Backstep, Sensing
 from biped.scenario.reading import read, read_scenario, to_toml
-from biped.scenario.settings import made_for
+from biped.scenario.settings import gait_settings
 
 GAIT = 'extends = "normal"\n[sensing]\nknee_angle = 0.01\nheel_on = 0.002\n[actuation]\nsingle_tangential = true\n'
 
@@ -87,7 +87,7 @@ def test_a_gait_may_step_back():
     s, origin = scenario('controller = "b.toml"\nbackstep.theta_l = 70.0\n')
     assert s.backstep == Backstep(margin=0.01, theta_l=70.0)
     assert origin.of("backstep.margin") == "b.toml"
-    assert made_for(s) == {"backstep": {"margin": 0.01, "theta_l": 70.0, "k_d2": 300.0, "b_d2": 10.0}}
+    assert gait_settings(s) == {"backstep": {"margin": 0.01, "theta_l": 70.0, "k_d2": 300.0, "b_d2": 10.0}}
     assert scenario('controller = "normal"\n')[0].backstep is None
 
 
@@ -198,11 +198,11 @@ def test_what_a_table_within_a_table_leaves_unsaid_is_the_gait_s():
 
 def test_made_for_is_what_differs_from_the_defaults():
     s = read_scenario("tuned/level")
-    assert made_for(s) == {"sensing": {"knee_angle": 2.389e-05}, "actuation": {"single_tangential": True}}
+    assert gait_settings(s) == {"sensing": {"knee_angle": 2.389e-05}, "actuation": {"single_tangential": True}}
 
 
 def test_what_a_robot_says_itself_its_gaits_need_not_say():
-    settings = made_for(read_scenario("tune/robot_brisk"))
+    settings = gait_settings(read_scenario("tune/robot_brisk"))
     assert set(settings) == {"actuation"}
     assert set(settings["actuation"]) == {"contacts", "pushing"}
     assert settings["actuation"]["pushing"].friction == 0.6

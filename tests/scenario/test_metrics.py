@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from biped.scenario.metrics import HEAD, METRICS, as_markdown, shown_in
+from biped.scenario.metrics import HEAD, METRICS, as_markdown, metrics_of_table
 from biped.studies.regress import references
 
 
@@ -27,7 +27,7 @@ def test_the_list_needs_no_numpy():
 
 
 def test_every_table_is_part_of_the_next():
-    names = [[metric.name for metric in shown_in(table)] for table in ("head", "run", "engines", "file")]
+    names = [[metric.name for metric in metrics_of_table(table)] for table in ("head", "run", "engines", "file")]
     assert names[0] == list(HEAD) == ["speed", "cost_of_transport", "double_support"]
     for smaller, larger in pairwise(names):
         assert set(smaller) < set(larger)

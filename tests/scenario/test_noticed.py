@@ -22,7 +22,7 @@ from biped.scenario.keys import Change, Push, Scenario
 from biped.scenario.noticed import OWN
 from biped.scenario.reading import read_scenario
 from biped.scenario.senses import Gyro, Sensors
-from biped.scenario.truth import Part, Truth
+from biped.scenario.truth import BodyTruth, Truth
 from biped.studies.planned import with_law
 
 NOT_OF_A_RUN = {
@@ -46,7 +46,7 @@ SWITCHES = {"ground.tiles": {"height": 0.01}, "ground.steps": {"rise": 0.01}, "g
 """What makes a table's other keys mean anything."""
 
 
-LIST: dict[str, Any] = {"push": Push, "truth.part": Part, "change": lambda: Change(at=0.01)}
+LIST: dict[str, Any] = {"push": Push, "truth.part": BodyTruth, "change": lambda: Change(at=0.01)}
 
 
 class Still:
@@ -66,7 +66,7 @@ def base_of(law: str) -> Scenario:
         s, fall=replace(s.fall, tilt=90.0),
         push=(Push(at=0.004, duration=0.015, force=(30.0, 20.0, 10.0), shape="sine", frequency=40.0),),
         sensors=Sensors(angle_noise=1e-3, gyro=Gyro(range=20.0), delay=0.002),
-        truth=Truth(part=(Part("left_thigh", mass=1.1),)),
+        truth=Truth(part=(BodyTruth("left_thigh", mass=1.1),)),
     )  # fmt: skip
     if law == "spatial":
         return replace(s, change=(Change(at=0.006, over=0.01, gains=Gains(k_d1=9.0)),))

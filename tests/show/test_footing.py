@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario, to_toml
-from biped.show.model import shown_model
+from biped.show.model import visual_model
 from biped.show.recording import Recorded, record
 from biped.show.recording.layout import layout
 from biped.show.recording.recorded import place
@@ -23,7 +23,7 @@ def run():
     plan = Plan(read_scenario("spatial/own", ["duration=1.6", "window.start=0.8", "window.end=1.6"]))
     t = simulate(plan.run(0))
     assert t.end == "completed"
-    return Recorded("walk", t, shown_model(plan.model, plan.scenario), {}, [], to_toml(plan.scenario))
+    return Recorded("walk", t, visual_model(plan.model, plan.scenario), {}, [], to_toml(plan.scenario))
 
 
 @pytest.fixture(scope="module")

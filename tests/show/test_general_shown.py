@@ -91,9 +91,9 @@ def test_what_fell_is_kept_and_seen_again(folder, capsys):
     assert main(argv) == 1
     assert sorted(file.suffix for file in (out / "failures").iterdir()) == [".txt", ".txt", ".xz", ".xz"]
     capsys.readouterr()
-    from biped.show.kept import Kept
+    from biped.show.results_folder import ResultsFolder
 
-    ending = Kept(out).ending(0)
+    ending = ResultsFolder(out).ending(0)
     assert ending is not None
     assert ending.end == "fell"
 

@@ -15,7 +15,7 @@ from biped.scenario.reading import read_scenario, to_toml
 from biped.show import spatial
 from biped.show.figures.strobe import strobe
 from biped.show.page.frames import frames_of
-from biped.show.page.player import Shown, walks
+from biped.show.page.player import PlayedRun, walks
 from biped.show.recording import Recorded, record
 from tests.engines.planar.test_seat import SEATED
 from tests.show.recordings import read
@@ -57,13 +57,13 @@ def test_who_has_no_seat_is_drawn_none(tmp_path, run):
     record(tmp_path / "w.rrd", [other], title="walks")
     assert read(tmp_path / "w.rrd", "/walks/scene/seat") == ({}, {})
     assert spatial.seat(other.trajectory) is None
-    assert 'class="seat"' not in str(walks([Shown("walk", "walked", frames_of(other.trajectory))]))
+    assert 'class="seat"' not in str(walks([PlayedRun("walk", "walked", frames_of(other.trajectory))]))
     assert not len(corners_of(other.trajectory))
 
 
 def test_the_page_and_the_figure_draw_its_corners(run):
     np.testing.assert_allclose(frames_of(run.trajectory).seat, CORNERS, atol=1e-12)
-    drawn = str(walks([Shown("sits", "sat still", frames_of(run.trajectory))]))
+    drawn = str(walks([PlayedRun("sits", "sat still", frames_of(run.trajectory))]))
     corners = " ".join(f"{x:.3f},{-z:.3f}" for x, z in CORNERS)
     assert f'points="{corners}"' in drawn
     patches = strobe(run.trajectory, "sits").axes[0].patches
@@ -72,9 +72,9 @@ def test_the_page_and_the_figure_draw_its_corners(run):
 
 
 def test_a_clips_stage_has_the_box(run):
-    from biped.show.film.stage import Stage, walkers
+    from biped.show.film.stage import FilmStage, walkers
 
-    scene = Stage(walkers([("sits", run.trajectory, run.model)], ghost=False), 30.0).at(1.0)
+    scene = FilmStage(walkers([("sits", run.trajectory, run.model)], ghost=False), 30.0).at(1.0)
     boxes = [(np.array(g.pos), np.array(g.size)) for g in scene.geoms[: scene.ngeom]]
     middle, half = spatial.seat(run.trajectory)
     assert sum(np.allclose(pos, middle, atol=1e-6) and np.allclose(size, half, atol=1e-6) for pos, size in boxes) == 1

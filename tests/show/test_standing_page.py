@@ -9,8 +9,8 @@ from tests.studies.standard.test_study import FOUND
 
 
 def test_the_page_is_what_the_data_say():
-    assert standing.kept()
-    assert standing.PAGE.read_text(encoding="utf-8") == standing.page(standing.kept()), "make docs"
+    assert standing.stored()
+    assert standing.PAGE.read_text(encoding="utf-8") == standing.page(standing.stored()), "make docs"
 
 
 def test_a_table_is_taken_in(tmp_path, monkeypatch):

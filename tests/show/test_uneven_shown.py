@@ -18,7 +18,7 @@ from biped.scenario.reading import read_scenario
 from biped.show.figures.strobe import ground_line
 from biped.show.live import _arrange
 from biped.show.page.frames import frames_of
-from biped.show.page.player import Shown, walks
+from biped.show.page.player import PlayedRun, walks
 from biped.show.recording import record
 from biped.show.recording.report import result
 from tests.show.recordings import read, recorded
@@ -71,7 +71,7 @@ def test_the_figures_ground_has_every_corner(run):
 
 def test_the_page_draws_every_corner_and_the_force_of_the_moment(run):
     frames = frames_of(run.trajectory)
-    drawn = str(walks([Shown("walk", "walked", frames)]))
+    drawn = str(walks([PlayedRun("walk", "walked", frames)]))
     for x, z in corners(run.trajectory.ground, 0.0, 2.8):
         assert f"{x:.3f} {-z:.3f}" in drawn
     pushes = np.array(frames.data()["pushes"])

@@ -9,17 +9,17 @@ from biped.cli.main import main
 from biped.scenario.keys import Scenario
 from biped.scenario.reading import read_scenario
 from biped.scenario.vary import SWEEP, lookup, with_values
-from biped.show.readings import PAGE, README, distribution, kept, page, places, readme, verdict
+from biped.show.readings import PAGE, README, distribution, page, places, readme, stored, verdict
 from biped.studies.readings import search as searched
 from biped.studies.readings.definition import Claim, definition
 from biped.studies.readings.score import Outcome, agreement, outcome_of, score
-from biped.studies.readings.search import Tried, based, best, proposal, search
+from biped.studies.readings.search import TriedReading, based, best, proposal, search
 
 CLAIM = Claim("c", "level_normal", "Fig", 2, 1.0, share=0.5, printed={"speed": 1.0})
 
 
-def tried(score: float, **changes: object) -> Tried:
-    return Tried("bounded", {key.replace("__", "."): value for key, value in changes.items()}, {}, score)  # type: ignore[arg-type]
+def tried(score: float, **changes: object) -> TriedReading:
+    return TriedReading("bounded", {key.replace("__", "."): value for key, value in changes.items()}, {}, score)  # type: ignore[arg-type]
 
 
 def test_every_place_is_a_key_whose_alternatives_are_possible():
@@ -64,13 +64,13 @@ def test_means_are_of_the_runs_that_walked():
 
 def test_first_come_the_base_and_its_single_changes_then_changes_of_the_best():
     study = definition()
-    made: list[Tried] = []
+    made: list[TriedReading] = []
     singles = 1 + sum(len(place.values) - 1 for place in study.place)
     for i in range(singles + 5):
         changes = proposal(study, made)
         assert changes not in [one.changes for one in made]
         assert len(changes) == (0 if i == 0 else 1) or i >= singles
-        made.append(Tried("bounded", changes, {}, float(i == 7)))
+        made.append(TriedReading("bounded", changes, {}, float(i == 7)))
     assert best(made)[0] is made[7]
     key = next(iter(made[7].changes))
     assert sum(key in one.changes for one in made[singles:]) >= 3
@@ -82,7 +82,7 @@ def test_an_interrupted_search_goes_on(tmp_path, monkeypatch):
 
     def trial(study, reading, changes, seed, runs, jobs):
         asked.append(changes)
-        return Tried(reading, changes, {"slow": Outcome(1, 1, {"speed": 0.5})}, 0.5)
+        return TriedReading(reading, changes, {"slow": Outcome(1, 1, {"speed": 0.5})}, 0.5)
 
     monkeypatch.setattr(searched, "trial", trial)
     first = search(3, 1, tmp_path)
@@ -108,8 +108,8 @@ def test_what_a_change_alone_does_is_shown_beside_what_the_thesis_says():
 
 
 def test_the_pages_are_what_was_kept():
-    assert PAGE.read_text(encoding="utf-8") == page(kept())
-    assert README.read_text(encoding="utf-8") == readme(kept())
+    assert PAGE.read_text(encoding="utf-8") == page(stored())
+    assert README.read_text(encoding="utf-8") == readme(stored())
 
 
 @pytest.mark.parametrize("argv", [["--tries", "-1"], ["--confirm", "0"]])
@@ -119,7 +119,7 @@ def test_counts_are_checked(argv, capsys):
 
 
 def test_another_study_is_not_continued(tmp_path, monkeypatch):
-    monkeypatch.setattr(searched, "trial", lambda *_: Tried("bounded", {}, {}, 0.5))
+    monkeypatch.setattr(searched, "trial", lambda *_: TriedReading("bounded", {}, {}, 0.5))
     search(1, 1, tmp_path)
     monkeypatch.setattr(searched, "digest", lambda: "another")
     with pytest.raises(InputError, match="study"):

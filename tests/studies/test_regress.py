@@ -25,7 +25,7 @@ from biped.studies.regress.compare import (
     SAME,
     SECONDS,
     Moved,
-    Verdict,
+    ScenarioComparison,
     altogether,
     chosen,
     compare,
@@ -298,8 +298,8 @@ def test_what_moved_is_a_table_sorted_by_its_cause():
         "double_support": Moved(0.25, 0.2, -0.2, within=False),
     }
     verdicts = [
-        Verdict("b", PHYSICS, 12, 12, (9, 8), (0, 0), 1.0, moved, exact=True, passed=False),
-        Verdict("a", SAME, 12, 12, (9, 9), (0, 0), 1.0, still, exact=True, passed=True),
+        ScenarioComparison("b", PHYSICS, 12, 12, (9, 8), (0, 0), 1.0, moved, exact=True, passed=False),
+        ScenarioComparison("a", SAME, 12, 12, (9, 9), (0, 0), 1.0, still, exact=True, passed=True),
     ]
     table = moved_table(ScenarioOutcome(verdicts, {}, False, [], False))
     assert "| b | 25 % | 20 % | 12 of 12 |" in table

@@ -13,7 +13,7 @@ from biped.cli.parser import Commands, command_parser, take_same_platform, take_
 if TYPE_CHECKING:
     from biped.ensemble.plan import Plan
     from biped.measure.trajectory import Trajectory
-    from biped.studies.making import Done
+    from biped.studies.making import ScenarioResult
 
 
 def add(commands: Commands) -> None:
@@ -77,7 +77,7 @@ def _live(args: argparse.Namespace) -> int:
     return DONE
 
 
-def _show(args: argparse.Namespace, done: Done) -> None:
+def _show(args: argparse.Namespace, done: ScenarioResult) -> None:
     from biped.ensemble.failures import FAILURES
     from biped.show.results import document_of
     from biped.show.terminal import show

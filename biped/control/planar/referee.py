@@ -42,7 +42,7 @@ def _agrees(path: Path, modified: float, parts: _Parts) -> bool:
     note = cache_folder() / "agreed" / _question(path, parts)
     if note.exists():
         return True
-    if not _asked(path, parts):
+    if not _refereed(path, parts):
         return False
     with suppress(OSError):  # it is asked again
         note.parent.mkdir(exist_ok=True)
@@ -61,7 +61,7 @@ def _question(path: Path, parts: _Parts) -> str:
     return asked.hexdigest()
 
 
-def _asked(path: Path, parts: _Parts) -> bool:
+def _refereed(path: Path, parts: _Parts) -> bool:
     import pinocchio
 
     c = record.new()

@@ -13,7 +13,7 @@ from biped.robot.run import Run
 from biped.scenario.vary import stream
 
 
-class Sensors:
+class PlanarSensors:
     """Measured coordinates of one run.
 
     Args:

@@ -29,7 +29,7 @@ from biped.scenario.pushing import pieces
 
 if TYPE_CHECKING:
     from biped.control.planar.senses import Senses
-    from biped.control.planar.sensors import Sensors
+    from biped.control.planar.sensors import PlanarSensors
 
 NO_SENSORS = SensorKeys()
 NO_CHANGES = Changes(np.empty(0), np.empty(0))
@@ -105,7 +105,7 @@ class PlanarPlant:
         return turned(self.run.scenario.ground.slope, force)
 
     def _in_python(
-        self, control: Control, fall: np.ndarray, decide: Tick, sensors: Sensors | None
+        self, control: Control, fall: np.ndarray, decide: Tick, sensors: PlanarSensors | None
     ) -> Callable[[int, int], tuple[int, int]]:
         """The loop tick by tick in Python: for laws and engines that are not compiled."""
         physics, log, follow, period = self.physics, self.log, control.follow, self.run.tick
@@ -193,16 +193,16 @@ def _senses(run: Run, physics: Physics) -> Senses | None:
     return Senses(run, run.tree, physics.q, physics.v, run.ticks)
 
 
-def _sensors(run: Run, physics: Physics) -> Sensors | None:
+def _sensors(run: Run, physics: Physics) -> PlanarSensors | None:
     """The run's sensors, or None if the controller reads the state itself."""
     if run.scenario.sensors == NO_SENSORS or run.scenario.estimator is not None:
         return None
-    from biped.control.planar.sensors import Sensors
+    from biped.control.planar.sensors import PlanarSensors
 
-    return Sensors(run, physics.q, physics.v, run.ticks)
+    return PlanarSensors(run, physics.q, physics.v, run.ticks)
 
 
-def _between(sensors: Sensors | None) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+def _between(sensors: PlanarSensors | None) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
     """Noise, its deviation, past and resolution of sensors, or nothing of each."""
     if sensors is None:
         return np.empty((2, 0, NQ)), np.empty((2, NQ)), np.empty((0, 2, NQ)), 0.0

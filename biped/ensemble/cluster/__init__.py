@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from biped.base.errors import InputError
 from biped.base.progress import Told
-from biped.base.text import said
+from biped.base.text import safe
 from biped.ensemble.backend import Backend
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def cluster_at(where: str, same: bool, tell: Told) -> Iterator[DaskCluster]:
             connection = from_file(where, stack)
         else:
             raise InputError(
-                f"--cluster {said(where)}: expected the address of a Dask scheduler (tcp://host:8786 or tls://…), "
+                f"--cluster {safe(where)}: expected the address of a Dask scheduler (tcp://host:8786 or tls://…), "
                 "local:N, or a file *.toml"
             )
         stack.callback(connection.close)

@@ -13,7 +13,7 @@ from msgspec import Meta, field
 
 from biped.base.errors import InputError
 from biped.base.files import label, read_toml
-from biped.base.text import said
+from biped.base.text import safe
 from biped.ensemble.cluster.connection import Connection, connecting
 from biped.ensemble.cluster.local import Local
 from biped.ensemble.cluster.worker import options
@@ -128,11 +128,11 @@ def from_file(name: str, stack: ExitStack) -> Connection:
         there = file.scheduler
         if not there.address.startswith(("tcp://", "tls://")):
             raise InputError(f"{label(Path(name))}: scheduler.address: expected tcp://host:8786 or tls://…, got "
-                             f"'{said(there.address)}'")  # fmt: skip
+                             f"'{safe(there.address)}'")  # fmt: skip
         files = {key: getattr(there, key) for key in ("ca_file", "cert", "key") if getattr(there, key) is not None}
         for key, path in files.items():
             if not Path(path).is_file():
-                raise InputError(f"{label(Path(name))}: scheduler.{key}: no file '{said(path)}'")
+                raise InputError(f"{label(Path(name))}: scheduler.{key}: no file '{safe(path)}'")
         remedy = f"biped worker {there.address} starts one"
         return Connection(connecting(there.address, files), f"{name} ({there.address})", wait, remedy)
     kind: Literal["slurm", "pbs", "lsf"] = next(kind for kind in ("slurm", "pbs", "lsf") if getattr(file, kind))
@@ -215,9 +215,9 @@ def seconds(walltime: str, place: str) -> float:
     """
     found = re.fullmatch(r"(?:(\d+)-)?(\d+):(\d\d)(?::(\d\d))?", walltime, re.ASCII)
     if found is None:
-        raise InputError(f"{place}: walltime: expected HH:MM:SS, got '{said(walltime)}'")
+        raise InputError(f"{place}: walltime: expected HH:MM:SS, got '{safe(walltime)}'")
     days, hours, minutes, rest = (int(part or 0) for part in found.groups())
     total = 86400.0 * days + 3600.0 * hours + 60.0 * minutes + rest
     if total < 2 * SPARE:
-        raise InputError(f"{place}: walltime: expected at least {2 * SPARE / 60:g} minutes, got '{said(walltime)}'")
+        raise InputError(f"{place}: walltime: expected at least {2 * SPARE / 60:g} minutes, got '{safe(walltime)}'")
     return total

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from biped.base.errors import InputError
-from biped.base.text import said
+from biped.base.text import safe
 from biped.ensemble.cluster.carrying import resources
 
 PRELOAD = "biped.ensemble.cluster.worker"
@@ -67,7 +67,7 @@ def work(scheduler: str, workers: int, memory: str, lifetime: str | None, tls: M
     """
     needed()
     if not scheduler.startswith(("tcp://", "tls://")) or not scheduler.rpartition(":")[2].isdigit():
-        raise InputError(f"worker: {said(scheduler)}: expected the address of a scheduler, such as tcp://host:8786")
+        raise InputError(f"worker: {safe(scheduler)}: expected the address of a scheduler, such as tcp://host:8786")
     if workers < 1:
         raise InputError(f"--workers {workers}: expected at least 1")
     import dask.config

@@ -25,7 +25,7 @@ def transport(t: Trajectory, span: slice) -> dict[str, Any]:
     """
     weight = t.mass * GRAVITY * travelled(t, span)
     if t.generalized and t.robot.seven_links is None:
-        return {"cost_of_transport": float(np.abs(t.given[span][:-1]).sum() / weight), "per_joint": {}}
+        return {"cost_of_transport": float(np.abs(t.input_work[span][:-1]).sum() / weight), "per_joint": {}}
     sums, energy = driven(t, span), t.tick / weight
     rows, net, absolute, positive, peak = span.stop - span.start, sums.net, sums.absolute, sums.positive, sums.power
     if t.generalized:
@@ -78,7 +78,7 @@ def residual(t: Trajectory) -> float:
     if len(t) < 2:
         return 0.0
     left = t.energy[-1] - t.energy[0] - t.work[:-1].sum()
-    spent = np.abs(t.given) if t.robot.seven_links is None else t.derived.spent
+    spent = np.abs(t.input_work) if t.robot.seven_links is None else t.derived.spent
     return float(abs(left) / max(spent[:-1].sum(), _moving(t), 1e-2 * abs(t.energy[0])))
 
 
@@ -94,9 +94,9 @@ def from_nowhere(t: Trajectory) -> float:
     """
     if len(t) < 2:
         return 0.0
-    beyond = t.energy[1:] - t.energy[0] - np.cumsum(t.given[:-1])
+    beyond = t.energy[1:] - t.energy[0] - np.cumsum(t.input_work[:-1])
     most = max(float(beyond.max()), 0.0)
-    return most / max(float(np.abs(t.given[:-1]).sum()), _moving(t), 0.1 * abs(float(t.energy[0])))
+    return most / max(float(np.abs(t.input_work[:-1]).sum()), _moving(t), 0.1 * abs(float(t.energy[0])))
 
 
 def _moving(t: Trajectory) -> float:
@@ -136,5 +136,5 @@ def loss_per_step(t: Trajectory, window: tuple[float, float]) -> float:
     first, last = (round(time / t.tick) for time in window)
     damped = float((t.tree.damping * t.v[first:last, BASE:] ** 2).sum() * t.tick)
     steps = sum(first < row <= last for row, _ in t.strikes)
-    lost = float(t.given[first:last].sum()) - damped - float(t.energy[last] - t.energy[first])
+    lost = float(t.input_work[first:last].sum()) - damped - float(t.energy[last] - t.energy[first])
     return lost / steps if steps else math.nan

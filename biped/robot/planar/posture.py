@@ -13,7 +13,7 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import nearest
-from biped.base.text import said
+from biped.base.text import safe
 from biped.robot.planar.model import posture_of
 from biped.robot.planar.seven_links import SevenLinks
 from biped.robot.planar.topology import KNEE, N_ANGLES, N_POINTS, NQ, PITCH, Z
@@ -138,7 +138,7 @@ class PlanarStarts:
             for name in contacts:
                 if name not in points:
                     raise InputError(
-                        f"start.contacts: '{said(name)}' is no contact point; {nearest(name, list(points))}",
+                        f"start.contacts: '{safe(name)}' is no contact point; {nearest(name, list(points))}",
                         "start.contacts",
                     )
             if len(self._settled) >= MOST_STARTS:

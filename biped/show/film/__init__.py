@@ -12,10 +12,10 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.show.film.canvas import off_screen
 from biped.show.film.reel import check, wind
-from biped.show.film.stage import Stage, Walker, walkers
-from biped.show.kept import Kept
-from biped.show.model import shown_model
+from biped.show.film.stage import FilmStage, Walker, walkers
+from biped.show.model import visual_model
 from biped.show.page.campaign import chosen
+from biped.show.results_folder import ResultsFolder
 
 SHAPE = 16 / 9
 
@@ -62,13 +62,13 @@ def film(results: Sequence[Path], out: Path, cut: Cut, ghost: bool = False, only
         raise InputError(f"--from {cut.start:g}: expected a time before the end of the run, {last:g} s")
     times = np.arange(cut.start, end, 1.0 / rate)
     width, height = 2 * (cut.width // 2), 2 * round(cut.width / SHAPE / 2)
-    stage = Stage(shown, rate)
+    stage = FilmStage(shown, rate)
     with off_screen(stage.model, width, height) as drawn:
         wind(out, _frames(stage, drawn, shown, times), width, height, rate)
     return len(times)
 
 
-def _frames(stage: Stage, drawn, shown: Sequence[Walker], times: np.ndarray) -> Iterator[np.ndarray]:
+def _frames(stage: FilmStage, drawn, shown: Sequence[Walker], times: np.ndarray) -> Iterator[np.ndarray]:
     for time in times:
         walker = shown[0]
         row = int(np.clip(round((time - walker.run.time[0]) / walker.run.tick), 0, len(walker.run) - 1))
@@ -79,7 +79,7 @@ def _frames(stage: Stage, drawn, shown: Sequence[Walker], times: np.ndarray) -> 
 
 def _run(path: Path, only: int | None):
     """Name, trajectory and model of a results folder's run."""
-    kept = Kept(path)
+    kept = ResultsFolder(path)
     rows = {row["index"]: row for row in kept.result["runs"]}
     if only is not None and len(rows) > 1 and only not in rows:
         raise InputError(f"--only {only}: expected the number of a run of {path}, {min(rows)} … {max(rows)}")
@@ -88,7 +88,7 @@ def _run(path: Path, only: int | None):
     if trajectory is None:
         raise InputError(kept.again(index))
     scenario = kept.plan.run(index).scenario
-    model = shown_model(kept.plan.run(index).model, scenario)
+    model = visual_model(kept.plan.run(index).model, scenario)
     name = kept.result["scenario"] if len(rows) == 1 else f"{kept.result['scenario']}, run {index}"
     return name, trajectory, model
 

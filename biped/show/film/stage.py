@@ -64,7 +64,7 @@ def walkers(runs: Sequence[tuple[str, Trajectory, mujoco.MjModel]], ghost: bool)
     return out
 
 
-class Stage:
+class FilmStage:
     """Scenes of walkers at any time.
 
     Args:

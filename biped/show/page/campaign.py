@@ -12,14 +12,14 @@ from biped.ensemble.checks import judgement
 from biped.measure.metrics.walking import kind_of, outcome
 from biped.measure.trajectory import Trajectory
 from biped.scenario.laws import own_law
-from biped.show.kept import Kept
 from biped.show.page import claims, ensembles, motion, sweeps
 from biped.show.page.frames import frames_of
 from biped.show.page.html import Markup, card, table, tag
-from biped.show.page.player import Shown, walks
+from biped.show.page.player import PlayedRun, walks
 from biped.show.page.words import judged, key_words, setting, value_of
 from biped.show.replay import of_numbers, spread
 from biped.show.results import failures
+from biped.show.results_folder import ResultsFolder
 from biped.show.words import harmless
 from biped.studies.sensitivity import explained
 
@@ -37,14 +37,14 @@ def section(folder: Path) -> Markup:
     Raises:
         InputError: It is none, or is broken.
     """
-    kept = Kept(folder)
+    kept = ResultsFolder(folder)
     result, scenario = kept.result, kept.plan.scenario
     rows, summary, points = _looked_at(result["runs"]), result["summary"], result.get("points", [])
     made = len(result["runs"])
     alone, path = made == 1, shlex.quote(label(folder / "scenario.toml"))
     head = [
         tag("h2", result["scenario"]),
-        tag("p", f"{scenario.description}. " if scenario.description else "", _asked(kept), class_="about"),
+        tag("p", f"{scenario.description}. " if scenario.description else "", _runs_line(kept), class_="about"),
         tag("p", judged(judgement(result)), claims.alone(rows[0]) if alone else
             f"{claims.headline(summary, made)}; {failures(summary)}.", class_="verdict"),
         claims.expectations(result["checks"], made),
@@ -61,7 +61,7 @@ def section(folder: Path) -> Markup:
         if len(rows) < made:
             body.append(tag("p", f"What follows is of {len(rows)} of the {made} runs, evenly spread.", class_="about"))
         body += [tag("h4", "How the runs went"), _cards(*spread, *ensembles.causes(shares, rows))]
-    shown = _shown(kept, rows)
+    shown = _played(kept, rows)
     if shown:
         body += [tag("h4", "The walk"), _cards(card("", walks([one for one, _ in shown]), wide=True))]
         whose = "the run" if alone else shown[0][0].name
@@ -79,7 +79,7 @@ def _cards(*cards: Markup | None) -> Markup:
     return tag("div", *cards, class_="cards")
 
 
-def _asked(kept: Kept) -> str:
+def _runs_line(kept: ResultsFolder) -> str:
     """The runs of a campaign in a line."""
     s, count = kept.plan.scenario, len(kept.result["runs"])
     runs = "" if count == 1 else f"{count} runs of "
@@ -93,12 +93,12 @@ def _asked(kept: Kept) -> str:
     return f"{runs}{s.duration:g} s in {s.engine}, {gait}{law}{slope}{tiles}{steps}{jitter}, seed {s.seed}."
 
 
-def _only(kept: Kept) -> str:
+def _only(kept: ResultsFolder) -> str:
     rows = kept.result["runs"]
     return f" --only {rows[0]['index']}" if len(rows) == 1 and len(kept.plan) > 1 else ""
 
 
-def _trust(kept: Kept) -> str:
+def _trust(kept: ResultsFolder) -> str:
     return " --trust" if own_law(kept.plan.scenario.law) else ""
 
 
@@ -128,7 +128,7 @@ def _looked_at(runs: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     return [harmless(numbers[index]) for index in sorted(numbers)]
 
 
-def _shown(kept: Kept, rows: list[Mapping[str, Any]]) -> list[tuple[Shown, Trajectory]]:
+def _played(kept: ResultsFolder, rows: list[Mapping[str, Any]]) -> list[tuple[PlayedRun, Trajectory]]:
     """The runs that are shown, of those whose trajectory is there or can be made again."""
     out = []
     for name, row in chosen(rows):
@@ -137,11 +137,11 @@ def _shown(kept: Kept, rows: list[Mapping[str, Any]]) -> list[tuple[Shown, Traje
             continue
         values = ", ".join(setting(key, value) for key, value in row.get("values", {}).items())
         said = f"Run {row['index']}: {outcome(row)}" + (f"; {values}" if values else "") + "."
-        out.append((Shown(name, said, frames_of(trajectory)), trajectory))
+        out.append((PlayedRun(name, said, frames_of(trajectory)), trajectory))
     return out
 
 
-def _failed(folder: Path, kept: Kept, rows: list[Mapping[str, Any]], count: int) -> Markup | None:
+def _failed(folder: Path, kept: ResultsFolder, rows: list[Mapping[str, Any]], count: int) -> Markup | None:
     """Runs that did not walk, each with the command that shows it."""
     failed = [row for row in rows if not row["walked"]]
     if not failed:

@@ -11,7 +11,7 @@ import numpy as np
 from biped.base.statistics import POWER, Z95, enough_for, smallest_drop, wilson
 from biped.ensemble.checks import word_of
 from biped.measure.metrics.walking import outcome
-from biped.scenario.metrics import METRICS, shown_in
+from biped.scenario.metrics import METRICS, metrics_of_table
 from biped.show.page.html import Markup, join, table, tag
 from biped.show.page.words import between, judged, metric_text, percent
 from biped.show.results import number
@@ -81,7 +81,7 @@ def numbers(summary: Mapping[str, Any], thesis: Mapping[str, float], rows: Rows,
     """The metrics of `made` runs: the interval of each mean, the change that would show, and the thesis's number."""
     walkers = [row for row in rows if row["walked"]] or list(rows)
     lines = []
-    for metric in shown_in("run"):
+    for metric in metrics_of_table("run"):
         if metric.kind == "count":
             continue
         found = [row[metric.name] for row in walkers if row.get(metric.name) is not None]

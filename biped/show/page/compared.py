@@ -13,12 +13,12 @@ from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.measure.metrics.walking import outcome
 from biped.scenario.laws import own_law
-from biped.scenario.metrics import shown_in
+from biped.scenario.metrics import metrics_of_table
 from biped.scenario.reading import read_scenario
 from biped.show.page.frames import frames_of
 from biped.show.page.html import Markup, card, table, tag
 from biped.show.page.motion import charts
-from biped.show.page.player import Shown, walks
+from biped.show.page.player import PlayedRun, walks
 from biped.show.page.read import read_as
 from biped.show.page.words import between, chip, percent
 from biped.studies.comparison import ENGINES, PARTED
@@ -27,7 +27,7 @@ Number = int | float | None
 _NAMES = {"home": "home", "mujoco": "MuJoCo"}
 
 
-class _Run(msgspec.Struct):
+class _ComparedRun(msgspec.Struct):
     index: int
     walked: bool
     end: str
@@ -38,8 +38,8 @@ class _Run(msgspec.Struct):
     alternation: Number = None
 
 
-class _Result(msgspec.Struct):
-    runs: list[_Run]
+class _ComparedResult(msgspec.Struct):
+    runs: list[_ComparedRun]
 
 
 class _Comparison(msgspec.Struct):
@@ -47,7 +47,7 @@ class _Comparison(msgspec.Struct):
     passed: bool
     parted_at: Number
     metrics: dict[str, dict[str, Number]]
-    results: dict[str, _Result]
+    results: dict[str, _ComparedResult]
 
 
 def section(folder: Path) -> Markup:
@@ -65,7 +65,7 @@ def section(folder: Path) -> Markup:
         tag("p", chip(found["passed"], "✓ comparable", "✗ a run diverged"), _verdict(runs, walked), class_="verdict"),
         tag("p", _parted(found["parted_at"]), class_="about"),
     ]
-    return tag("section", *head, _rates(runs, walked), *_seen(folder, runs), tag("h4", "Every metric"),
+    return tag("section", *head, _rates(runs, walked), *_walkers(folder, runs), tag("h4", "Every metric"),
                _metrics(found["metrics"]))  # fmt: skip
 
 
@@ -98,7 +98,7 @@ def _rates(runs: Mapping[str, Any], walked: Mapping[str, int]) -> Markup | None:
 
 def _metrics(metrics: Mapping[str, Mapping[str, float | None]]) -> Markup:
     lines = []
-    for metric in shown_in("engines"):
+    for metric in metrics_of_table("engines"):
         row = metrics.get(metric.name)
         if row is None or metric.kind == "count":
             continue
@@ -109,7 +109,7 @@ def _metrics(metrics: Mapping[str, Mapping[str, float | None]]) -> Markup:
     return table(("", "home", "MuJoCo", "gap", "thesis", "", ""), lines, words=(0, 5, 6), more=6)
 
 
-def _seen(folder: Path, runs: Mapping[str, Any]) -> list[Markup]:
+def _walkers(folder: Path, runs: Mapping[str, Any]) -> list[Markup]:
     """Both first walkers; only where the scenario lies beside the numbers and needs nobody's law."""
     if not (folder / "scenario.toml").is_file():
         return []
@@ -121,7 +121,7 @@ def _seen(folder: Path, runs: Mapping[str, Any]) -> list[Markup]:
         trajectory = campaign.run_one(plan, 0)[0]
         first = first or (trajectory, plan.scenario.interval)
         name = _NAMES[engine]
-        shown.append(Shown(name, f"{name}, run 0: {outcome(runs[engine][0])}.", frames_of(trajectory)))
+        shown.append(PlayedRun(name, f"{name}, run 0: {outcome(runs[engine][0])}.", frames_of(trajectory)))
     assert first is not None
     return [
         tag("h4", "The walk"), tag("div", card("", walks(shown), wide=True), class_="cards"),

@@ -21,7 +21,7 @@ from biped.scenario.reading import read_scenario
 from biped.show.diff import HEADS, MOST_SETTINGS, cells, notes_of, ordered
 from biped.show.page.frames import frames_of
 from biped.show.page.html import Markup, blocks, card, table, tag
-from biped.show.page.player import Shown, walks
+from biped.show.page.player import PlayedRun, walks
 from biped.show.page.plot import Frame, legend
 from biped.show.page.read import read_as
 from biped.show.page.words import chip, key_words, value_of
@@ -53,7 +53,7 @@ class _Metric(msgspec.Struct):
     verdict: str
 
 
-class _Point(msgspec.Struct):
+class _PointPair(msgspec.Struct):
     values: dict[str, Any]
     pairs: int
     first: int
@@ -87,7 +87,7 @@ class _Difference(msgspec.Struct):
     second: _Side
     worse: list[str]
     metrics: dict[str, _Metric]
-    points: list[_Point]
+    points: list[_PointPair]
     settings: list[_Setting]
     worst: _Worst | None
     seeds: list[_Seed]
@@ -112,7 +112,7 @@ def _drawn(found: Mapping[str, Any]) -> Markup:
     first, second = found["first"], found["second"]
     head = [
         tag("h2", f"{first['name']} → {second['name']}"),
-        tag("p", chip(found["passed"], "✓ not worse", "✗ worse"), _said(found, changes), class_="verdict"),
+        tag("p", chip(found["passed"], "✓ not worse", "✗ worse"), _verdict_line(found, changes), class_="verdict"),
         tag("p", f"First: {first['runs']} runs of {first['scenario']}; second: {second['runs']} runs of "
                  f"{second['scenario']}; {found['pairs']} pairs of one seed.", class_="about"),
     ]  # fmt: skip
@@ -138,7 +138,7 @@ def _change(name: str, one: Mapping[str, Any]) -> MetricChange:
                   one["verdict"] if one["verdict"] in _KIND else UNSAID)  # fmt: skip
 
 
-def _said(found: Mapping[str, Any], changes: Sequence[MetricChange]) -> str:
+def _verdict_line(found: Mapping[str, Any], changes: Sequence[MetricChange]) -> str:
     if found["identical"]:
         return f"The same to the last digit in all {found['pairs']} pairs of runs."
     if found["worse"]:
@@ -215,7 +215,7 @@ def _worst(found: Mapping[str, Any]) -> list[Markup]:
     for which, index in (("second", worst["index"]), ("first", partner)):
         frames = None if index is None else _walk(Path(found[which]["folder"]), index)
         if frames is not None:
-            shown.append(Shown(f"{which}: {found[which]['name']}", *frames))
+            shown.append(PlayedRun(f"{which}: {found[which]['name']}", *frames))
     return [*said, tag("div", card("", walks(shown), wide=True), class_="cards")] if shown else said
 
 

@@ -21,7 +21,7 @@ _FLASH = 0.2
 """[s] between the figures of the stroboscope."""
 
 
-class Shown(NamedTuple):
+class PlayedRun(NamedTuple):
     """A run that is shown.
 
     Attributes:
@@ -35,7 +35,7 @@ class Shown(NamedTuple):
     frames: Frames
 
 
-def walks(shown: Sequence[Shown]) -> Markup:
+def walks(shown: Sequence[PlayedRun]) -> Markup:
     """Panels of runs, one of which is seen at a time."""
     tabs = None
     if len(shown) > 1:
@@ -44,7 +44,7 @@ def walks(shown: Sequence[Shown]) -> Markup:
     return tag("div", tabs, *(_panel(run) for run in shown), class_="walks")
 
 
-def _panel(run: Shown) -> Markup:
+def _panel(run: PlayedRun) -> Markup:
     frames, legs = run.frames, run.frames.legs
     controls = tag(
         "div",

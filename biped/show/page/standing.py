@@ -13,7 +13,7 @@ from biped.show.page.html import Markup, blocks, card, tag
 from biped.show.page.plot import Frame, legend
 from biped.show.page.read import read_as
 from biped.show.standing import FILE, document_of
-from biped.show.words import told
+from biped.show.words import literal
 
 Number = int | float | None
 _KINDS = ("accent", "other", "good", "push", "bad", "quiet")
@@ -88,7 +88,7 @@ def _curves(found: Mapping[str, Any], test: Mapping[str, Any]) -> Markup | None:
     values = [one["scale"] * test["times"] * tried["value"] for one in there for tried in one["tried"]]
     unit = f" [{test['unit']}]" if test["unit"] else ""
     low, high = min(0.0, *values), max(0.0, *values)
-    frame = Frame((low, high), (0.0, 100.0), f"{told(test['title'])}{unit}", "runs [%]")
+    frame = Frame((low, high), (0.0, 100.0), f"{literal(test['title'])}{unit}", "runs [%]")
     frame.level(100.0 * test["rate"], "quiet dash", f"holds: {100.0 * test['rate']:g} %")
     keys = []
     for one in there:

@@ -15,7 +15,7 @@ from biped.measure.metrics.walking import outcome
 from biped.measure.pushes import pushes_of
 from biped.scenario.metrics import METRICS
 from biped.show.recording.recorded import Placed, Recorded
-from biped.show.words import told, words
+from biped.show.words import literal, words
 
 FIVE = ("speed", "cost_of_transport", "double_support", "step_length", "peak_torque")
 """Entities that the viewer shows first."""
@@ -39,7 +39,7 @@ def result(run: Recorded) -> str:
     trajectory = run.trajectory
     distance = trajectory.x[-1] - trajectory.x[0]
     lines = [
-        f"## {told(run.title or run.name)}: {told(verdict(run))}",
+        f"## {literal(run.title or run.name)}: {literal(verdict(run))}",
         f"{trajectory.time[-1] + trajectory.tick:.1f} s, {distance:.2f} m",
     ]
     if trajectory.slope:
@@ -55,7 +55,10 @@ def result(run: Recorded) -> str:
         size = f"{forward:g} N forward, {aside}{up:g} N up" if len(push.force) == 1 else push.size
         lines.append(f"- push on the {words(push.body)}: {size}, {push.start:g} to {push.end:g} s")
     if trajectory.warnings:
-        lines += ["", "MuJoCo warned: " + ", ".join(f"{told(n)} ({k} times)" for n, k in trajectory.warnings.items())]
+        lines += [
+            "",
+            "MuJoCo warned: " + ", ".join(f"{literal(n)} ({k} times)" for n, k in trajectory.warnings.items()),
+        ]
     shown = [name for name in FIVE if name in run.metrics]
     if shown:
         lines += ["", "| in the window | |", "|---|---|"]
@@ -70,7 +73,9 @@ def result(run: Recorded) -> str:
         lines += ["", "| expected | | value | |", "|---|---|---|---|"]
         for check, one in zip(run.checks, marks, strict=True):
             mark = one if one == PASSED else f"**{one.upper()}**"
-            lines.append(f"| {words(check['name'])} | {told(check['expected'])} | {_show(check['value'])} | {mark} |")
+            lines.append(
+                f"| {words(check['name'])} | {literal(check['expected'])} | {_show(check['value'])} | {mark} |"
+            )
     else:
         lines += ["", NOTHING]
     return "\n".join(lines)
@@ -89,11 +94,11 @@ def numbers(run: Recorded) -> str:
     drawn = {key: run.metrics[key] for key in ("index", "seed") if key in run.metrics}
     values = run.metrics.get("values")
     for key, value in (drawn | (dict(values) if isinstance(values, Mapping) else {})).items():
-        lines.append(f"- {told(key)}: {_show(value)}")
+        lines.append(f"- {literal(key)}: {_show(value)}")
     lines += ["", "| number | value | |", "|---|---|---|"]
     for name, metric in METRICS.items():
         if name in run.metrics:
-            lines.append(f"| {words(name)} | {_with_unit(name, run.metrics[name])} | {told(metric.meaning)} |")
+            lines.append(f"| {words(name)} | {_with_unit(name, run.metrics[name])} | {literal(metric.meaning)} |")
     return "\n".join(lines)
 
 
@@ -114,4 +119,4 @@ def _show(value: Any) -> str:
         return f"{value:.4g}" if math.isfinite(value) else "–"
     if isinstance(value, list | tuple):
         return ", ".join(_show(v) for v in value)
-    return "–" if value is None else told(value)
+    return "–" if value is None else literal(value)

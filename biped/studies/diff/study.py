@@ -16,6 +16,7 @@ from biped.ensemble.guard import new_folder
 from biped.ensemble.stored import result_in
 from biped.measure.metrics.walking import outcome
 from biped.scenario.inline import setting
+from biped.scenario.laws import BUILT_IN
 from biped.scenario.metrics import METRICS
 from biped.studies.diff.changes import (
     LEVEL,
@@ -234,7 +235,8 @@ def of_controllers(
     Raises:
         InputError: Something the user wrote cannot be used.
     """
-    asked = [[*changes, _setting(word)] for word in (first, second)]
+    own = plan_of(scenario, changes).scenario.law is not None
+    asked = [[*changes, _setting(word, own)] for word in (first, second)]
     if asked[0] == asked[1]:
         raise InputError(f"{second}: is what it is compared with; expected two gaits or laws")
     for one in asked:
@@ -247,9 +249,9 @@ def of_controllers(
     return differ(sides[0], sides[1], margin, only), where
 
 
-def _setting(word: str) -> str:
-    """The `--set` change that takes a gait or a law."""
-    if ".py:" in word:
+def _setting(word: str, own: bool) -> str:
+    """The `--set` change that takes a gait or a law; "stand" is a law where the scenario has one of its `own`."""
+    if ".py:" in word or word.endswith(".onnx") or (own and word in BUILT_IN):
         return setting("law", word)
     path = locate("controllers", word, "diff")
     return setting("controller", f"{path.resolve()}" if word.endswith(".toml") else word)

@@ -43,7 +43,7 @@ class Claim(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     printed: dict[str, float] = field(default_factory=dict)
 
 
-class Place(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class Passage(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A place where the text is silent, misprinted or ambiguous.
 
     Attributes:
@@ -76,7 +76,7 @@ class Definition(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     most: float
     scale: dict[str, float]
     claim: tuple[Claim, ...]
-    place: tuple[Place, ...]
+    place: tuple[Passage, ...]
 
 
 @cache

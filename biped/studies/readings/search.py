@@ -26,7 +26,7 @@ MOST_CHANGES = 3
 SEARCH, CONFIRMED = "search.jsonl", "confirmed.jsonl"
 
 
-class Tried(NamedTuple):
+class TriedReading(NamedTuple):
     """A reading that was tried.
 
     Attributes:
@@ -42,7 +42,7 @@ class Tried(NamedTuple):
     score: float
 
 
-def search(tries: int, jobs: Jobs, out: Path, progress: Progress = silent) -> list[Tried]:
+def search(tries: int, jobs: Jobs, out: Path, progress: Progress = silent) -> list[TriedReading]:
     """Tries readings until so many were tried, those of an earlier call in the same folder among them.
 
     Args:
@@ -65,7 +65,9 @@ def search(tries: int, jobs: Jobs, out: Path, progress: Progress = silent) -> li
     return tried
 
 
-def confirm(tried: Sequence[Tried], runs: int, jobs: Jobs, out: Path, progress: Progress = silent) -> list[Tried]:
+def confirm(
+    tried: Sequence[TriedReading], runs: int, jobs: Jobs, out: Path, progress: Progress = silent
+) -> list[TriedReading]:
     """Tries the best readings of a search and the named ones on seeds that no search has seen.
 
     Args:
@@ -90,12 +92,12 @@ def confirm(tried: Sequence[Tried], runs: int, jobs: Jobs, out: Path, progress: 
     return again
 
 
-def best(tried: Sequence[Tried]) -> list[Tried]:
+def best(tried: Sequence[TriedReading]) -> list[TriedReading]:
     """Readings, the best first."""
     return sorted(tried, key=lambda one: -one.score)
 
 
-def proposal(study: Definition, tried: Sequence[Tried]) -> dict[str, Value]:
+def proposal(study: Definition, tried: Sequence[TriedReading]) -> dict[str, Value]:
     """Readings to try next: the base, its single changes in the study's order, then changes of the best so far."""
     base = based(study)
     singles = [{}, *({place.key: value} for place in study.place for value in place.values if base[place.key] != value)]
@@ -127,7 +129,7 @@ def based(study: Definition) -> dict[str, Value]:
 
 def trial(
     study: Definition, reading: str, changes: Mapping[str, Value], seed: int, runs: int | None, jobs: Jobs
-) -> Tried:
+) -> TriedReading:
     """Puts a reading to the test of all claims.
 
     Args:
@@ -142,7 +144,7 @@ def trial(
     for claim in study.claim:
         plan = plan_of(claim.scenario, list(_settings(claim, reading, changes, seed, runs or claim.runs)))
         outcomes[claim.name] = outcome_of(list(run_plan(claim.name, plan, jobs).result["runs"]), study.scale)
-    return Tried(reading, changes, outcomes, score(study, outcomes))
+    return TriedReading(reading, changes, outcomes, score(study, outcomes))
 
 
 def _settings(claim: Claim, reading: str, changes: Mapping[str, Value], seed: int, runs: int) -> Iterator[str]:
@@ -155,7 +157,7 @@ def _settings(claim: Claim, reading: str, changes: Mapping[str, Value], seed: in
             yield setting(key, value)
 
 
-def _journal(path: Path, seed: int) -> tuple[list[Tried], Callable[[Tried], dict[str, Any]]]:
+def _journal(path: Path, seed: int) -> tuple[list[TriedReading], Callable[[TriedReading], dict[str, Any]]]:
     """Readings that a journal holds, and what adds one to it."""
     about = {key: text for key, text in origin_of(plan_of("level_normal", [])).items() if key != "scenario"}
     readings = sorted(folder_of("readings").glob("*.toml"))
@@ -168,18 +170,18 @@ def _journal(path: Path, seed: int) -> tuple[list[Tried], Callable[[Tried], dict
         raise InputError(f"--out {path.parent}: cannot be written: {reason(error)}; choose another folder") from None
     tried = [from_dict(one) for one in records]
 
-    def note(one: Tried) -> dict[str, Any]:
+    def note(one: TriedReading) -> dict[str, Any]:
         return journal.note(as_dict(one))
 
     return tried, note
 
 
-def as_dict(one: Tried) -> dict[str, Any]:
+def as_dict(one: TriedReading) -> dict[str, Any]:
     """The record of a reading in the journal."""
     return one._asdict() | {"outcomes": {name: outcome._asdict() for name, outcome in one.outcomes.items()}}
 
 
-def from_dict(one: Mapping[str, Any]) -> Tried:
+def from_dict(one: Mapping[str, Any]) -> TriedReading:
     """The reading that `as_dict` wrote down."""
     outcomes = {name: Outcome(**outcome) for name, outcome in one["outcomes"].items()}
-    return Tried(one["reading"], one["changes"], outcomes, one["score"])
+    return TriedReading(one["reading"], one["changes"], outcomes, one["score"])

@@ -133,7 +133,7 @@ class Moved(NamedTuple):
     within: bool
 
 
-class Verdict(NamedTuple):
+class ScenarioComparison(NamedTuple):
     """One scenario's comparison.
 
     Attributes:
@@ -162,7 +162,7 @@ class Verdict(NamedTuple):
     passed: bool
 
 
-def compare(name: str, old: RecordedScenario, new: RecordedScenario) -> Verdict:
+def compare(name: str, old: RecordedScenario, new: RecordedScenario) -> ScenarioComparison:
     """Compares a scenario's reference with what came; digits count where both are of one platform."""
     if old.runs != new.runs:
         return missing(name, RUNS, len(new.runs))
@@ -184,10 +184,10 @@ def compare(name: str, old: RecordedScenario, new: RecordedScenario) -> Verdict:
     else:
         verdict = DIGITS if likely >= UNLIKELY and all(moved.within for moved in metrics.values()) else PHYSICS
     passed = verdict == SAME or (verdict == DIGITS and not exact)
-    return Verdict(name, verdict, len(new.runs), identical, walked, fell, likely, metrics, exact, passed)
+    return ScenarioComparison(name, verdict, len(new.runs), identical, walked, fell, likely, metrics, exact, passed)
 
 
-def altogether(verdicts: Sequence[Verdict]) -> Verdict:
+def altogether(verdicts: Sequence[ScenarioComparison]) -> ScenarioComparison:
     """All compared scenarios as one: a change too small to be seen in any of them shows in their sum."""
     verdicts = compared(verdicts)
     walked = sum(v.walked[0] for v in verdicts), sum(v.walked[1] for v in verdicts)
@@ -205,17 +205,17 @@ def altogether(verdicts: Sequence[Verdict]) -> Verdict:
     else:
         verdict = DIGITS if likely >= UNLIKELY and all(moved.within for moved in metrics.values()) else PHYSICS
     passed = verdict != PHYSICS
-    return Verdict("altogether", verdict, now, identical, walked, fell, likely, metrics, exact, passed)
+    return ScenarioComparison("altogether", verdict, now, identical, walked, fell, likely, metrics, exact, passed)
 
 
-def compared(verdicts: Sequence[Verdict]) -> list[Verdict]:
+def compared(verdicts: Sequence[ScenarioComparison]) -> list[ScenarioComparison]:
     """Those of scenarios that could be compared with a reference."""
     return [v for v in verdicts if v.verdict in (SAME, DIGITS, PHYSICS)]
 
 
-def missing(name: str, verdict: str, runs: int) -> Verdict:
+def missing(name: str, verdict: str, runs: int) -> ScenarioComparison:
     """The verdict where there is nothing to compare: `new`, `gone` or other `runs`."""
-    return Verdict(name, verdict, runs, 0, (0, 0), (0, 0), 1.0, {}, False, False)
+    return ScenarioComparison(name, verdict, runs, 0, (0, 0), (0, 0), 1.0, {}, False, False)
 
 
 def _fell(one: RecordedScenario) -> int:

@@ -18,7 +18,7 @@ from biped.studies.regress.compare import (
     GONE,
     NEW,
     SAME,
-    Verdict,
+    ScenarioComparison,
     altogether,
     chosen,
     compare,
@@ -41,7 +41,7 @@ class ScenarioOutcome(NamedTuple):
         stopped: Whether it was interrupted: these are the scenarios that were finished.
     """
 
-    verdicts: list[Verdict]
+    verdicts: list[ScenarioComparison]
     platform: dict[str, str]
     updated: bool
     recorded: list[str]
@@ -84,7 +84,7 @@ def regress(
     plans = _plans(scenarios or names("scenarios"))
     here = platform.here()
     update = None if reason is None else _Update(path, references, here, reason, None if scenarios else set(plans))
-    verdicts: list[Verdict] = []
+    verdicts: list[ScenarioComparison] = []
     stopped = False
     try:
         _compare(plans, references.scenarios.copy(), jobs, platform.key(here), update, verdicts, progress)
@@ -116,7 +116,7 @@ def _compare(
     jobs: Jobs,
     here: str,
     update: _Update | None,
-    verdicts: list[Verdict],
+    verdicts: list[ScenarioComparison],
     progress: Progress,
 ) -> None:
     """Adds the verdict of each scenario to `verdicts` as it is finished."""

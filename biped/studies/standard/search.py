@@ -28,7 +28,7 @@ BEYOND = 3
 """Steps beyond the first value that fails, at most, in search of one that is sure to fail."""
 
 
-class Tried(NamedTuple):
+class TriedValue(NamedTuple):
     """An ensemble at one value.
 
     Attributes:
@@ -77,7 +77,7 @@ class Limit(NamedTuple):
     surely_fails_at: float | None
 
 
-def search(test: Standard, rate: float, at: Callable[[float], Tried]) -> list[Tried]:
+def search(test: Standard, rate: float, at: Callable[[float], TriedValue]) -> list[TriedValue]:
     """Tries values of a test's key.
 
     From the first on, a step at a time until one fails, and on until one is sure to; then between the last that holds
@@ -94,7 +94,7 @@ def search(test: Standard, rate: float, at: Callable[[float], Tried]) -> list[Tr
     way = 1.0 if test.step > 0.0 else -1.0
     stride = round(abs(test.step) / test.resolution)
     last = round(abs(test.last - test.first) / test.resolution)
-    tried: dict[int, Tried] = {}
+    tried: dict[int, TriedValue] = {}
 
     def holds(i: int) -> bool:
         if i not in tried:
@@ -119,11 +119,11 @@ def search(test: Standard, rate: float, at: Callable[[float], Tried]) -> list[Tr
     return _in_order(tried)
 
 
-def _in_order(tried: Mapping[int, Tried]) -> list[Tried]:
+def _in_order(tried: Mapping[int, TriedValue]) -> list[TriedValue]:
     return [tried[i] for i in sorted(tried)]
 
 
-def limit(tried: list[Tried], rate: float) -> Limit:
+def limit(tried: list[TriedValue], rate: float) -> Limit:
     """The limit that ensembles, from the easiest value outwards, show."""
     holds_to = sure_to = fails_at = None
     sure = True
@@ -172,12 +172,12 @@ class StoredMeasurements:
             why = " ".join(str(error).split())[:200]
             raise InputError(f"{label(self._file)}: not what biped standard keeps: {why}; remove it") from None
 
-    def get(self, plan: Plan, goal: str, value: float) -> Tried | None:
+    def get(self, plan: Plan, goal: str, value: float) -> TriedValue | None:
         """The ensemble of a plan, if it was made."""
         kept = self._kept.get(_key(plan, goal))
-        return None if kept is None else Tried(value, kept["reached"], kept["runs"], kept["numbers"])
+        return None if kept is None else TriedValue(value, kept["reached"], kept["runs"], kept["numbers"])
 
-    def keep(self, plan: Plan, goal: str, tried: Tried) -> None:
+    def keep(self, plan: Plan, goal: str, tried: TriedValue) -> None:
         """Keeps the ensemble of a plan.
 
         Raises:

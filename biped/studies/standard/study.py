@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from biped.base.errors import InputError
 from biped.base.files import canonical, locate, names
 from biped.base.progress import Progress, silent
-from biped.base.text import said
+from biped.base.text import safe
 from biped.ensemble.backend import Jobs
 from biped.ensemble.plan import Plan
 from biped.robot.gravity import GRAVITY
@@ -25,7 +25,7 @@ from biped.scenario.reading import read_scenario
 from biped.scenario.standard import Standard
 from biped.studies.planned import plan_of, title_of
 from biped.studies.run import run_plan
-from biped.studies.standard.search import Limit, StoredMeasurements, Tried, limit, search
+from biped.studies.standard.search import Limit, StoredMeasurements, TriedValue, limit, search
 
 FAMILY = "standard/"
 """Where the shipped tests are, below scenarios/."""
@@ -62,12 +62,12 @@ class StandardResult(NamedTuple):
 
     test: str
     gait: str
-    tried: list[Tried]
+    tried: list[TriedValue]
     limit: Limit | None
     scale: float
 
     @property
-    def best(self) -> Tried | None:
+    def best(self) -> TriedValue | None:
         """The ensemble at the largest value that holds, or the only one."""
         if self.limit is None:
             return self.tried[0] if self.tried else None
@@ -84,7 +84,7 @@ class StandardResult(NamedTuple):
         }
 
 
-class Table(NamedTuple):
+class StandardTable(NamedTuple):
     """All tests with all gaits.
 
     Attributes:
@@ -130,14 +130,14 @@ def _test(name: str) -> Trial:
     word = FAMILY + name if FAMILY + name in names("scenarios") else name
     scenario = read_scenario(word)
     if scenario.standard is None:
-        raise InputError(f"{said(name)}: not a standard test; expected a scenario with a table [standard]")
+        raise InputError(f"{safe(name)}: not a standard test; expected a scenario with a table [standard]")
     return Trial(title_of(word), word, scenario.standard, scenario.threshold.rate, scenario.description)
 
 
 def standard(
     gaits: Sequence[str], asked: Sequence[str], changes: Sequence[str], jobs: Jobs, out: Path,
     progress: Progress = silent,
-) -> Table:  # fmt: skip
+) -> StandardTable:  # fmt: skip
     """Puts gaits to the tests.
 
     Args:
@@ -158,7 +158,7 @@ def standard(
     shown = [_gait(word) for word in gaits]
     twice = [gait for gait in shown if shown.count(gait) > 1]
     if twice:
-        raise InputError(f"{said(twice[0])}: expected each gait once")
+        raise InputError(f"{safe(twice[0])}: expected each gait once")
     for test in tests:
         for word in gaits:
             s = _required_of(test.standard, word)
@@ -170,7 +170,7 @@ def standard(
         for test in tests
         for word, gait in zip(gaits, shown, strict=True)
     ]
-    return Table(tests, shown, list(changes), standings)
+    return StandardTable(tests, shown, list(changes), standings)
 
 
 def _gait(word: str) -> str:
@@ -205,14 +205,14 @@ def _stand(test: Trial, word: str, gait: str, changes: Sequence[str], made: Any)
     if s is None:
         return StandardResult(test.name, gait, [], None, 1.0)
 
-    def at(value: float) -> Tried:
+    def at(value: float) -> TriedValue:
         title = f"{gait}, {s.title}" + (f" {value:g}" if s.key else "")
         try:
             plan = _plan(test, word, changes, value)
         except InputError:
             if s.key is None or value == s.first:
                 raise
-            return Tried(value, 0, runs, {})  # a value that cannot be run is one that fails
+            return TriedValue(value, 0, runs, {})  # a value that cannot be run is one that fails
         return made(title, plan, s, value)
 
     runs = len(_plan(test, word, changes, s.first))
@@ -242,13 +242,13 @@ def _unit(plan: Plan, of: str) -> float:
 
 def _quoted(word: str) -> str:
     if any(mark in word for mark in "\"'\\\n"):
-        raise InputError(f"{said(word)}: a gait's name or path with quotes cannot be used here")
+        raise InputError(f"{safe(word)}: a gait's name or path with quotes cannot be used here")
     return f'"{word}"'
 
 
 def _measure(
     kept: StoredMeasurements, jobs: Jobs, progress: Progress, title: str, plan: Plan, test: Standard, value: float
-) -> Tried:
+) -> TriedValue:
     """The ensemble of a plan, made unless it was before."""
     found = kept.get(plan, test.goal, value)
     if found is not None:
@@ -256,7 +256,7 @@ def _measure(
     summary = run_plan(title, plan, jobs, progress).result["summary"]
     shows = dict.fromkeys((*test.shows, "speed"))
     numbers = {name: _real(summary[name]) for name in shows if name in METRICS}
-    tried = Tried(value, int(summary[test.goal]), int(summary["runs"]), numbers)
+    tried = TriedValue(value, int(summary[test.goal]), int(summary["runs"]), numbers)
     kept.keep(plan, test.goal, tried)
     return tried
 

@@ -21,7 +21,7 @@ from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario, Window
 from biped.scenario.reading import changed
 from biped.scenario.tune import Condition, Tune
-from biped.scenario.vary import Asked, stream, with_values
+from biped.scenario.vary import ChangeOrigin, stream, with_values
 from biped.studies.tune.neighbour import parting
 from biped.studies.tune.space import Candidate
 
@@ -166,7 +166,7 @@ class Study:
             if len(self._plans) > PLANS:
                 self._plans.clear()
             scenario = self.condition(task.condition, task.full)
-            scenario = with_values(scenario, dict(task.candidate.keys), Asked("tune.keys"))
+            scenario = with_values(scenario, dict(task.candidate.keys), ChangeOrigin("tune.keys"))
             random = msgspec.structs.replace(scenario.randomise, runs=RUNS)
             self._plans[key] = Plan(msgspec.structs.replace(scenario, seed=task.seed, randomise=random), checked=True)
         return replace(self._plans[key].run(task.number), gains=task.candidate.gains)

@@ -17,7 +17,7 @@ from biped.base.files import nearest
 from biped.scenario.gains import GAINS, OUT_OF_PLANE, Gains, number, single, with_numbers
 from biped.scenario.keys import Scenario
 from biped.scenario.tune import Range, Tune
-from biped.scenario.vary import Asked, lookup
+from biped.scenario.vary import ChangeOrigin, lookup
 
 DEGREES = 20.0
 """Degrees per unit of an angle's coordinate; a quarter of it out of the plane."""
@@ -83,7 +83,7 @@ class SearchSpace:
         assert scenario.tune is not None
         self.gains = gains
         self.axes = _gain_axes(scenario.tune, gains)
-        asked = Asked("tune.keys")
+        asked = ChangeOrigin("tune.keys")
         self.axes += [_key_axis(key, span, lookup(scenario, key, asked)) for key, span in scenario.tune.keys.items()]
         if not self.axes:
             raise InputError("tune.gains: expected at least one gain or key that can vary; zero gains stay zero")

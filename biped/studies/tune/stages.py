@@ -12,7 +12,7 @@ from biped.scenario.gains import GAINS, OUT_OF_PLANE, Gains, single, with_number
 from biped.scenario.keys import Scenario
 from biped.scenario.reading import changed
 from biped.scenario.tune import Stage
-from biped.scenario.vary import Asked, with_values
+from biped.scenario.vary import ChangeOrigin, with_values
 from biped.studies.tune.evaluate import Study
 from biped.studies.tune.space import Candidate, SearchSpace
 
@@ -34,7 +34,7 @@ def studies(scenario: Scenario) -> list[Study]:
 def study_from(scenario: Scenario, number: int, candidate: Candidate) -> Study:
     """Stage `number` (from 0) as a search that starts at a candidate which an earlier stage found."""
     stage = _stages(scenario)[number]
-    found = with_values(replace(scenario, gains=candidate.gains), dict(candidate.keys), Asked("tune.keys"))
+    found = with_values(replace(scenario, gains=candidate.gains), dict(candidate.keys), ChangeOrigin("tune.keys"))
     return Study(_scenario_of(found, number, stage))
 
 

@@ -23,8 +23,8 @@ from biped.ensemble.plan import Plan
 from biped.scenario.gains import GAINS, OUT_OF_PLANE, Gains
 from biped.scenario.keys import Scenario
 from biped.scenario.reading import read_scenario
-from biped.scenario.settings import GAIT, made_for
-from biped.scenario.vary import Asked, with_values
+from biped.scenario.settings import GAIT, gait_settings
+from biped.scenario.vary import ChangeOrigin, with_values
 from biped.studies.folders import folder_for
 from biped.studies.planned import title_of
 from biped.studies.tune.evaluate import Study, workers
@@ -57,7 +57,7 @@ def gait_text(title: str, search: Search, found: SearchResult, journal: Sequence
         *(_line(name, tally, found.start_tallies[name]) for name, tally in found.tallies.items()),
         f"objective {found.cost:.4f}, before {found.start_cost:.4f}",
     ]
-    settings = made_for(with_values(study.scenario, dict(candidate.keys), Asked("tune.keys")))
+    settings = gait_settings(with_values(study.scenario, dict(candidate.keys), ChangeOrigin("tune.keys")))
     others = [(key, value) for key, value in candidate.keys if key.partition(".")[0] not in GAIT]
     if others:
         lines += ["It was found together with these settings, which a scenario must have:"]

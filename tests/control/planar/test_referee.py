@@ -14,8 +14,8 @@ from tests.ticks import HUMAN
 def asked(tmp_path, monkeypatch):
     """How often Pinocchio is asked, with nothing remembered."""
     monkeypatch.setattr(referee, "cache_folder", lambda: tmp_path)
-    times, ask = [], referee._asked
-    monkeypatch.setattr(referee, "_asked", lambda *question: times.append(question) or ask(*question))
+    times, ask = [], referee._refereed
+    monkeypatch.setattr(referee, "_refereed", lambda *question: times.append(question) or ask(*question))
     referee._agrees.cache_clear()
     yield times
     referee._agrees.cache_clear()

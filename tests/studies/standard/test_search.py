@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from biped.scenario.standard import Standard
-from biped.studies.standard.search import Tried, limit, search
+from biped.studies.standard.search import TriedValue, limit, search
 
 RATE = 0.7
 
@@ -20,7 +20,7 @@ def asked(standard, reached, runs=20):
 
     def at(value):
         order.append(value)
-        return Tried(value, reached(value), runs, {})
+        return TriedValue(value, reached(value), runs, {})
 
     return search(standard, RATE, at), order
 
@@ -77,14 +77,14 @@ def test_what_the_intervals_are_sure_of_ends_before():
 
 
 def test_a_lucky_pocket_beyond_a_failure_counts_nothing():
-    tried = [Tried(value, reached, 20, {}) for value, reached in ((1.0, 20), (2.0, 5), (3.0, 20))]
+    tried = [TriedValue(value, reached, 20, {}) for value, reached in ((1.0, 20), (2.0, 5), (3.0, 20))]
     assert limit(tried, RATE) == (1.0, 1.0, 2.0, 2.0)
 
 
 def test_bounds_of_a_count():
-    one = Tried(1.0, 14, 20, {})
+    one = TriedValue(1.0, 14, 20, {})
     assert one.holds(RATE)
     assert not one.surely_holds(RATE)
     assert not one.surely_fails(RATE)
-    assert Tried(1.0, 10, 10, {}).surely_holds(RATE)
-    assert Tried(1.0, 3, 10, {}).surely_fails(RATE)
+    assert TriedValue(1.0, 10, 10, {}).surely_holds(RATE)
+    assert TriedValue(1.0, 3, 10, {}).surely_fails(RATE)

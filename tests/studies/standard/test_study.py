@@ -18,7 +18,7 @@ from biped.show.page import write_page
 from biped.show.standing import document_of, lines_of
 from biped.studies.planned import plan_of
 from biped.studies.standard import study
-from biped.studies.standard.search import Tried
+from biped.studies.standard.search import TriedValue
 from biped.studies.standard.study import standard, trials_of
 from tests.cases import command
 
@@ -216,15 +216,15 @@ FOUND = {
     ],
     "standings": [
         {"test": "x/push", "gait": "a", "scale": 100.0,
-         "tried": [Tried(0.1, 10, 10, {"push_froude": 0.1})._asdict() | {"interval": [0.72, 1.0]},
-                   Tried(0.3, 7, 10, {"push_froude": 0.3})._asdict() | {"interval": [0.4, 0.9]},
-                   Tried(0.4, 2, 10, {"push_froude": None})._asdict() | {"interval": [0.06, 0.5]}],
+         "tried": [TriedValue(0.1, 10, 10, {"push_froude": 0.1})._asdict() | {"interval": [0.72, 1.0]},
+                   TriedValue(0.3, 7, 10, {"push_froude": 0.3})._asdict() | {"interval": [0.4, 0.9]},
+                   TriedValue(0.4, 2, 10, {"push_froude": None})._asdict() | {"interval": [0.06, 0.5]}],
          "limit": {"holds_to": 0.3, "sure_to": 0.1, "fails_at": 0.4, "surely_fails_at": 0.4}},
         {"test": "x/push", "gait": "<b>", "scale": 100.0,
-         "tried": [Tried(0.1, 1, 10, {"push_froude": None})._asdict() | {"interval": [0.0, 0.4]}],
+         "tried": [TriedValue(0.1, 1, 10, {"push_froude": None})._asdict() | {"interval": [0.0, 0.4]}],
          "limit": {"holds_to": None, "sure_to": None, "fails_at": 0.1, "surely_fails_at": 0.1}},
         {"test": "x/level", "gait": "a", "scale": 1.0, "limit": None,
-         "tried": [Tried(None, 9, 10, {"speed": 0.7})._asdict() | {"interval": [0.6, 1.0]}]},
+         "tried": [TriedValue(None, 9, 10, {"speed": 0.7})._asdict() | {"interval": [0.6, 1.0]}]},
         {"test": "x/level", "gait": "<b>", "scale": 1.0, "limit": None, "tried": []},
     ],
 }  # fmt: skip

@@ -46,7 +46,7 @@ def _loaded(path: Path) -> Trajectory:
     return load(path)
 
 
-class Kept:
+class ResultsFolder:
     """Recorded runs of a results folder, and those that can be repeated without running anybody's law.
 
     Args:
