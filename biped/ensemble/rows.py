@@ -43,9 +43,10 @@ class RowHead(msgspec.Struct, frozen=True, kw_only=True):
     doubt: str = ""
 
 
-def _least(metric: Metric) -> float:
-    """The value of a metric in a run that has none."""
-    return NAN if metric.kind == "mean" else False if metric.name in FLAGS else 0
+def _field(metric: Metric) -> tuple[str, type, Any]:
+    """Name, type and default of a metric's field."""
+    kind = float if metric.kind == "mean" else bool if metric.name in FLAGS else int
+    return metric.name, kind, NAN if kind is float else kind()
 
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ if TYPE_CHECKING:
 else:
     RowMetrics = msgspec.defstruct(
         "RowMetrics",
-        [(name, Any, _least(metric)) for name, metric in METRICS.items() if name != "falls"],
+        [_field(metric) for metric in METRICS.values() if metric.name != "falls"],
         bases=(RowHead,),
         frozen=True,
         kw_only=True,

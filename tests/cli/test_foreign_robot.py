@@ -1,4 +1,4 @@
-"""A robot that nobody here wrote goes through every command that seven links go through, or is refused with a reason."""
+"""A robot that nobody here wrote goes through every command that seven links do, or is refused with a reason."""
 
 from __future__ import annotations
 
@@ -38,9 +38,13 @@ OSTRICH = f"""
       {LEG.format(side="port", y=0.1)}{LEG.format(side="starboard", y=-0.1)}
     </body>
   </worldbody>
-  <actuator>{"".join(
-      f'<motor joint="{joint}_{side}" ctrlrange="-80 80"/>'
-      for side in ("starboard", "port") for joint in ("tip", "roll", "bend", "swing", "splay"))}
+  <actuator>{
+    "".join(
+        f'<motor joint="{joint}_{side}" ctrlrange="-80 80"/>'
+        for side in ("starboard", "port")
+        for joint in ("tip", "roll", "bend", "swing", "splay")
+    )
+}
     <motor joint="nod" ctrlrange="-10 10"/>
   </actuator>
 </mujoco>"""
