@@ -10,7 +10,7 @@ from biped.base.statistics import wilson
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.ensemble.sweeps import by_point, threshold_words, thresholds
-from biped.scenario.keys import PlanarSensors, Scenario, Simulation, Start, Truth
+from biped.scenario.keys import Scenario, Sensors, Simulation, Start, Truth
 from biped.scenario.push import Push
 from biped.scenario.randomise import Distribution, Randomise, Threshold
 from biped.scenario.vary import ChangeOrigin, drawn, points_of, run_seed, with_values
@@ -138,7 +138,7 @@ def test_sensors_delay_quantise_and_leave_the_log_true():
     quiet = Scenario(duration=0.1, simulation=Simulation(), start=Start(posture="heel_toe"))
     from msgspec.structs import replace
 
-    noisy = replace(quiet, sensors=PlanarSensors(angle_noise=1e-3, delay=0.002, quantisation=1e-4))
+    noisy = replace(quiet, sensors=Sensors(angle_noise=1e-3, delay=0.002, quantisation=1e-4))
     clean, seen = (campaign.simulate(Plan(s).run(0)) for s in (quiet, noisy))
     np.testing.assert_array_equal(clean.q[0], seen.q[0])  # the start itself is the same, and is logged truly
     assert np.abs(clean.u - seen.u).max() > 1e-3  # but the controller saw something else
@@ -146,7 +146,7 @@ def test_sensors_delay_quantise_and_leave_the_log_true():
     from biped.control.planar.sensors import PlanarSensors as Instrument
 
     q, v = np.zeros(9), np.zeros(9)
-    run = Plan(replace(quiet, sensors=PlanarSensors(delay=0.002, quantisation=0.5))).run(0)
+    run = Plan(replace(quiet, sensors=Sensors(delay=0.002, quantisation=0.5))).run(0)
     instrument = Instrument(run, q, v, 10)
     measured = []
     for k in range(6):
