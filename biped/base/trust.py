@@ -70,9 +70,13 @@ def trusted(file: Path) -> bool:
 def refusal(file: Path) -> str:
     """The complaint about a file that is not trusted, with a remedy."""
     return (
-        f"{label(file)} is Python code from outside the package, which runs only for those who trust it: give --trust, "
-        f'or put trust = ["{file.resolve().parent}"] into {configuration()}'
+        f"{label(file)} is Python code from outside the package, which runs only for those who trust it: {remedy(file)}"
     )
+
+
+def remedy(file: Path) -> str:
+    """Returns the words that say how to have a file trusted."""
+    return f'give --trust, or put trust = ["{file.resolve().parent}"] into {configuration()}'
 
 
 def configuration() -> Path:

@@ -185,6 +185,23 @@ class Observation:
             out[i] = -row @ self._data.qvel
         return out.ravel()
 
+    def frame(self, name: str) -> Pose:
+        """Place, orientation and velocities of a site or, where none has this name, of a body.
+
+        Raises:
+            KeyError: Neither has.
+        """
+        model, data = self._model, self._data
+        number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, name)
+        if number >= 0:
+            kind, place, turn = mujoco.mjtObj.mjOBJ_SITE, data.site_xpos[number], data.site_xmat[number]
+        else:
+            number = model.body(name).id
+            kind, place, turn = mujoco.mjtObj.mjOBJ_XBODY, data.xpos[number], data.xmat[number]
+        turning = np.empty(6)
+        mujoco.mj_objectVelocity(model, data, kind, number, turning, 0)
+        return Pose(place.copy(), turn.reshape(3, 3).copy(), turning[3:], turning[:3])
+
     def J_com(self) -> np.ndarray:
         """(3, nv) of the centre of mass."""
         out = np.empty((3, self._model.nv))

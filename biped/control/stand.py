@@ -73,7 +73,8 @@ class Stand:
         self._rest = np.array(
             [self._mass, *self._sway, self._height, *self._gravity, *(self._gravity / -self._gravity[2])]
         )
-        friction = USED * setup.scenario.ground.friction
+        said = setup.scenario.ground.friction
+        friction = USED * (float(model.geom_friction[robot.ground, 0]) if said is None else said)
         angles = np.pi * np.arange(2) if self._planar else 2.0 * np.pi * (np.arange(_EDGES) + 0.5) / _EDGES
         edges = np.column_stack([friction * np.cos(angles), friction * np.sin(angles), np.ones(len(angles))])
         self._edges, self._weight = edges / math.sqrt(1.0 + friction**2), weight

@@ -17,7 +17,7 @@ class Contacts(NamedTuple):
     Attributes:
         geoms: (n, 2) numbers of geoms.
         place: (n, 3) [m].
-        gap: (n,) [m] between the geoms.
+        gap: (n,) [m] between the geoms beyond the margin within which they push each other.
         is_ground: (ngeom,) whether a geom is ground.
         foot: (ngeom,) number of the foot that a geom belongs to, -1 if none.
     """
@@ -70,6 +70,8 @@ class GroundContacts:
             on = foot.bodies if planes is not None else [model.geom_bodyid[geom] for geom in foot.geoms]
             of_body[list(on)] = number
         self._foot = of_body[model.geom_bodyid]
+        margins = np.any(model.geom_margin) or np.any(model.pair_margin)
+        self._gap = np.zeros((64, 2))[:, 0] if margins else None
         self.pyramidal = model.opt.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL
 
     def examples(self) -> tuple[Contacts, Solved]:
@@ -81,7 +83,12 @@ class GroundContacts:
     def now(self) -> Contacts:
         """The contacts that there are."""
         contact = self._data.contact
-        return Contacts(contact.geom, contact.pos, contact.dist, self._is_ground, self._foot)
+        gap = contact.dist
+        if self._gap is not None:
+            if len(gap) > len(self._gap):
+                self._gap = np.zeros((2 * len(gap), 2))[:, 0]
+            gap = np.subtract(gap, contact.includemargin, out=self._gap[: len(gap)])
+        return Contacts(contact.geom, contact.pos, gap, self._is_ground, self._foot)
 
     def solved(self) -> Solved:
         """Their forces, after a step."""

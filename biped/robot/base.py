@@ -24,18 +24,34 @@ def ground_of(model: mujoco.MjModel, table: Described, faults: list[str]) -> int
     planes = [g for g in range(model.ngeom) if model.geom_type[g] == mujoco.mjtGeom.mjGEOM_PLANE]
     if table.ground:
         planes = [g for g in range(model.ngeom) if model.geom(g).name == table.ground]
+    level = [g for g in planes if _level(model, g)]
+    if len(level) == len(planes) > 1:
+        planes = level[:1]  # those of the same height touch nothing: `other_planes`
     if len(planes) != 1:
         names = ", ".join(model.geom(g).name or f"geom {g}" for g in planes)
         faults.append(f"ground: expected one plane of the world, got {names or f'no geom {table.ground!r}'}; write "
                       "[robot] ground = the name of its geom")  # fmt: skip
         return None
     (ground,) = planes
-    level = abs(model.geom_pos[ground, 2]) < _STRAIGHT and np.abs(model.geom_quat[ground, 1:3]).max() < _STRAIGHT
-    if model.geom_bodyid[ground] != 0 or model.geom_type[ground] != mujoco.mjtGeom.mjGEOM_PLANE or not level:
+    if not _level(model, ground):
         faults.append(f"ground: geom '{model.geom(ground).name}': expected the level plane z = 0 of the world (a slope "
                       "is set in the scenario)")  # fmt: skip
         return None
     return ground
+
+
+def _level(model: mujoco.MjModel, geom: int) -> bool:
+    """Whether a geom is a plane z = 0 that nothing moves, of the world or of a body that is fixed to it."""
+    if model.body_weldid[model.geom_bodyid[geom]] != 0 or model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_PLANE:
+        return False
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    return bool(abs(data.geom_xpos[geom, 2]) < _STRAIGHT and data.geom_xmat[geom, 8] > 1.0 - _STRAIGHT)
+
+
+def other_planes(model: mujoco.MjModel, ground: int) -> list[int]:
+    """Level planes of the ground's height beside it: a foot must not stand on two of them at once."""
+    return [g for g in range(model.ngeom) if g != ground and _level(model, g)]
 
 
 def base_of(model: mujoco.MjModel, table: Described, faults: list[str]) -> tuple[int, tuple[int, ...], bool] | None:
@@ -109,7 +125,7 @@ def surroundings(model: mujoco.MjModel, base: int, ground: int, faults: list[str
                       f"'{model.body(base).name}'; expected the robot alone")  # fmt: skip
     for geom in range(model.ngeom):
         body = int(model.geom_bodyid[geom])
-        if geom == ground or belongs(model, body, base) or body in others:
+        if geom == ground or _level(model, geom) or belongs(model, body, base) or body in others:
             continue
         if any(touches(model, pairs, one, geom) for one in own):
             name = f"'{model.geom(geom).name}'" if model.geom(geom).name else str(geom)

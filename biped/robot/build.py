@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 
 from biped.base.errors import InputError
+from biped.robot.base import other_planes
 from biped.robot.gravity import gravity3
 from biped.robot.ground import is_level, levelled
 from biped.robot.recognise import robot_of
@@ -19,6 +20,7 @@ from biped.robot.truth import apply_truth
 from biped.robot.uneven import give_planes, name_geoms, pairs_with_planes
 from biped.scenario.ground import Ground
 from biped.scenario.keys import Scenario, Simulation, Truth
+from biped.scenario.options import FILE
 from biped.scenario.robot import Described
 
 Command = Literal["torque", "position", "velocity", "generalized"]
@@ -62,10 +64,12 @@ def _compiled(
     for drive, limit in zip(robot.drives, limits, strict=True) if command != "generalized" else ():
         _drive(spec, drive, limit, command)
     option = spec.option
-    option.solver, option.noslip_iterations, option.disableactuator = mujoco.mjtSolver.mjSOL_NEWTON, 0, 0
+    option.solver, option.disableactuator = getattr(mujoco.mjtSolver, f"mjSOL_{simulation.solver.upper()}"), 0
+    if simulation.physics != FILE:
+        option.noslip_iterations, option.enableflags = 0, option.enableflags & ~_OVERRIDE
     set_solver(option, simulation)
     option.gravity = gravity3(ground.slope, ground.side_slope)
-    option.enableflags = option.enableflags & ~_OVERRIDE | mujoco.mjtEnableBit.mjENBL_ENERGY
+    option.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     model = spec.compile()
     _lay(model, robot, ground, level)
@@ -99,21 +103,27 @@ def _needs(drive: Drive, value: float, key: str) -> None:
 
 
 def _lay(model: mujoco.MjModel, robot: Robot, ground: Ground, level: bool) -> None:
-    """Gives contacts with the ground the scenario's friction and stiffness, whatever the parts of the robot say."""
-    solref, friction = [ground.contact_time, ground.damping_ratio], max(ground.friction, 1e-5)
-    if not level:
-        laid = pairs_with_planes(model)
-        model.pair_friction[laid, :2], model.pair_solref[laid] = friction, solref
-        return
-    g = robot.ground
-    model.geom_priority[g] = int(model.geom_priority.max()) + 1
-    model.geom_friction[g, 0] = friction
-    model.geom_solref[g] = solref
-    model.geom_condim[g] = max(3, int(model.geom_condim[g]))
-    for i in range(model.npair):
-        if g in (model.pair_geom1[i], model.pair_geom2[i]):
-            model.pair_friction[i, :2] = friction
-            model.pair_solref[i] = solref
+    """Gives contacts with the ground the scenario's friction and stiffness, whatever the parts of the robot say.
+
+    What the scenario leaves to the file stays the ground's own: of its geom, not of the parts that touch it.
+    """
+    friction = None if ground.friction is None else max(ground.friction, 1e-5)
+    solref = [(0, ground.contact_time), (1, ground.damping_ratio)]
+    laid, g = pairs_with_planes(model), robot.ground
+    if level:
+        model.geom_contype[other_planes(model, g)] = model.geom_conaffinity[other_planes(model, g)] = 0
+        if friction is None and all(value is None for _, value in solref):
+            return
+        model.geom_priority[g] = int(model.geom_priority.max()) + 1
+        model.geom_condim[g] = max(3, int(model.geom_condim[g]))
+        laid = [i for i in range(model.npair) if g in (model.pair_geom1[i], model.pair_geom2[i])]
+        model.geom_friction[g, 0] = model.geom_friction[g, 0] if friction is None else friction
+    if friction is not None:
+        model.pair_friction[laid, :2] = friction
+    for i, value in solref:
+        if value is not None:
+            model.geom_solref[g, i] = value if level else model.geom_solref[g, i]
+            model.pair_solref[laid, i] = value
 
 
 def _replace_actuators(spec: mujoco.MjSpec) -> None:

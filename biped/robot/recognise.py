@@ -12,7 +12,7 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import label, nearest
-from biped.robot.base import base_of, belongs, ground_of, physics_of, surroundings
+from biped.robot.base import base_of, belongs, ground_of, other_planes, physics_of, surroundings
 from biped.robot.drives import drives_of
 from biped.robot.legs import above, leg_length, pitching
 from biped.robot.robot import FootParts, Robot
@@ -32,10 +32,12 @@ class Looked(NamedTuple):
     Attributes:
         robot: What it is; None where faults leave nothing that could walk.
         faults: What is wrong, and what to write.
+        notes: What of the file was left out, without harm.
     """
 
     robot: Robot | None
     faults: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
 
 def robot_of(path: Path, table: Described) -> Robot:
@@ -44,7 +46,7 @@ def robot_of(path: Path, table: Described) -> Robot:
     Raises:
         InputError: It is none: all that is wrong.
     """
-    robot, faults = looked_at(path, table)
+    robot, faults, _ = looked_at(path, table)
     if robot is None:
         many = f"{len(faults)} faults: " if len(faults) > 1 else ""
         raise InputError(f"{label(path)}: {many}{'; '.join(faults)}", "model")
@@ -66,7 +68,14 @@ def _looked_at(file: str, modified: float, table: Described) -> Looked:
     if not packaged(path):
         examine(path)
         tried(label(path), lambda: _survives(path, table))
-    return _recognised(path, parsed(path, table)[1], table)
+    notes: list[str] = []
+    model = parsed(path, table, notes)[1]
+    found = _recognised(path, model, table)
+    if found.robot is not None and (idle := other_planes(model, found.robot.ground)):
+        names = ", ".join(f"'{model.geom(g).name or g}'" for g in idle)
+        notes.append(f"ground: '{model.geom(found.robot.ground).name}'; level planes of the same height touch nothing: "
+                     f"{names}")  # fmt: skip
+    return found._replace(notes=tuple(notes))
 
 
 def _survives(path: Path, table: Described) -> None:

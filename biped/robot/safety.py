@@ -17,6 +17,7 @@ from xml.parsers import expat
 
 from biped.base.errors import InputError
 from biped.base.files import folder, label
+from biped.base.trust import remedy, trusted
 
 MOST_BYTES = 4_000_000
 """Of a model file with all that it includes; the human model has 8 kB."""
@@ -114,9 +115,10 @@ class _Examination:
         _File(self, path, name).parse()
 
     def _size(self, path: Path, asked_by: str) -> int:
-        """[bytes] of a regular file below the model's folder."""
-        if not path.resolve().is_relative_to(self._folder):
-            raise InputError(f"{asked_by}: {path}: expected a file in the folder of the model, or below it")
+        """[bytes] of a regular file below the model's folder, or where the user trusts files."""
+        if not path.resolve().is_relative_to(self._folder) and not trusted(path):
+            raise InputError(f"{asked_by}: {path}: expected a file in the folder of the model, or below it; of one "
+                             f"that lies elsewhere, {remedy(path)}")  # fmt: skip
         try:
             state = path.stat()
         except OSError as error:
@@ -143,7 +145,7 @@ class _Examination:
 
     def include(self, name: str, file: str, beside: Path) -> None:
         """Scans an included file. MuJoCo looks beside the file that asks and beside the model: both count."""
-        places = [place / file for place in dict.fromkeys((beside, self._folder))]
+        places = [place / file for place in dict.fromkeys((beside.resolve(), self._folder))]
         found = [place for place in places if file and place.exists()]
         if not found:
             raise InputError(f"{name}: include: no file '{file[:LONGEST_NAME]}'")

@@ -11,7 +11,7 @@ import mujoco
 
 from biped.base.errors import InputError
 from biped.base.files import label, nearest
-from biped.robot.safety import PACKAGE, spellings_of
+from biped.robot.assets import find_assets, leave_out_idle
 from biped.scenario.keys import Simulation
 from biped.scenario.robot import Described
 
@@ -26,13 +26,18 @@ def is_urdf(path: Path) -> bool:
     return path.suffix == ".urdf"
 
 
-def parsed(path: Path, table: Described) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
+def parsed(path: Path, table: Described, notes: list[str] | None = None) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
     """The file, completed, and compiled as it is.
+
+    Args:
+        path: The file.
+        table: What is said of the robot.
+        notes: What was left out of the file is added here.
 
     Raises:
         InputError: MuJoCo cannot read or compile it.
     """
-    return compiled_spec(path, lambda: read(path, table))
+    return compiled_spec(path, lambda: read(path, table, notes))
 
 
 def compiled_spec(path: Path, read: Callable[[], mujoco.MjSpec]) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
@@ -68,31 +73,17 @@ def set_solver(option: Any, simulation: Simulation) -> None:
     option.impratio = simulation.impratio
     option.tolerance = simulation.tolerance
     option.iterations = simulation.iterations
+    option.ls_iterations = simulation.ls_iterations
 
 
-def read(path: Path, table: Described) -> mujoco.MjSpec:
+def read(path: Path, table: Described, notes: list[str] | None = None) -> mujoco.MjSpec:
     """The file, completed; arguments and errors as of `parsed`."""
     spec = mujoco.MjSpec.from_file(str(path))
-    if is_urdf(path):
-        for mesh in spec.meshes:
-            if mesh.file.startswith(PACKAGE):
-                mesh.file = _found(path, mesh.file)
+    out = [] if notes is None else notes
+    find_assets(spec, path, out)
+    leave_out_idle(spec, out)
     complete(spec, table, is_urdf(path))
     return spec
-
-
-def _found(path: Path, file: str) -> str:
-    """A file of a ROS package, `package://NAME/PLACE`, relative to the model's folder.
-
-    Raises:
-        InputError: It is nowhere below that.
-    """
-    spellings = spellings_of(file)
-    for spelling in spellings:
-        if (path.parent / spelling).is_file():
-            return spelling
-    raise InputError(f"{label(path)}: mesh '{file[:200]}': expected it below the folder of the model, as "
-                     f"{', '.join(spellings)[:400]}")  # fmt: skip
 
 
 def complete(spec: mujoco.MjSpec, table: Described, urdf: bool) -> None:
@@ -127,7 +118,10 @@ def complete(spec: mujoco.MjSpec, table: Described, urdf: bool) -> None:
     for actuator in spec.actuators:
         if not actuator.name:
             actuator.name = _free(actuator.target, taken)
-    planes = [geom for geom in spec.worldbody.geoms if geom.type == mujoco.mjtGeom.mjGEOM_PLANE]
+    for number, key in enumerate(spec.keys):
+        if not key.name:
+            key.name = f"key_{number}"
+    planes = [geom for geom in spec.geoms if geom.type == mujoco.mjtGeom.mjGEOM_PLANE]
     if not planes and not table.ground:
         spec.worldbody.add_geom(name=GROUND, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0.0, 0.0, 0.05], group=3,
                                 contype=1, conaffinity=1, condim=3, rgba=[0.85, 0.86, 0.84, 1.0])  # fmt: skip

@@ -16,6 +16,7 @@ from biped.base.text import echo
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import BUILT_IN
 from biped.scenario.noticed import noticed_of
+from biped.scenario.options import FILE, options_of
 from biped.scenario.section import LARGEST
 
 KIND = "general"
@@ -26,6 +27,8 @@ HABITS: dict[str, Any] = {
     "actuation": {"torque_limit": LARGEST},
 }
 """Keys and their values where nobody says: no gait, the robot's own start and limits."""
+FROM_FILE: dict[str, Any] = {"ground": {"friction": None, "contact_time": None, "damping_ratio": None}}
+"""Keys that the model file answers, where the physics is the file's."""
 
 
 def make_general(data: dict[str, Any], origin: dict[str, Path]) -> bool:
@@ -62,6 +65,10 @@ def make_general(data: dict[str, Any], origin: dict[str, Path]) -> bool:
     if kind == KIND and isinstance(data["robot"], dict):
         lay_under(data, {"robot": description}, origin, own)
     lay_under(data, habits, origin, own)
+    simulation = data.get("simulation")
+    if isinstance(simulation, dict) and simulation.get("physics") == FILE:
+        lay_under(data, {"simulation": options_of(model)}, origin, model)
+        lay_under(data, FROM_FILE, origin, model)
     lay_under(data, HABITS, origin, own)
     return True
 

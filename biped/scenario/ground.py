@@ -73,7 +73,8 @@ class Ground(Section, frozen=True):
         seat: Something on it to sit on; MuJoCo's, of bipeds in the plane.
         side_slope: Degrees, rising to the left; of robots that move in space.
         angles: What Q_d's absolute angles are measured from: the direction of gravity or the slope's normal.
-        friction: Coefficient of Coulomb friction.
+        friction: Coefficient of Coulomb friction; with `simulation.physics = "file"` by default the file's, as are the
+            next two.
         contact_time: Time constant [s] of MuJoCo's contacts and knee stops (solref), at least two time steps.
         damping_ratio: Their damping ratio.
     """
@@ -84,6 +85,6 @@ class Ground(Section, frozen=True):
     seat: Seat = Seat()
     side_slope: Annotated[float, Meta(gt=-45, lt=45)] = 0.0
     angles: Literal["gravity", "slope"] = "gravity"
-    friction: Annotated[float, Meta(ge=0, le=1e6)] = 3.0
-    contact_time: Annotated[float, Meta(gt=0, le=1000)] = 0.004
-    damping_ratio: Annotated[float, Meta(ge=1e-6, le=1e6)] = 1.0
+    friction: Annotated[float, Meta(ge=0, le=1e6)] | None = 3.0
+    contact_time: Annotated[float, Meta(gt=0, le=1000)] | None = 0.004
+    damping_ratio: Annotated[float, Meta(ge=1e-6, le=1e6)] | None = 1.0

@@ -108,6 +108,11 @@ class Simulation(Section, frozen=True):
         impratio: Ratio of MuJoCo's frictional to normal constraint impedance.
         tolerance: Of MuJoCo's solver.
         iterations: Most iterations of MuJoCo's solver in a step.
+        ls_iterations: Most iterations of its line search.
+        solver: MuJoCo's.
+        physics: Where what is not said here comes from: `scenario`, the defaults of these keys; or the model's `file`:
+            time step, integrator, solver, cone, contacts and friction are what its MJCF says (MuJoCo's defaults where
+            it says nothing), and the law is asked at every step. Of robots of any kind.
     """
 
     timestep: Annotated[float, Meta(ge=1e-7, le=0.1)] = 0.001
@@ -117,6 +122,9 @@ class Simulation(Section, frozen=True):
     impratio: Annotated[float, Meta(ge=1e-6, le=1e9)] = 10.0
     tolerance: Annotated[float, Meta(ge=0, le=100)] = 1e-10
     iterations: Annotated[int, Meta(ge=1, le=10_000)] = 100
+    ls_iterations: Annotated[int, Meta(ge=1, le=10_000)] = 50
+    solver: Literal["Newton", "CG", "PGS"] = "Newton"
+    physics: Literal["scenario", "file"] = "scenario"
 
 
 class Fall(Section, frozen=True):

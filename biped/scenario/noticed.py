@@ -63,6 +63,8 @@ def taken(s: Scenario, fail: Fail) -> None:
     """Rejects what a scenario of a robot of any kind says in vain, by name: its law would take no notice of it."""
     if s.engine != "mujoco":
         raise fail("engine", f"expected 'mujoco': '{s.engine}' has seven links; got '{s.engine}'")
+    if s.gains.speed is not None and not s.controller:
+        raise fail("gains.speed", "expected none: no controller is named, and it is the speed of one that is a family")
     read = read_by(s.law)
     if vain := list(_in_vain(s, read)):
         first, *others = vain

@@ -18,14 +18,28 @@ def show_robot(found: ModelReport) -> None:
         _show(found.robot)
     for fault in found.faults:
         out.print(f"  [red]fault[/red]  {plain(fault)}", markup=True)
-    if found.planar and found.robot is not None:
-        laws = " or ".join(f"law = '{name}'" for name in found.laws)
-        out.print(f"  runs with a law of one's own (law = 'path.py:Class'), {laws}; not with the thesis's:")
-        out.print(f"    {plain(found.planar)}")
-    elif found.robot is not None:
-        out.print(
-            "  a planar biped of seven links: the thesis's law walks it; as any robot, with [robot] in a scenario"
-        )
+    for note in found.notes:
+        out.print(f"  note       {plain(note)}", markup=True)
+    if found.robot is not None:
+        _show_use(found)
+
+
+def _show_use(found: ModelReport) -> None:
+    """Prints what a robot runs with, and a scenario to start from."""
+    out = console()
+    if found.physics:
+        out.print(f"  physics    {plain(found.physics)}")
+    laws = " or ".join(f"law = '{name}'" for name in found.laws)
+    own = "a policy's card ('card.toml') or a law of one's own ('path.py:Class')"
+    if not found.planar:
+        out.print("  runs with  the thesis's law walks it as a planar biped of seven links; as any robot with [robot], "
+                  f"{laws}, {own}")  # fmt: skip
+        return
+    out.print(f"  runs with  {laws}, {own}")
+    out.print("  a scenario to start from, such as first.toml; then: biped run first.toml --record")
+    for line in (f'model = "{plain(label(found.file))}"', f'law = "{found.laws[-1]}"', "duration = 5.0",
+                 *(('simulation.physics = "file"',) if found.physics else ())):  # fmt: skip
+        out.print(f"    {line}", markup=False, highlight=False)
 
 
 def _show(robot: Robot) -> None:

@@ -14,7 +14,9 @@ from biped.robot.recognise import looked_at
 from biped.robot.robot import Robot
 from biped.robot.spec import parsed
 from biped.scenario.general import KIND
+from biped.scenario.keys import Simulation
 from biped.scenario.laws import BUILT_IN, SPATIAL
+from biped.scenario.options import differing
 from biped.scenario.robot import Described
 from biped.scenario.valid import convert, known_keys
 
@@ -29,6 +31,8 @@ class ModelReport(NamedTuple):
         faults: All that is wrong, and what to write.
         planar: Why the thesis's law cannot walk it; empty if it can.
         laws: The laws of this package that it runs with, beside a law of one's own.
+        notes: What of the file was left out, without harm.
+        physics: What the file asks for and a run does otherwise by default; empty where they agree.
     """
 
     file: Path
@@ -37,12 +41,15 @@ class ModelReport(NamedTuple):
     faults: tuple[str, ...]
     planar: str
     laws: tuple[str, ...]
+    notes: tuple[str, ...]
+    physics: str
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data, as `--json` prints it."""
         return {
             "file": label(self.file), "description": None if self.description is None else label(self.description),
             "faults": list(self.faults), "seven_links": not self.planar, "laws": list(self.laws),
+            "notes": list(self.notes), "physics": self.physics,
             "robot": None if self.robot is None else msgspec.to_builtins(self.robot) | {"mass": self.robot.mass},
         }  # fmt: skip
 
@@ -69,9 +76,10 @@ def look(name: str) -> ModelReport:
 
         known_keys(data, Described, "", fail)
         table = convert(data, Described, fail)
-    robot, faults = looked_at(path, table)
+    robot, faults, notes = looked_at(path, table)
     laws = () if robot is None else _laws(path, table, robot)
-    return ModelReport(path, own if general else None, robot, faults, _planar(path, general), laws)
+    physics = "" if robot is None else differing(path, Simulation())
+    return ModelReport(path, own if general else None, robot, faults, _planar(path, general), laws, notes, physics)
 
 
 def _laws(path: Path, table: Described, robot: Robot) -> tuple[str, ...]:

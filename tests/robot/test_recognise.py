@@ -12,6 +12,7 @@ import pinocchio
 import pytest
 
 from biped.base.errors import InputError
+from biped.base.trust import trusting
 from biped.cli.main import main
 from biped.control.observation import Observation
 from biped.robot.build import compiled
@@ -120,6 +121,82 @@ def test_faults(tmp_path, text, table, words):
 
 
 MOON = '<option gravity="0 0 -1.62"/><worldbody>'
+
+
+def test_files_as_they_are_found(tmp_path, monkeypatch):
+    """A scene with a relative include, lost looks, an idle joint, two grounds and a keyframe without a name."""
+    monkeypatch.chdir(tmp_path)
+    inertia = '<inertial mass="3" pos="0 0 0" diaginertia="1 1 1"/>'
+    idle = f'<body name="spare" pos="0 0 9">{inertia}<joint name="none"/></body>'
+    look = inertia + '<geom type="mesh" mesh="lost" contype="0" conaffinity="0"/>'
+    keys = '<key qpos="1 0 0 0.6 1 0 0 0 0 0 0 0"/>'
+    text = model(actuators=MOTORS + '<motor joint="none"/>', world=idle, keys=keys)
+    text = text.replace("<worldbody>", '<asset><mesh name="lost" file="lost.stl"/></asset><worldbody>')
+    text = text.replace("<freejoint/>", f"<freejoint/>{look}")
+    write("r.xml", text)
+    plane = '<geom name="{}" type="plane" size="1 1 1"/>'
+    write("scene.xml", '<mujoco><include file="r.xml"/><worldbody>' + plane.format("a")
+          + f'<body name="fixed">{plane.format("b")}</body></worldbody></mujoco>')  # fmt: skip
+    robot, wrong, notes = looked_at(Path("scene.xml"), Described())
+    assert not wrong
+    assert robot is not None
+    assert robot.start == "key_0"
+    assert [drive.joint for drive in robot.drives] == ["left_hip", "left_ankle", "right_hip", "right_ankle"]
+    assert len(robot.q_names) == 7 + 4
+    for words, note in zip(("(lost.stl", "'spare'", "'a'; level planes of the same height touch nothing: 'b'"), notes,
+                           strict=True):  # fmt: skip
+        assert words in note
+    write("s.toml", 'model = "scene.xml"\nlaw = "stand"\nrobot = {}\n')
+    own = compiled(Path("scene.xml"), read_scenario("s.toml"), "torque")
+    meets = [own.geom(name).contype[0] for name in ("a", "b")]
+    assert (meets[0] > 0, meets[1]) == (True, 0)
+    write("r.xml", text.replace('mesh="lost" contype="0"', 'mesh="lost" contype="1"'))
+    os.utime("scene.xml", ns=(1, 1))  # looked at anew
+    with pytest.raises(InputError, match=r"mesh 'lost.stl': there is no such file, and body 'trunk' touches things"):
+        looked_at(Path("scene.xml"), Described())
+
+
+def test_assets_above_the_folder_are_for_those_who_trust_them(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("mjcf").mkdir()
+    Path("meshes").mkdir()
+    corners = [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    write("meshes/m.obj", "".join(f"v {x} {y} {z}\n" for x, y, z in corners) + "f 1 2 3\nf 1 3 5\nf 1 5 2\nf 2 3 5\n")
+    text = model(actuators=MOTORS).replace(
+        "<worldbody>", '<compiler meshdir="../meshes"/><asset><mesh name="m" file="m.obj"/></asset><worldbody>', 1
+    )
+    write("mjcf/r.xml", text)
+    with pytest.raises(InputError, match="give --trust"):
+        looked_at(Path("mjcf/r.xml"), Described())
+    with trusting(everything=True):
+        assert looked_at(Path("mjcf/r.xml"), Described()).robot is not None
+
+
+OPTION = '<option timestep="0.005" integrator="implicitfast" iterations="3" ls_iterations="5"/>'
+
+
+def test_physics_is_the_files_where_a_scenario_asks_for_it(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    floor = '<geom name="floor" type="plane" size="1 1 1" friction="0.6" solref="0.03 1.2"/>'
+    write("r.xml", model(actuators=MOTORS, world=floor).replace("<mujoco>", "<mujoco>" + OPTION))
+    write("s.toml", 'model = "r.xml"\nlaw = "stand"\nrobot = {}\n')
+    ours = compiled(Path("r.xml"), read_scenario("s.toml"), "torque")
+    assert (ours.opt.timestep, ours.opt.iterations, ours.opt.ls_iterations) == (0.001, 100, 50)
+    assert main(["model", "r.xml"]) == 0
+    assert "the file says 0.005 s, implicitfast, pyramidal" in " ".join(capsys.readouterr().out.split())
+    s = read_scenario("s.toml", ["simulation.physics=file"])
+    assert s.simulation.control_rate == 200.0
+    theirs, plain = compiled(Path("r.xml"), s, "torque"), mujoco.MjModel.from_xml_path("r.xml")
+    for name in ("timestep", "integrator", "cone", "impratio", "tolerance", "iterations", "ls_iterations", "solver"):
+        assert getattr(theirs.opt, name) == getattr(plain.opt, name), name
+    for name in ("geom_friction", "geom_solref", "geom_priority", "geom_condim"):
+        np.testing.assert_array_equal(getattr(theirs, name), getattr(plain, name))
+    s = read_scenario("s.toml", ["simulation.physics=file", "simulation.timestep=0.001", "ground.friction=0.3"])
+    mixed = compiled(Path("r.xml"), s, "torque")
+    assert (mixed.opt.timestep, mixed.geom("floor").friction[0], mixed.geom("floor").solref[0]) == (0.001, 0.3, 0.03)
+    assert mixed.geom("floor").priority > 0
+
+
 FLAG = '<option><flag {}="disable"/></option><worldbody>'
 BOX = '<geom name="box" type="box" size="1 1 0.1"/>'
 BALL = '<body name="ball" pos="2 0 1">{}<geom name="of_ball" size="0.1" mass="7" contype="{}" conaffinity="0"/></body>'

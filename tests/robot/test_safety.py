@@ -139,7 +139,7 @@ def test_a_harmful_model_is_refused(name, put_down):
     [
         ("itself as an asset", "crashes MuJoCo or Pinocchio (SIGSEGV)"),
         ("elements too deep", "not a model MuJoCo can compile"),
-        ("flexcomp", "takes more than 512 MB"),
+        ("flexcomp", "takes more than 2048 MB"),
         ("texture", "allocate memory"),
         ("all memory", "allocate memory"),
     ],

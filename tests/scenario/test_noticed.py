@@ -30,7 +30,7 @@ NOT_OF_A_RUN = {
     "standard", "randomise.runs", "randomise.draw",
 }  # fmt: skip
 """What a campaign is, and what its results are held against."""
-OF_THE_ROBOT = {"robot", "model", "engine"}
+OF_THE_ROBOT = {"robot", "model", "engine", "simulation.physics"}
 """What `biped.robot` reads, with tests of its own; there is one engine."""
 TOLD = {f"{table}.{key}".lstrip(".") for table, keys in OWN.items() for key in keys}
 """What a law of one's own may make of what it is."""
@@ -38,6 +38,7 @@ OTHERS: dict[str, Any] = {
     "start.posture": "flat", "push.0.body": "right_foot", "change.0.controller": "human3d_generalized",
     "controller": "human3d_generalized", "truth.part.0.name": "left_foot",
     "fall.height": 0.9999999, "fall.tilt": 0.01, "simulation.iterations": 1, "simulation.tolerance": 1.0,
+    "simulation.ls_iterations": 1,
     "simulation.timestep": 0.0005, "simulation.control_rate": 500.0, "actuation.torque_limit": 1.0,
     "start.contacts": ("right_toe",), "seed": 3, "reading": "clipped",
 }  # fmt: skip

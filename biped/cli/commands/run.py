@@ -79,12 +79,17 @@ def _live(args: argparse.Namespace) -> int:
 
 def _show(args: argparse.Namespace, done: ScenarioResult) -> None:
     from biped.ensemble.failures import FAILURES
+    from biped.robot.safety import packaged
+    from biped.scenario.options import differing
     from biped.show.results import document_of
     from biped.show.terminal import show
     from biped.studies.making import TRACEBACK
 
     if not args.json:
         show(document_of(done.result, done.plan.scenario.description))
+        model, s = done.plan.model, done.plan.scenario
+        if s.robot is not None and not packaged(model) and (words := differing(model, s.simulation)):
+            print(f"  physics: {words}")
         print(f"  results in {done.folder}/")
         if done.folder is not None and done.raised:
             where = TRACEBACK if len(done.rows) == 1 else FAILURES

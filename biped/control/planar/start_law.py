@@ -23,6 +23,8 @@ class Law:
     """
 
     def __init__(self, setup):
+        if setup.gains.k_d1 is None:
+            raise ValueError("this law needs the gains of a gait file and a planar biped of seven links")
         gains, actuation = setup.gains, setup.scenario.actuation
         self.torso = gains.k_d1, gains.b_d1, np.radians(gains.theta_b)
         self.k = np.array([gains.k_d2, gains.k_d3, gains.k_d4])  # (3, 4) [N m/rad] hip, knee, ankle; leg state 1 … 4
