@@ -253,7 +253,9 @@ import numpy as np
 from biped.ensemble import campaign
 from biped.studies.planned import plan_of
 
-SHORT = ["duration=0.3", "window.start=0.1", "window.end=0.3", "start.jitter=0.002"]
+ticks = int(sys.argv[2])
+end = ticks * 1e-3
+SHORT = [f"duration={end}", f"window.start={end / 3.0}", f"window.end={end}", "start.jitter=0.002"]
 CASES = {
     "joint": [],
     "touching": ["actuation.contacts=touching", "actuation.single_tangential=true"],
@@ -267,14 +269,15 @@ CASES = {
 logs = {}
 for name, changes in CASES.items():
     t = campaign.simulate(plan_of("level_normal", [*SHORT, *changes]).run(0))
-    assert len(t) == 300, (name, t.cause)
+    assert len(t) == ticks, (name, t.cause)
     logs[name] = t.log
 np.savez(sys.argv[1], **logs)
 """
 
 
-def test_compiled_kernels_do_what_they_do_as_plain_python(tmp_path):
-    """Control tick, rigid engine and geometry, 300 ticks of each kind of run.
+@pytest.mark.parametrize("ticks", [80, pytest.param(300, marks=pytest.mark.slow)])
+def test_compiled_kernels_do_what_they_do_as_plain_python(tmp_path, ticks):
+    """Control tick, rigid engine and geometry, each kind of run.
 
     Measured: equal to the last bit. A rounding error of one tick grows by an order of magnitude or two in 0.3 s.
     """
@@ -284,7 +287,7 @@ def test_compiled_kernels_do_what_they_do_as_plain_python(tmp_path):
     for disable in "01":
         file = tmp_path / f"{disable}.npz"
         environment = os.environ | {"NUMBA_DISABLE_JIT": disable, "PYTHONPATH": str(PACKAGE.parent)}
-        subprocess.run([sys.executable, "-c", WALKS, str(file)], env=environment, cwd=tmp_path, check=True)
+        subprocess.run([sys.executable, "-c", WALKS, str(file), str(ticks)], env=environment, cwd=tmp_path, check=True)
         logs.append(dict(np.load(file)))
     assert len(logs[0]) == 8
     for name, log in logs[0].items():
