@@ -92,7 +92,9 @@ lock: setup ## refresh both lock files from pyproject.toml
 	$(LOCK) --group dev -c requirements.lock -o requirements-dev.lock
 
 docs: setup ## write the pages that are made from the code
+	$(BIN)/python -m biped.cli.reference
 	$(BIN)/python -m biped.scenario.reference
+	$(BIN)/python -m biped.show.references
 	$(BIN)/python -m biped.show.standing
 	$(BIN)/python -m biped.show.readings
 

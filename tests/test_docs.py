@@ -12,6 +12,7 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.base.files import locate
+from biped.cli import reference
 from biped.cli.main import parsed
 from biped.scenario.reading import read_scenario
 from biped.show import references
@@ -88,24 +89,57 @@ def test_the_house_is_the_one_that_lint_enforces():
         assert (package / path).is_file(), path
 
 
+README = ROOT / "README.md"
+
+
 def test_the_readme_is_short_and_begins_with_two_commands():
-    lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
-    assert len(lines) <= 105
-    assert [line.split("#")[0].strip() for line in lines[3:5]] == ["make run", "make test"]
-    text = "\n".join(lines)
-    for word in ("Released", "**A**", "**Q_d**"):
-        assert text.index(word) < text.index("## What it found"), f"{word} is used before it is explained"
+    text = README.read_text(encoding="utf-8")
+    bare = re.sub(r"<!--.*?-->", "", re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", text))
+    assert len(re.findall(r"[^\s|]*\w[^\s|]*", bare)) <= 400
+    block = re.search(r"```sh\n(.*?)```", text, re.DOTALL)
+    assert [line.split("#")[0].strip() for line in block[1].splitlines()] == ["make run", "make test"]
+    lines = text.splitlines()
+    assert text.index("**Does") < text.index("make run") < text.index("walk.gif")
+    people = [line for line in lines if line.startswith("- **I ")]
+    assert len(people) == 3
+    assert all(re.search(r"\]\(docs/[\w-]+\.md\)", line) for line in people)
 
 
-def test_the_scenario_of_the_readme_is_valid(tmp_path):
-    (block,) = re.findall(r"```toml\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+@pytest.mark.parametrize("page", [page for page in PAGES if NOTES not in page.parents], ids=lambda page: page.name)
+def test_scenarios_in_pages_are_valid(page, tmp_path):
+    """Blocks of TOML that are whole scenarios: those that say what they extend, or which model walks."""
+    for i, block in enumerate(re.findall(r"```toml\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)):
+        found = tomllib.loads(block)
+        bare = re.sub(r"#.*", "", block)
+        if not {"extends", "model"} & set(found) or "my_" in bare or page.name == "tuning.md":  # those are gaits
+            continue
+        file = tmp_path / f"page{i}.toml"
+        file.write_text(block, encoding="utf-8")
+        read_scenario(str(file))
+
+
+def test_the_tutorial_scenario_says_what_it_says(tmp_path):
+    (block,) = re.findall(r"```toml\n(.*?)```", (ROOT / "docs/first-run.md").read_text(encoding="utf-8"), re.DOTALL)
     (tmp_path / "my.toml").write_text(block, encoding="utf-8")
     assert read_scenario(str(tmp_path / "my.toml")).ground.slope == 2.0
-    (tmp_path / "bad.toml").write_text(block.replace("slope", "slop"), encoding="utf-8")
+    (tmp_path / "bad.toml").write_text(block.replace("slope =", "slop ="), encoding="utf-8")
     with pytest.raises(InputError):
         read_scenario(str(tmp_path / "bad.toml"))
+
+
+def test_the_page_of_commands_is_what_the_parsers_say():
+    assert reference.PAGE.read_text(encoding="utf-8") == reference.page(), "python -m biped.cli.reference"
+
+
+def test_every_page_is_listed():
+    """Whoever opens the documentation finds every page from its first one."""
+    index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    for page in (ROOT / "docs").glob("*.md"):
+        if page.name != "index.md" and not page.name.endswith(".in.md"):
+            assert f"]({page.name})" in index, f"docs/index.md: {page.name}"
 
 
 def test_recorded_numbers_are_what_their_page_says():
     told = references.PAGE.read_text(encoding="utf-8")
     assert told == references.page(read(shipped())), "python -m biped.show.references"
+    assert references.README.read_text(encoding="utf-8") == references.readme(read(shipped()))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
@@ -165,22 +166,33 @@ def _words(bound: Bound) -> str:
 JUNIT = Kind("a report of biped check", (".xml",), (b'<testsuites name="biped"',))
 
 
-def write_junit(path: Path, results: Sequence[Mapping[str, Any]]) -> None:
+def write_junit(path: Path, results: Sequence[Mapping[str, Any]], seconds: Sequence[float] = ()) -> None:
     """Writes checks as JUnit XML: one suite per scenario, one case per check; what is undecided is skipped.
+
+    A suite has the time that its scenario took, and each case the value and the bound as properties.
 
     Args:
         path: The file.
         results: Result objects as `--json` prints them.
+        seconds: [s] that each took; default: it is not said.
     """
     root = ElementTree.Element("testsuites", name="biped")
-    for result in results:
+    for result, taken in zip_longest(results, seconds):
         words = [word_of(check) for check in result["checks"]]
         suite = ElementTree.SubElement(
             root, "testsuite", name=result["scenario"], tests=str(len(words)), failures=str(words.count(FAILED)),
             skipped=str(words.count(UNDECIDED)),
         )  # fmt: skip
+        # Its checks are of the same runs: what these took is shared out among them.
+        if taken is not None:
+            suite.set("time", f"{taken:.3f}")
         for check, word in zip(result["checks"], words, strict=True):
             case = ElementTree.SubElement(suite, "testcase", classname=result["scenario"], name=check["name"])
+            if taken is not None:
+                case.set("time", f"{taken / len(words):.3f}")
+            properties = ElementTree.SubElement(case, "properties")
+            for name in ("value", "expected"):
+                ElementTree.SubElement(properties, "property", name=name, value=str(check[name]))
             if word != PASSED:
                 name = "failure" if word == FAILED else "skipped"
                 ElementTree.SubElement(case, name, message=sentence_of(check, str(check["value"])))

@@ -16,6 +16,13 @@ def text(content: Document) -> str:
     return "\n\n".join(_block(block) for block in content) + "\n"
 
 
+def replaced(page: str, name: str, part: str) -> str:
+    """A page with another part between its marks `<!-- NAME -->` and `<!-- end of NAME -->`."""
+    before, begin, rest = page.partition(f"<!-- {name} -->")
+    _, end, after = rest.partition(f"<!-- end of {name} -->")
+    return f"{before}{begin}\n{part}\n{end}{after}"
+
+
 def _block(block: object) -> str:
     match block:
         case Heading(line, level):

@@ -1,7 +1,7 @@
 """Readings of the thesis in Markdown: verdicts on its claims, places of choice, how a search went.
 
 `python -m biped.show.readings [FOLDER]` takes the results of `biped readings --out FOLDER` into docs/readings.json, and
-writes docs/readings.md and the verdicts in README.md from it.
+writes docs/readings.md and the verdicts in docs/thesis.md from it.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import numpy as np
 from biped.base.json import dumps
 from biped.base.statistics import wilson
 from biped.base.writing import write_into, write_text
+from biped.show.markdown import replaced
 from biped.show.words import literal
 from biped.studies.readings.definition import Claim, Definition, definition
 from biped.studies.readings.score import Outcome
@@ -25,9 +26,8 @@ from biped.studies.readings.search import TriedReading, as_dict, based, best, fr
 
 ROOT = Path(__file__).parents[2]
 PAGE, TEMPLATE, DATA = ROOT / "docs" / "readings.md", ROOT / "docs" / "readings.in.md", ROOT / "docs" / "readings.json"
-README = ROOT / "README.md"
+THESIS = ROOT / "docs" / "thesis.md"
 FILE = "readings.json"
-MARKS = "<!-- verdicts -->", "<!-- end of verdicts -->"
 SHIPPED = "bounded"
 NEARLY, HALF = 0.9, 0.5
 """Parts of the printed share of walks from which a claim is reproduced, and partly reproduced."""
@@ -174,12 +174,10 @@ def page(data: Mapping[str, Any]) -> str:
     return text
 
 
-def readme(data: Mapping[str, Any]) -> str:
-    """README.md with the verdicts of the shipped reading."""
-    before, _, rest = README.read_text(encoding="utf-8").partition(MARKS[0])
-    _, _, after = rest.partition(MARKS[1])
+def thesis(data: Mapping[str, Any]) -> str:
+    """The text of docs/thesis.md with the verdicts of the shipped reading."""
     shipped = next(from_dict(one) for one in data["confirmed"] if one["reading"] == SHIPPED and not one["changes"])
-    return f"{before}{MARKS[0]}\n{verdicts(definition(), shipped, short=True)}\n{MARKS[1]}{after}"
+    return replaced(THESIS.read_text(encoding="utf-8"), "verdicts", verdicts(definition(), shipped, short=True))
 
 
 def stored() -> dict[str, Any]:
@@ -192,7 +190,7 @@ def main(argv: Sequence[str]) -> None:
     if argv:
         write_text(DATA, (Path(argv[0]) / FILE).read_text(encoding="utf-8"))
     write_text(PAGE, page(stored()))
-    write_text(README, readme(stored()))
+    write_text(THESIS, thesis(stored()))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""docs/references.md from the recorded numbers of every scenario: `python -m biped.show.references` writes it."""
+"""docs/references.md and README.md's results from recorded numbers: `python -m biped.show.references` writes them."""
 
 from __future__ import annotations
 
@@ -6,10 +6,21 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from biped.base.statistics import wilson
+from biped.show.markdown import replaced
 from biped.show.results import number
 from biped.studies.regress.references import FALLEN, METRICS, RecordedScenario, References, read, shipped
 
 PAGE = Path(__file__).parents[2] / "docs" / "references.md"
+README = Path(__file__).parents[2] / "README.md"
+SITUATIONS = {
+    "upright/level": "level ground",
+    "upright/home": "the same, in the other simulator",
+    "upright/push": "pushed with 200 N, forward or backward",
+    "upright/slope": "3 and 5 degrees up and down",
+    "upright/model_error": "its own model wrong by 10 %",
+    "upright/friction": "from slippery to sticky ground",
+}
+"""Scenarios of the README's table, in words."""
 
 _HEAD = """# Recorded numbers
 
@@ -34,6 +45,16 @@ def page(references: References) -> str:
     return _HEAD + "\n".join(lines) + "\n"
 
 
+def readme(references: References) -> str:
+    """The text of README.md with the table of what the flagship did."""
+    lines = ["| situation | scenario | walked | speed [m/s] |", "|---|---|---|---|"]
+    for name, situation in SITUATIONS.items():
+        one = references.scenarios[name]
+        (speed, *_), walked = _means(one), f"{one.ends.count('w')} of {len(one.runs)}"
+        lines.append(f"| {situation} | `{name}` | {walked} | {speed} |")
+    return replaced(README.read_text(encoding="utf-8"), "results", "\n".join(lines))
+
+
 def _names(scenarios: Sequence[str], most: int = 3) -> str:
     more = f" and {len(scenarios) - most} more" if len(scenarios) > most else ""
     return ", ".join(scenarios[:most]) + more
@@ -43,14 +64,18 @@ def _row(name: str, one: RecordedScenario) -> str:
     runs, walked = len(one.runs), one.ends.count("w")
     low, high = wilson(walked, runs)
     fell = sum(end in FALLEN for end in one.ends)
-    means = []
-    for metric in METRICS:
-        values = [
-            value for value, end in zip(getattr(one, metric), one.ends, strict=True) if end == "w" and value is not None
-        ]
-        means.append(number(sum(values) / len(values)) if values else "–")
-    return f"| `{name}` | {walked} of {runs} | {low:.0%} – {high:.0%} | {fell} | {' | '.join(means)} |"
+    return f"| `{name}` | {walked} of {runs} | {low:.0%} – {high:.0%} | {fell} | {' | '.join(_means(one))} |"
+
+
+def _means(one: RecordedScenario) -> list[str]:
+    """Means of the metrics over the runs that walked."""
+    found = [
+        [value for value, end in zip(getattr(one, name), one.ends, strict=True) if end == "w" and value is not None]
+        for name in METRICS
+    ]
+    return [number(sum(values) / len(values)) if values else "–" for values in found]
 
 
 if __name__ == "__main__":
     PAGE.write_text(page(read(shipped())), encoding="utf-8")
+    README.write_text(readme(read(shipped())), encoding="utf-8")

@@ -65,7 +65,7 @@ def verdict_of(result: Mapping[str, Any], description: str) -> Document:
     """Whether a scenario is as it expects, and its checks, as a document."""
     word = judgement(result)
     return (
-        Heading((result["scenario"], " ", Words(_loud(word), _KINDS[word]), f": {description}")),
+        Heading((result["scenario"], " ", Words(_loud(word), KINDS[word]), f": {description}")),
         *checks_of(result),
     )
 
@@ -75,11 +75,12 @@ def checks_of(result: Mapping[str, Any]) -> list[Block]:
     lines: list[Line] = []
     for check in result["checks"]:
         word = word_of(check)
-        lines.append((Words(_loud(word), _KINDS[word]), f"  {sentence_of(check, number(check['value']))}"))
+        lines.append((Words(_loud(word), KINDS[word]), f"  {sentence_of(check, number(check['value']))}"))
     return _items(lines or [NOTHING])
 
 
-_KINDS: dict[str, Kind] = {PASSED: "good", FAILED: "bad", UNDECIDED: "doubt", NOTHING: ""}
+KINDS: dict[str, Kind] = {PASSED: "good", FAILED: "bad", UNDECIDED: "doubt", NOTHING: ""}
+"""How a judgement stands out."""
 
 
 def _loud(word: str) -> str:

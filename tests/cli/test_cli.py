@@ -160,7 +160,9 @@ def test_a_push_list_replaces_the_parents():
 @pytest.mark.parametrize(("bound", "code"), [("{ min = -9.0 }", 0), ("{ min = 9.0 }", 1)])
 def test_check(bound, code, capsys):
     write("s.toml", SHORT + f"[expect]\nspeed = {bound}\n")
-    assert main(["check", "s.toml", "--junit", "r.xml"]) == code
+    assert main(["check", "s.toml", "--junit", "r.xml", "--summary", "s.md"]) == code
+    (row,) = [line for line in Path("s.md").read_text(encoding="utf-8").splitlines() if "| speed |" in line]
+    assert row.split(" | ")[-1] == ("passed |" if code == 0 else "**failed** |")
     assert ("pass" if code == 0 else "FAIL") in capsys.readouterr().out
     assert ElementTree.parse("r.xml").getroot().find("testsuite").get("failures") == str(code)
     assert not Path("runs").exists()

@@ -114,7 +114,7 @@ def test_junit_is_what_ci_reads(tmp_path):
         {"scenario": "one", "checks": [check._asdict() for check in good]},
         {"scenario": "two <&>", "checks": [check._asdict() for check in bad]},
     ]
-    write_junit(tmp_path / "report.xml", results)
+    write_junit(tmp_path / "report.xml", results, [2.0, 6.0])
     root = ElementTree.parse(tmp_path / "report.xml").getroot()
     assert root.tag == "testsuites"
     first, two = root.findall("testsuite")
@@ -124,7 +124,12 @@ def test_junit_is_what_ci_reads(tmp_path):
     cases = two.findall("testcase")
     assert [case.get("name") for case in cases] == ["speed", "falls", "walked"]
     assert cases[0].find("failure").get("message") == "speed = 0.5, expected >= 0.7"
-    assert list(cases[1]) == []
+    assert [part.tag for part in cases[1]] == ["properties"]
+    assert [(one.get("name"), one.get("value")) for one in cases[0].find("properties")] == [
+        ("value", "0.5"),
+        ("expected", ">= 0.7"),
+    ]
+    assert (two.get("time"), cases[0].get("time")) == ("6.000", "2.000")
     undecided = cases[2].find("skipped")
     assert undecided is not None
     message = undecided.get("message")

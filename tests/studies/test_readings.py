@@ -9,7 +9,7 @@ from biped.cli.main import main
 from biped.scenario.keys import Scenario
 from biped.scenario.reading import read_scenario
 from biped.scenario.vary import SWEEP, lookup, with_values
-from biped.show.readings import PAGE, README, distribution, page, places, readme, stored, verdict
+from biped.show.readings import PAGE, THESIS, distribution, page, places, stored, thesis, verdict
 from biped.studies.readings import search as searched
 from biped.studies.readings.definition import Claim, definition
 from biped.studies.readings.score import Outcome, agreement, outcome_of, score
@@ -109,7 +109,7 @@ def test_what_a_change_alone_does_is_shown_beside_what_the_thesis_says():
 
 def test_the_pages_are_what_was_kept():
     assert PAGE.read_text(encoding="utf-8") == page(stored())
-    assert README.read_text(encoding="utf-8") == readme(stored())
+    assert THESIS.read_text(encoding="utf-8") == thesis(stored())
 
 
 @pytest.mark.parametrize("argv", [["--tries", "-1"], ["--confirm", "0"]])

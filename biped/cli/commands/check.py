@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from time import perf_counter
 
 from biped.base.errors import InputError
 from biped.base.replacing import may_write
@@ -18,37 +19,47 @@ def add(commands: Commands) -> None:
     take_scenarios(parser)
     take_same_platform(parser)
     parser.add_argument("--junit", type=Path, metavar="FILE", help="also write JUnit XML")
+    parser.add_argument("--summary", type=Path, metavar="FILE", help="also write a table in Markdown, for a CI summary")
 
 
 def command(args: argparse.Namespace) -> int:
-    """Checks scenarios; nothing is written but the JUnit file."""
+    """Checks scenarios; nothing is written but the files that are asked for."""
     from biped.ensemble.checks import JUNIT, write_junit
+    from biped.show.checked import KIND as SUMMARY
+    from biped.show.checked import write_summary
     from biped.show.results import verdict_of
     from biped.show.terminal import progress, show
     from biped.studies.planned import plan_of
     from biped.studies.run import run
 
-    if args.junit is not None:
-        may_write(args.junit, "--junit", JUNIT)
-        if not args.junit.absolute().parent.is_dir():
-            raise InputError(f"--junit {args.junit}: cannot be written: expected a file in a folder that exists")
+    for path, option, kind in ((args.junit, "--junit", JUNIT), (args.summary, "--summary", SUMMARY)):
+        if path is not None:
+            may_write(path, option, kind)
+            if not path.absolute().parent.is_dir():
+                raise InputError(f"{option} {path}: cannot be written: expected a file in a folder that exists")
     for name in args.scenario:
         if not plan_of(name, changes_of(args)).scenario.expect:
             raise InputError(f"{name}: expect: missing; a scenario to check says what it expects, e.g. "
                              "falls = { max = 0 }")  # fmt: skip
-    results = []
+    results, seconds = [], []
     with workers_of(args) as jobs:
         for name in args.scenario:
-            same = args.same_platform
+            same, begun = args.same_platform, perf_counter()
             done = run(name, changes_of(args), jobs, None, write=False, progress=progress, tell=warn, same=same)
+            seconds.append(perf_counter() - begun)
             results.append(done.result)
             if not args.json:
                 show(verdict_of(done.result, done.plan.scenario.description))
     if args.junit is not None:
         try:
-            write_junit(args.junit, results)
+            write_junit(args.junit, results, seconds)
         except OSError as error:
             raise InputError(f"--junit {args.junit}: cannot be written: {reason(error)}") from None
+    if args.summary is not None:
+        try:
+            write_summary(args.summary, results)
+        except OSError as error:
+            raise InputError(f"--summary {args.summary}: cannot be written: {reason(error)}") from None
     if args.json:
         print_all(results)
     return code_of(results)

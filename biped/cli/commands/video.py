@@ -1,32 +1,51 @@
-"""`biped video`: a clip of one run, or of two."""
+"""`biped video`: a clip of runs."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
+from biped.base.text import safe
 from biped.cli.common import DONE
 from biped.cli.parser import Commands, command_parser, number, whole
 
 
 def add(commands: Commands) -> None:
     """Adds the parser of `biped video`."""
-    parser = command_parser(commands, "video", "write a clip of one run, or of two beside each other", command)
-    parser.add_argument("run", type=Path, nargs="+", help="one or two results folders; of a campaign the median walker")
+    parser = command_parser(commands, "video", "write a clip of a run, or of several beside each other", command)
+    eye = (
+        "three-quarters (default), side, front, back, left, or azimuth,elevation in degrees: 0 is the robot's right, "
+        "90 is ahead; write --eye=-30,10 where the first is negative"
+    )
+    parser.add_argument("run", type=Path, nargs="+", help="results folders, up to six; of a campaign the median walker")
     parser.add_argument("--out", type=Path, default=Path("walk.mp4"), help="*.mp4 or *.gif (default: walk.mp4)")
     parser.add_argument("--ghost", action="store_true", help="draw the second run as a shadow over the first")
+    parser.add_argument("--apart", action="store_true", help="a picture for each run; more than two always have one")
+    parser.add_argument("--eye", default="three-quarters", metavar="FROM", help=eye)
     parser.add_argument("--only", type=whole, metavar="N", help="run N of a campaign")
-    parser.add_argument("--width", type=whole, default=640, help="pixels (default: 640)")
+    parser.add_argument("--width", type=whole, default=640, help="pixels (default: 640); the height follows")
+    parser.add_argument("--size", type=size, metavar="WxH", help="width and height in pixels, e.g. 1280x720")
     parser.add_argument("--fps", type=number, help="frames a second (default: 30; of a GIF 20)")
     parser.add_argument("--from", dest="start", type=number, default=0.0, metavar="S", help="begin at this time [s]")
+    parser.add_argument("--slow", type=number, default=1.0, metavar="TIMES", help="this many times slower than life")
     parser.add_argument("--to", dest="end", type=number, metavar="S", help="end at this time [s]")
+
+
+def size(text: str) -> tuple[int, int]:
+    """The width and height [px] that an argument is."""
+    try:
+        width, height = (int(word) for word in text.lower().split("x"))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected a size in pixels such as 1280x720, got '{safe(text)}'") from None
+    return width, height
 
 
 def command(args: argparse.Namespace) -> int:
     """Draws and writes it."""
     from biped.show.film import Cut, film
 
-    cut = Cut(args.width, args.fps, args.start, args.end)
-    frames = film(args.run, args.out, cut, args.ghost, args.only)
+    width, height = args.size or (args.width, None)
+    cut = Cut(width, height, args.fps, args.start, args.end, args.slow, args.eye, args.ghost, args.apart)
+    frames = film(args.run, args.out, cut, args.only)
     print(f"{args.out}: {frames} frames, {args.out.stat().st_size / 1e6:.2f} MB")
     return DONE

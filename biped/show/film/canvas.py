@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import mujoco
@@ -25,17 +25,25 @@ class Canvas:
         model: The model, whose context is made; its off-screen size is set.
         width: [px].
         height: [px].
+        current: Makes its context of OpenGL the one that is drawn with.
+
+    Attributes:
+        height: [px].
     """
 
-    def __init__(self, model: mujoco.MjModel, width: int, height: int):
+    def __init__(self, model: mujoco.MjModel, width: int, height: int, current: Callable[[], None]):
+        current()
+        self._current, self.height = current, height
         model.vis.global_.offwidth, model.vis.global_.offheight = width, height
         self._view = mujoco.MjrRect(0, 0, width, height)
-        self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100.value)
+        letters = mujoco.mjtFontScale.mjFONTSCALE_100 if height < 900 else mujoco.mjtFontScale.mjFONTSCALE_200
+        self._context = mujoco.MjrContext(model, letters.value)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._context)
         self._pixels = np.empty((height, width, 3), np.uint8)
 
     def draw(self, scene: mujoco.MjvScene, names: str, values: str) -> np.ndarray:
         """A scene with two columns of words in its corner as (height, width, 3) bytes; valid until the next."""
+        self._current()
         mujoco.mjr_render(self._view, scene, self._context)
         place = mujoco.mjtGridPos.mjGRID_TOPLEFT.value
         mujoco.mjr_overlay(mujoco.mjtFont.mjFONT_NORMAL.value, place, self._view, names, values, self._context)
@@ -44,6 +52,7 @@ class Canvas:
 
     def close(self) -> None:
         """Frees what the context holds."""
+        self._current()
         self._context.free()
 
 
@@ -56,8 +65,7 @@ def off_screen(model: mujoco.MjModel, width: int, height: int) -> Iterator[Canva
     """
     context = _context(width, height)
     try:
-        context.make_current()
-        drawn = Canvas(model, width, height)
+        drawn = Canvas(model, width, height, context.make_current)
         try:
             yield drawn
         finally:

@@ -15,6 +15,8 @@ from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
 from biped.robot.ground import slabs
 from biped.show import spatial
+from biped.show.film.camera import Camera, aim, distance, height_of, path_of
+from biped.show.film.falling import fallen
 from biped.show.lighting import light_evenly
 
 LANE = 1.3
@@ -28,6 +30,12 @@ _FORCE, _PUSHED, _GHOST = (0.0, 0.62, 0.45, 1.0), (0.80, 0.3, 0.62, 1.0), (0.55,
 _WEIGHT, _PUSH = 0.6, 1.0 / 400.0
 """[m] of a force of one body weight; [m/N] of a push."""
 _FAINT = 0.02
+_AFTER = 1.0
+"""[s] that a clip goes on after a fall, and"""
+_LEAST, _GAP, _MIDDLE = 0.2, 0.12, 0.56
+"""[robot heights] of the smallest push's arrow; from its head to the middle of what is pushed; of what is looked at."""
+_SEEN = 0.25
+"""[s] for which a push is seen at least: one of 0.1 s would be a frame or two."""
 _UPRIGHT = np.eye(3).ravel()
 _ASIDE = -0.12
 
@@ -41,7 +49,7 @@ class Walker(NamedTuple):
         model: MuJoCo model with its visual geoms.
         lane: [m] sideways.
         ghost: Whether it is a shadow.
-        q: (n, nq) its coordinates as the model has them.
+        q: (n + m, nq) its coordinates as the model has them, and how it drops on after a fall.
         speed: (n,) [m/s] forward.
     """
 
@@ -53,6 +61,11 @@ class Walker(NamedTuple):
     q: np.ndarray
     speed: np.ndarray
 
+    @property
+    def end(self) -> float:
+        """[s] at which there is nothing more to see of it."""
+        return float(self.run.time[0]) + (len(self.q) - 1) * self.run.tick
+
 
 def walkers(runs: Sequence[tuple[str, Trajectory, mujoco.MjModel]], ghost: bool) -> list[Walker]:
     """Runs side by side, or the second as a ghost over the first."""
@@ -60,7 +73,10 @@ def walkers(runs: Sequence[tuple[str, Trajectory, mujoco.MjModel]], ghost: bool)
     for i, (name, whole, model) in enumerate(runs):
         run = finite(whole)
         place = 0.0 if ghost else i * LANE, ghost and i > 0
-        out.append(Walker(name, run, model, *place, run.qpos(model), run.forward_speed))
+        q = run.qpos(model)
+        if run.end == "fell":
+            q = np.concatenate([q, fallen(run, model, q, _AFTER)])
+        out.append(Walker(name, run, model, *place, q, run.forward_speed))
     return out
 
 
@@ -70,9 +86,11 @@ class FilmStage:
     Args:
         shown: The walkers; the camera follows the first.
         rate: [Hz] of frames, which forces are means over.
+        camera: Where it is seen from.
+        shape: Width of the frame over its height.
     """
 
-    def __init__(self, shown: Sequence[Walker], rate: float):
+    def __init__(self, shown: Sequence[Walker], rate: float, camera: Camera, shape: float):
         self._shown = shown
         # One of its own: models of a scenario are shared.
         self.model = copy(shown[0].model)
@@ -85,7 +103,11 @@ class FilmStage:
         self._still = mujoco.MjvPerturb()
         self._free = mujoco.MjvCamera()
         self._each = [max(1, round(1.0 / (rate * walker.run.tick))) for walker in shown]
-        self._centre = shown[0].run.com
+        self._path = path_of(shown[0].run)
+        self._data[0].qpos[:] = shown[0].q[0]
+        mujoco.mj_forward(shown[0].model, self._data[0])
+        self._height = height_of(shown[0].model, self._data[0])
+        self._camera, self._away = camera, distance(self._height, self.model.vis.global_.fovy, shape)
 
     def at(self, time: float) -> mujoco.MjvScene:
         """The scene at a time [s]; a run that has ended stays where it ended."""
@@ -105,17 +127,17 @@ class FilmStage:
                 geom.pos[1] += walker.lane
                 if walker.ghost:
                     geom.rgba[:] = _GHOST
-            if not walker.ghost:
+            if not walker.ghost and row < len(walker.run):
                 self._forces(walker, row, each)
                 self._pushes(walker, data, row)
-        row = self._row(self._shown[0], time)
-        self._ground(float(self._centre[row, 0]))
-        self._look(float(self._centre[row, 0]))
+        along, across = self._path[min(self._row(self._shown[0], time), len(self._path) - 1)]
+        self._ground(float(along), float(across))
+        self._look(float(along), float(across))
         return self.scene
 
     @staticmethod
     def _row(walker: Walker, time: float) -> int:
-        return int(np.clip(round((time - walker.run.time[0]) / walker.run.tick), 0, len(walker.run) - 1))
+        return int(np.clip(round((time - walker.run.time[0]) / walker.run.tick), 0, len(walker.q) - 1))
 
     def _add(self, kind: mujoco.mjtGeom, size: Sequence[float] | np.ndarray, place: np.ndarray, colour: Sequence[float],
              label: str = "", turn: np.ndarray = _UPRIGHT) -> None:  # fmt: skip
@@ -138,10 +160,10 @@ class FilmStage:
         geom.label = label
         self.scene.ngeom += 1
 
-    def _ground(self, along: float) -> None:
+    def _ground(self, along: float, across: float) -> None:
         """Tiles around the walker, a mark at every metre, and its number."""
         box, far = mujoco.mjtGeom.mjGEOM_BOX, max(walker.lane for walker in self._shown)
-        middle, width = 0.5 * far, _WIDTH + 0.5 * far
+        middle, width = across + 0.5 * far, _WIDTH + 0.5 * far
         ground = self._shown[0].run.ground
         laid = slabs(ground, math.floor((along - _REACH) / _TILE), math.ceil((along + _REACH) / _TILE), _TILE)
         for (x, z), length, angle, odd in zip(*laid, strict=True):
@@ -157,8 +179,10 @@ class FilmStage:
             seat = spatial.seat(walker.run)
             if seat is not None:
                 self._add(box, seat[1], seat[0] + np.array([0.0, walker.lane, 0.0]), _SEAT)
-        # What is behind: as bright whatever shines on it.
-        self._add(box, (40.0, 0.01, 40.0), np.array([along, _FAR, 0.0]), _WALL)
+        # What is behind, across the camera's view: as bright whatever shines on it.
+        back = -self._camera.direction * [1.0, 1.0, 0.0] / math.cos(math.radians(self._camera.elevation))
+        turn = np.column_stack([[-back[1], back[0], 0.0], back, [0.0, 0.0, 1.0]]).ravel()
+        self._add(box, (40.0, 0.01, 40.0), np.array([along, across, 0.0]) + _FAR * back, _WALL, turn=turn)
         self.scene.geoms[self.scene.ngeom - 1].emission = 1.0
 
     def _forces(self, walker: Walker, row: int, each: int) -> None:
@@ -174,30 +198,27 @@ class FilmStage:
             self._arrow(start, start + _WEIGHT / (run.mass * GRAVITY) * vector, 0.02, _FORCE)
 
     def _pushes(self, walker: Walker, data: mujoco.MjData, row: int) -> None:
-        """Pushes that act now, as arrows that end at the pushed body."""
+        """Pushes that act now or did a moment ago, as arrows whose heads end beside the pushed body."""
         time = float(walker.run.time[row])
         for push in spatial.pushes(walker.run):
-            if push.start - 1e-9 <= time < push.end - 1e-9:
-                force = push.force[np.searchsorted(push.time[1:-1] - 1e-9, time, side="right")]
-                vector = _PUSH * force
-                place = data.xipos[walker.model.body(push.body).id] + [0.0, walker.lane + _ASIDE, 0.0]
-                self._arrow(place - vector, place, 0.035, _PUSHED, f"{np.linalg.norm(force):.0f} N")
+            if push.start - 1e-9 <= time < max(push.end, push.start + _SEEN) - 1e-9:
+                piece = np.searchsorted(push.time[1:-1] - 1e-9, time, side="right")
+                force = push.force[min(int(piece), len(push.force) - 1)]
+                size = float(np.linalg.norm(force))
+                if size == 0.0:
+                    continue
+                vector = max(_PUSH * size, _LEAST * self._height) * force / size
+                body = walker.model.body(push.body).id
+                gap = _GAP * self._height * force / size
+                place = data.xipos[body] + [0.0, walker.lane, 0.0] - gap
+                self._arrow(place - vector, place, 0.02 * self._height, _PUSHED, f"{size:.0f} N")
 
-    def _look(self, along: float) -> None:
-        """The camera level with gravity, beside the first walker, further off the more there are."""
-        run = self._shown[0].run
-        slope, shown = math.radians(run.slope), run.robot.shown
-        # From the frame in which gravity is vertical to the slope's own, which places are in.
-        turn = np.array(
-            [[math.cos(slope), 0.0, math.sin(slope)], [0.0, 1.0, 0.0], [-math.sin(slope), 0.0, math.cos(slope)]]
-        )
+    def _look(self, along: float, across: float) -> None:
+        """The camera follows the first walker, further off the more there are."""
         aside = max(walker.lane for walker in self._shown)
-        target = np.array(shown.target) + np.array([0.0, 0.5 * aside, 0.0])
-        eye = target + (1.0 + 0.3 * aside) * (np.array(shown.eye) - shown.target)
-        foot = np.array([along, 0.0, 0.0])
-        place, way = foot + turn @ eye, turn @ (target - eye)
-        way /= np.linalg.norm(way)
-        upright = turn @ np.array([0.0, 0.0, 1.0])
-        upright -= (upright @ way) * way
-        for camera in self.scene.camera:
-            camera.pos[:], camera.forward[:], camera.up[:] = place, way, upright / np.linalg.norm(upright)
+        target = np.array([along, across + 0.5 * aside, _MIDDLE * self._height])
+        eye = target + (self._away + 0.45 * aside) * self._camera.direction
+        run = self._shown[0].run
+        turn = spatial.tilt(run).T
+        foot = np.array([along, across, float(run.ground.height(np.array(along)))])
+        aim(self.scene, run, foot + turn @ (eye - [along, across, 0.0]), foot + turn @ (target - [along, across, 0.0]))
