@@ -97,6 +97,7 @@ docs: setup ## write the pages that are made from the code
 	$(BIN)/python -m biped.show.references
 	$(BIN)/python -m biped.show.standing
 	$(BIN)/python -m biped.show.readings
+	$(BIN)/python -m biped.show.certify
 
 clean: ## remove the environment and caches (never runs/)
 	rm -rf $(VENV) .pytest_cache .ruff_cache .import_linter_cache

@@ -82,14 +82,19 @@ class Plan:
         with self.origin.naming():
             return self._run(index)
 
-    def _run(self, index: int) -> Run:
-        s, values, seed = self._drawn(index)
+    def run_from(self, seed: int) -> Run:
+        """A run of the ensemble that has a seed of its own, such as `biped.scenario.normals.Normals`."""
+        with self.origin.naming():
+            return self._run(0, seed)
+
+    def _run(self, index: int, seed: int | None = None) -> Run:
+        s, values, seed = self._drawn(index, seed)
         return self._runs.run(s, index, seed, values, self.origin, self.law)
 
-    def _drawn(self, index: int) -> tuple[Scenario, dict[str, object], int]:
+    def _drawn(self, index: int, seed: int | None = None) -> tuple[Scenario, dict[str, object], int]:
         """The scenario of a run, what its point and its draws changed, and its seed."""
         point, number = divmod(index, self.scenario.randomise.runs)
-        seed = run_seed(self.scenario.seed, number)
+        seed = run_seed(self.scenario.seed, number) if seed is None else seed
         swept = self.points[point]
         if self._point is None or self._point[0] != point:
             there = with_values(self.scenario, swept, SWEEP)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import msgspec
 import numpy as np
@@ -19,11 +19,13 @@ from biped.robot.planar.topology import N_ROWS, NQ
 from biped.robot.robot import Robot
 from biped.robot.run import Run
 from biped.robot.suitable import check_force, check_gait, check_keys, walks_by_gait
+from biped.scenario.disturbed import disturbed
 from biped.scenario.gains import Gains
 from biped.scenario.gait import Gaits, read_settings
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import SPATIAL
 from biped.scenario.origin import Origin
+from biped.scenario.push import Disturbance, Push
 from biped.scenario.robot import Described
 from biped.scenario.settings import Settings, read_reading, resettled, settings_on
 from biped.scenario.vary import stream
@@ -97,7 +99,7 @@ class Runs:
         random = s.randomise
         q, v = starts.start(s, stream(seed, "start.jitter") if s.start.jitter > 0.0 else None)
         return Run(
-            scenario=_pushes(s, robot),
+            scenario=disturbed(_pushes(s, robot), seed),
             model=path,
             robot=robot,
             gains=self.gains(s),
@@ -142,22 +144,35 @@ def _file(key: str, name: str) -> Path:
 
 
 def _pushes(s: Scenario, robot: Robot) -> Scenario:
-    """The scenario with pushes on bodies of its robot; the trunk is the torso, whatever it is called.
+    """The scenario with pushes and a random force on bodies of its robot; the trunk is the torso, whatever its name.
 
     Raises:
-        InputError: A push is on another body, or has a force of another dimension.
+        InputError: A force is on another body, or has another dimension.
     """
-    if not s.push:
+    if s.push:
+        pushes = tuple(_on_body(s, robot, push, f"push[{i}]") for i, push in enumerate(s.push))
+        s = msgspec.structs.replace(s, push=pushes)
+    if s.disturbance is None:
         return s
-    pushes, trunk = [], robot.bodies[robot.trunk_number - 1]
-    for i, push in enumerate(s.push):
-        body = trunk if push.body == "torso" and push.body not in robot.bodies else push.body
-        if body not in robot.bodies:
-            hint = nearest(body, list(robot.bodies))
-            raise InputError(f"push[{i}].body: model '{s.model}' has no body '{safe(body)}'; {hint}", f"push[{i}].body")
-        check_force(robot, push.force, f"push[{i}].force", s.model)
-        pushes.append(push if body == push.body else msgspec.structs.replace(push, body=body))
-    return msgspec.structs.replace(s, push=tuple(pushes))
+    return msgspec.structs.replace(s, disturbance=_on_body(s, robot, s.disturbance, "disturbance"))
+
+
+_Acting = TypeVar("_Acting", Push, Disturbance)
+
+
+def _on_body(s: Scenario, robot: Robot, acting: _Acting, at: str) -> _Acting:
+    """A push or a random force on a body of the robot.
+
+    Raises:
+        InputError: It is on another body, or has another dimension.
+    """
+    trunk = robot.bodies[robot.trunk_number - 1]
+    body = trunk if acting.body == "torso" and acting.body not in robot.bodies else acting.body
+    if body not in robot.bodies:
+        hint = nearest(body, list(robot.bodies))
+        raise InputError(f"{at}.body: model '{s.model}' has no body '{safe(body)}'; {hint}", f"{at}.body")
+    check_force(robot, acting.force, f"{at}.force", s.model)
+    return acting if body == acting.body else msgspec.structs.replace(acting, body=body)
 
 
 def _begins_beyond(s: Scenario, starts: RobotStarts) -> None:

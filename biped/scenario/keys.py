@@ -16,7 +16,7 @@ from biped.scenario.change import Change
 from biped.scenario.expect import Bound
 from biped.scenario.gains import Gains
 from biped.scenario.ground import Ground
-from biped.scenario.push import Push
+from biped.scenario.push import Disturbance, Push
 from biped.scenario.randomise import Failures, Randomise, Threshold
 from biped.scenario.robot import Described
 from biped.scenario.section import Degrees, Hold, Name, Nine, NonNegative, Positive, Real, Section
@@ -177,6 +177,7 @@ class Scenario(Section, frozen=True):
         gains: Gains that replace those of the controller file.
         change: What holds from a time on.
         push: Forces on bodies.
+        disturbance: A random force on a body all along; default: none.
         fall: What counts as a fall.
         sensors: What stands between the biped and the controller's measurements.
         estimator: What infers the posture from encoders, gyro and switches; default: nothing, the controller is told.
@@ -211,6 +212,7 @@ class Scenario(Section, frozen=True):
     gains: Gains = Gains()
     change: Annotated[tuple[Change, ...], Meta(max_length=100)] = ()
     push: Annotated[tuple[Push, ...], Meta(max_length=100)] = ()
+    disturbance: Disturbance | None = None
     fall: Fall = Fall()
     sensors: Sensors = Sensors()
     estimator: Estimator | None = None

@@ -42,6 +42,9 @@ def possible(s: Scenario, fail: Fail) -> None:
         if push.at >= s.duration:
             raise fail(f"push[{i}].at", f"expected a time within the run (duration {s.duration} s), got {push.at}")
     _changing_pushes(s, fail)
+    if s.disturbance is not None and s.disturbance.at >= s.duration:
+        raise fail("disturbance.at", f"expected a time within the run (duration {s.duration} s), got "
+                   f"{s.disturbance.at}")  # fmt: skip
     _follow_one_another(s, fail)
     _ramps(s, fail)
     _seat(s, fail)

@@ -1,4 +1,4 @@
-"""A push: a table of a scenario file; its pieces are in `biped.scenario.pushing`."""
+"""Forces on bodies: tables of a scenario file, which `biped.scenario.pushing` and `disturbed` cut into pieces."""
 
 from __future__ import annotations
 
@@ -31,3 +31,22 @@ class Push(Section, frozen=True):
     body: Name = "torso"
     shape: Literal["constant", "ramp", "sine"] = "constant"
     frequency: Annotated[float, Meta(gt=0, le=100)] = 1.0
+
+
+class Disturbance(Section, frozen=True):
+    """A random force on a body from a time to the end of the run: an Ornstein-Uhlenbeck process.
+
+    Its components are independent, normal with mean zero, and correlated as exp(-t / correlation) over a time t.
+
+    Attributes:
+        force: [N] root mean square forward (horizontally) and up; of a robot that moves in space forward, to the left
+            and up.
+        correlation: [s] over which the force forgets what it was; it is constant for a tenth of that.
+        body: A body of the model; the force acts at its centre of mass.
+        at: [s] when it begins.
+    """
+
+    force: Force
+    correlation: Annotated[float, Meta(gt=0, le=1000)] = 0.2
+    body: Name = "torso"
+    at: NonNegative = 0.0

@@ -16,6 +16,7 @@ from biped.base.files import nearest
 from biped.base.text import echo, safe, short
 from biped.base.typed import convert
 from biped.scenario.keys import Scenario
+from biped.scenario.normals import Normals
 from biped.scenario.possible import possible
 from biped.scenario.randomise import Distribution
 from biped.scenario.valid import humane
@@ -51,9 +52,13 @@ def run_seed(seed: int, index: int) -> int:
     return int(np.random.SeedSequence([seed, index]).generate_state(1)[0])
 
 
-def stream(seed: int, name: str) -> np.random.Generator:
-    """An independent stream of random numbers for one purpose, so that a new purpose never changes an old one."""
-    return np.random.default_rng([seed, zlib.crc32(name.encode())])
+def stream(seed: int, name: str) -> Any:
+    """An independent stream of random numbers for one purpose, so that a new purpose never changes an old one.
+
+    It is a `numpy.random.Generator`, or of a seed whose normals are moved a `biped.scenario.normals.NormalStream`.
+    """
+    key = zlib.crc32(name.encode())
+    return seed.stream(key) if isinstance(seed, Normals) else np.random.default_rng([seed, key])
 
 
 class Points(Sequence[dict[str, Any]]):

@@ -1,0 +1,156 @@
+"""How likely a fall is, as a document: on a terminal, in Markdown, on a page, and in docs/certify.md.
+
+`python -m biped.show.certify TITLE=FOLDER…` writes a table of results folders into docs/certify.md.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from biped.base.json import dumps
+from biped.base.writing import write_into, write_text
+from biped.show import markdown, terminal
+from biped.show.document import Block, Document, Heading, Items, Paragraph, Table, Words
+
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE, TEMPLATE, DATA = DOCS / "certify.md", DOCS / "certify.in.md", DOCS / "certify.json"
+MARK = "<!-- tables -->"
+_SCORES = {
+    "margin": "how far the extrapolated centre of mass is beyond the feet that stand, above the usual, in leg lengths",
+    "drop": "how far the centre of mass has come down, above the usual, in leg lengths",
+    "lean": "lean of the base, above the usual, in rad",
+}
+
+
+def show(found: Mapping[str, Any]) -> None:
+    """Prints what was found."""
+    terminal.show(document_of(found))
+
+
+def write(found: Mapping[str, Any], folder: Path) -> None:
+    """Writes certify.md beside certify.json.
+
+    Raises:
+        InputError: It cannot be written.
+    """
+    write_into(folder, {"certify.md": markdown.text(document_of(found))})
+
+
+def document_of(found: Mapping[str, Any]) -> Document:
+    """The probability with what it rests on.
+
+    Args:
+        found: As `biped.studies.certify.study.Certified.as_dict` gives it.
+    """
+    plain, low, high = found["plain"], *found["interval"]
+    blocks: list[Block] = [
+        Heading(f"{found['scenario']}: how likely is a fall", 1),
+        Paragraph(Words(_headline(found), "strong" if found["reached"] else "doubt")),
+        Table(
+            ("", "estimate", "95 % interval"),
+            (
+                (f"a fall within {found['duration']:g} s", _number(found["probability"]), _span(low, high)),
+                ("a fall within 100 steps", *_cells(found["per_100_steps"])),
+                ("mean steps to a fall", *_cells(found["steps_to_fall"])),
+            ),
+        ),
+        Items(tuple(_remarks(found))),
+    ]
+    if found["levels"]:
+        names = [*(f"{level:.3f}" for level in found["levels"]), "a fall"]
+        product, rows = 1.0, []
+        for name, share in zip(names, found["shares"], strict=False):
+            product *= share
+            rows.append((name, f"{share:.3f}", _number(product)))
+        blocks.append(Table(("level", "share that reaches it", "product"), tuple(rows)))
+        blocks.append(Paragraph(f"Levels are of the score '{found['score']}': {_SCORES[found['score']]}.", note=True))
+    note = (
+        f"{plain['runs']} runs were plain. A way to fall that no level leads to is seen by them alone: one rarer than "
+        f"{3.0 / max(plain['runs'], 1):.2g} a run would most likely not have been seen."
+    )
+    return (*blocks, Paragraph(note, note=True))
+
+
+def _headline(found: Mapping[str, Any]) -> str:
+    if found["probability"] == 0.0:
+        return f"no fall in {found['runs']} runs"
+    words = "" if found["reached"] else "; wider than asked for: raise --most"
+    times = found["interval"][1] / found["probability"]
+    return f"p = {_number(found['probability'])} by {found['method']}, within a factor of {times:.2f}{words}"
+
+
+def _remarks(found: Mapping[str, Any]) -> list[Words | str]:
+    plain = found["plain"]
+    lines: list[Words | str] = [
+        f"{found['runs']} runs in all; {plain['falls']} of the {plain['runs']} plain ones fell, by which p is "
+        f"{_span(*plain['interval'])}",
+        f"a plain run takes {plain['steps']:.1f} steps in {plain['seconds']:.1f} s",
+    ]
+    p, (low, high) = found["probability"], found["interval"]
+    if found["method"] == "splitting" and p > 0.0:
+        runs = 1.96**2 * (1.0 - p) / p / max(0.5 * math.log(high / low), 1e-9) ** 2
+        lines.append(f"plain counting would take {_number(runs)} runs for an interval as narrow")
+    if plain["other"]:
+        lines.append(Words(f"{plain['other']} plain runs neither fell nor were completed: counted as no fall", "doubt"))
+    if found["doubt"]:
+        lines.append(Words(found["doubt"], "bad"))
+    return lines
+
+
+def _cells(values: Sequence[float | None]) -> tuple[str, str]:
+    value, low, high = (math.nan if one is None else one for one in values)
+    return _number(value), _span(low, high)
+
+
+def _span(low: float, high: float) -> str:
+    return f"{_number(low)} … {_number(high)}"
+
+
+def _number(value: float) -> str:
+    """A number of any size in few digits."""
+    if math.isinf(value):
+        return "∞"
+    if math.isnan(value):
+        return "–"
+    return f"{value:.2g}" if value == 0.0 or value < 0.01 else f"{value:,.3g}" if value < 1000.0 else f"{value:,.0f}"
+
+
+def summary_of(found: Sequence[Mapping[str, Any]]) -> Document:
+    """A table with a row for each of several results, titled by whoever keeps them."""
+    heads = ("", "method", "runs", "levels", "p", "95 % interval", "plain runs alone", "steps to a fall", "interval")
+    rows = tuple(
+        (one["title"], one["method"], str(one["runs"]), str(len(one["levels"])), _number(one["probability"]),
+         _span(*one["interval"]), f"{one['plain']['falls']} of {one['plain']['runs']}", *_cells(one["steps_to_fall"]))
+        for one in found
+    )  # fmt: skip
+    return (Table(heads, rows, (0, 1)),)
+
+
+def page(kept: Sequence[Mapping[str, Any]]) -> str:
+    """The text of docs/certify.md."""
+    return TEMPLATE.read_text(encoding="utf-8").replace(MARK, markdown.text(summary_of(kept)).rstrip())
+
+
+def stored() -> list[dict[str, Any]]:
+    """Results that docs/certify.md shows."""
+    return json.loads(DATA.read_bytes()) if DATA.exists() else []
+
+
+def main(argv: Sequence[str]) -> None:
+    """Takes results folders, `TITLE=FOLDER` each, into the page; without any, writes the page anew."""
+    if argv:
+        found = []
+        for word in argv:
+            title, _, folder = word.rpartition("=")
+            found.append(json.loads((Path(folder) / "certify.json").read_bytes()) | {"title": title, "folder": ""})
+        write_text(DATA, dumps(found, indent=1))
+    write_text(PAGE, page(stored()))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

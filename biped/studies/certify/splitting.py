@@ -1,0 +1,204 @@
+"""Multilevel splitting: the probability of a rare fall as a product of shares that are not rare.
+
+Runs are points in the space of the standard normals that they draw (`biped.scenario.normals`). Of a sample, those whose
+score reaches a level are resampled and moved such that their distribution, given that they reach it, stays what it is:
+subset simulation (S.-K. Au, J. Beck, Probab. Eng. Mech. 16:263, 2001). Levels are found by a pilot and fixed before
+the samples that count are drawn; the product of the shares is then unbiased for any score, one that jumps too (P. Del
+Moral, Feynman-Kac Formulae, 2004; F. Cérou, A. Guyader, Stoch. Anal. Appl. 25:417, 2007, on why levels found on the
+way are not). A fall is above every level: one that no level leads to counts as well.
+
+Moves, each of which leaves that distribution as it is:
+- *branch*: the run as it was until its score first reached the level, and another process from then on. Time and place
+  of reaching it stay what they are, so that it is never refused: the mid-run cloning of J. Garvels' and F. Cérou's
+  splitting, the state restored by repeating the run to the last bit;
+- *late*: normals from a time on that does not depend on the run mixed a little, refused where the level is missed;
+- *whole*: all normals likewise (preconditioned Crank-Nicolson), those that no time belongs to as well.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Generator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from biped.scenario.normals import Move, Normals
+from biped.scenario.vary import stream
+from biped.studies.certify.precursors import RunOutcome
+
+SHARE = 0.25
+"""Of a sample that reaches the next level."""
+MOST_LEVELS = 60
+USUAL = 0.9
+"""Share of plain runs in which a precursor stays below its baseline."""
+WHOLE, LATE = 0.25, 0.35
+"""Shares of moves of all normals, and of those from a time on; the others are branches."""
+MOVES = 2
+"""Of every run at each level."""
+EARLIEST = 1e-9
+"""[s] that stands for the beginning: 0 moves what no time belongs to as well."""
+BETAS = (0.4, 0.9)
+"""Smallest and largest weight of fresh normals in a move that may be refused."""
+
+Member = tuple[Normals, RunOutcome]
+"""A run of a sample."""
+Sampling = Generator[list[Normals], list[RunOutcome], "Sample"]
+"""Asks for the outcomes of runs, and returns what it found."""
+
+
+class Levels(NamedTuple):
+    """Levels that a pilot found.
+
+    Attributes:
+        values: Of the score, rising; a fall is above them.
+        baseline: Of every precursor.
+    """
+
+    values: tuple[float, ...]
+    baseline: tuple[float, ...]
+
+
+class Sample(NamedTuple):
+    """A sample of runs from level to level.
+
+    Attributes:
+        shares: Of the runs that reached each level, and at last a fall.
+        plain: Outcomes of the first runs, which nothing selected.
+        fell: Runs that fell at the end, with their outcomes.
+        accepted: Share of the moves that were not refused.
+        runs: How many were made.
+    """
+
+    shares: tuple[float, ...]
+    plain: tuple[RunOutcome, ...]
+    fell: tuple[tuple[Normals, RunOutcome], ...]
+    accepted: float
+    runs: int
+
+    @property
+    def probability(self) -> float:
+        """The unbiased estimate."""
+        return math.prod(self.shares)
+
+
+class Moving(NamedTuple):
+    """How runs are moved.
+
+    Attributes:
+        times: [s] from which what is drawn for a time acts, rising; empty where nothing is, so that only whole moves
+            are made.
+    """
+
+    times: tuple[float, ...]
+
+
+def baseline_of(plain: Sequence[RunOutcome], precursors: int) -> tuple[float, ...]:
+    """Values that precursors usually stay below."""
+    peaks = [[one.peak(number) for one in plain if math.isfinite(one.peak(number))] for number in range(precursors)]
+    return tuple(float(np.quantile(each, USUAL)) if each else 0.0 for each in peaks)
+
+
+def pilot(
+    seed: int, first: Sequence[Member], baseline: tuple[float, ...], moving: Moving
+) -> Generator[list[Normals], list[RunOutcome], Levels | None]:
+    """Finds levels from a plain sample onwards, each reached by a share of the runs that reached the one before.
+
+    Args:
+        seed: Of everything random in it.
+        first: Plain runs.
+        baseline: Of every precursor.
+        moving: How runs are moved.
+
+    Returns:
+        The levels; None where the score stopped rising before runs fell.
+    """
+    rng = stream(seed, "certify.pilot")
+    values: list[float] = []
+    sample = list(first)
+    while True:
+        scores = np.array([outcome.score(baseline) for _, outcome in sample])
+        if np.isinf(scores[scores > 0.0]).sum() >= SHARE * len(scores):
+            return Levels(tuple(values), baseline)
+        level = float(np.sort(scores)[-max(2, math.ceil(SHARE * len(scores)))])
+        if values and level <= values[-1]:
+            level = min((score for score in scores if score > values[-1]), default=math.inf)
+        if len(values) == MOST_LEVELS or not math.isfinite(level):
+            return None
+        values.append(level)
+        kept = [one for one, score in zip(sample, scores, strict=True) if score >= level]
+        sample, _ = yield from _moved(rng, _resampled(rng, kept, len(first)), level, baseline, moving)
+
+
+def sampled(seed: int, number: int, size: int, levels: Levels, moving: Moving) -> Sampling:
+    """A sample through all levels, independent of every other.
+
+    Args:
+        seed: Of everything random in it.
+        number: Of the sample.
+        size: Runs at each level.
+        levels: Fixed before.
+        moving: How runs are moved.
+    """
+    rng = stream(seed, f"certify.{number}")
+    runs = [Normals(int(rng.integers(2**62))) for _ in range(size)]
+    plain = yield runs
+    sample, shares = list(zip(runs, plain, strict=True)), []
+    accepted = moves = 0
+    for level in levels.values:
+        kept = [(run, outcome) for run, outcome in sample if outcome.score(levels.baseline) >= level]
+        shares.append(len(kept) / size)
+        if not kept:
+            return Sample((*shares, 0.0), tuple(plain), (), accepted / max(moves, 1), size + moves)
+        sample, count = yield from _moved(rng, _resampled(rng, kept, size), level, levels.baseline, moving)
+        accepted, moves = accepted + count, moves + MOVES * size
+    fell = tuple((run, outcome) for run, outcome in sample if outcome.fell)
+    return Sample((*shares, len(fell) / size), tuple(plain), fell, accepted / max(moves, 1), size + moves)
+
+
+def _resampled(rng: np.random.Generator, kept: list[Member], size: int) -> list[Member]:
+    """As many as asked for of those that are kept, each as often as any other but for one: systematic resampling."""
+    order = rng.permutation(len(kept))
+    places = (rng.random() + np.arange(size)) * len(kept) / size
+    return [kept[order[int(place) % len(kept)]] for place in places]
+
+
+def _moved(
+    rng: np.random.Generator, sample: list[Member], level: float, baseline: Sequence[float], moving: Moving
+) -> Generator[list[Normals], list[RunOutcome], tuple[list[Member], int]]:
+    """Every run of a sample moved `MOVES` times, given that it reaches the level; and how many were not refused."""
+    accepted = 0
+    for _ in range(MOVES):
+        sample, count = yield from _moved_once(rng, sample, level, baseline, moving)
+        accepted += count
+    return sample, accepted
+
+
+def _moved_once(
+    rng: np.random.Generator, sample: list[Member], level: float, baseline: Sequence[float], moving: Moving
+) -> Generator[list[Normals], list[RunOutcome], tuple[list[Member], int]]:
+    times = [outcome.reached(level, baseline) for _, outcome in sample]
+    proposed = [_proposed(rng, run, time, moving) for (run, _), time in zip(sample, times, strict=True)]
+    outcomes = yield [run for run, _ in proposed]
+    out, accepted = [], 0
+    for old, time, (run, branched), outcome in zip(sample, times, proposed, outcomes, strict=True):
+        # A contact is known a few ticks later: a branch that changes when the level was reached is no branch.
+        good = outcome.score(baseline) >= level and (not branched or outcome.reached(level, baseline) == time)
+        accepted += good
+        out.append((run, outcome) if good else old)
+    return out, accepted
+
+
+def _proposed(rng: np.random.Generator, run: Normals, reached: float, moving: Moving) -> tuple[Normals, bool]:
+    """A run moved, and whether by a branch."""
+    seed, which = int(rng.integers(2**62)), float(rng.random())
+    beta, place = float(rng.uniform(*BETAS)), float(rng.random())
+    times = moving.times
+    if not times or which < WHOLE:
+        return run.moved(Move(seed, beta)), False
+    if which < WHOLE + LATE:
+        return run.moved(Move(seed, beta, max(times[int(place * len(times))], EARLIEST))), False
+    # What acts at that time is part of how the level was reached: the next piece is the first that may differ.
+    number = bisect_right(times, reached + EARLIEST)
+    return run.moved(Move(seed, 1.0, times[number] if number < len(times) else math.inf)), True

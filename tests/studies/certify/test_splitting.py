@@ -1,0 +1,147 @@
+"""Splitting against pendulums and walks whose probability of a fall is known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from biped.base.statistics import wilson
+from biped.scenario.normals import Move, Normals
+from biped.scenario.vary import stream
+from biped.studies.certify.estimate import combined, counted, plain_is_cheaper
+from biped.studies.certify.precursors import RunOutcome
+from tests.studies.certify.pendulum import (
+    TIMES,
+    Jumping,
+    Pendulum,
+    Regulated,
+    capture_deviation,
+    estimate,
+    pendulum_falls,
+)
+
+IMPULSE = 0.02
+"""[m/s] of a push per mass."""
+
+
+def test_the_known_probabilities_are_those_of_plain_runs():
+    foot = capture_deviation(IMPULSE)
+    pendulum, walk = Pendulum(IMPULSE, foot), Regulated(3.0)
+    for problem, known in ((pendulum, pendulum_falls(IMPULSE, foot)), (walk, walk.falls())):
+        low, high = wilson(sum(problem(Normals(seed)).fell for seed in range(2000)), 2000, z=3.5)
+        assert low <= known <= high
+
+
+@pytest.mark.parametrize("case", ["pendulum", "walk"])
+def test_the_mean_of_samples_is_the_known_probability(case):
+    foot = 3.09 * capture_deviation(IMPULSE)
+    problem, known = {
+        "pendulum": (Pendulum(IMPULSE, foot), pendulum_falls(IMPULSE, foot)),
+        "walk": (Regulated(6.2), Regulated(6.2).falls()),
+    }[case]
+    found = estimate(problem, 3, most=9000, relative=1e-3, size=60)
+    estimates = np.array([sample.probability for sample in found.samples])
+    assert 5e-4 < known < 5e-3
+    assert len(estimates) >= 10
+    assert abs(estimates.mean() - known) < 4.0 * estimates.std(ddof=1) / math.sqrt(len(estimates))
+    assert found.probability.low < known < found.probability.high
+    assert not found.doubt
+
+
+def test_one_in_a_hundred_thousand_takes_a_hundredth_of_the_plain_runs():
+    foot = 4.265 * capture_deviation(IMPULSE)
+    found = estimate(Pendulum(IMPULSE, foot), 4, most=10_000, relative=1e-3)
+    known = pendulum_falls(IMPULSE, foot)
+    assert known == pytest.approx(1e-5, rel=0.01)
+    assert found.probability.low < known < found.probability.high
+    assert sum(outcome.fell for outcome in found.plain) == 0
+    assert all(outcome.fell for _, outcome in found.fell)
+
+
+def test_frequent_falls_are_counted_and_only_counted():
+    found = estimate(Regulated(3.0), 5, relative=0.2)
+    falls = sum(outcome.fell for outcome in found.plain)
+    assert not found.samples
+    assert found.reached
+    assert found.probability == counted(falls, len(found.plain))
+    assert found.probability.relative <= 0.2
+
+
+def test_a_score_that_does_not_grade_is_called_so_and_runs_are_counted():
+    walk = Jumping(6.0)
+    found = estimate(walk, 6, most=2000, method="splitting")
+    assert "does not grade" in found.doubt
+    assert not found.samples
+    assert found.probability.low < walk.falls() < found.probability.high
+
+
+def test_falls_that_no_level_leads_to_are_counted_too():
+    class Trap(Regulated):
+        """Falls besides, once in fifty runs, whatever it does."""
+
+        def __call__(self, run):
+            out = super().__call__(run)
+            return out._replace(fell=True) if stream(run, "trap").uniform(0.0, 1.0) < 0.02 else out
+
+    found = estimate(Trap(6.5), 7, most=9000, relative=1e-3, method="splitting", size=60)
+    known = 1.0 - (1.0 - Regulated(6.5).falls()) * 0.98
+    estimates = np.array([sample.probability for sample in found.samples])
+    assert abs(estimates.mean() - known) < 4.0 * estimates.std(ddof=1) / math.sqrt(len(estimates))
+
+
+def test_counting_is_cheaper_of_frequent_falls_alone():
+    assert plain_is_cheaper(20, 200, 0.25)
+    assert not plain_is_cheaper(0, 200, 0.25)
+
+
+def test_intervals_of_estimates_widen_with_their_scatter():
+    narrow, wide = combined([1e-3] * 8 + [1.1e-3] * 2), combined([1e-4, 2e-3] * 5)
+    assert narrow.high / narrow.low < 1.1 < wide.high / wide.low
+    assert combined([0.0] * 5) == (0.0, 0.0, 1.0)
+
+
+def test_moved_normals_are_standard_normal_and_a_branch_keeps_what_was():
+    times = np.array(TIMES)
+    moves = [Move(11, 0.4), Move(12, 0.9, TIMES[6]), Move(13, 1.0, TIMES[9])]
+    base = [stream(Normals(seed, moves[:1]), "pushes").standard_normal(len(times), times) for seed in range(3000)]
+    moved = np.array(
+        [stream(Normals(seed, moves), "pushes").standard_normal(len(times), times) for seed in range(3000)]
+    )
+    assert (np.array(base)[:, :6] == moved[:, :6]).all()
+    assert (np.array(base)[:, 6:] != moved[:, 6:]).all()
+    # Seeds differ in the first numbers alone: those that the moves add are the same for all.
+    fresh = [stream(Normals(seed, [Move(seed + 10_000, 0.5)]), "a").standard_normal() for seed in range(4000)]
+    assert abs(np.mean(fresh)) < 4.0 / math.sqrt(4000)
+    assert np.std(fresh) == pytest.approx(1.0, abs=0.05)
+    uniform = [stream(Normals(seed), "a").uniform(2.0, 4.0) for seed in range(2000)]
+    assert min(uniform) > 2.0
+    assert max(uniform) < 4.0
+    assert np.mean(uniform) == pytest.approx(3.0, abs=0.06)
+    whole = [stream(Normals(seed), "a").integers(3) for seed in range(300)]
+    assert set(whole) == {0, 1, 2}
+
+
+def test_scores_are_above_baselines_and_reached_where_they_first_rise():
+    outcome = RunOutcome(False, 5.0, ((1.0, 0, 0.2), (2.0, 1, 0.5), (3.0, 0, 0.6)))
+    assert outcome.score((0.0, 0.0)) == 0.6
+    assert outcome.score((0.5, 0.0)) == 0.5
+    assert outcome.reached(0.4, (0.5, 0.0)) == 2.0
+    assert outcome.reached(9.0, (0.0, 0.0)) == 5.0
+    assert outcome._replace(fell=True).score((0.0, 0.0)) == math.inf
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", ["pendulum", "walk"])
+def test_intervals_hold_the_known_probability_in_93_of_100(case):
+    foot = 3.09 * capture_deviation(IMPULSE)
+    problem, known = {
+        "pendulum": (Pendulum(IMPULSE, foot), pendulum_falls(IMPULSE, foot)),
+        "walk": (Regulated(6.5), Regulated(6.5).falls()),
+    }[case]
+    held = 0
+    for seed in range(100):
+        low, high = estimate(problem, seed, most=9000, relative=0.5, size=100).probability[1:]
+        held += low <= known <= high
+    assert held >= 93
