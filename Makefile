@@ -32,14 +32,15 @@ $(STAMP): requirements.lock pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --require-hashes -r requirements.lock
 	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .
+	@$(BIN)/biped demo --compile
 	@touch $@
 
 $(TOOLS): $(STAMP) requirements-dev.lock
 	$(BIN)/python -m pip install --quiet --require-hashes -r requirements-dev.lock
 	@touch $@
 
-run: setup ## walk: the thesis's normal gait in MuJoCo, numbers and a recording
-	$(BIN)/biped run level_normal --record
+run: setup ## push a walker in two simulators: numbers, a page and a recording
+	@$(BIN)/biped demo --push
 
 view: setup ## the newest recording in the rerun viewer
 	$(BIN)/biped view

@@ -1,0 +1,104 @@
+"""`biped demo`: pushes, a slope and other robots in a minute, with a page of what happened."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from biped.cli.common import DONE, FAILED
+from biped.cli.parser import Commands, command_parser
+
+if TYPE_CHECKING:
+    from biped.cli.stations import Station
+
+PUSH = (("demo/push",), ("demo/home",))
+TOUR = (("demo/push", "demo/slope", "demo/robot"), ("demo/h1",))
+SPACE = (("demo/push",), ("demo/home",), ("demo/h1", "demo/space"))
+"""Lanes of scenarios (`biped.cli.stations`): all kernels that shipped scenarios need are those of the last."""
+
+
+def add(commands: Commands) -> None:
+    """Adds the parser of `biped demo`."""
+    parser = command_parser(
+        commands, "demo", "a minute of pushes, a slope and other robots, with a page of what happened", command,
+        description="Runs four scenarios beside each other and writes a page: a human that walks and is pushed, the "
+        "same on a slope, the robot of the thesis and Unitree's H1.",
+    )  # fmt: skip
+    parser.add_argument("--push", action="store_true", help="only the push, in both engines, and with a recording")
+    parser.add_argument("--compile", action="store_true", help="only compile what runs need; nothing is kept")
+    parser.add_argument("--out", type=Path, help="folder for results and page (default: a new one below runs/)")
+    parser.add_argument("--open", action="store_true", help="open the page in a browser")
+
+
+def command(args: argparse.Namespace) -> int:
+    """Runs the scenarios, shows what became of them, and prints the path of the page and what to type next."""
+    from tempfile import TemporaryDirectory
+
+    from biped.ensemble.guard import new_folder
+    from biped.studies.folders import RUNS
+
+    if args.compile:
+        with TemporaryDirectory(prefix="biped-") as folder:
+            return _visit(SPACE, Path(folder), ["--set", "duration=1", "--set", "push=[]", "--set", "expect={}"])[0]
+    out: Path = args.out or new_folder(RUNS, "demo")
+    code, stations = _visit(PUSH if args.push else TOUR, out, ["--record"] if args.push else [])
+    page = out / "demo.html"
+    _write(stations, page)
+    if args.open:
+        import webbrowser
+
+        webbrowser.open(page.resolve().as_uri())
+    _next(stations, page)
+    return code
+
+
+def _visit(lanes: tuple[tuple[str, ...], ...], out: Path, options: list[str]) -> tuple[int, list[Station]]:
+    """The exit code of all scenarios, and what became of each."""
+    from biped.cli.stations import clock, is_compiled, visit
+
+    words = "running"
+    if not is_compiled():
+        words = "compiling for this processor"
+        print("This installation runs for the first time: it compiles for this processor, which takes about a minute.")
+    with clock(words):
+        stations = visit(
+            lanes, out, options, lambda one: print(f"  {one.scenario:<12} {one.seconds:5.1f} s", flush=True)
+        )
+    for station in stations:
+        if station.code not in (DONE, FAILED):
+            print(station.error.strip())
+    return max(station.code for station in stations), stations
+
+
+def _write(stations: list[Station], page: Path) -> None:
+    """A table of verdicts on the terminal, and the page."""
+    from biped.ensemble.checks import judgement
+    from biped.show.page import write_page
+    from biped.show.terminal import console, table
+    from biped.studies.folders import results_at
+
+    shown = table(("scenario", "engine", "speed [m/s]", "peak force [N]", "verdict"), ("scenario", "engine", "verdict"))
+    whole = [station.folder for station in stations if (station.folder / "result.json").is_file()]
+    for folder in whole:
+        result = results_at(folder)
+        speed, force = (result["summary"][name] for name in ("speed", "peak_force"))
+        shown.add_row(result["scenario"], result["engine"], f"{speed:.2f}", f"{force:.0f}", judgement(result))
+    console().print(shown)
+    if whole:
+        write_page(whole, page, "Does it walk?")
+
+
+def _next(stations: list[Station], page: Path) -> None:
+    """Where the page is, and what to type next."""
+    from biped.base.files import label
+
+    first = label(stations[0].folder)
+    recorded = (stations[0].folder / "recording.rrd").is_file()
+    print("\nTo type next:")
+    if recorded:
+        print(f"  biped view {first}                             the recording, in a viewer")
+    print(f"  biped video {first} --out push.gif             a clip")
+    print("  biped run demo/push --set push.0.force=[300.0,0.0]   a harder push")
+    print("  biped model FILE                                     what your own robot's file is recognised as")
+    print(f"\nThe page: {label(page)}")

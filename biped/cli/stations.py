@@ -1,0 +1,94 @@
+"""Scenarios side by side in processes of their own, with a line for each that is done.
+
+Whoever runs biped for the first time waits for its kernels to be compiled. A lane is a list of scenarios that need the
+same kernels: they run one after another, so that no kernel is compiled twice, and lanes run beside each other.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import contextmanager
+from pathlib import Path
+from time import perf_counter
+from typing import NamedTuple
+
+from biped.base.kernels import cache_folder
+
+_SECONDS = 1.0
+"""[s] between two states of the line that says how long it has been."""
+
+
+class Station(NamedTuple):
+    """A scenario that was run.
+
+    Attributes:
+        scenario: Its name.
+        folder: Its results.
+        code: The exit code of `biped run`.
+        seconds: [s] that it took, compiling included.
+        error: What the process wrote to stderr.
+    """
+
+    scenario: str
+    folder: Path
+    code: int
+    seconds: float
+    error: str
+
+
+def is_compiled() -> bool:
+    """Whether this installation has compiled anything for this processor yet."""
+    return any((cache_folder() / "objects").glob("*.o"))
+
+
+def visit(
+    lanes: Sequence[Sequence[str]], folder: Path, options: Sequence[str], done: Callable[[Station], None]
+) -> list[Station]:
+    """Runs scenarios and returns them in the order of the lanes.
+
+    Args:
+        lanes: Names of scenarios; those of one lane run one after another.
+        folder: Each leaves its results in a folder below.
+        options: Of `biped run`.
+        done: Called with each that is done.
+    """
+    found: dict[str, Station] = {}
+
+    def lane(names: Sequence[str]) -> None:
+        for name in names:
+            begun, out = perf_counter(), folder / name.replace("/", "-")
+            argv = [sys.executable, "-m", "biped", "run", name, "--out", str(out), "--jobs", "1", *options]
+            ended = subprocess.run(argv, capture_output=True, text=True, check=False)
+            found[name] = Station(name, out, ended.returncode, perf_counter() - begun, ended.stderr)
+            done(found[name])
+
+    with ThreadPoolExecutor(max(1, len(lanes))) as pool:
+        for future in as_completed([pool.submit(lane, names) for names in lanes]):
+            future.result()
+    return [found[name] for names in lanes for name in names]
+
+
+@contextmanager
+def clock(words: str) -> Iterator[None]:
+    """A line on the terminal that says what is waited for and how long it has been; nothing without a terminal."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    over, begun = threading.Event(), perf_counter()
+
+    def tick() -> None:
+        while not over.wait(_SECONDS):
+            print(f"\r  {words}: {perf_counter() - begun:.0f} s ", end="", file=sys.stderr, flush=True)
+
+    teller = threading.Thread(target=tick, daemon=True)
+    teller.start()
+    try:
+        yield
+    finally:
+        over.set()
+        teller.join()
+        print(f"\r{' ' * (len(words) + 12)}\r", end="", file=sys.stderr, flush=True)
