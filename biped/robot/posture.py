@@ -7,6 +7,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from biped.robot.borrowed import borrow, borrowed_names
 from biped.robot.gravity import frame
 from biped.robot.recognise import robot_of
 from biped.robot.robot import Robot
@@ -14,6 +15,7 @@ from biped.robot.spec import no_keyframe, parsed
 from biped.robot.upright import contact_points, stand_upright
 from biped.scenario.ground import Ground
 from biped.scenario.keys import Scenario
+from biped.scenario.laws import SPATIAL
 from biped.scenario.robot import Described
 
 
@@ -43,9 +45,13 @@ class Starts:
         model, data, robot, start = self.model, self._data, self.robot, s.start
         mujoco.mj_resetData(model, data)
         name = start.posture or robot.start
-        if name:
-            if name not in robot.starts:
+        if name and name not in robot.starts:
+            if s.law != SPATIAL or name not in borrowed_names():
                 raise no_keyframe(self._path, name, robot.starts)
+            if robot.start:
+                mujoco.mj_resetDataKeyframe(model, data, robot.starts.index(robot.start))
+            borrow(model, data, robot, name)
+        elif name:
             mujoco.mj_resetDataKeyframe(model, data, robot.starts.index(name))
         if start.upright:
             self._stand_upright(s.ground)

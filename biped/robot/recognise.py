@@ -14,7 +14,7 @@ from biped.base.errors import InputError
 from biped.base.files import label, nearest
 from biped.robot.base import base_of, belongs, ground_of, other_planes, physics_of, surroundings
 from biped.robot.drives import drives_of
-from biped.robot.legs import above, leg_length, pitching
+from biped.robot.legs import above, leg_length, pitching, places_of
 from biped.robot.robot import FootParts, Robot
 from biped.robot.safety import examine, packaged
 from biped.robot.sizes import check_sizes
@@ -96,12 +96,14 @@ def _recognised(path: Path, model: mujoco.MjModel, table: Described) -> Looked:
         return Looked(None, tuple(faults))
     number, columns, planar = base
     surroundings(model, number, ground, faults)
-    # A sole is seen where it lies flat: in the posture in which it has most points.
-    tried_out: list[tuple[int, list[str], tuple[FootParts, ...], mujoco.MjData]] = []
+    # A sole is seen where it lies flat: in the posture in which it has most points, the flattest of such.
+    tried_out: list[tuple[tuple[int, float], list[str], tuple[FootParts, ...], mujoco.MjData]] = []
     for data in _postures(model, start):
         found: list[str] = []
         feet = _feet(model, data, number, ground, table, found)
-        tried_out.append((sum(len(foot.points) for foot in feet) - 1000 * len(found), found, feet, data))
+        number_of_points = sum(len(foot.points) for foot in feet) - 1000 * len(found)
+        uneven = max((float(np.ptp(places_of(data, foot)[:, 2])) for foot in feet if foot.points), default=0.0)
+        tried_out.append(((number_of_points, -round(uneven, 3)), found, feet, data))
     _, found, feet, data = max(tried_out, key=lambda one: one[0])
     faults += found
     if faults:
@@ -250,7 +252,7 @@ def _foot(
         places = [(int(model.geom_bodyid[g]), place) for g in geoms for place in points_of(model, data, g)]
         lowest = {body: min(place[2] for one, place in places if one == body) for body, _ in places}
         for body, place in places:
-            if place[2] < lowest[body] + FLAT:  # of a foot of several geoms the sole counts
+            if len(geoms) == 1 or place[2] < lowest[body] + FLAT:  # of a foot of several geoms the sole counts
                 on.append(body)
                 turn = data.xmat[body].reshape(3, 3)
                 points.append(tuple((turn.T @ (place - data.xpos[body])).tolist()))

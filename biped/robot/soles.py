@@ -12,7 +12,8 @@ FLAT = 0.02
 def points_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> np.ndarray:
     """(k, 3) [m] places in the world of the points of a geom that may touch the ground from above.
 
-    A box has its lowest four corners, a capsule the lowest points of its ends, a sphere or ellipsoid its lowest point,
+    A box has the four corners of its lowest face, a capsule the lowest points of its ends, a sphere or ellipsoid its
+    lowest point,
     a cylinder four points of its lowest rim, a mesh the outermost four of its lowest vertices.
     """
     kind, size = mujoco.mjtGeom(model.geom_type[geom]), model.geom_size[geom]
@@ -21,7 +22,9 @@ def points_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> np.ndarr
     match kind:
         case mujoco.mjtGeom.mjGEOM_BOX:
             signs = np.array([[x, y, z] for x in (1, -1) for y in (1, -1) for z in (1, -1)])
-            return _lowest(place + (signs * size) @ turn.T)
+            lower = int(np.argmax(np.abs(turn[2])))  # the face that lies lowest, however tilted its edges
+            below = signs[:, lower] == (-1.0 if turn[2, lower] > 0.0 else 1.0)
+            return place + (signs[below] * size) @ turn.T
         case mujoco.mjtGeom.mjGEOM_CAPSULE:
             ends = np.array([[0.0, 0.0, size[1]], [0.0, 0.0, -size[1]]])
             return place + ends @ turn.T + size[0] * down

@@ -20,6 +20,8 @@ class Pushing(Section, frozen=True):
         regularisation: ε [1/(kg m²)], the price of torques.
         stops: Whether torques count on the knees' stops; without, a knee's own torque does what its stop would.
         smoothing: Time constant [s] with which torques go to what is asked for; 0: at once.
+        compensation: Share of the joints' damping and dry friction, as the model file says them, that motors make up
+            for; of a biped in space.
     """
 
     friction: Positive = 1.0
@@ -29,6 +31,7 @@ class Pushing(Section, frozen=True):
     regularisation: Positive = 1e-3
     stops: bool = True
     smoothing: Hold = 0.0
+    compensation: Annotated[float, Meta(ge=0, le=2)] = 1.0
 
 
 class Actuation(Section, frozen=True):

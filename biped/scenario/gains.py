@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 
@@ -113,6 +113,9 @@ class Gains(PartialGains, frozen=True):
         theta_b: Degrees, where the torso's spring is at rest.
         theta_l: Degrees, where the thighs' springs are at rest in leg states 1 to 4.
         theta_a: Degrees, where the ankles' springs are at rest in leg states 1 to 4.
+        theta_k: Degrees, where the knees' springs are at rest in leg states 1 to 4, of a biped that moves in space;
+            default: straight.
+        unit: `mgl` counts in the walker's weight, the length of its leg, and √(l/g) (docs/any-biped.md); default: SI.
         speed: [m/s] of a gait file that is a family; its gains at that speed come first, the other keys replace them.
         frontal: Of a biped that moves in space: across the direction of walking.
         axial: Likewise: about the links' own axes.
@@ -129,6 +132,8 @@ class Gains(PartialGains, frozen=True):
     theta_b: Degrees | None = None
     theta_l: Four | None = None
     theta_a: Four | None = None
+    theta_k: Four | None = None
+    unit: Literal["mgl"] | None = None
     speed: Positive | None = None
     frontal: Frontal | None = None
     axial: Axial | None = None
@@ -141,7 +146,12 @@ class Gains(PartialGains, frozen=True):
 OUT_OF_PLANE = ("frontal", "axial")
 """Tables that the gait of a biped in space has besides."""
 
-GAINS = tuple(name for name in Gains.__struct_fields__ if name not in ("speed", *OUT_OF_PLANE))
+NOT_NEEDED = ("theta_k", "unit")
+"""Gains that it may have."""
+MGL = "mgl"
+"""The unit of gaits that count in their walker's own weight and size."""
+
+GAINS = tuple(name for name in Gains.__struct_fields__ if name not in ("speed", *NOT_NEEDED, *OUT_OF_PLANE))
 """Tables of a complete gait in the plane."""
 
 

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from biped.base.errors import InputError
 from biped.base.files import label, layered, locate
-from biped.scenario.gains import GAINS, OUT_OF_PLANE, Gains
+from biped.scenario.gains import GAINS, NOT_NEEDED, OUT_OF_PLANE, Gains
 from biped.scenario.origin import Origin
 from biped.scenario.settings import GAIT, Settings, typed
 from biped.scenario.valid import convert, known_keys
@@ -39,7 +39,7 @@ def read_gains(path: Path, override: Gains) -> Gains:
         knots = convert(speeds, tuple[Knot, ...], lambda key, what: origin.fault(f"speeds{key}", what))
         gains = replace(gains, **gains_at(knots, override.speed, origin.fault))
     gains = gains.replaced(override)
-    missing = [name for name in gains.missing() if name not in ("speed", *OUT_OF_PLANE)]
+    missing = [name for name in gains.missing() if name not in ("speed", *NOT_NEEDED, *OUT_OF_PLANE)]
     if missing:
         table = missing[0].partition(".")[0] if "." in missing[0] else ""
         names = getattr(gains, table).__struct_fields__ if table else GAINS
@@ -87,6 +87,11 @@ def in_the_plane(gains: Gains, model: str, at: str = "") -> None:
         if getattr(gains, table) is not None:
             raise InputError(f"{at}gains.{table}: expected none: model '{model}' moves in the plane; [{table}] is of "
                              "bipeds that move in space", f"{at}gains.{table}")  # fmt: skip
+    for name in NOT_NEEDED:
+        if getattr(gains, name) is not None:
+            raise InputError(
+                f"{at}gains.{name}: expected none: model '{model}' moves in the plane", f"{at}gains.{name}"
+            )
 
 
 def out_of_the_plane(gains: Gains, model: str, at: str = "") -> None:

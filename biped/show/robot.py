@@ -15,7 +15,7 @@ def show_robot(found: ModelReport) -> None:
     by = "" if found.description is None else f", described by {plain(label(found.description))}"
     out.print(f"[bold]{plain(label(found.file))}[/bold]{by}")
     if found.robot is not None:
-        _show(found.robot)
+        _show(found.robot, found.parts)
     for fault in found.faults:
         out.print(f"  [red]fault[/red]  {plain(fault)}", markup=True)
     for note in found.notes:
@@ -27,6 +27,8 @@ def show_robot(found: ModelReport) -> None:
 def _show_use(found: ModelReport) -> None:
     """Prints what a robot runs with, and a scenario to start from."""
     out = console()
+    if found.stranger:
+        out.print(f"  not with   {plain(found.stranger)}")
     if found.physics:
         out.print(f"  physics    {plain(found.physics)}")
     laws = " or ".join(f"law = '{name}'" for name in found.laws)
@@ -42,7 +44,7 @@ def _show_use(found: ModelReport) -> None:
         out.print(f"    {line}", markup=False, highlight=False)
 
 
-def _show(robot: Robot) -> None:
+def _show(robot: Robot, parts: dict[str, str]) -> None:
     out = console()
     where = "in the plane (x, z, pitch)" if robot.planar else "in space (free joint)"
     if robot.description:
@@ -52,6 +54,8 @@ def _show(robot: Robot) -> None:
         places = "; ".join(" ".join(f"{x:.3g}" for x in place) for place in foot.points)
         out.print(f"  foot       {plain(foot.name)}, {len(foot.points)} contact points [m]: {places}")
     out.print(f"  mass, leg  {robot.mass:.4g} kg, {robot.leg:.3g} m from hip to sole")
+    for what, words in parts.items():
+        out.print(f"  {what:<11} {plain(words)}")
     starts = ", ".join(plain(name) for name in robot.starts) or "none: coordinates at zero"
     out.print(f"  start      {plain(robot.start) or '-'} (keyframes: {starts})")
     page = table(("actuator", "kind", "joint", "torque limit"), ("actuator", "kind", "joint"))

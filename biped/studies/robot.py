@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgspec
+import mujoco
+import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import description_of, is_file, label, locate, read_toml
+from biped.robot.anatomy import ANKLE, HIP, INVERSION, KNEE, Anatomy, anatomy_of
 from biped.robot.recognise import looked_at
 from biped.robot.robot import Robot
 from biped.robot.spec import parsed
@@ -33,6 +35,8 @@ class ModelReport(NamedTuple):
         laws: The laws of this package that it runs with, beside a law of one's own.
         notes: What of the file was left out, without harm.
         physics: What the file asks for and a run does otherwise by default; empty where they agree.
+        parts: Torso, thighs, shanks, feet, soles and hinges of a biped in space, in words; empty of any other.
+        stranger: Why the thesis's law in space cannot walk it; empty if it can.
     """
 
     file: Path
@@ -43,6 +47,8 @@ class ModelReport(NamedTuple):
     laws: tuple[str, ...]
     notes: tuple[str, ...]
     physics: str
+    parts: dict[str, str]
+    stranger: str
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data, as `--json` prints it."""
@@ -50,6 +56,7 @@ class ModelReport(NamedTuple):
             "file": label(self.file), "description": None if self.description is None else label(self.description),
             "faults": list(self.faults), "seven_links": not self.planar, "laws": list(self.laws),
             "notes": list(self.notes), "physics": self.physics,
+            "parts": self.parts, "not_spatial": self.stranger,
             "robot": None if self.robot is None else msgspec.to_builtins(self.robot) | {"mass": self.robot.mass},
         }  # fmt: skip
 
@@ -77,20 +84,44 @@ def look(name: str) -> ModelReport:
         known_keys(data, Described, "", fail)
         table = convert(data, Described, fail)
     robot, faults, notes = looked_at(path, table)
-    laws = () if robot is None else _laws(path, table, robot)
+    laws, parts, stranger = tuple(name for name in BUILT_IN if name != SPATIAL), {}, ""
     physics = "" if robot is None else differing(path, Simulation())
-    return ModelReport(path, own if general else None, robot, faults, _planar(path, general), laws, notes, physics)
+    if robot is None:
+        laws = ()
+    else:
+        model = parsed(path, table)[1]
+        try:
+            parts = _parts(model, anatomy_of(model, robot))
+            laws = (SPATIAL, *laws)
+        except InputError as error:
+            stranger = str(error)
+    return ModelReport(
+        path, own if general else None, robot, faults, _planar(path, general), laws, notes, physics, parts, stranger
+    )
 
 
-def _laws(path: Path, table: Described, robot: Robot) -> tuple[str, ...]:
-    """Laws of this package that a robot runs with: those for any, and the thesis's in space if it has its joints."""
-    from biped.control.space.setup import check_robot
-
-    found = [name for name in BUILT_IN if name != SPATIAL]
-    with suppress(InputError):
-        check_robot(robot, parsed(path, table)[1], path.stem)
-        found.insert(0, SPATIAL)
-    return tuple(found)
+def _parts(model: mujoco.MjModel, anatomy: Anatomy) -> dict[str, str]:
+    """Parts of a biped in space, by what they are."""
+    above = ", ".join(model.joint(joint).name for joint in reversed(anatomy.trunk)) or "none"
+    out = {
+        "torso": f"{model.body(anatomy.torso).name}, on legs of {anatomy.leg:.3g} m",
+        "held": f"{above} (by springs)",
+    }
+    for side, leg in zip(("right", "left"), anatomy.legs, strict=True):
+        names = [model.joint(joint).name if joint >= 0 else "none" for joint in leg.joints]
+        toe, heel = leg.sole[:2], leg.sole[2:]
+        length = np.linalg.norm(toe.mean(axis=0) - heel.mean(axis=0))
+        breadth = [float(np.linalg.norm(end[0] - end[1])) for end in (toe, heel)]
+        straight = np.degrees(leg.zero)
+        out |= {
+            f"{side} thigh": f"{model.body(leg.thigh).name}, turned by {', '.join(names[:HIP])}",
+            f"{side} shank": f"{model.body(leg.shank).name}, {leg.length:.3g} m, turned by {names[KNEE]} (straight at "
+                             f"{straight[KNEE]:.3g} degrees)",
+            f"{side} foot": f"{model.body(leg.foot).name}, turned by {names[ANKLE]} (square at {straight[ANKLE]:.3g} "
+                            f"degrees), inward by {names[INVERSION]}",
+            f"{side} sole": f"{length:.3g} m long, {breadth[0]:.3g} m wide at the toe, {breadth[1]:.3g} m at the heel",
+        }  # fmt: skip
+    return out
 
 
 def _planar(path: Path, general: bool) -> str:

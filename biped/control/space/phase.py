@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from biped.base.jit import inner_kernel
-from biped.control.space.topology import BASE, HEEL_END, KNEE, LEG, LEGS, TOE_END
+from biped.control.space.topology import HEEL_END, KNEE, LEGS, TOE_END
 from biped.robot.leg_states import EXTENDED, PUSH_OFF, STANCE, SWING
 
 
 @inner_kernel
-def leg_states(c, q):
+def leg_states(c):
     """Writes the states of both legs into the record, as `biped.control.planar.phase.leg_states` does."""
-    memory, sensing, angle = c["memory"], c["sensing"], c["at"]["angle"]
+    memory, sensing, angle, joint = c["memory"], c["sensing"], c["at"]["angle"], c["at"]["joint"]
     for leg in range(LEGS):
         toe, heel = memory["believed"][2 * leg + TOE_END], memory["believed"][2 * leg + HEEL_END]
         thigh, other = angle[leg, 0], angle[1 - leg, 0]
@@ -21,7 +21,7 @@ def leg_states(c, q):
                 state = STANCE
             else:
                 state = SWING if thigh - other > sensing["passing"] else PUSH_OFF
-        elif q[BASE + 1 + LEG * leg + KNEE] > -sensing["extended"] and thigh - other > sensing["ahead"]:
+        elif joint[leg, KNEE] > -sensing["extended"] and thigh - other > sensing["ahead"]:
             state = EXTENDED
         else:
             state = SWING

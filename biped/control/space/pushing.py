@@ -11,7 +11,6 @@ import math
 from biped.base.jit import inner_kernel, kernel
 from biped.control.space.record import DIRECTIONS, EDGES, N_EDGES
 from biped.control.space.reduced import (
-    FORCES,
     STOPS,
     factor,
     motion,
@@ -20,9 +19,9 @@ from biped.control.space.reduced import (
     weigh_points,
     weigh_stops,
 )  # fmt: skip
-from biped.control.space.topology import BASE, KNEE, LEG, LEG_POINTS, LEGS, N_POINTS, NU, N
+from biped.control.space.topology import BASE, LEG, LEG_POINTS, LEGS, N_POINTS
 from biped.numerics.lanes import LANES, added, load, store
-from biped.numerics.nonnegative import nonnegative
+from biped.numerics.nonnegative import MOST, nonnegative
 
 _TIE = 1e-9
 """Raises the diagonals by this fraction: sixteen forces share what six could do, and the shortest share is taken."""
@@ -37,9 +36,11 @@ def unilateral_rows(c, m):
     """Lists the forces that count: least accelerations along them, and how far what exerts them is from pushing.
 
     Returns:
-        Their number: four edges of each point that is near the ground, then the knees' stops.
+        Their number: four edges of each point that is near the ground, then the knees' stops, then those that are near
+        of the other joints.
     """
-    at, work, act, memory = c["at"], c["work"], c["actuation"], c["memory"]
+    at, work, act, memory, belief = c["at"], c["work"], c["actuation"], c["memory"], c["belief"]
+    upper = work["R_base"].shape[0]
     tau, mu = act["approach"], act["friction"]
     n = 0
     for p in range(N_POINTS):
@@ -64,12 +65,23 @@ def unilateral_rows(c, m):
             work["across"][n] = work["up"][n] + 1 + e // 2
             work["slope"][n] = slope
             n += 1
-    for leg in range(LEGS):
-        q, v = m.q[BASE + 1 + LEG * leg + KNEE], m.v[BASE + LEG * leg + KNEE]
-        work["least"][n] = -max(0.0, -2.0 * v / tau - q / (tau * tau))
-        work["away"][n] = c["belief"]["shank"] * max(0.0, -q)
-        work["kept"][n] = N_EDGES + leg
+    work["edges"] = n
+    for one in range(work["stop"].shape[0]):
+        way, at_leg = belief["stop_way"][one], upper + LEG * belief["stop_leg"][one]
+        j = at_leg + belief["stop_joint"][one]
+        room, rate = way * (m.q[belief["place"][j]] - belief["stop_end"][one]), way * at["v"][j]
+        gap = max(0.0, 2.0 * rate / tau + room / (tau * tau))
+        if one == LEGS:
+            work["knees"] = n
+        if one >= LEGS and gap * belief["shank"] > FAR:
+            memory["held"][N_EDGES + one] = 0
+            continue
+        work["least"][n] = -gap
+        work["away"][n] = belief["shank"] * max(0.0, room)
+        work["kept"][n] = N_EDGES + one
         n += 1
+    if work["stop"].shape[0] == LEGS:
+        work["knees"] = n
     return n
 
 
@@ -78,7 +90,9 @@ def _reduce(c, n):
     """Fills H (n, n) of the forces that count and breaks its ties; f holds what the weighed `forces` do along them."""
     work = c["work"]
     H, f, D, row, x, stop = work["H"], work["f"], work["D"], work["row"][0], work["forces"], work["stop"]
-    up, across, slope, edges, mu = work["up"], work["across"], work["slope"], n - LEGS, c["actuation"]["friction"]
+    up, across, slope, edges, mu = work["up"], work["across"], work["slope"], work["edges"], c["actuation"]["friction"]
+    kept, of_leg, of_joint = work["kept"], c["belief"]["stop_leg"], c["belief"]["stop_joint"]
+    upper, reach, all_forces = work["R_base"].shape[0], work["W"].shape[2], STOPS + stop.shape[0]
     factor(c, work["soft"])
     weigh_points(c)
     weigh_stops(c)
@@ -98,24 +112,26 @@ def _reduce(c, n):
             H[i, j + 2] = H[j + 2, i] = rise + y_part
             H[i, j + 3] = H[j + 3, i] = rise - y_part
         top = max(top, H[i, i])
-        f[0, i] = D[FORCES, up[i]] + slope[i] * D[FORCES, across[i]]
-    for leg in range(LEGS):
-        i = edges + leg
+        f[0, i] = D[all_forces, up[i]] + slope[i] * D[all_forces, across[i]]
+    for i in range(edges, n):
+        one = kept[i] - N_EDGES
+        leg, joint = of_leg[one], of_joint[one]
         for j in range(edges):
-            H[i, j] = D[STOPS + leg, up[j]] + slope[j] * D[STOPS + leg, across[j]]
+            H[i, j] = D[STOPS + one, up[j]] + slope[j] * D[STOPS + one, across[j]]
             H[j, i] = H[i, j]
         s = 0.0
-        for k in range(BASE):
-            s += stop[leg, k] * x[k]
-        for k in range(BASE + KNEE, BASE + LEG):
-            s += stop[leg, k] * x[LEG * leg + k]
+        for k in range(reach):
+            s += stop[one, k] * x[upper - reach + k]
+        for k in range(joint, LEG):
+            s += stop[one, reach + k] * x[upper + LEG * leg + k]
         f[0, i] = s
-        for other in range(leg + 1):
+        for j in range(edges, i + 1):
+            other = kept[j] - N_EDGES
             s = 0.0
-            for k in range(BASE + LEG if leg == other else BASE):
-                s += stop[leg, k] * stop[other, k]
-            H[i, edges + other] = s
-            H[edges + other, i] = s
+            for k in range(reach + LEG if leg == of_leg[other] else reach):
+                s += stop[one, k] * stop[other, k]
+            H[i, j] = s
+            H[j, i] = s
         top = max(top, H[i, i])
     for i in range(n):
         H[i, i] += _TIE * top
@@ -131,16 +147,18 @@ def _solve(c, n, remembered):
     changes = nonnegative(work["H"], work["f"], n, free, work["order"], work["U"], work["L"], work["x"], work["y"])
     for i in range(n):
         remembered[kept[i]] = free[i]
+    if changes == MOST:
+        c["tick"]["given_up"] += 1
     return changes
 
 
 @inner_kernel
 def wanted_motion(c, m, n):
     """The first problem: leaves its ground forces c_d in work x, what is left over of the inequalities in work y."""
-    work, tick = c["work"], c["tick"]
-    for j in range(N):
-        work["forces"][j] = tick["Q_d"][j] - m.h[j]
-    for j in range(NU):
+    work, tick, column = c["work"], c["tick"], c["belief"]["column"]
+    for j in range(column.size):
+        work["forces"][j] = tick["Q_d"][j] - m.h[column[j]] if column[j] >= 0 else 0.0
+    for j in range(work["soft"].size):
         work["soft"][j] = 0.0
     _reduce(c, n)
     for i in range(n):
@@ -152,13 +170,14 @@ def wanted_motion(c, m, n):
 def _rigid_factor(c):
     """Leaves the inverse factor of the base's block of M, of a walker with rigid joints, in work L."""
     R, M = c["work"]["L"], c["at"]["M_base"]
+    trunk = M.shape[0] - BASE
     for i in range(BASE):
-        s = M[i, i]
+        s = M[trunk + i, trunk + i]
         for k in range(i):
             s -= R[k, i] * R[k, i]
         R[i, i] = 1.0 / math.sqrt(s)
         for j in range(i + 1, BASE):
-            s = M[i, j]
+            s = M[trunk + i, trunk + j]
             for k in range(i):
                 s -= R[k, i] * R[k, j]
             R[i, j] = s * R[i, i]
@@ -168,9 +187,9 @@ def _rigid_factor(c):
 def _inverse_mass(c, lane):
     """ρ: the inverse mass that a push in a direction finds in a walker with rigid joints."""
     A, R, z = c["at"]["A"], c["work"]["L"], c["work"]["row"][0]
-    total = 0.0
+    shared, total = A.shape[0] - LEG - BASE, 0.0
     for i in range(BASE):
-        s = A[i, lane]
+        s = A[shared + i, lane]
         for k in range(i):
             s -= R[k, i] * z[k]
         z[i] = s * R[i, i]
@@ -185,7 +204,7 @@ def _prices(c, n):
     _rigid_factor(c)
     last, rho = -1, 0.0
     for i in range(n):
-        if i < n - LEGS:
+        if i < work["edges"]:
             scale = 1.0
             if work["up"][i] != last:
                 last = work["up"][i]
@@ -198,56 +217,71 @@ def _prices(c, n):
 
 
 @kernel
-def _add_contacts(work, G, sign, n, F):
+def _add_contacts(work, G, sign, F):
     """Adds what the points' forces in work x do along the coordinates, through the directions G, with a sign."""
-    for i in range(n - LEGS):
+    upper, reach = work["R_base"].shape[0], work["W"].shape[2]
+    for i in range(work["edges"]):
         s = sign * work["x"][0, i]
         if s != 0.0:
             up, across, t = work["up"][i], work["across"][i], s * work["slope"][i]
-            first = LEG * (up // LANES)
-            for j in range(BASE):
-                F[j] += s * G[j, up] + t * G[j, across]
-            for j in range(BASE, BASE + LEG):
-                F[first + j] += s * G[j, up] + t * G[j, across]
+            lead, first = upper - reach, upper + LEG * (up // LANES)
+            for j in range(reach):
+                F[lead + j] += s * G[j, up] + t * G[j, across]
+            for j in range(LEG):
+                F[first + j] += s * G[reach + j, up] + t * G[reach + j, across]
 
 
 @inner_kernel
 def _wanted_forces(c, n):
-    """Writes M q̈_d + h = Q_d + Gᵀc_d into `wanted`."""
-    work, A, F = c["work"], c["at"]["A"], c["work"]["wanted"]
-    for j in range(N):
+    """Writes M q̈_d + h = Q_d + Gᵀc_d into `wanted`, and adds what joints do by themselves, which motors make up for."""
+    work, belief, F = c["work"], c["belief"], c["work"]["wanted"]
+    upper = work["R_base"].shape[0]
+    for j in range(F.size):
         F[j] = c["tick"]["Q_d"][j]
-    _add_contacts(work, A, 1.0, n, F)
-    for leg in range(LEGS):
-        F[BASE + LEG * leg + KNEE] -= work["x"][0, n - LEGS + leg]
+    _add_contacts(work, c["at"]["A"], 1.0, F)
+    for i in range(work["edges"], n):
+        one = work["kept"][i] - N_EDGES
+        j = upper + LEG * belief["stop_leg"][one] + belief["stop_joint"][one]
+        F[j] += belief["stop_way"][one] * work["x"][0, i]
+    for j in range(F.size):
+        F[j] += c["tick"]["passive"][j]
+
+
+@kernel
+def _coordinate(trunk, j):
+    """Where the law counts driven joint j: the base's coordinates stand between those above the legs and the legs'."""
+    return j if j < trunk else j + BASE
 
 
 @kernel
 def _nearest_forces(c, n):
     """The second problem in the ground forces c: leaves them in work x, and P (M q̈_d + h - Gᵀc) in `forces`."""
-    work, tick, act, memory = c["work"], c["tick"], c["actuation"], c["memory"]
+    work, act, memory = c["work"], c["actuation"], c["memory"]
     F, C = work["forces"], work["C"]
-    for j in range(N):
+    upper, reach = work["R_base"].shape[0], work["W"].shape[2]
+    for j in range(F.size):
         F[j] = work["wanted"][j]
-    for j in range(NU):
+    for j in range(work["soft"].size):
         free = memory["side"][j] == 0
         work["soft"][j] = 1.0 / act["regularisation"] if free else 0.0
         if not free:
-            F[BASE + j] -= memory["side"][j] * act["limit"][j]
+            F[_coordinate(upper - BASE, j)] -= memory["side"][j] * act["limit"][j]
     _reduce(c, n)
     for i in range(n):
         work["H"][i, i] += work["price"][i]
-    for i in range(n - LEGS, n):
+    for i in range(work["edges"], n):
         work["x"][0, i] = 0.0
-    tick["changes"][1] = _solve(c, n if act["stops"] else n - LEGS, memory["pressed"])
-    _add_contacts(work, C, -1.0, n, F)
-    for leg in range(LEGS):
-        s = work["x"][0, n - LEGS + leg]
+    c["tick"]["changes"][1] = _solve(c, work["knees"] if act["stops"] else work["edges"], memory["pressed"])
+    _add_contacts(work, C, -1.0, F)
+    for i in range(work["edges"], work["knees"]):
+        s = work["x"][0, i]
         if s != 0.0:
-            for j in range(BASE):
-                F[j] -= s * work["stop"][leg, j]
-            for j in range(BASE + KNEE, BASE + LEG):
-                F[LEG * leg + j] -= s * work["stop"][leg, j]
+            one = work["kept"][i] - N_EDGES
+            leg, joint = c["belief"]["stop_leg"][one], c["belief"]["stop_joint"][one]
+            for j in range(reach):
+                F[upper - reach + j] -= s * work["stop"][one, j]
+            for j in range(joint, LEG):
+                F[upper + LEG * leg + j] -= s * work["stop"][one, reach + j]
     motion(c, F)
 
 
@@ -256,8 +290,9 @@ def _change_limits(c):
     """Writes the torques and moves the worst offender to or from its limit; returns whether there was one."""
     u, limit, side_of, x = c["tick"]["u"], c["actuation"]["limit"], c["memory"]["side"], c["work"]["forces"]
     worst, which, side = _SLACK_OF_LIMIT, -1, 0
-    for j in range(NU):
-        wanted = x[BASE + j] / c["actuation"]["regularisation"]
+    trunk = u.size - LEGS * LEG
+    for j in range(u.size):
+        wanted = x[_coordinate(trunk, j)] / c["actuation"]["regularisation"]
         if side_of[j] == 0:
             u[j] = wanted
             beyond, to = abs(wanted) - limit[j], (1 if wanted > 0.0 else -1)
@@ -273,7 +308,7 @@ def _change_limits(c):
 
 @inner_kernel
 def pushing_torques(c, m):
-    """Writes the joint torques u (12,) [N m] for the record's Q_d; returns whether one of them is at its limit.
+    """Writes the joint torques u [N m], in the law's order, for the record's Q_d; returns whether one is at its limit.
 
     Args:
         c: Controller record with sensed places, the points' motion and Q_d.
@@ -291,10 +326,10 @@ def pushing_torques(c, m):
             break
     for k in range(tick["force"].size):
         tick["force"][k] = 0.0
-    for i in range(n):
+    for i in range(c["work"]["knees"]):
         tick["force"][c["work"]["kept"][i]] = c["work"]["x"][0, i]
     limited = False
-    for j in range(NU):
+    for j in range(limit.size):
         limited = limited or c["memory"]["side"][j] != 0
         tick["u"][j] = min(max(tick["u"][j], -limit[j]), limit[j])
     return limited

@@ -1,10 +1,16 @@
-"""Everything the compiled control tick of a biped with a free base reads and remembers, as one numpy record."""
+"""Everything the compiled control tick of a biped with a free base reads and remembers, as one numpy record.
+
+Its sizes are those of the biped: kernels are compiled for them, so that a walker without arms does not pay for them.
+"""
 
 from __future__ import annotations
 
+from functools import lru_cache
+from typing import NamedTuple
+
 import numpy as np
 
-from biped.control.space.topology import BASE, ENDS, LEG, LEG_POINTS, LEGS, N_POINTS, NU, N
+from biped.control.space.topology import BASE, ENDS, LEG, LEG_POINTS, LEGS, N_POINTS
 from biped.numerics.lanes import LANES
 from biped.robot.leg_states import STATES
 
@@ -14,10 +20,21 @@ EDGES = 4
 """Of a point's friction pyramid: up with friction forward, backward, to the left and to the right."""
 LEG_EDGES = LEG_POINTS * EDGES
 N_EDGES = LEGS * LEG_EDGES
-UNKNOWNS = N_EDGES + LEGS
-"""Forces along all edges, and of the knees' stops."""
-WIDTH = 3 * LANES
-"""Lanes for the unknowns."""
+
+
+class Sizes(NamedTuple):
+    """How many coordinates and stops a biped has beside those that all have.
+
+    Attributes:
+        trunk: Joints that are neither the base's nor a leg's.
+        shared: Of these, those that both legs hang on.
+        stops: Ends of joints' ranges that the law counts on, the knees' first.
+    """
+
+    trunk: int = 0
+    shared: int = 0
+    stops: int = LEGS
+
 
 GAIT = np.dtype(
     [
@@ -29,10 +46,6 @@ GAIT = np.dtype(
     align=True,
 )  # fmt: skip
 """The gait [rad, N m/rad, N m s/rad] by leg state; a leg's six are flexion … inversion, outward positive."""
-
-_BELIEF = np.dtype([("tilt", "f8", 2), ("hip", "f8"), ("mass", "f8"), ("shank", "f8")], align=True)
-"""[rad] pitch and roll of the ground's frame against what angles are measured from;
-[m] half the distance of the hips; [kg]; [m] length of a shank."""
 
 _SENSING = np.dtype(
     [
@@ -47,78 +60,131 @@ _SENSING = np.dtype(
 )
 """As in `biped.control.planar.record`."""
 
-_ACTUATION = np.dtype(
-    [
-        ("generalized", "u1"), ("limit", "f8", NU),
-        ("friction", "f8"), ("approach", "f8"), ("reach", "f8"), ("yielding", "f8"), ("regularisation", "f8"),
-        ("stops", "u1"), ("follow", "f8"),
-    ],
-    align=True,
-)  # fmt: skip
-"""How Q_d becomes torques [N m]: as in `biped.control.planar.record`."""
 
-_MEMORY = np.dtype(
-    [
-        ("believed", "u1", ENDS), ("waiting", "i8", ENDS), ("phase", "i8", LEGS),
-        ("held", "u1", UNKNOWNS), ("pressed", "u1", UNKNOWNS), ("side", "i8", NU),
-        ("latest", "f8", NU),
-    ],
-    align=True,
-)  # fmt: skip
-"""Memory from tick to tick: contacts, ticks that a change has lasted, leg states; sets of the latest allocation,
-and its torques."""
+def _belief(upper: int, stops: int) -> np.dtype:
+    """The controller's knowledge of the walker; coordinates are in the law's order.
 
-_AT = np.dtype(
-    [
-        ("height", "f8", N_POINTS), ("speed", "f8", N_POINTS),  # m, m/s upward
-        ("A", "f8", (2 * BASE, LEGS * LANES)),  # by column: motions of base and leg that move a point in a direction
-        ("bias", "f8", (N_POINTS, DIRECTIONS)),  # J̇v [m/s²], up, forward, left
-        ("angle", "f8", (LEGS, 3)), ("rate", "f8", (LEGS, 3)),  # thighs: sagittal, outward, outward about their axis
-        ("torso", "f8", 3), ("torso_rate", "f8", 3),  # pitch, roll, yaw
-        ("com", "f8", 3), ("com_velocity", "f8", 3), ("foot", "f8", (LEGS, 3)),
-        ("M_leg", "f8", (LEGS, LEG, LEG)), ("M_cross", "f8", (LEGS, LEG, BASE)), ("M_base", "f8", (BASE, BASE)),
-    ],
-    align=True,
-)  # fmt: skip
-"""Where the walker is."""
-
-_TICK = np.dtype(
-    [
-        ("Q_d", "f8", N), ("u", "f8", NU), ("limited", "u1"), ("placed", "f8", LEGS),
-        ("force", "f8", UNKNOWNS), ("changes", "i8", 3),
-    ],
-    align=True,
-)  # fmt: skip
-"""Results of this tick."""
-
-_WORK = np.dtype(
-    [
-        ("soft", "f8", NU), ("R_leg", "f8", (LEGS, LEG, LEG)), ("W", "f8", (LEGS, LEG, BASE)),
-        ("R_base", "f8", (BASE, BASE)), ("C", "f8", (2 * BASE, LEGS * LANES)),
-        ("D", "f8", (LEGS * LANES + LEGS + 1, LEGS * LANES)), ("stop", "f8", (LEGS, 2 * BASE)),
-        # Of the forces that count, in order:
-        ("kept", "i8", UNKNOWNS), ("up", "i8", UNKNOWNS), ("across", "i8", UNKNOWNS), ("slope", "f8", UNKNOWNS),
-        ("least", "f8", UNKNOWNS), ("away", "f8", UNKNOWNS), ("price", "f8", UNKNOWNS),
-        ("free", "u1", UNKNOWNS), ("order", "i8", UNKNOWNS),
-        ("near", "u1", N_POINTS), ("standing", "u1", LEGS),  # points and legs that count
-        ("row", "f8", (1, LEGS * LANES)), ("wanted", "f8", N), ("forces", "f8", N),
-        ("H", "f8", (WIDTH, WIDTH)), ("U", "f8", (WIDTH, WIDTH)), ("L", "f8", (WIDTH, WIDTH)),
-        ("f", "f8", (1, WIDTH)), ("x", "f8", (1, WIDTH)), ("y", "f8", (1, WIDTH)),
-    ],
-    align=True,
-)  # fmt: skip
-"""Work space of the allocation."""
-
-CONTROL = np.dtype(
-    [
-        ("gait", GAIT), ("belief", _BELIEF), ("sensing", _SENSING), ("actuation", _ACTUATION),
-        ("memory", _MEMORY), ("at", _AT), ("tick", _TICK), ("work", _WORK),
-    ],
-    align=True,
-)  # fmt: skip
-"""The controller."""
+    [rad] pitch and roll of the ground's frame against what angles are measured from; [m] half the distance of the hips;
+    [kg]; [m] length of a shank; where coordinates stand in v and q (-1: nowhere); what its joints' dampers [N m s/rad]
+    and dry friction [N m] do; rest of the joints above the legs [rad]; which bodies carry it, and their own axes: base,
+    right thigh, left thigh; soles; stops by leg and joint, which way [1] they push a coordinate, and from where [rad].
+    """
+    number = upper + LEGS * LEG
+    return np.dtype(
+        [
+            ("tilt", "f8", 2), ("hip", "f8"), ("mass", "f8"), ("shank", "f8"),
+            ("column", "i8", number), ("place", "i8", number), ("damping", "f8", number), ("dry", "f8", number),
+            ("upright", "f8", upper), ("root", "i8"), ("link", "i8", 1 + LEGS), ("foot", "i8", LEGS),
+            ("across", "f8", (1 + LEGS, 3)), ("along", "f8", (1 + LEGS, 3)), ("sole", "f8", (N_POINTS, 3)),
+            ("sign", "f8", (LEGS, LEG)), ("zero", "f8", (LEGS, LEG)),
+            ("stop_leg", "i8", stops), ("stop_joint", "i8", stops),
+            ("stop_way", "f8", stops), ("stop_end", "f8", stops),
+        ],
+        align=True,
+    )  # fmt: skip
 
 
-def new() -> np.ndarray:
+def _actuation(driven: int) -> np.dtype:
+    """How Q_d becomes torques [N m]: as in `biped.control.planar.record`."""
+    return np.dtype(
+        [
+            ("generalized", "u1"), ("limit", "f8", driven),
+            ("friction", "f8"), ("approach", "f8"), ("reach", "f8"), ("yielding", "f8"), ("regularisation", "f8"),
+            ("stops", "u1"), ("compensation", "f8"), ("follow", "f8"),
+        ],
+        align=True,
+    )  # fmt: skip
+
+
+def _memory(driven: int, unknowns: int) -> np.dtype:
+    """The memory that lasts from tick to tick.
+
+    Contacts, ticks that a change has lasted, leg states; the allocation's latest sets and torques.
+    """
+    return np.dtype(
+        [
+            ("believed", "u1", ENDS), ("waiting", "i8", ENDS), ("phase", "i8", LEGS),
+            ("held", "u1", unknowns), ("pressed", "u1", unknowns), ("side", "i8", driven),
+            ("latest", "f8", driven),
+        ],
+        align=True,
+    )  # fmt: skip
+
+
+def _at(upper: int, reach: int) -> np.dtype:
+    """Where the walker is."""
+    number = upper + LEGS * LEG
+    return np.dtype(
+        [
+            ("height", "f8", N_POINTS), ("speed", "f8", N_POINTS),  # m, m/s upward
+            ("place", "f8", (N_POINTS, 3)),  # m
+            ("A", "f8", (reach + LEG, LEGS * LANES)),  # by column: motions of base and leg that move a point
+            ("bias", "f8", (N_POINTS, DIRECTIONS)),  # J̇v [m/s²], up, forward, left
+            ("v", "f8", number), ("joint", "f8", (LEGS, LEG)), ("joint_rate", "f8", (LEGS, LEG)),
+            ("angle", "f8", (LEGS, 3)), ("rate", "f8", (LEGS, 3)),  # thighs: sagittal, outward, about their axis
+            ("torso", "f8", 3), ("torso_rate", "f8", 3),  # pitch, roll, yaw
+            ("axis", "f8", (1 + LEGS, 3)),  # of torso and thighs, upward
+            ("com", "f8", 3), ("com_velocity", "f8", 3), ("foot", "f8", (LEGS, 3)),
+            ("M_leg", "f8", (LEGS, LEG, LEG)), ("M_cross", "f8", (LEGS, LEG, reach)), ("M_base", "f8", (upper, upper)),
+        ],
+        align=True,
+    )  # fmt: skip
+
+
+def _tick(number: int, driven: int, unknowns: int) -> np.dtype:
+    """The results of a tick."""
+    return np.dtype(
+        [
+            ("Q_d", "f8", number), ("u", "f8", driven), ("passive", "f8", number), ("limited", "u1"),
+            ("placed", "f8", LEGS), ("force", "f8", unknowns), ("changes", "i8", 3), ("given_up", "i8"),
+        ],
+        align=True,
+    )  # fmt: skip
+
+
+def _work(upper: int, reach: int, stops: int) -> np.dtype:
+    """Work space of the allocation."""
+    number, unknowns = upper + LEGS * LEG, N_EDGES + stops
+    width = -(-unknowns // LANES) * LANES
+    return np.dtype(
+        [
+            ("soft", "f8", number - BASE), ("R_leg", "f8", (LEGS, LEG, LEG)), ("W", "f8", (LEGS, LEG, reach)),
+            ("R_base", "f8", (upper, upper)), ("C", "f8", (reach + LEG, LEGS * LANES)),
+            ("D", "f8", (LEGS * LANES + stops + 1, LEGS * LANES)), ("stop", "f8", (stops, reach + LEG)),
+            # Of the forces that count, in order:
+            ("kept", "i8", unknowns), ("up", "i8", unknowns), ("across", "i8", unknowns), ("slope", "f8", unknowns),
+            ("least", "f8", unknowns), ("away", "f8", unknowns), ("price", "f8", unknowns),
+            ("free", "u1", unknowns), ("order", "i8", unknowns),
+            ("edges", "i8"), ("knees", "i8"),  # how many of them are edges, and edges or knees
+            ("near", "u1", N_POINTS), ("standing", "u1", LEGS),  # points and legs that count
+            ("row", "f8", (1, LEGS * LANES)), ("wanted", "f8", number), ("forces", "f8", number),
+            ("H", "f8", (width, width)), ("U", "f8", (width, width)), ("L", "f8", (width, width)),
+            ("f", "f8", (1, width)), ("x", "f8", (1, width)), ("y", "f8", (1, width)),
+        ],
+        align=True,
+    )  # fmt: skip
+
+
+@lru_cache
+def control_type(sizes: Sizes) -> np.dtype:
+    """The controller of a biped of these sizes."""
+    upper, reach, unknowns = sizes.trunk + BASE, sizes.shared + BASE, N_EDGES + sizes.stops
+    number = upper + LEGS * LEG
+    driven = number - BASE
+    return np.dtype(
+        [
+            ("gait", GAIT), ("belief", _belief(upper, sizes.stops)), ("sensing", _SENSING),
+            ("actuation", _actuation(driven)), ("memory", _memory(driven, unknowns)), ("at", _at(upper, reach)),
+            ("tick", _tick(number, driven, unknowns)), ("work", _work(upper, reach, sizes.stops)),
+        ],
+        align=True,
+    )  # fmt: skip
+
+
+HUMAN = Sizes()
+"""Of a torso on two legs."""
+
+
+def new(sizes: Sizes = HUMAN) -> np.ndarray:
     """A zeroed controller record, (1,)."""
-    return np.zeros(1, CONTROL)
+    return np.zeros(1, control_type(sizes))

@@ -3,69 +3,108 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
 
-from biped.base.errors import InputError
 from biped.control.law import Setup
 from biped.control.smoothing import fraction
 from biped.control.space import record
 from biped.control.space.places import Mechanics
-from biped.control.space.topology import BASE, BODIES, FOOT, LEG_POINTS, LEGS, NU, N
+from biped.control.space.record import Sizes
+from biped.control.space.topology import ANKLE, BASE, INVERSION, KNEE, LEG, LEGS
+from biped.control.space.units import Unit, si_gains, si_pushing, unit_of
+from biped.robot.anatomy import Anatomy, anatomy_of
 from biped.robot.robot import Robot
 from biped.scenario.gains import Gains
 from biped.scenario.gait import out_of_the_plane
 from biped.scenario.keys import Scenario
+
+_NEVER = 1e3
+"""[rad] End of the range of a knee that has none."""
+
+
+class LawOrder(NamedTuple):
+    """Where a biped's coordinates stand, counted as the law does.
+
+    Attributes:
+        joints: Numbers of the joints that the law counts; -1 of the base's six and of what a leg has not.
+        column: Where each stands in v; -1: nowhere.
+        place: Where it stands in q; -1: nowhere.
+        drive: Which actuator has each torque of the law; -1: none.
+    """
+
+    joints: np.ndarray
+    column: np.ndarray
+    place: np.ndarray
+    drive: np.ndarray
+
+
+def order_of(model: mujoco.MjModel, robot: Robot, anatomy: Anatomy) -> LawOrder:
+    """The law's order of a biped's coordinates."""
+    joints = np.array([*anatomy.trunk, *[-1] * BASE, *(joint for leg in anatomy.legs for joint in leg.joints)])
+    column, place = (np.where(joints >= 0, of[joints], -1) for of in (model.jnt_dofadr, model.jnt_qposadr))
+    trunk = len(anatomy.trunk)
+    column[trunk : trunk + BASE] = robot.base_columns
+    drives = [drive.column for drive in robot.drives]
+    driven = np.delete(column, slice(trunk, trunk + BASE))
+    drive = np.array([drives.index(one) if one >= 0 else -1 for one in driven])
+    return LawOrder(joints, column, place, drive)
+
+
+class RangeEnd(NamedTuple):
+    """An end of a joint's range: which leg and joint, which way it pushes the coordinate, where [rad] it is."""
+
+    leg: int
+    joint: int
+    way: float
+    end: float
+
+
+def _stops(model: mujoco.MjModel, anatomy: Anatomy) -> list[RangeEnd]:
+    """Ends of ranges that the law counts on: where knees are straight, and both of ankle and inversion."""
+    out = []
+    for number, leg in enumerate(anatomy.legs):
+        joint, way = leg.joints[KNEE], -float(leg.sign[KNEE])
+        low, high = model.jnt_range[joint].tolist() if model.jnt_limited[joint] else (-_NEVER, _NEVER)
+        out.append(RangeEnd(number, KNEE, way, high if way < 0.0 else low))
+    for number, leg in enumerate(anatomy.legs):
+        for which in (ANKLE, INVERSION):
+            joint = leg.joints[which]
+            if joint >= 0 and model.jnt_limited[joint]:
+                low, high = model.jnt_range[joint].tolist()
+                out += [RangeEnd(number, which, 1.0, low), RangeEnd(number, which, -1.0, high)]
+    return out
 
 
 def controller_record(setup: Setup) -> np.ndarray:
     """The compiled tick's record for a run.
 
     Returns:
-        Array (1,) of `biped.control.space.record.CONTROL`.
+        Array (1,) of `biped.control.space.record.control_type`.
 
     Raises:
         InputError: The gait lacks a table, or the robot is of another kind.
     """
-    s, model = setup.scenario, setup.model
+    s, model, robot = setup.scenario, setup.model, setup.robot
     out_of_the_plane(setup.gains, s.model)
-    check_robot(setup.robot, model, s.model)
-    out = record.new()
+    anatomy = anatomy_of(model, robot)
+    order, stops = order_of(model, robot, anatomy), _stops(model, anatomy)
+    out = record.new(Sizes(len(anatomy.trunk), anatomy.shared, len(stops)))
     c = out[0]
-    set_gains(c["gait"], setup.gains)
-    _set_beliefs(c["belief"], s, model)
+    set_gains(c["gait"], si_gains(setup.gains, unit_of(robot, anatomy)))
+    _set_beliefs(c["belief"], s, model, robot, anatomy, order)
+    _set_joints(c["belief"], model, robot, order)
+    for name, values in zip(("leg", "joint", "way", "end"), zip(*stops, strict=True), strict=True):
+        c["belief"][f"stop_{name}"] = values
+    for leg in range(LEGS):
+        for i in range(LEG):
+            if anatomy.legs[leg].joints[i] < 0:
+                c["at"]["M_leg"][leg, i, i] = 1.0
     _set_sensing(c["sensing"], s, setup.tick)
-    _set_actuation(c["actuation"], s, setup.torque_limit)
+    _set_actuation(c["actuation"], setup, order, unit_of(robot, anatomy))
     return out
-
-
-def check_robot(robot: Robot, model: mujoco.MjModel, name: str) -> None:
-    """Makes sure that a robot is what the law is for.
-
-    Raises:
-        InputError: It is not.
-    """
-    kinds, bodies = model.jnt_type[model.dof_jntid], model.jnt_bodyid[model.dof_jntid]
-    # Of every coordinate the body that it moves: the torso, then thigh, shank and foot of each leg.
-    moved = [1] * BASE + [2 + 3 * leg + link for leg in range(LEGS) for link in (0, 0, 0, 1, 2, 2)]
-    right = (
-        model.nv == N
-        and model.nbody == 1 + BODIES
-        and bool((kinds[:BASE] == mujoco.mjtJoint.mjJNT_FREE).all())
-        and bool((kinds[BASE:] == mujoco.mjtJoint.mjJNT_HINGE).all())
-        and bodies.tolist() == moved
-        and [drive.column for drive in robot.drives] == list(range(BASE, N))
-        and [len(foot.points) for foot in robot.feet] == [LEG_POINTS] * LEGS
-        and [foot.on for foot in robot.feet] == [(1 + body,) * LEG_POINTS for body in FOOT]
-    )
-    if not right:
-        raise InputError(
-            "law: 'spatial' is for a torso with a free joint and two legs, right first, with hips that flex, abduct "
-            "and rotate, knees, and ankles that flex and invert, all driven, on feet of four points "
-            f"(models/human3d.xml); model '{name}' is another", "law",
-        )  # fmt: skip
 
 
 def set_gains(gait: np.void, gains: Gains) -> None:
@@ -76,22 +115,42 @@ def set_gains(gait: np.void, gains: Gains) -> None:
     gait["b_torso"] = g.b_d1, frontal.b_d1, axial.b_d1
     gait["rest_torso"] = math.radians(g.theta_b), 0.0, 0.0
     gait["heading"] = math.radians(axial.theta_b)
-    zero = (0.0,) * 4
+    knee = g.theta_k or (0.0,) * 4
     gait["k"] = np.transpose([g.k_d2, frontal.k_d2, axial.k_d2, g.k_d3, g.k_d4, frontal.k_d4])
     gait["b"] = np.transpose([g.b_d2, frontal.b_d2, axial.b_d2, g.b_d3, g.b_d4, frontal.b_d4])
     gait["rest"] = np.radians(
-        np.transpose([g.theta_l, frontal.theta_l, axial.theta_l, zero, g.theta_a, frontal.theta_a])
+        np.transpose([g.theta_l, frontal.theta_l, axial.theta_l, knee, g.theta_a, frontal.theta_a])
     )
     gait["position"], gait["velocity"] = frontal.placement.position, frontal.placement.velocity
 
 
-def _set_beliefs(belief: np.void, s: Scenario, model: mujoco.MjModel) -> None:
+def _set_beliefs(
+    belief: np.void, s: Scenario, model: mujoco.MjModel, robot: Robot, anatomy: Anatomy, order: LawOrder
+) -> None:
     x, y, z = -model.opt.gravity
     if s.ground.angles == "gravity":
         belief["tilt"] = math.atan2(x, z), math.atan2(y, z)
-    belief["hip"] = 0.5 * abs(float(model.body_pos[5, 1] - model.body_pos[2, 1]))
+    legs = anatomy.legs
+    belief["hip"] = 0.5 * abs(legs[1].knee[1] - legs[0].knee[1])
     belief["mass"] = float(model.body_mass.sum())
-    belief["shank"] = abs(float(model.body_pos[4, 2]))
+    belief["shank"] = 0.5 * (legs[0].length + legs[1].length)
+    belief["column"], belief["place"] = order.column, order.place
+    belief["root"], belief["link"] = robot.base_number, (anatomy.torso, *(leg.thigh for leg in legs))
+    axes = anatomy.axes, *(leg.axes for leg in legs)
+    belief["across"], belief["along"] = [own[:, 1] for own in axes], [own[:, 2] for own in axes]
+    belief["foot"] = [leg.foot for leg in legs]
+    belief["sole"] = np.concatenate([leg.sole for leg in legs])
+    belief["sign"], belief["zero"] = [leg.sign for leg in legs], [leg.zero for leg in legs]
+
+
+def _set_joints(belief: np.void, model: mujoco.MjModel, robot: Robot, order: LawOrder) -> None:
+    """Writes what joints do by themselves, and where those above the legs are held: as in the robot's own start."""
+    there = (order.column >= 0) & (order.joints >= 0)
+    belief["damping"] = np.where(there, model.dof_damping[order.column], 0.0)
+    belief["dry"] = np.where(there, model.dof_frictionloss[order.column], 0.0)
+    q = model.key_qpos[model.key(robot.start).id] if robot.start else model.qpos0
+    upper = belief["upright"].size
+    belief["upright"] = np.where(order.place[:upper] >= 0, q[order.place[:upper]], 0.0)
 
 
 def _set_sensing(sensing: np.void, s: Scenario, tick: float) -> None:
@@ -104,18 +163,46 @@ def _set_sensing(sensing: np.void, s: Scenario, tick: float) -> None:
     sensing["passing"] = math.inf if given.passing is None else given.passing
 
 
-def _set_actuation(actuation: np.void, s: Scenario, limit: np.ndarray) -> None:
+def _set_actuation(actuation: np.void, setup: Setup, order: LawOrder, unit: Unit) -> None:
+    s = setup.scenario
+    pushing = si_pushing(s.actuation.pushing, setup.gains, unit)
     actuation["generalized"] = s.actuation.mode == "generalized"
-    actuation["limit"] = limit[:NU]
-    for name in ("friction", "approach", "reach", "yielding", "regularisation", "stops"):
-        actuation[name] = getattr(s.actuation.pushing, name)
-    actuation["follow"] = fraction(s.actuation.pushing.smoothing, 1.0 / s.simulation.control_rate)
+    actuation["limit"] = np.where(order.drive >= 0, setup.torque_limit[order.drive], 0.0)
+    for name in ("friction", "approach", "reach", "yielding", "regularisation", "stops", "compensation"):
+        actuation[name] = getattr(pushing, name)
+    actuation["follow"] = fraction(pushing.smoothing, 1.0 / s.simulation.control_rate)
 
 
-def mechanics_of(robot: Robot, data: mujoco.MjData) -> Mechanics:
-    """A walker's state and what MuJoCo knows of it after `mj_step1`, live."""
-    points = np.array([geom for foot in robot.feet for geom in foot.geoms])
+def mechanics_of(c: np.void, model: mujoco.MjModel, data: mujoco.MjData) -> Mechanics:
+    """A walker's state and what MuJoCo knows of it after `mj_step1`, live.
+
+    Args:
+        c: Its controller record.
+        model: What is stepped.
+        data: Its state.
+    """
     return Mechanics(
-        data.qpos, data.qvel, data.M, data.qfrc_bias, data.cdof, data.cdof_dot, data.cvel, data.subtree_com, data.xmat,
-        data.geom_xpos, points,
+        data.qpos, data.qvel, data.M, _entries(c, model), data.qfrc_bias, data.cdof, data.cdof_dot, data.cvel,
+        data.subtree_com, data.xmat, data.xpos,
     )  # fmt: skip
+
+
+def _entries(c: np.void, model: mujoco.MjModel) -> np.ndarray:
+    """(nM, 4) where MuJoCo's numbers of the mass matrix belong: see `Mechanics`."""
+    upper, reach = c["at"]["M_base"].shape[0], c["at"]["M_cross"].shape[2]
+    at = {int(column): i for i, column in enumerate(c["belief"]["column"]) if column >= 0}
+    out = np.full((model.nC, 4), -1)
+    for row in range(model.nv):
+        first = int(model.M_rowadr[row])
+        for k in range(first, first + int(model.M_rownnz[row])):
+            one, other = at[row], at[int(model.M_colind[k])]
+            inner, outer = min(one, other), max(one, other)
+            if outer < upper:
+                out[k] = 0, 0, outer, inner
+            elif inner >= upper:
+                leg = (outer - upper) // LEG
+                out[k] = 2, leg, outer - upper - LEG * leg, inner - upper - LEG * leg
+            elif inner >= upper - reach:
+                leg = (outer - upper) // LEG
+                out[k] = 1, leg, outer - upper - LEG * leg, inner - upper + reach
+    return out

@@ -5,8 +5,15 @@ from __future__ import annotations
 import math
 
 from biped.base.jit import inner_kernel, kernel
-from biped.control.space.topology import BASE, HIP_JOINTS, LEG, LEGS, SIDE, THIGH, TORSO
+from biped.control.space.topology import BASE, HIP_JOINTS, LEG, LEGS, SIDE
 from biped.robot.leg_states import EXTENDED, SWING
+
+_HOLD = 20.0
+"""[1/s] how fast the springs of joints above the legs are, whatever they carry."""
+_DAMPED = 0.7
+"""Damping ratio of these."""
+_CREEP = 0.05
+"""[rad/s] within which dry friction changes its sign."""
 
 
 @kernel
@@ -22,17 +29,24 @@ def _placed(c, leg):
 
 @inner_kernel
 def desired_forces(c, m):
-    """Writes Q_d (18,) [N, N m] into the record from link angles, leg states and gains.
+    """Writes Q_d [N, N m] into the record from link angles, leg states and gains.
 
     Torso and thighs are held to the inertial frame about three axes: across (pitch, as in the plane), forward (roll,
-    abduction) and along the link itself (yaw, rotation). Knee, ankle and inversion are held to their neighbours.
+    abduction) and along the link itself (yaw, rotation). Knee, ankle and inversion are held to their neighbours, and so
+    are the joints above the legs, stiffly.
     """
-    at, gait, memory = c["at"], c["gait"], c["memory"]
+    at, gait, memory, column = c["at"], c["gait"], c["memory"], c["belief"]["column"]
     Q, k, b, rest = c["tick"]["Q_d"], gait["k"], gait["b"], gait["rest"]
+    upper, reach = at["M_base"].shape[0], at["M_cross"].shape[2]
+    trunk = upper - BASE
     cos, sin = math.cos(gait["heading"]), math.sin(gait["heading"])
+    for j in range(trunk):
+        away, M = m.q[c["belief"]["place"][j]] - c["belief"]["upright"][j], at["M_base"][j, j]
+        Q[j] = -M * _HOLD * (_HOLD * away + 2.0 * _DAMPED * at["v"][j])
     for j in range(3):
-        Q[j] = 0.0
+        Q[trunk + j] = 0.0
     tx, ty, tz = 0.0, 0.0, 0.0  # moment on the whole walker
+    lx, ly, lz = 0.0, 0.0, 0.0  # on its thighs
     for link in range(1 + LEGS):
         leg = link - 1
         if link == 0:
@@ -42,7 +56,6 @@ def desired_forces(c, m):
             pitch -= gait["b_torso"][0] * at["torso_rate"][0]
             roll -= gait["b_torso"][1] * at["torso_rate"][1]
             yaw -= gait["b_torso"][2] * at["torso_rate"][2]
-            body = 1 + TORSO
         else:
             s = memory["phase"][leg]
             placed = _placed(c, leg) if s in (SWING, EXTENDED) else 0.0
@@ -52,20 +65,37 @@ def desired_forces(c, m):
             yaw = -k[s, 2] * (at["angle"][leg, 2] - rest[s, 2]) - b[s, 2] * at["rate"][leg, 2]
             roll *= SIDE[leg]
             yaw *= SIDE[leg]
-            body = 1 + THIGH[leg]
-        R = m.turned[body]
-        x = pitch * sin + roll * cos + yaw * R[2]
-        y = -pitch * cos + roll * sin + yaw * R[5]
-        z = yaw * R[8]
+        own = at["axis"][link]
+        x = pitch * sin + roll * cos + yaw * own[0]
+        y = -pitch * cos + roll * sin + yaw * own[1]
+        z = yaw * own[2]
         tx += x
         ty += y
         tz += z
         if link > 0:
-            first = BASE + LEG * leg
+            lx += x
+            ly += y
+            lz += z
+            first = upper + LEG * leg
             for j in range(first, first + HIP_JOINTS):
-                Q[j] = m.axes[j, 0] * x + m.axes[j, 1] * y + m.axes[j, 2] * z
+                axis = m.axes[column[j]]
+                Q[j] = axis[0] * x + axis[1] * y + axis[2] * z
             s = memory["phase"][leg]
             for i in range(HIP_JOINTS, LEG):
-                Q[first + i] = -k[s, i] * (m.q[first + 1 + i] - rest[s, i]) - b[s, i] * m.v[first + i]
-    for j in range(3, BASE):
-        Q[j] = m.axes[j, 0] * tx + m.axes[j, 1] * ty + m.axes[j, 2] * tz
+                couple = -k[s, i] * (at["joint"][leg, i] - rest[s, i]) - b[s, i] * at["joint_rate"][leg, i]
+                Q[first + i] = c["belief"]["sign"][leg, i] * couple if column[first + i] >= 0 else 0.0
+    for j in range(upper - reach, trunk):
+        axis = m.axes[column[j]]
+        Q[j] += axis[0] * lx + axis[1] * ly + axis[2] * lz
+    for j in range(trunk + 3, upper):
+        axis = m.axes[column[j]]
+        Q[j] = axis[0] * tx + axis[1] * ty + axis[2] * tz
+
+
+@inner_kernel
+def passive_forces(c):
+    """Writes what motors make up for [N m]: the joints' damping and dry friction as the controller knows them."""
+    at, belief, out, share = c["at"], c["belief"], c["tick"]["passive"], c["actuation"]["compensation"]
+    for j in range(out.size):
+        v = at["v"][j]
+        out[j] = share * (belief["damping"][j] * v + belief["dry"][j] * v / math.sqrt(v * v + _CREEP * _CREEP))

@@ -7,7 +7,7 @@ from biped.control.smoothing import smooth
 from biped.control.space.phase import leg_states
 from biped.control.space.places import believe_contacts, point_motion, sense_places
 from biped.control.space.pushing import pushing_torques
-from biped.control.space.springs import desired_forces
+from biped.control.space.springs import desired_forces, passive_forces
 
 
 @inner_kernel
@@ -22,8 +22,9 @@ def spatial_tick(record, m, first):
     c = record[0]
     sense_places(c, m)
     believe_contacts(c, first)
-    leg_states(c, m.q)
+    leg_states(c)
     desired_forces(c, m)
+    passive_forces(c)
     if c["actuation"]["generalized"] == 0:
         point_motion(c, m)
         c["tick"]["limited"] = pushing_torques(c, m)

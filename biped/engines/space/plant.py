@@ -10,6 +10,7 @@ import numpy as np
 from biped.control.law import Commander
 from biped.control.space.law import Spatial
 from biped.control.space.setup import mechanics_of
+from biped.control.space.topology import BASE, KNEE, LEG, LEGS, N_POINTS
 from biped.engines.native import halves, without_clock
 from biped.engines.space.walk import SpacePlant, walk
 from biped.robot.robot import Robot
@@ -37,10 +38,13 @@ def plant_of(
     """
     if not isinstance(law, Spatial) or model.opt.cone != mujoco.mjtCone.mjCONE_ELLIPTIC:
         return None
+    if not _on_spheres(model, robot):
+        return None
     if (native := halves(model)) is None:
         return None
     generalized = bool(law.record["actuation"]["generalized"][0])
-    mechanics = mechanics_of(robot, data)
+    mechanics = mechanics_of(law.record[0], model, data)
+    points = np.array([geom for foot in robot.feet for geom in foot.geoms])
     gravity = np.array(model.opt.gravity)
     return SpacePlant(
         step1=native.step1, step2=native.step2, model=model._address, data=data._address,
@@ -48,13 +52,29 @@ def plant_of(
         substeps=substeps, timestep=float(model.opt.timestep), mechanics=mechanics,
         applied=data.qfrc_applied if generalized else data.ctrl, pushed=data.xfrc_applied[robot.base_number],
         driving=data.qfrc_actuator, holding=data.qfrc_constraint, centre=data.xipos, place=data.xpos,
-        energy=data.energy, turned=data.xquat, anchor=data.xanchor, anchors=anchors, top=np.array(robot.top),
-        radius=float(model.geom_size[mechanics.points[0], 0]),
+        points=points, geoms=data.geom_xpos, energy=data.energy, turned=data.xquat, anchor=data.xanchor,
+        anchors=anchors, top=np.array(robot.top),
+        radius=float(model.geom_size[points[0], 0]),
         least=least, up=-gravity / np.linalg.norm(gravity), tilt=math.cos(math.radians(tilt)),
         columns=np.array([first for first, _ in columns.values()]),
-        touched=np.zeros(len(mechanics.points), np.uint8), stopped=np.zeros(len(robot.feet), np.uint8),
+        touched=np.zeros(len(points), np.uint8), stopped=np.zeros(len(robot.feet), np.uint8),
         before=np.zeros(model.nv),
     )  # fmt: skip
+
+
+def _on_spheres(model: mujoco.MjModel, robot: Robot) -> bool:
+    """Whether a robot is two legs on eight spheres, counted as the law counts, and nothing else meets the ground."""
+    geoms = [geom for foot in robot.feet for geom in foot.geoms]
+    limited = [j for j in range(model.njnt) if model.jnt_limited[j]]
+    return (
+        model.nv == BASE + LEGS * LEG
+        and [drive.column for drive in robot.drives] == list(range(BASE, model.nv))
+        and bool((model.geom_type[geoms] == mujoco.mjtGeom.mjGEOM_SPHERE).all())
+        and len(geoms) == N_POINTS
+        and [model.jnt_dofadr[j] for j in limited] == [BASE + LEG * leg + KNEE for leg in range(LEGS)]
+        and model.npair > N_POINTS
+        and not model.geom_contype.any()
+    )
 
 
 def on_base(forces: np.ndarray, model: mujoco.MjModel, robot: Robot) -> bool:

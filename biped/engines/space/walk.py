@@ -12,7 +12,7 @@ from biped.base.jit import inner_kernel, long_kernel
 from biped.control.blending import blend
 from biped.control.space.places import Mechanics
 from biped.control.space.tick import spatial_tick
-from biped.control.space.topology import BASE, KNEE, LEG, LEGS, N_POINTS, NU, N
+from biped.control.space.topology import BASE, KNEE, LEG, LEGS, N_POINTS
 from biped.engines.fall import GOING, LOW, NOT_FINITE, TILTED
 from biped.engines.row import BASE as BASE_COLUMN
 from biped.engines.row import (
@@ -52,6 +52,8 @@ class SpacePlant(NamedTuple):
         holding: (18,) what contacts and stops do, live.
         centre: (8, 3) centres of mass of the bodies, live.
         place: (8, 3) origins of the bodies, live.
+        points: (8,) geoms that are contact points.
+        geoms: (ngeom, 3) [m] places of geoms, live.
         energy: (2,) [J], live.
         turned: (8, 4) orientations of the bodies, live.
         anchor: (njnt, 3) [m] places of the joints, live.
@@ -82,6 +84,8 @@ class SpacePlant(NamedTuple):
     holding: np.ndarray
     centre: np.ndarray
     place: np.ndarray
+    points: np.ndarray
+    geoms: np.ndarray
     energy: np.ndarray
     turned: np.ndarray
     anchor: np.ndarray
@@ -100,7 +104,7 @@ class SpacePlant(NamedTuple):
 @inner_kernel
 def _status(plant):
     m = plant.mechanics
-    for j in range(N):
+    for j in range(m.v.size):
         if not (math.isfinite(m.q[j]) and math.isfinite(m.v[j])):
             return NOT_FINITE
     up, R = plant.up, m.turned[1]
@@ -114,14 +118,14 @@ def _note(plant, c, line, time):
     """Writes the state at a tick into its row."""
     m, at = plant.mechanics, plant.columns
     line[at[TIME]] = time
-    for j in range(N + 1):
+    for j in range(m.q.size):
         line[at[Q] + j] = m.q[j]
-    for j in range(N):
+    for j in range(m.v.size):
         line[at[V] + j] = m.v[j]
     for p in range(N_POINTS):
         for i in range(3):
-            line[at[POINT] + 3 * p + i] = m.place[m.points[p], i]
-        line[at[CONTACT] + p] = 1.0 if m.place[m.points[p], 2] < plant.radius else 0.0
+            line[at[POINT] + 3 * p + i] = plant.geoms[plant.points[p], i]
+        line[at[CONTACT] + p] = 1.0 if plant.geoms[plant.points[p], 2] < plant.radius else 0.0
     for i in range(3):
         line[at[COM] + i] = c["at"]["com"][i]
         line[at[COM_VELOCITY] + i] = c["at"]["com_velocity"][i]
@@ -162,16 +166,16 @@ def _step(plant, line, share):
     """Takes one step, whose first half is done, and adds to the row what happens in it."""
     m, at, before = plant.mechanics, plant.columns, plant.before
     for p in range(N_POINTS):
-        plant.touched[p] = m.place[m.points[p], 2] < plant.radius
+        plant.touched[p] = plant.geoms[plant.points[p], 2] < plant.radius
     for leg in range(LEGS):
         plant.stopped[leg] = m.q[BASE + 1 + LEG * leg + KNEE] > 0.0
-    for j in range(N):
+    for j in range(m.v.size):
         before[j] = m.v[j]
     call(plant.step2, plant.model, plant.data)
     _add_forces(plant, line, share)
     given, held = 0.0, 0.0
-    generalized = plant.applied.size == N
-    for j in range(N):
+    generalized = plant.applied.size == m.v.size
+    for j in range(m.v.size):
         step = 0.5 * plant.timestep * (before[j] + m.v[j])
         force = plant.applied[j] if generalized else plant.driving[j]
         given += ((force + plant.pushed[j]) if j < BASE else force) * step
@@ -185,7 +189,7 @@ def walk(record, changes, plant, log, signals, first, last):
     """Ticks first … last - 1 of a run in which the same push acts on the torso's centre of mass.
 
     Args:
-        record: (1,) `biped.control.space.record.CONTROL`.
+        record: (1,) `biped.control.space.record.control_type`.
         changes: Of it, `biped.control.blending.Changes`.
         plant: `SpacePlant`.
         log: (n, width) of `biped.measure.columns`, zero where nothing is known yet.
@@ -215,10 +219,10 @@ def walk(record, changes, plant, log, signals, first, last):
             signals[k, LEGS + leg] = c["tick"]["placed"][leg]
         signals[k, 2 * LEGS] = c["tick"]["limited"]
         if c["actuation"]["generalized"]:
-            for j in range(N):
-                plant.applied[j] = c["tick"]["Q_d"][j]
+            for j in range(m.v.size):
+                plant.applied[j] = c["tick"]["Q_d"][j] + c["tick"]["passive"][j]
         else:
-            for j in range(NU):
+            for j in range(plant.applied.size):
                 plant.applied[j] = c["tick"]["u"][j]
                 line[plant.columns[U] + j] = c["tick"]["u"][j]
         for step in range(plant.substeps):

@@ -20,7 +20,7 @@ from biped.ensemble.backend import Jobs
 from biped.ensemble.folder import Folder
 from biped.ensemble.guard import OF_RUNS
 from biped.ensemble.plan import Plan
-from biped.scenario.gains import GAINS, OUT_OF_PLANE, Gains
+from biped.scenario.gains import GAINS, NOT_NEEDED, OUT_OF_PLANE, Gains
 from biped.scenario.keys import Scenario
 from biped.scenario.reading import read_scenario
 from biped.scenario.settings import GAIT, gait_settings
@@ -68,7 +68,7 @@ def gait_text(title: str, search: Search, found: SearchResult, journal: Sequence
         "source": f"biped tune {title}, seed {study.scenario.seed}",
         **{
             name: _plain(value)
-            for name in (*GAINS, *OUT_OF_PLANE)
+            for name in (*GAINS, *NOT_NEEDED, *OUT_OF_PLANE)
             if (value := getattr(candidate.gains, name)) is not None
         },
         **{name: {key: _plain(value) for key, value in table.items()} for name, table in settings.items()},
@@ -95,7 +95,7 @@ def gait_of(text: str) -> Gains:
     import tomllib
 
     data = tomllib.loads(text)
-    return convert({key: data[key] for key in (*GAINS, *OUT_OF_PLANE) if key in data}, Gains)
+    return convert({key: data[key] for key in (*GAINS, *NOT_NEEDED, *OUT_OF_PLANE) if key in data}, Gains)
 
 
 class Tuned(NamedTuple):

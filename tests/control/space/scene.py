@@ -38,7 +38,8 @@ class Scene:
         )
         self.record = controller_record(self.setup)
         self.c: Any = self.record[0]
-        self.mechanics = mechanics_of(self.robot, self.data)
+        self.points = [geom for foot in self.robot.feet for geom in foot.geoms]
+        self.mechanics = mechanics_of(self.c, self.model, self.data)
 
     def put(self, q: np.ndarray, v: np.ndarray) -> None:
         """Puts the walker into a state."""

@@ -7,7 +7,7 @@ import pytest
 
 from biped.control.planar.phase import leg_states as in_the_plane
 from biped.control.space.phase import leg_states
-from biped.control.space.topology import BASE, HEEL_END, KNEE, LEG, TOE_END
+from biped.control.space.topology import HEEL_END, KNEE, TOE_END
 from tests.control.space.scene import Scene
 from tests.ticks import Bench
 
@@ -28,15 +28,15 @@ def test_of_the_same_legs_they_are_the_same(scene, passing):
     for _ in range(300):
         toe, heel = rng.integers(0, 2, (2, 2))
         knee, thigh = -0.1 * rng.random(2), rng.normal(0.0, 0.2, 2)
-        q, q_space = np.zeros(9), np.zeros(BASE + 1 + 2 * LEG)
+        q = np.zeros(9)
         for leg in range(2):
-            q[4 + 3 * leg] = q_space[BASE + 1 + LEG * leg + KNEE] = knee[leg]
+            q[4 + 3 * leg] = space["at"]["joint"][leg, KNEE] = knee[leg]
             plane["memory"]["believed"][2 * leg : 2 * leg + 2] = toe[leg], heel[leg]
             space["memory"]["believed"][2 * leg + TOE_END] = toe[leg]
             space["memory"]["believed"][2 * leg + HEEL_END] = heel[leg]
             plane["at"]["angle"][1 + 3 * leg], space["at"]["angle"][leg, 0] = thigh[leg], 0.5 * np.pi + thigh[leg]
         in_the_plane(plane, q)
-        leg_states(space, q_space)
+        leg_states(space)
         assert tuple(plane["memory"]["phase"]) == tuple(space["memory"]["phase"])
         seen |= {(*pair,) for pair in zip(toe, heel, plane["memory"]["phase"], strict=True)}
     space["sensing"]["passing"] = before

@@ -71,7 +71,7 @@ def some_states(scene: Scene) -> list[tuple[np.ndarray, np.ndarray]]:
         q, v = scene.q.copy(), scene.v + 0.3 * rng.standard_normal(N)
         q[7:] += (0.0 if number < 3 else 0.03) * rng.standard_normal(12)
         scene.put(q, v)
-        q[2] -= scene.data.geom_xpos[scene.mechanics.points, 2].min()
+        q[2] -= scene.data.geom_xpos[scene.points, 2].min()
         out.append((q, v))
     return out
 
@@ -136,7 +136,7 @@ def test_a_walker_that_ground_holds_moves_as_q_d_would(scene):
     q[10] = -0.05  # the right knee is off its stop
     q[7], q[11] = 0.025, 0.025
     scene.put(q, v)
-    q[2] -= scene.data.geom_xpos[scene.mechanics.points, 2].min()
+    q[2] -= scene.data.geom_xpos[scene.points, 2].min()
     scene.put(q, v)
     gait, pushing = scene.c["gait"].copy(), scene.c["actuation"].copy()
     try:

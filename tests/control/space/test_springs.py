@@ -46,7 +46,7 @@ def wanted(scene: Scene, q: np.ndarray, v: np.ndarray, phase: tuple[int, int]) -
             sign = np.array([1.0, SIDE[leg], SIDE[leg]])
             goal = rest[s, :3].copy()
             if s >= 2:
-                stance = data.geom_xpos[scene.mechanics.points[4 * (1 - leg) : 4 * (2 - leg)]].mean(axis=0)
+                stance = data.geom_xpos[list(scene.robot.feet[1 - leg].geoms)].mean(axis=0)
                 com, moving = data.subtree_com[1], scene.c["at"]["com_velocity"]
                 goal[1] += gait["velocity"] * SIDE[leg] * moving[1]
                 goal[1] += gait["position"] * (SIDE[leg] * (com[1] - stance[1]) - 0.0875)

@@ -1,0 +1,265 @@
+"""Torso, thighs, shanks, feet and soles of a biped in space, and how its joints turn them: by geometry alone.
+
+Legs hang on the bodies that both share: three hinges of the hip in any order and tilt, a knee across, and one or two
+hinges of the ankle. Angles count from geometry: a knee is straight where hip, knee and ankle are in line, an ankle is
+at zero where the sole is square to the shank.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from biped.base.errors import InputError
+from biped.robot.legs import above
+from biped.robot.robot import FootParts, Robot
+
+HIP, JOINTS = 3, 6
+KNEE, ANKLE, INVERSION = range(HIP, JOINTS)
+"""Places of the joints in a leg; its first three are the hip's, in the file's order."""
+SIDE = (-1.0, 1.0)
+"""Sign of y on the right and left."""
+_ACROSS = 0.7
+"""Share of an axis along y from which it turns a leg in the plane of walking."""
+_ALONG = 0.7
+"""The same along x, of the axis that turns a sole inward."""
+_SPANNED = 0.2
+"""[1] volume that the hip's three axes span at least."""
+_POINT = 1e-5
+"""[m] radius of a sphere that is a point: its centre."""
+_CORNERS = 3
+"""That a sole has at least."""
+_HINGE = mujoco.mjtJoint.mjJNT_HINGE
+
+
+class JointedLeg(NamedTuple):
+    """A leg: what turns it, and which way.
+
+    Attributes:
+        joints: (6,) numbers of its joints: three of the hip, knee, ankle, inversion; -1 where there is none.
+        sign: (6,) +1.0 where knee and ankle turn as flexion does (about -y) and the sole inward, else -1.0.
+        zero: (6,) [rad] coordinate at which a joint's angle is zero.
+        thigh: Number of the body.
+        shank: Number of the body.
+        foot: Number of the body.
+        axes: (3, 3) the thigh's own axes as columns, in its body's frame: forward, along the knee's, up to the hip.
+        sole: (4, 3) [m] inner and outer toe, inner and outer heel, in the foot's frame.
+        knee: (3,) [m] place of the knee with all coordinates at zero.
+        length: [m] of the shank.
+        height: [m] of the whole leg, thigh, shank and ankle above the sole, as if it stood straight.
+    """
+
+    joints: tuple[int, ...]
+    sign: np.ndarray
+    zero: np.ndarray
+    thigh: int
+    shank: int
+    foot: int
+    axes: np.ndarray
+    sole: np.ndarray
+    knee: np.ndarray
+    length: float
+    height: float
+
+
+class Anatomy(NamedTuple):
+    """A biped in space.
+
+    Attributes:
+        torso: Number of its base's body.
+        axes: (3, 3) the torso's own axes as columns, in its body's frame: forward, left, up.
+        trunk: Numbers of all joints that are neither the base's nor a leg's, the last of the file first.
+        shared: How many of the last of these both legs hang on.
+        legs: The right one, the left one.
+    """
+
+    torso: int
+    axes: np.ndarray
+    trunk: tuple[int, ...]
+    shared: int
+    legs: tuple[JointedLeg, JointedLeg]
+
+    @property
+    def leg(self) -> float:
+        """[m] from hip to sole of a leg that stands straight."""
+        return 0.5 * (self.legs[0].height + self.legs[1].height)
+
+
+def anatomy_of(model: mujoco.MjModel, robot: Robot) -> Anatomy:
+    """The anatomy of a biped.
+
+    Args:
+        model: Of the robot.
+        robot: What is recognised of it.
+
+    Raises:
+        InputError: It is no biped of this kind; names the joint, the body or the foot that is another.
+    """
+    if robot.planar:
+        raise _fault(robot, "it moves in the plane; expected a free base")
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    base = robot.base_number
+    chains = [_between(model, base, foot) for foot in robot.feet]
+    common = [joint for joint in chains[0] if joint in chains[1]]
+    if data.xpos[robot.feet[0].bodies[0], 1] >= data.xpos[robot.feet[1].bodies[0], 1]:
+        raise _fault(robot, f"foot '{robot.feet[0].name}' is to the left of foot '{robot.feet[1].name}'; expected the "
+                            "right foot first")  # fmt: skip
+    legs = [_leg(model, data, robot, side, [joint for joint in chain if joint not in common])
+            for side, chain in enumerate(chains)]  # fmt: skip
+    ours = {joint for leg in legs for joint in leg.joints}
+    first = int(model.body_jntadr[base])
+    trunk = [j for j in reversed(range(model.njnt)) if j not in ours and j != first and j not in common]
+    for joint in trunk + common:
+        if mujoco.mjtJoint(model.jnt_type[joint]) not in (_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
+            raise _fault(robot, f"joint '{model.joint(joint).name}' is a ball; expected hinges")
+        if beside := _beside(model, joint, legs):
+            raise _fault(robot, f"joint '{model.joint(joint).name}' hangs on the {beside} leg beside its own; expected "
+                                "hinges from hip to foot alone")  # fmt: skip
+    driven = {drive.joint for drive in robot.drives}
+    for joint in range(model.njnt):
+        if joint != first and model.joint(joint).name not in driven:
+            raise _fault(robot, f"joint '{model.joint(joint).name}' has no actuator; expected one on every joint")
+    turn = data.xmat[base].reshape(3, 3)
+    return Anatomy(base, turn.T.copy(), (*trunk, *reversed(common)), len(common), (legs[0], legs[1]))
+
+
+def _beside(model: mujoco.MjModel, joint: int, legs: list[JointedLeg]) -> str:
+    """Which leg a joint hangs on; empty if it hangs on none."""
+    chain = above(model, int(model.jnt_bodyid[joint]))
+    hips = [int(model.jnt_bodyid[leg.joints[0]]) for leg in legs]
+    return "right" if hips[0] in chain else "left" if hips[1] in chain else ""
+
+
+def _fault(robot: Robot, what: str) -> InputError:
+    return InputError(f"law: 'spatial' is not for model '{robot.name}': {what}", "law")
+
+
+def _between(model: mujoco.MjModel, base: int, foot: FootParts) -> list[int]:
+    """Joints from the base to a foot, outward."""
+    chain = [body for body in reversed(above(model, foot.bodies[0])) if body != base]
+    return [j for body in chain
+            for j in range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body])]  # fmt: skip
+
+
+def _leg(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, side: int, joints: list[int]) -> JointedLeg:
+    foot = robot.feet[side]
+    names = ", ".join(f"'{model.joint(joint).name}'" for joint in joints) or "none"
+    for joint in joints:
+        if mujoco.mjtJoint(model.jnt_type[joint]) != _HINGE:
+            raise _fault(robot, f"joint '{model.joint(joint).name}' of foot '{foot.name}' is no hinge")
+    if len(joints) not in (JOINTS - 1, JOINTS):
+        raise _fault(robot, f"foot '{foot.name}' hangs on {len(joints)} joints ({names}); expected three of the hip, a "
+                            "knee, and one or two of the ankle")  # fmt: skip
+    if model.neq and np.isin(model.eq_type, (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_JOINT)).any():
+        raise _fault(robot, f"<equality> '{model.equality(0).name}' closes a linkage; expected a tree of joints")
+    axes = data.xaxis[joints]
+    if abs(np.linalg.det(axes[:HIP])) < _SPANNED:
+        hip = ", ".join(f"'{model.joint(joint).name}'" for joint in joints[:HIP])
+        raise _fault(robot, f"the hip's joints {hip} do not turn the thigh every way")
+    _across(model, robot, joints[KNEE], axes[KNEE], "a knee")
+    ankle, inversion = joints[ANKLE], -1
+    if len(joints) == JOINTS:
+        first = abs(axes[ANKLE, 1]) >= abs(axes[INVERSION, 1])
+        ankle, inversion = joints[ANKLE:] if first else (joints[INVERSION], joints[ANKLE])
+        if abs(data.xaxis[inversion, 0]) < _ALONG:
+            raise _fault(robot, f"joint '{model.joint(inversion).name}' does not turn the sole inward")
+    _across(model, robot, ankle, data.xaxis[ankle], "an ankle")
+    body = int(model.jnt_bodyid[joints[-1]])
+    wrong = [one for one in foot.bodies if model.body_weldid[one] != model.body_weldid[body]]
+    if wrong:
+        raise _fault(robot, f"body '{model.body(wrong[0]).name}' of foot '{foot.name}' moves against '"
+                            f"{model.body(body).name}'; expected a stiff sole")  # fmt: skip
+    pitch = max(joints[:HIP], key=lambda joint: abs(data.xaxis[joint, 1]))
+    lateral = data.xaxis[joints[KNEE]] * math.copysign(1.0, data.xaxis[joints[KNEE], 1])
+    hip, knee, low = (data.xanchor[joint] for joint in (pitch, joints[KNEE], ankle))
+    thigh, shank = _square(hip - knee, lateral), _square(knee - low, lateral)
+    sole = _sole(model, data, robot, side)
+    turn = data.xmat[foot.on[0]].reshape(3, 3)
+    up = _normal(sole @ turn.T, side)
+    order = (*joints[: KNEE + 1], ankle, inversion)
+    sign, zero = np.ones(JOINTS), np.zeros(JOINTS)
+    bent = _angle(shank, lateral) - _angle(thigh, lateral)
+    across = data.xaxis[ankle] * math.copysign(1.0, data.xaxis[ankle, 1])
+    tilted = _angle(up, across) - _angle(shank, across)
+    inward = -SIDE[side] * (math.atan2(-up[1], up[2]) - math.atan2(-shank[1], shank[2]))
+    for place, angle, along in ((KNEE, bent, -axes[KNEE, 1]), (ANKLE, tilted, -data.xaxis[ankle, 1]),
+                                (INVERSION, inward, -SIDE[side] * data.xaxis[inversion, 0])):  # fmt: skip
+        joint = order[place]
+        if joint >= 0:
+            sign[place] = math.copysign(1.0, along)
+            zero[place] = data.qpos[model.jnt_qposadr[joint]] - sign[place] * angle
+    body = int(model.jnt_bodyid[joints[HIP - 1]])
+    own = data.xmat[body].reshape(3, 3)
+    length = float(np.linalg.norm(_offset(model, joints[KNEE], ankle)))
+    above_sole = float((low - data.xpos[foot.on[0]] - (sole @ turn.T).mean(axis=0)) @ up)
+    straight = float(np.linalg.norm(np.cross(hip - knee, lateral)))
+    return JointedLeg(
+        joints=order, sign=sign, zero=zero, thigh=body, shank=int(model.jnt_bodyid[joints[KNEE]]), foot=foot.on[0],
+        axes=own.T @ np.column_stack([np.cross(lateral, thigh), lateral, thigh]), sole=sole, knee=knee.copy(),
+        length=length, height=straight + length + above_sole,
+    )  # fmt: skip
+
+
+def _across(model: mujoco.MjModel, robot: Robot, joint: int, axis: np.ndarray, what: str) -> None:
+    if abs(axis[1]) < _ACROSS:
+        raise _fault(robot, f"joint '{model.joint(joint).name}' turns about {np.round(axis, 2).tolist()} where {what} "
+                            "turns about the lateral axis, y")  # fmt: skip
+
+
+def _square(way: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """(3,) the direction of a way, square to an axis."""
+    out = way - (way @ axis) * axis
+    return out / np.linalg.norm(out)
+
+
+def _angle(way: np.ndarray, lateral: np.ndarray) -> float:
+    """[rad] of a direction in the plane square to a lateral axis, as rotation about -y counts."""
+    up = _square(np.array([0.0, 0.0, 1.0]), lateral)
+    return math.atan2(way @ up, way @ np.cross(lateral, up))
+
+
+def _offset(model: mujoco.MjModel, knee: int, ankle: int) -> np.ndarray:
+    """(3,) [m] from the knee to the ankle, in the shank's frame."""
+    out, body, turned = model.jnt_pos[ankle].copy(), int(model.jnt_bodyid[ankle]), np.empty(3)
+    while body != model.jnt_bodyid[knee]:
+        mujoco.mju_rotVecQuat(turned, out, model.body_quat[body])
+        out = model.body_pos[body] + turned
+        body = int(model.body_parentid[body])
+    return out - model.jnt_pos[knee]
+
+
+def _sole(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, side: int) -> np.ndarray:
+    """(4, 3) [m] inner and outer toe, inner and outer heel, in the foot's frame."""
+    foot = robot.feet[side]
+    geoms = list(foot.geoms)
+    tiny = (model.geom_type[geoms] == mujoco.mjtGeom.mjGEOM_SPHERE) & (model.geom_size[geoms, 0] <= _POINT)
+    own = len(set(foot.on)) == 1
+    places = model.geom_pos[geoms] if own and tiny.all() else np.array(foot.points)
+    turn, origin = data.xmat[foot.on[0]].reshape(3, 3), data.xpos[foot.on[0]]
+    if not own:
+        places = np.array([turn.T @ (data.xpos[on] + data.xmat[on].reshape(3, 3) @ place - origin)
+                           for on, place in zip(foot.on, foot.points, strict=True)])  # fmt: skip
+    flat = (places @ turn.T)[:, :2]
+    extent = np.ptp(flat, axis=0)
+    if extent.min() < 2.0 * _POINT:
+        raise _fault(robot, f"foot '{foot.name}' touches the ground along a line or at a point; expected a sole with "
+                            "four corners")  # fmt: skip
+    inward = -SIDE[side]
+    flat = (flat - flat.mean(axis=0)) / extent
+    corners = [int(np.argmax(flat @ [x, y * inward])) for x in (1.0, -1.0) for y in (1.0, -1.0)]
+    if len(set(corners)) < _CORNERS:
+        raise _fault(robot, f"foot '{foot.name}' has {len(set(corners))} corners; expected a sole with four, or "
+                            "with one toe or one heel")  # fmt: skip
+    return places[corners]
+
+
+def _normal(sole: np.ndarray, side: int) -> np.ndarray:
+    """(3,) upward normal of a sole whose corners are given in the world's axes."""
+    forward = sole[:2].mean(axis=0) - sole[2:].mean(axis=0)
+    left = -SIDE[side] * (sole[[0, 2]].mean(axis=0) - sole[[1, 3]].mean(axis=0))
+    out = np.cross(forward, left)
+    return out / np.linalg.norm(out)

@@ -1,0 +1,59 @@
+"""Gaits in units of their walker: the human's gaits in them are the human's gaits."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from msgspec import structs
+
+from biped.control.space.setup import controller_record
+from biped.control.space.tick import spatial_tick
+from biped.control.space.units import Unit, own_gains, own_pushing, si_gains, si_pushing, unit_of
+from biped.robot.anatomy import anatomy_of
+from tests.control.space.scene import Scene, states
+
+
+@pytest.mark.parametrize("controller", ["human3d", "human3d_sure"])
+def test_the_humans_gait_gives_the_same_torques_in_its_own_units(controller):
+    scene = Scene(f'controller="{controller}"')
+    setup = scene.setup
+    unit = unit_of(scene.robot, anatomy_of(scene.model, scene.robot))
+    assert unit == Unit(pytest.approx(75.0), pytest.approx(0.954))
+    s = setup.scenario
+    pushing = own_pushing(s.actuation.pushing, setup.gains, unit)
+    scenario = structs.replace(s, actuation=structs.replace(s.actuation, pushing=pushing))
+    own = controller_record(replace(setup, scenario=scenario, gains=own_gains(setup.gains, unit)))
+    for q, v in states(scene, 10):
+        scene.put(q, v)
+        scene.data.qpos[2] -= scene.data.geom_xpos[scene.points, 2].min()
+        scene.put(scene.data.qpos.copy(), v)
+        for record in (scene.record, own):
+            spatial_tick(record, scene.mechanics, True)
+        mine, theirs = own[0]["tick"], scene.record[0]["tick"]
+        assert mine["Q_d"] == pytest.approx(theirs["Q_d"], rel=1e-9, abs=1e-9)
+        assert mine["u"] == pytest.approx(theirs["u"], rel=1e-9, abs=1e-9 * np.abs(theirs["u"]).max())
+
+
+def test_units_are_those_of_the_dimensions():
+    """A walker of twice the length and eight times the mass: moments grow 16-fold, times by the root of 2."""
+    scene = Scene()
+    gains, small, large = scene.setup.gains, Unit(10.0, 0.5), Unit(80.0, 1.0)
+    one, other = (si_gains(own_gains(gains, small), unit) for unit in (small, large))
+    assert one.k_d1 == pytest.approx(gains.k_d1)
+    assert other.k_d1 == pytest.approx(16.0 * gains.k_d1)
+    assert other.b_d2 == pytest.approx([16.0 * 2.0**0.5 * b for b in gains.b_d2])
+    assert other.theta_l == gains.theta_l
+    placed, mine = other.frontal.placement, gains.frontal.placement
+    # Degrees for a distance of one leg, or a speed of √(g l), are the same.
+    assert placed.position * large.length == pytest.approx(mine.position * small.length)
+    speed = [(9.81 * unit.length) ** 0.5 for unit in (large, small)]
+    assert placed.velocity * speed[0] == pytest.approx(mine.velocity * speed[1])
+    before = scene.setup.scenario.actuation.pushing
+    after = si_pushing(own_pushing(before, gains, small), own_gains(gains, small), large)
+    assert after.approach == pytest.approx(2.0**0.5 * before.approach)
+    assert after.reach == pytest.approx(2.0 * before.reach)
+    assert after.yielding == pytest.approx(before.yielding)
+    # ε |u|² against accelerations' work: 1/(kg m²).
+    assert after.regularisation == pytest.approx(before.regularisation / 32.0)

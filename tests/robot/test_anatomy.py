@@ -1,0 +1,234 @@
+"""What is torso, thigh, shank, foot and sole: by geometry, whatever joints are called and wherever their zeros are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from biped.base.errors import InputError
+from biped.base.files import locate
+from biped.robot.anatomy import ANKLE, INVERSION, KNEE, anatomy_of
+from biped.robot.borrowed import borrow, borrowed_names
+from biped.robot.recognise import robot_of
+from biped.scenario.robot import Described
+
+Edit = Callable[[mujoco.MjSpec], object]
+SIDES = ("right", "left")
+
+
+def nothing(spec: mujoco.MjSpec) -> None:
+    """Leaves it as it is."""
+
+
+def built(folder: Path, edit: Edit = nothing, model: str = "h1"):
+    """A shipped robot with some part of it changed: its model, what is recognised, its anatomy."""
+    spec = mujoco.MjSpec.from_file(str(locate("models", model, "model")))
+    edit(spec)
+    path = folder / "changed.xml"
+    path.write_text(spec.to_xml())
+    robot = robot_of(path, Described())
+    compiled = mujoco.MjModel.from_xml_path(str(path))
+    return compiled, robot, anatomy_of(compiled, robot)
+
+
+def test_the_parts_of_a_humanoid(tmp_path):
+    model, robot, anatomy = built(tmp_path)
+    assert model.body(anatomy.torso).name == "pelvis"
+    assert np.array_equal(anatomy.axes, np.eye(3))
+    assert len(anatomy.trunk) == 9
+    assert anatomy.shared == 0
+    assert anatomy.leg == pytest.approx(0.87)
+    for side, leg in zip(SIDES, anatomy.legs, strict=True):
+        names = [model.joint(joint).name if joint >= 0 else "" for joint in leg.joints]
+        assert names == [f"{side}_{part}" for part in ("hip_yaw", "hip_roll", "hip_pitch", "knee", "ankle")] + [""]
+        assert [model.body(body).name for body in (leg.thigh, leg.shank, leg.foot)] == [
+            f"{side}_{part}" for part in ("thigh", "shank", "foot")]  # fmt: skip
+        # Knees and ankles of this file turn about +y: bent is positive there, negative as flexion counts.
+        assert leg.sign[KNEE] == leg.sign[ANKLE] == -1.0
+        inner = 0.04 if side == "right" else -0.04
+        assert leg.sole == pytest.approx(np.array([[0.15, inner, -0.07], [0.15, -inner, -0.07], [-0.05, inner, -0.07],
+                                                   [-0.05, -inner, -0.07]]))  # fmt: skip
+    assert robot.feet[0].name.startswith("right")
+
+
+@pytest.mark.parametrize("degrees", [-13.0, 7.0])
+def test_angles_count_from_geometry_wherever_a_joint_has_its_zero(tmp_path, degrees):
+    """The shank is built in bent: the knee is straight where its coordinate takes that back."""
+
+    def bend(spec: mujoco.MjSpec) -> None:
+        half = np.radians(degrees) / 2
+        spec.body("right_shank").quat = [np.cos(half), 0.0, np.sin(half), 0.0]  # about +y, as the joint turns
+
+    _, _, anatomy = built(tmp_path, bend)
+    right, left = anatomy.legs
+    assert np.degrees(right.zero[KNEE]) == pytest.approx(-degrees, abs=1e-3)
+    assert left.zero[KNEE] == pytest.approx(0.0)
+    assert right.zero[ANKLE] == pytest.approx(0.0), "the foot turned with the shank"
+    assert right.height == pytest.approx(left.height)
+
+
+def test_a_hip_may_have_its_axes_in_any_order_and_tilt(tmp_path):
+    def tilt(spec: mujoco.MjSpec) -> None:
+        for side in SIDES:
+            spec.joint(f"{side}_hip_yaw").axis = [0.0, 0.7, 0.7]
+            spec.joint(f"{side}_hip_pitch").axis = [0.0, 0.8, -0.6]
+
+    _, _, anatomy = built(tmp_path, tilt)
+    for leg in anatomy.legs:
+        assert leg.axes == pytest.approx(np.eye(3), abs=1e-9)
+
+
+def test_a_human_bends_as_flexion_counts():
+    path = locate("models", "human3d", "model")
+    model = mujoco.MjModel.from_xml_path(str(path))
+    from biped.scenario.reading import read_scenario
+
+    table = read_scenario("spatial/own").robot
+    assert table is not None
+    anatomy = anatomy_of(model, robot_of(path, table))
+    for leg in anatomy.legs:
+        assert np.array_equal(leg.sign, np.ones(6))
+        assert np.array_equal(leg.zero, np.zeros(6))
+        assert np.array_equal(leg.axes, np.eye(3))
+        assert leg.joints[INVERSION] >= 0
+    assert anatomy.leg == pytest.approx(0.954)
+
+
+def test_a_borrowed_posture_is_the_humans_angles_in_its_own_time(tmp_path):
+    model, robot, anatomy = built(tmp_path)
+    human = mujoco.MjModel.from_xml_path(str(locate("models", "human3d", "model")))
+    theirs, data = mujoco.MjData(human), mujoco.MjData(model)
+    assert set(borrowed_names()) == {"heel_toe", "flat", "single", "stand", "stride"}
+    for name in ("heel_toe", "flat", "single"):
+        mujoco.mj_resetDataKeyframe(human, theirs, human.key(name).id)
+        borrow(model, data, robot, name)
+        for who, state in ((human, theirs), (model, data)):
+            mujoco.mj_forward(who, state)
+        assert data.body("pelvis").xmat == pytest.approx(theirs.body("torso").xmat, abs=1e-9)
+        pace = np.sqrt(0.954 / anatomy.leg)
+        for side in SIDES:
+            assert data.body(f"{side}_thigh").xmat == pytest.approx(theirs.body(f"{side}_thigh").xmat, abs=1e-9)
+            turning, mine = np.empty(6), np.empty(6)
+            for who, state, out in ((human, theirs, turning), (model, data, mine)):
+                mujoco.mj_objectVelocity(who, state, mujoco.mjtObj.mjOBJ_XBODY, who.body(f"{side}_thigh").id, out, 0)
+            assert mine[:3] == pytest.approx(pace * turning[:3], abs=1e-6)
+            assert -data.joint(f"{side}_knee").qpos[0] == pytest.approx(min(theirs.joint(f"{side}_knee").qpos[0], 0.24))
+
+
+def joint(name: str, **changes) -> Edit:
+    """Changes something of a joint."""
+
+    def edit(spec: mujoco.MjSpec) -> None:
+        for key, value in changes.items():
+            setattr(spec.joint(name), key, value)
+
+    return edit
+
+
+def more(body: str, **joint_of) -> Edit:
+    """Gives a body one more joint, which is driven."""
+
+    def edit(spec: mujoco.MjSpec) -> None:
+        for key in list(spec.keys):
+            spec.delete(key)
+        if body == "right_toe_cap":
+            spec.body("right_foot").add_body(name=body, mass=0.1, ipos=[0.0, 0.0, 0.0], inertia=[1e-4] * 3)
+        spec.body(body).add_joint(name="more", **joint_of)
+        spec.add_actuator(name="more", target="more", trntype=mujoco.mjtTrn.mjTRN_JOINT)
+
+    return edit
+
+
+def without(*joints: str) -> Edit:
+    """Takes joints with their actuators away."""
+
+    def edit(spec: mujoco.MjSpec) -> None:
+        for key in list(spec.keys):
+            spec.delete(key)
+        for name in joints:
+            spec.delete(next(one for one in spec.actuators if one.target == name))
+            spec.delete(spec.joint(name))
+
+    return edit
+
+
+def undriven(name: str) -> Edit:
+    """Takes an actuator away."""
+    return lambda spec: spec.delete(next(one for one in spec.actuators if one.target == name))
+
+
+def sole(**changes) -> Edit:
+    """Changes the geom of the right sole."""
+
+    def edit(spec: mujoco.MjSpec) -> None:
+        for key, value in changes.items():
+            setattr(spec.geom("right_sole"), key, value)
+
+    return edit
+
+
+def toes(spec: mujoco.MjSpec) -> None:
+    """Gives the right foot toes, which touch the ground too."""
+    body = spec.body("right_foot").add_body(name="right_toes", pos=[0.16, 0.0, 0.0])
+    body.add_joint(name="right_toe", axis=[0.0, 1.0, 0.0])
+    body.add_geom(name="toes", type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.02, 0.04, 0.015], pos=[0.0, 0.0, -0.055],
+                  contype=1, conaffinity=1)  # fmt: skip
+    spec.add_actuator(name="right_toe", target="right_toe", trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    for key in list(spec.keys):
+        spec.delete(key)
+
+
+def linkage(spec: mujoco.MjSpec) -> None:
+    """Closes a loop over the right knee."""
+    spec.add_equality(name="rod", type=mujoco.mjtEq.mjEQ_CONNECT, objtype=mujoco.mjtObj.mjOBJ_BODY,
+                      name1="right_thigh", name2="right_foot", data=[0.0, 0.0, -0.4, *[0.0] * 9])  # fmt: skip
+
+
+def coupled(spec: mujoco.MjSpec) -> None:
+    """Couples the right knee and ankle."""
+    spec.add_equality(name="belt", type=mujoco.mjtEq.mjEQ_JOINT, name1="right_knee", name2="right_ankle",
+                      data=[0.0, 1.0, *[0.0] * 10])  # fmt: skip
+
+
+BALL, SLIDE = mujoco.mjtJoint.mjJNT_BALL, mujoco.mjtJoint.mjJNT_SLIDE
+
+
+@pytest.mark.parametrize(("edit", "words"), [
+    (without("right_ankle"), "foot 'right_foot' hangs on 4 joints .* expected three of the hip, a knee"),
+    (without("right_hip_yaw", "left_hip_yaw"), "foot 'right_foot' hangs on 4 joints"),
+    (without("right_hip_yaw", "right_hip_roll"), "foot 'right_foot' hangs on 3 joints"),
+    (more("right_shank", axis=[0.0, 0.0, 1.0]), "joint 'more' does not turn the sole inward"),
+    (more("right_thigh", axis=[0.0, 0.0, 1.0]), "joint 'more' turns about .* where a knee turns about the lateral"),
+    (joint("right_knee", axis=[1.0, 0.0, 0.0]), "joint 'right_knee' turns about .* where a knee turns"),
+    (joint("left_ankle", axis=[1.0, 0.0, 0.0]), "joint 'left_ankle' turns about .* where an ankle turns"),
+    (joint("right_hip_yaw", axis=[0.0, 1.0, 0.0]), "the hip's joints 'right_hip_yaw', .* do not turn the thigh"),
+    (joint("right_knee", type=SLIDE), "joint 'right_knee' of foot 'right_foot' is no hinge"),
+    (undriven("torso"), "joint 'torso' has no actuator"),
+    (undriven("right_ankle"), "joint 'right_ankle' has no actuator"),
+    (toes, "body 'right_toes' of foot 'right_foot' moves against 'right_foot'; expected a stiff sole"),
+    (more("right_toe_cap", axis=[0.0, 1.0, 0.0]), "joint 'more' hangs on the right leg beside its own"),
+    (linkage, "<equality> 'rod' closes a linkage"),
+    (coupled, "<equality> 'belt' closes a linkage"),
+    (sole(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.015, 0.0, 0.0]), "touches the ground along a line or at a point"),
+    (sole(type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[0.02, 0.08, 0.0], quat=[0.7071, 0.0, 0.7071, 0.0]),
+     "touches the ground along a line or at a point"),
+])  # fmt: skip
+def test_another_robot_is_refused_in_a_sentence_that_names_the_part(tmp_path, edit, words):
+    with pytest.raises(InputError, match=words) as refused:
+        built(tmp_path, edit)
+    said = str(refused.value)
+    assert said.startswith("law: 'spatial' is not for model 'changed': "), said
+    assert "\n" not in said
+
+
+@pytest.mark.parametrize(("model", "words"), [
+    ("humanoid", "foot 'right_shin' hangs on 4 joints"),
+    ("walker2d", "it moves in the plane; expected a free base"),
+])  # fmt: skip
+def test_shipped_robots_of_another_kind_are_refused(tmp_path, model, words):
+    with pytest.raises(InputError, match=words):
+        built(tmp_path, model=model)
