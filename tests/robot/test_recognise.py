@@ -386,7 +386,12 @@ def test_the_command(capsys, tmp_path, monkeypatch):
     told = capsys.readouterr().out
     for words in ("pelvis, moves in space", "4 contact points", "51.44 kg", "300 N m", "law = 'stand'"):
         assert words in told
-    assert "spatial" not in told
+    for part in ("torso       pelvis, on legs of 0.87 m", "right_thigh, turned by right_hip_yaw", "turned by left_ankle"):
+        assert part in told
+    assert main(["model", "humanoid"]) == 0
+    told = capsys.readouterr().out
+    assert "law = 'spatial'" not in told
+    assert "foot 'right_shin' hangs on 4 joints" in told
     assert main(["model", "human3d"]) == 0
     assert "law = 'spatial' or law = 'stand'" in capsys.readouterr().out
     assert main(["model", "human"]) == 0

@@ -9,6 +9,7 @@ inversion; what a leg has not stands there as a mass of its own that nothing mov
 from __future__ import annotations
 
 BASE = 6
+"""Coordinates of a free base."""
 LEGS = 2
 LEG = 6
 """Coordinates of a leg, all driven."""
