@@ -15,7 +15,11 @@ def add(commands: Commands) -> None:
         commands, "tune", "find gains that serve a scenario's conditions", command, simulates=True,
         description="Finds gains that serve the conditions in a scenario's [tune].",
     )  # fmt: skip
-    parser.add_argument("scenario", help="name in scenarios/, or path of a scenario file with a [tune] table")
+    parser.add_argument(
+        "scenario",
+        help="name in scenarios/, or path of a scenario file with a [tune] table; or a "
+        "robot's model file (.xml, .urdf): the search scenarios/tune/any.toml on it",
+    )
     take_changes(parser)
     take_trust(parser)
     take_workers(parser)
@@ -33,8 +37,18 @@ def command(args: argparse.Namespace) -> int:
 
     if args.least is not None:
         return _least(args)
+    from biped.studies.tune.robot import SCENARIO, is_model, search_of
+
     with workers_of(args) as jobs:
-        found = tune(args.scenario, args.changes, jobs, args.out, progress, _draw, warn)
+        name, changes = args.scenario, args.changes
+        if is_model(name):
+            from biped.show.tune import show_trials
+
+            changes, trials = search_of(name, changes, jobs, progress)
+            if not args.json:
+                show_trials(trials, changes)
+            name = SCENARIO
+        found = tune(name, changes, jobs, args.out, progress, _draw, warn)
     if args.json:
         print_json(found.as_dict())
     else:

@@ -1,0 +1,107 @@
+"""A search for a robot of which only the model file is known: `tune/any` on it, from the gait that comes furthest."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+from pathlib import Path
+from typing import NamedTuple
+
+from biped.base.errors import InputError
+from biped.base.files import URDF, locate
+from biped.base.progress import Progress, silent
+from biped.ensemble import executor
+from biped.ensemble.backend import Jobs
+from biped.ensemble.campaign import run_one
+from biped.ensemble.plan import Plan
+from biped.scenario.reading import read_scenario
+from biped.studies.robot import look
+
+SCENARIO = "tune/any"
+GAITS = ("any/sure", "any/quick", "any/short", "any/long")
+"""Gaits of the human in units of any walker."""
+POSTURES = ("heel_toe", "flat", "single")
+MODES = ("generalized", "joint")
+
+
+class Trial(NamedTuple):
+    """One shipped gait on a robot.
+
+    Attributes:
+        gait: Its name.
+        mode: `generalized` or `joint`.
+        times: (3,) [s] until it fell, by posture.
+        distances: (3,) [m] it came.
+    """
+
+    gait: str
+    mode: str
+    times: tuple[float, ...]
+    distances: tuple[float, ...]
+
+    @property
+    def merit(self) -> float:
+        """[s] in the mean; joint torques count, Q_d itself decides between gaits that fall alike."""
+        return sum(self.times) / len(self.times)
+
+
+def is_model(name: str) -> bool:
+    """Whether an argument of `biped tune` is a robot's model file, not a scenario."""
+    return Path(name).suffix in (".xml", URDF)
+
+
+def search_of(
+    name: str, changes: Sequence[str], jobs: Jobs, progress: Progress = silent
+) -> tuple[list[str], list[Trial]]:
+    """The changes that make `tune/any` a search for a robot, and how far shipped gaits came on it.
+
+    Args:
+        name: Path of its model file.
+        changes: `--set` changes, which come last.
+        jobs: Number of processes, or a cluster.
+        progress: Told of every run.
+
+    Raises:
+        InputError: The law is not for this robot: the part that is another.
+    """
+    report = look(name)
+    if report.faults:
+        raise InputError(f"{name}: {report.faults[0]}", "model")
+    if report.stranger:
+        raise InputError(report.stranger, "law")
+    model = f'model="{locate("models", name, "model").resolve()}"'
+    cases = list(product(MODES, GAITS, POSTURES))
+    with executor.workers(_Shipped((model, *changes)), jobs) as carried_out, progress(name, len(cases), 0) as advance:
+        found = []
+        for one in carried_out(cases):
+            found.append(one)
+            advance()
+    trials = []
+    for i in range(0, len(cases), len(POSTURES)):
+        mode, gait, _ = cases[i]
+        times, distances = zip(*found[i : i + len(POSTURES)], strict=True)
+        trials.append(Trial(gait, mode, times, distances))
+    merit = {gait: (max(one.merit for one in trials if one.gait == gait and one.mode == "joint"),
+                    max(one.merit for one in trials if one.gait == gait)) for gait in GAITS}  # fmt: skip
+    best = max(GAITS, key=lambda gait: merit[gait])
+    return [model, f'controller="{best}"', *changes], trials
+
+
+class _Shipped:
+    """Runs of shipped gaits on a robot.
+
+    Args:
+        changes: To `tune/any`.
+    """
+
+    def __init__(self, changes: tuple[str, ...]):
+        self._changes = changes
+
+    def __call__(self, case: tuple[str, str, str]) -> tuple[float, float]:
+        """[s] until a run fell, and [m] it came."""
+        mode, gait, posture = case
+        s = read_scenario(SCENARIO, [*self._changes, f'controller="{gait}"', f"actuation.mode={mode}",
+                                     f"start.posture={posture}", "start.jitter=0.0", "duration=6.0",
+                                     "randomise.draw={}"])  # fmt: skip
+        row = run_one(Plan(s), 0)[1].as_dict()
+        return row["time"], row["distance"]
