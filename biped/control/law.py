@@ -20,9 +20,11 @@ from biped.control.observation import Observation
 from biped.robot.build import Command
 from biped.robot.robot import Robot
 from biped.robot.run import Run
+from biped.scenario.card_file import read_card
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario
-from biped.scenario.laws import BUILT_IN, own_law
+from biped.scenario.law import changed_since
+from biped.scenario.laws import BUILT_IN, is_card, own_law
 
 
 class Signals(NamedTuple):
@@ -104,6 +106,11 @@ def maker_of(run: Run) -> tuple[Callable[[Setup], Any], str, str]:
     law, given = run.scenario.law or "", run.law
     if given is not None:
         return given.make, f"law: {given.name.rpartition(':')[2]}", given.file
+    if is_card(law):
+        file = Path(law)
+        if changed := changed_since(law, run.scenario.law_sha256):
+            raise InputError(f"law: {changed}", "law")
+        return import_module("biped.control.card").Networked(read_card(file), file), f"law: {label(file)}", law
     if not own_law(law):
         module, _, kind = BUILT_IN[law].place.partition(":")
         found = import_module(module)

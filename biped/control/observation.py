@@ -13,6 +13,7 @@ from biped.base.jit import bound, kernel
 from biped.robot.ground import LEVEL, Profile
 from biped.robot.legs import above
 from biped.robot.robot import Robot
+from biped.scenario.command import Command
 
 
 class Touch(NamedTuple):
@@ -69,6 +70,7 @@ class Observation:
         gravity: (3,) [m/s²].
         touching: (P,) whether each contact point touches the ground; those of the first foot come first.
         ground_force: (P, 3) [N] on them, in the latest step.
+        command_at: The scenario's command, if it has one.
     """
 
     def __init__(
@@ -79,6 +81,7 @@ class Observation:
         self.time = 0.0
         self.q, self.v = _read_only(data.qpos), _read_only(data.qvel)
         self.gravity = _read_only(model.opt.gravity)
+        self.command_at: Command | None = None
         self._on = np.array([body for foot in robot.feet for body in foot.on], dtype=int)
         self._places = np.array([place for foot in robot.feet for place in foot.points])
         self._feet = robot.of_foot
@@ -185,11 +188,16 @@ class Observation:
             out[i] = -row @ self._data.qvel
         return out.ravel()
 
+    @property
+    def command(self) -> np.ndarray:
+        """(3,) [m/s, m/s, rad/s] velocity forward, to the left and about z that is asked for; zero where none is."""
+        return np.zeros(3) if self.command_at is None else np.array(self.command_at.at(self.time))
+
     def frame(self, name: str) -> Pose:
-        """Place, orientation and velocities of a site or, where none has this name, of a body.
+        """Pose of a site or, where none has this name, of a body; velocities in its own axes, as sensors on it measure.
 
         Raises:
-            KeyError: Neither has.
+            KeyError: Neither has this name.
         """
         model, data = self._model, self._data
         number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, name)
@@ -199,7 +207,7 @@ class Observation:
             number = model.body(name).id
             kind, place, turn = mujoco.mjtObj.mjOBJ_XBODY, data.xpos[number], data.xmat[number]
         turning = np.empty(6)
-        mujoco.mj_objectVelocity(model, data, kind, number, turning, 0)
+        mujoco.mj_objectVelocity(model, data, kind, number, turning, 1)
         return Pose(place.copy(), turn.reshape(3, 3).copy(), turning[3:], turning[:3])
 
     def J_com(self) -> np.ndarray:

@@ -12,6 +12,7 @@ import numpy as np
 from msgspec import structs
 
 from biped.base.jit import bound, kernel
+from biped.control.card import Networked
 from biped.control.law import Commander, Setup, command_of, maker_of
 from biped.control.observation import Observation
 from biped.control.smoothing import fraction
@@ -27,6 +28,7 @@ from biped.robot.build import compiled
 from biped.robot.gravity import frame
 from biped.robot.ground import levelled
 from biped.robot.run import Run
+from biped.scenario.command import COMMANDED
 from biped.scenario.laws import SPATIAL
 from biped.scenario.pushing import pieces
 from biped.scenario.senses import Sensors
@@ -60,7 +62,8 @@ class MujocoPlant:
         self.bodies = self.robot.bodies
         make, name, file = maker_of(run)
         self.command = command_of(make, s, name)
-        self.model = compiled(run.model, s, self.command)
+        servos = make.servos(self.robot) if isinstance(make, Networked) else None
+        self.model = compiled(run.model, s, self.command, servos)
         if not self.profile.level:
             self.model = own(self.model)
         self.data = mujoco.MjData(self.model)
@@ -69,7 +72,7 @@ class MujocoPlant:
         size = self.model.nv if self.command == "generalized" else len(self.robot.drives)
         # Of how the robot differs from its file a law knows nothing, nor what lies ahead on its way.
         believed = structs.replace(s, truth=Truth(), ground=levelled(s.ground))
-        known = self.model if s == believed else compiled(run.model, believed, self.command)
+        known = self.model if s == believed else compiled(run.model, believed, self.command, servos)
         setup = Setup(s, run.gains, self.robot, copy.copy(known), run.model, run.tick, self.limits.copy(),
                       run.q.copy(), run.v.copy())  # fmt: skip
         self.law = Commander(make, name, file, setup, size, run.ticks)
@@ -87,6 +90,7 @@ class MujocoPlant:
 
             self.sensors = CoordinateSensors(run, copy.copy(known), self.robot, run.tick)
             self.observation = Observation(self.sensors.model, self.sensors.data, self.robot, self.profile, shared)
+        self.truth.command_at = self.observation.command_at = s.command
         self.uneven = None if self.profile.level else Uneven(self.model, self.data, self.profile)
         self.contacts = GroundContacts(
             self.model, self.data, self.robot, None if self.uneven is None else self.uneven.planes
@@ -217,8 +221,12 @@ class MujocoPlant:
     def trajectory(self, rows: int, ending: Ending) -> Trajectory:
         """The trajectory of so many rows."""
         s, signals, log = self.s, self.law.signals, self.log[:rows]
+        names, parts = signals.names, [log, signals.values[:rows]] if signals.names else [log]
+        if s.command is not None:
+            names = (*names, *COMMANDED)
+            parts.append(np.array([s.command.at(k * self.run.tick) for k in range(rows)]).reshape(rows, len(COMMANDED)))
         return Trajectory(
-            log=np.hstack([log, signals.values[:rows]]) if signals.names else log,
+            log=np.hstack(parts) if names else log,
             tick=self.run.tick,
             slope=s.ground.slope,
             side_slope=s.ground.side_slope,
@@ -233,7 +241,7 @@ class MujocoPlant:
             ground=self.profile,
             changes=tuple(change.at for change in s.change),
             sampled=not self.split,
-            signal_names=signals.names,
+            signal_names=names,
             traceback=ending.traceback,
         )
 

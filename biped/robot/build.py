@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import mujoco
 import numpy as np
@@ -32,8 +32,30 @@ _OVERRIDE = int(mujoco.mjtEnableBit.mjENBL_OVERRIDE)
 _ON_JOINTS = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
 
 
-def compiled(path: Path, s: Scenario, command: Command) -> mujoco.MjModel:
+class Servo(NamedTuple):
+    """A servo that a law brings along for a joint.
+
+    Attributes:
+        stiffness: [N m/rad].
+        damping: [N m s/rad].
+        effort: [N m] bound of its torque besides the joint's own.
+    """
+
+    stiffness: float
+    damping: float
+    effort: float
+
+
+def compiled(
+    path: Path, s: Scenario, command: Command, servos: tuple[Servo | None, ...] | None = None
+) -> mujoco.MjModel:
     """The model of a run; runs that differ in nothing of it share one, which is not to be written to.
+
+    Args:
+        path: The file.
+        s: The scenario.
+        command: What its law commands.
+        servos: Of the law, one for each actuator, where it brings any: None is the file's own.
 
     Raises:
         InputError: The file is no robot, or has no servos where the law commands them.
@@ -44,13 +66,13 @@ def compiled(path: Path, s: Scenario, command: Command) -> mujoco.MjModel:
     level = is_level(s.ground)
     # Heights along the way are no part of the model: only that there are any.
     return _compiled(str(path), path.stat().st_mtime, s.robot, levelled(s.ground), level, s.simulation, s.truth, limits,
-                     command)  # fmt: skip
+                     command, servos or (None,) * len(limits))  # fmt: skip
 
 
 @lru_cache(maxsize=8)
 def _compiled(
     file: str, modified: float, table: Described, ground: Ground, level: bool, simulation: Simulation, truth: Truth,
-    limits: tuple[float, ...], command: Command,
+    limits: tuple[float, ...], command: Command, servos: tuple[Servo | None, ...],
 ) -> mujoco.MjModel:  # fmt: skip
     path = Path(file)
     robot = robot_of(path, table)
@@ -61,8 +83,8 @@ def _compiled(
         name_geoms(spec)
         give_planes(spec, robot)
     _replace_actuators(spec)
-    for drive, limit in zip(robot.drives, limits, strict=True) if command != "generalized" else ():
-        _drive(spec, drive, limit, command)
+    for drive, limit, servo in zip(robot.drives, limits, servos, strict=True) if command != "generalized" else ():
+        _drive(spec, drive, limit, command, servo)
     option = spec.option
     option.solver, option.disableactuator = getattr(mujoco.mjtSolver, f"mjSOL_{simulation.solver.upper()}"), 0
     if simulation.physics != FILE:
@@ -76,12 +98,15 @@ def _compiled(
     return model
 
 
-def _drive(spec: mujoco.MjSpec, drive: Drive, limit: float, command: Command) -> None:
+def _drive(spec: mujoco.MjSpec, drive: Drive, limit: float, command: Command, servo: Servo | None) -> None:
     """Adds an actuator that is what the law commands, in units of its joint."""
     actuator = spec.add_actuator(name=drive.name, target=drive.joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
     actuator.gear = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     if command == "torque":
         actuator.set_to_motor()
+    elif command == "position" and servo is not None:
+        actuator.set_to_position(kp=servo.stiffness, kv=servo.damping)
+        limit = min(limit, servo.effort)
     elif command == "position":
         _needs(drive, drive.stiffness, "stiffness")
         actuator.set_to_position(kp=drive.stiffness, kv=drive.damping)
@@ -89,6 +114,8 @@ def _drive(spec: mujoco.MjSpec, drive: Drive, limit: float, command: Command) ->
         _needs(drive, drive.damping, "damping")
         actuator.set_to_velocity(kv=drive.damping)
     actuator.ctrllimited = mujoco.mjtLimited.mjLIMITED_FALSE
+    if command == "position" and servo is None and drive.span is not None:
+        actuator.ctrllimited, actuator.ctrlrange = mujoco.mjtLimited.mjLIMITED_TRUE, list(drive.span)
     actuator.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
     actuator.forcerange = [-limit, limit]
 

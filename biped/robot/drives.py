@@ -71,6 +71,7 @@ def _drive(model: mujoco.MjModel, i: int, table: Described, faults: list[str]) -
         return None
     servo = gear * gear * float(model.actuator_gainprm[i, 0]) if kind != "torque" else 0.0
     damping = -(gear * gear) * float(model.actuator_biasprm[i, 2])
+    low, high = sorted((model.actuator_ctrlrange[i] / gear).tolist())
     return Drive(
         name=name,
         joint=model.joint(joint).name,
@@ -81,6 +82,7 @@ def _drive(model: mujoco.MjModel, i: int, table: Described, faults: list[str]) -
         turns=_turns(model, joint),
         stiffness=servo if kind == "position" else table.actuators.stiffness,
         damping=damping if kind != "torque" else table.actuators.damping,
+        span=(low, high) if kind == "position" and model.actuator_ctrllimited[i] else None,
     )
 
 

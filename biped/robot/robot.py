@@ -30,6 +30,7 @@ class Drive(Section, frozen=True):
         turns: Whether its joint turns about y as angles do in the thesis (about -y: 1), the other way (-1), or not (0).
         stiffness: [N m/rad] of its servo, if it is one.
         damping: [N m s/rad] of it.
+        span: [rad] within which the file keeps the target of a position servo; None: anywhere.
     """
 
     name: str
@@ -41,6 +42,7 @@ class Drive(Section, frozen=True):
     turns: int = 0
     stiffness: float = 0.0
     damping: float = 0.0
+    span: tuple[float, float] | None = None
 
     @property
     def limited(self) -> bool:

@@ -50,6 +50,9 @@ def check_keys(s: Scenario, robot: Robot) -> None:
                 f"'path.py:Class', or one of {', '.join(BUILT_IN)}", "law",
             )  # fmt: skip
         taken(s, fault)  # draws and points of a sweep say what no file did
+    elif s.command is not None:
+        raise InputError("command: expected none: the thesis's law is asked for no velocity; a command is for a policy "
+                         "or a law of one's own on a robot of any kind", "command")  # fmt: skip
     torque_limits(robot, s)
     if s.actuation.motors and robot.motor is None:
         raise InputError(

@@ -14,7 +14,7 @@ from biped.base.errors import InputError
 from biped.base.files import MOST_BYTES, URDF, folder, is_file, label, locate, merge, read_toml
 from biped.base.text import echo
 from biped.scenario.keys import Scenario
-from biped.scenario.laws import BUILT_IN
+from biped.scenario.laws import BUILT_IN, is_card
 from biped.scenario.noticed import noticed_of
 from biped.scenario.options import FILE, options_of
 from biped.scenario.section import LARGEST
@@ -54,7 +54,8 @@ def make_general(data: dict[str, Any], origin: dict[str, Path]) -> bool:
     if kind not in (None, KIND):
         raise InputError(f"{label(own)}: kind: expected '{KIND}' or nothing, got {echo(kind)}")
     builtin = isinstance(law, str) and law in BUILT_IN
-    asked = "robot" in data or kind == KIND or builtin or model.suffix == URDF
+    card = isinstance(law, str) and is_card(law)
+    asked = "robot" in data or kind == KIND or builtin or card or model.suffix == URDF
     if not asked and (law is None or own.is_file() or _has_parts(model)):
         return False
     habits = description.pop("scenario", {}) if kind == KIND else {}

@@ -13,6 +13,7 @@ from msgspec import Meta, field
 
 from biped.scenario.actuation import Actuation
 from biped.scenario.change import Change
+from biped.scenario.command import Command
 from biped.scenario.expect import Bound
 from biped.scenario.gains import Gains
 from biped.scenario.ground import Ground
@@ -163,7 +164,8 @@ class Scenario(Section, frozen=True):
         reading: Name in readings/ or path of a reading of the thesis ([readings.md](readings.md)): settings that lie
             below this file's own keys; default: none.
         law: A control law of the user's own, `path.py:Class`, looked for beside this file first; default: the thesis's.
-            It runs only if it is trusted ([security.md](security.md)). Or one for any robot, by its name: `stand`.
+            It runs only if it is trusted ([security.md](security.md)). Or one for any robot, by its name: `stand`; or a
+            policy's card, `card.toml` ([your-policy.md](your-policy.md)).
         law_sha256: What the law was when results were made; written with them, so that a changed law is noticed.
         engine: `mujoco`, or `home`: the thesis's own rigid contacts.
         duration: [s] of a run.
@@ -176,6 +178,7 @@ class Scenario(Section, frozen=True):
         simulation: How the physics is stepped.
         gains: Gains that replace those of the controller file.
         change: What holds from a time on.
+        command: The velocity that a law is asked for, of robots of any kind; default: nothing is asked for.
         push: Forces on bodies.
         disturbance: A random force on a body all along; default: none.
         fall: What counts as a fall.
@@ -211,6 +214,7 @@ class Scenario(Section, frozen=True):
     simulation: Simulation = Simulation()
     gains: Gains = Gains()
     change: Annotated[tuple[Change, ...], Meta(max_length=100)] = ()
+    command: Command | None = None
     push: Annotated[tuple[Push, ...], Meta(max_length=100)] = ()
     disturbance: Disturbance | None = None
     fall: Fall = Fall()

@@ -12,6 +12,7 @@ from biped.base.errors import InputError
 from biped.base.files import is_file, nearest
 from biped.base.text import safe
 from biped.base.trust import grant, refusal, trusted
+from biped.scenario.laws import BUILT_IN, CARD, is_card
 from biped.scenario.valid import Fail
 
 LONGEST = 255
@@ -30,26 +31,36 @@ def find_law(text: str, beside: Path | None, fail: Fail) -> str:
     Raises:
         InputError: There is no such file, or it is not trusted.
     """
-    file, colon, name = text.rpartition(":")
-    if not colon or not file.endswith(".py") or not name.isidentifier():
-        raise fail("law", f"expected 'path.py:Class', got '{safe(text)}'")
+    card = is_card(text)
+    file, colon, name = (text, ":", "") if card else text.rpartition(":")
+    if not card and (not colon or not file.endswith(".py") or not name.isidentifier()):
+        raise fail("law", f"expected 'path.py:Class', a policy's card 'card.toml' or one of {', '.join(BUILT_IN)}, got "
+                   f"'{safe(text)}'; {nearest(text, list(BUILT_IN))}")  # fmt: skip
     places = [Path()] if beside is None else [beside, Path()]
     for place in places:
         path = place / file
         if is_file(path):
             break
     else:
-        there = [str(p) for place in dict.fromkeys(places) for p in sorted(place.glob("*.py"))]
+        there = [str(p) for place in dict.fromkeys(places) for p in sorted(place.glob("*" + Path(file).suffix))]
         raise fail(
             "law",
-            f"no file '{safe(file)}'; expected a Python file, relative to the scenario or the working folder: "
+            f"no file '{safe(file)}'; expected a {'card' if card else 'Python file'}, relative to the "
+            "scenario or the working folder: "
             f"{nearest(file, there)}",
         )
+    if card:
+        return str(path.resolve())  # data, none of which is run
     if beside is None:
         grant(path)
     if not trusted(path):
         raise fail("law", refusal(path))
     return f"{path.resolve()}:{name}"
+
+
+def file_of(law: str) -> Path:
+    """The file of a law: of `path.py:Class` or of a policy's card."""
+    return Path(law if is_card(law) else law.rpartition(":")[0])
 
 
 def digest(law: str) -> str:
@@ -61,7 +72,7 @@ def digest(law: str) -> str:
     Raises:
         InputError: A file cannot be read.
     """
-    folder = Path(law.rpartition(":")[0]).parent
+    folder = file_of(law).parent
     state = sha256()
     for path in files_of(law):
         text = _read(path)
@@ -81,7 +92,7 @@ def files_of(law: str) -> list[Path]:
     Raises:
         InputError: A file cannot be read.
     """
-    file = Path(law.rpartition(":")[0])
+    file = file_of(law)
     found: set[Path] = set()
     left = [file]
     while left:
@@ -90,6 +101,8 @@ def files_of(law: str) -> list[Path]:
             found.add(path)
             if path.suffix == ".py":
                 left += _beside(file.parent, _read(path))
+            elif path.suffix == CARD:
+                left += _below(path.parent, set(re.findall(r"[^\s\"']+\.onnx", _read(path).decode(errors="replace"))))
             elif path.suffix == ".onnx":
                 left += _weights(path)
     return sorted(found)
@@ -178,6 +191,6 @@ def changed_since(law: str, then: str | None) -> str | None:
     if then is None or (now := digest(law)) == then:
         return None
     return (
-        f"{law.rpartition(':')[0]} has changed since these results were made (SHA-256 {then[:12]}… then, {now[:12]}… "
+        f"{file_of(law)} has changed since these results were made (SHA-256 {then[:12]}… then, {now[:12]}… "
         f"now): they cannot be made again with it; to run it as it is now, give --set law={law}"
     )

@@ -46,6 +46,15 @@ BUILT_IN: dict[str, BuiltIn] = {
 }
 
 
+CARD = ".toml"
+"""End of the name of a policy's card."""
+
+
+def is_card(law: str | None) -> bool:
+    """Whether a law is a policy's card."""
+    return law is not None and law.endswith(CARD)
+
+
 def own_law(law: str | None) -> bool:
     """Whether a scenario's law is its user's own, which runs only if it is trusted."""
     return law is not None and law not in BUILT_IN

@@ -98,6 +98,10 @@ _ALL = (
     Metric("margin_of_stability", "m", "from the extrapolated centre of mass sideways to the edge of what it stands "
            "on, least of each step; likewise", better="more"),
     Metric("heading", "degrees", "change of heading over the run, to the left positive; likewise"),
+    Metric("commanded", "m/s", "mean size of the velocity that was asked for; of robots of any kind, with [command]"),
+    Metric("command_error", "m/s", "deviation of the mean velocity of each second from what was asked for; likewise",
+           better="less"),
+    Metric("yaw_error", "rad/s", "the same of turning; likewise", better="less"),
     Metric("drift", "m", "sideways from where the start's heading leads, to the left positive; likewise"),
     Metric("peak_torque", "N m", "largest joint torque", table="run", better="less"),
     Metric("mean_torque", "N m", "mean of |joint torque|", table="run", better="less"),

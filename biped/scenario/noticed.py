@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from biped.base.text import echo, safe
 from biped.scenario.keys import Scenario
-from biped.scenario.laws import BUILT_IN, SPATIAL, Keys
+from biped.scenario.laws import BUILT_IN, SPATIAL, Keys, is_card
 from biped.scenario.valid import Fail
 
 ALL: Keys = {
@@ -20,9 +20,11 @@ ALL: Keys = {
     "randomise": ("runs", "draw"),
 }
 """Whatever the law is. Tables that are not named here are read whole."""
-OWN: Keys = {"": ("controller", "gains"), "ground": ("angles",)}
+CARD: Keys = {"": ("command",)}
+"""Keys that a policy's card reads besides."""
+OWN: Keys = {"": ("controller", "gains", "command"), "ground": ("angles",)}
 """Keys that a law of one's own is handed besides (`biped.control.law.Setup`)."""
-_ASKED = ("controller", "reading", "gains", "change", "backstep", "estimator")
+_ASKED = ("controller", "reading", "gains", "change", "backstep", "estimator", "command")
 """Keys of the scenario itself that only some laws read."""
 
 
@@ -40,7 +42,7 @@ class _Vain(NamedTuple):
 
 def read_by(law: str | None) -> dict[str, tuple[str, ...]]:
     """Keys that are read under a law, by table; "" is the scenario itself."""
-    besides = BUILT_IN[law].reads if law in BUILT_IN else OWN
+    besides = BUILT_IN[law].reads if law in BUILT_IN else CARD if is_card(law) else OWN
     return {table: (*ALL.get(table, ()), *besides.get(table, ())) for table in ("", *ALL)}
 
 
@@ -68,7 +70,7 @@ def taken(s: Scenario, fail: Fail) -> None:
     read = read_by(s.law)
     if vain := list(_in_vain(s, read)):
         first, *others = vain
-        who = f"law '{s.law}'" if s.law in BUILT_IN else "a law of one's own"
+        who = f"law '{s.law}'" if s.law in BUILT_IN else "a policy's card" if is_card(s.law) else "a law of one's own"
         nor = f", nor of {safe(', '.join(one.dotted for one in others))}" if others else ""
         reads = (
             f"; of [{first.table}] it reads {', '.join(read[first.table]) or 'nothing'}" if first.table in ALL else ""

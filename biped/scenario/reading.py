@@ -17,7 +17,7 @@ from biped.scenario import thesis
 from biped.scenario.gait import read_settings
 from biped.scenario.general import lay_under, make_general
 from biped.scenario.keys import Scenario
-from biped.scenario.laws import own_law
+from biped.scenario.laws import is_card, own_law
 from biped.scenario.noticed import taken
 from biped.scenario.origin import COMMAND_LINE, Origin
 from biped.scenario.possible import possible
@@ -111,6 +111,11 @@ def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path, looking: b
     origin = Origin(path, keys)
     fail = origin.fault
     known_keys(data, Scenario, "", fail)
+    law = data.get("law")
+    if isinstance(law, str) and is_card(law) and not looking:
+        from biped.scenario.card_file import lay_card
+
+        lay_card(data, keys, path, fail)
     # A controller or model named in a file is looked for beside that file too.
     beside = {key: keys[key].parent for key in ("model", "controller", "reading") if key in keys}
 

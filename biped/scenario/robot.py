@@ -9,10 +9,9 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from biped.scenario.section import Name, NonNegative, Positive, Section
+from biped.scenario.section import Name, Names, NonNegative, Positive, Section
 
 Place = tuple[float, float, float]
-Names = Annotated[tuple[Name, ...], Meta(max_length=1000)]
 
 
 class Walked(Section, frozen=True):

@@ -23,6 +23,7 @@ Hold = Annotated[float, Meta(ge=0, le=1000)]
 """[s] for which something is waited for."""
 Count = Annotated[int, Meta(ge=1, le=1_000_000)]
 Name = Annotated[str, Meta(max_length=4000)]
+Names = Annotated[tuple[Name, ...], Meta(max_length=1000)]
 Force = Annotated[tuple[Real, ...], Meta(min_length=2, max_length=3)]
 """In the plane forward and up, in space forward, to the left and up."""
 Four = tuple[Degrees, Degrees, Degrees, Degrees]

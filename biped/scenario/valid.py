@@ -14,7 +14,9 @@ from biped.base import typed
 from biped.base.errors import InputError
 from biped.base.files import nearest
 from biped.base.text import echo, safe
+from biped.scenario.card import Term
 from biped.scenario.change import Change
+from biped.scenario.command import Piece
 from biped.scenario.expect import Bound
 from biped.scenario.metrics import METRICS
 from biped.scenario.push import Push
@@ -25,7 +27,14 @@ from biped.scenario.truth import BodyTruth
 MOST_DIGITS = 2**63
 """Beyond it lies no whole number that a file can mean."""
 
-LISTS: dict[str, type] = {"push": Push, "change": Change, "foot": Foot, "part": BodyTruth}
+LISTS: dict[str, type] = {
+    "push": Push,
+    "change": Change,
+    "foot": Foot,
+    "part": BodyTruth,
+    "piece": Piece,
+    "observation": Term,
+}
 """Lists of tables, and what each of their tables is."""
 
 Fail = Callable[[str, str], InputError]

@@ -17,6 +17,7 @@ from biped.engines.plant import MujocoPlant
 from biped.ensemble.plan import Plan
 from biped.robot.law_factory import factory_of
 from biped.scenario.actuation import Actuation
+from biped.scenario.command import Piece
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Change, Push, Scenario
 from biped.scenario.noticed import OWN
@@ -47,7 +48,12 @@ SWITCHES = {"ground.tiles": {"height": 0.01}, "ground.steps": {"rise": 0.01}, "g
 """What makes a table's other keys mean anything."""
 
 
-LIST: dict[str, Any] = {"push": Push, "truth.part": BodyTruth, "change": lambda: Change(at=0.01)}
+LIST: dict[str, Any] = {
+    "command.piece": lambda: Piece(at=0.01),
+    "push": Push,
+    "truth.part": BodyTruth,
+    "change": lambda: Change(at=0.01),
+}
 
 
 class Still:
@@ -78,14 +84,14 @@ def base_of(law: str) -> Scenario:
 def keys_of(value: Any, hint: Any, at: str = "") -> Iterator[tuple[str, Any]]:
     """Dotted keys with the types of their values; tables that are not there are gone through as well."""
     kinds = [kind for kind in (hint, *get_args(hint)) if isinstance(kind, type) and issubclass(kind, msgspec.Struct)]
-    if isinstance(value, msgspec.Struct) or (value is None and kinds):
+    if LIST.get(at) is not None:
+        yield from keys_of(value[0] if value else LIST[at](), LIST[at], f"{at}.0")
+    elif isinstance(value, msgspec.Struct) or (value is None and kinds):
         kind = type(value) if value is not None else kinds[0]
         hints = get_type_hints(kind)
         for name in kind.__struct_fields__:
             inner = None if value is None else getattr(value, name)
             yield from keys_of(inner, hints[name], f"{at}.{name}".lstrip("."))
-    elif LIST.get(at) is not None:
-        yield from keys_of(value[0] if value else LIST[at](), LIST[at], f"{at}.0")
     else:
         yield at, hint
 
@@ -122,6 +128,8 @@ def changed(s: Scenario, key: str, value: Any) -> Scenario:
     data = msgspec.to_builtins(s)
     if key.startswith("change.") and not s.change:
         data["change"] = [msgspec.to_builtins(Change(at=0.01))]
+    if key.startswith("command."):
+        data["command"] = {"piece": [msgspec.to_builtins(Piece(at=0.01))]}
     for table, switch in SWITCHES.items():
         if key.startswith(table):
             for name, on in switch.items():

@@ -88,7 +88,7 @@ def _show(args: argparse.Namespace, done: ScenarioResult) -> None:
     if not args.json:
         show(document_of(done.result, done.plan.scenario.description))
         model, s = done.plan.model, done.plan.scenario
-        if s.robot is not None and not packaged(model) and (words := differing(model, s.simulation)):
+        if s.law is not None and not packaged(model) and (words := differing(model, s.simulation)):
             print(f"  physics: {words}")
         print(f"  results in {done.folder}/")
         if done.folder is not None and done.raised:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from biped.measure import verdict
-from biped.measure.metrics import belief, energy, gait, ground, motors, posture, pushed, space
+from biped.measure.metrics import belief, commanded, energy, gait, ground, motors, posture, pushed, space
 from biped.measure.metrics.outcome import outcome_of, spread, stopped
 from biped.measure.metrics.totals import Totals
 from biped.measure.trajectory import Trajectory
@@ -85,6 +85,7 @@ def _numbers(t: Trajectory, window: tuple[float, float]) -> dict[str, Any]:
     if span is not None:
         out |= gait.stride(t, span) | energy.transport(t, span) | ground.contact(t, span) | belief.switches(t, span)
         out |= posture.inferred(t, span) | motors.load(t, span, gait.travelled(t, span))
+        out |= commanded.tracking(t, span)
         if not t.robot.planar:
             out |= space.sideways(t, span)
         if (states := t.believed_states) is not None:

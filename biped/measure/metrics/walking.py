@@ -23,6 +23,8 @@ FLIGHT = 0.2
 """Share of the window that it may be in the air: walking has no flight, running has more."""
 STILL = 0.1
 """[m] that a standing or sitting biped's torso may sway either way."""
+STRAYING, STRAYED, TURNING = 0.15, 0.3, 0.3
+"""Most that what was commanded may differ from what was done: [m/s], as a share of it, and [rad/s]."""
 SEATED, UNSEATED = 0.5, 0.01
 """Least share of its weight that a sitter gives to the seat, and most that somebody who stands leaves there."""
 
@@ -35,8 +37,18 @@ def walked(numbers: Mapping[str, Any], seconds: float, least: Walked) -> bool:
         seconds: [s] that it took.
         least: How fast a robot of its kind must be.
     """
+    if followed(numbers) is not None:
+        return bool(followed(numbers)) and _no_steps(numbers) is None
     forward = numbers["distance"] > least.distance * seconds and numbers["speed"] > least.speed
     return forward and _no_steps(numbers) is None
+
+
+def followed(numbers: Mapping[str, Any]) -> bool | None:
+    """Whether a run did what it was commanded; None where it was commanded nothing."""
+    error, yaw = _real(numbers.get("command_error")), _real(numbers.get("yaw_error"))
+    if math.isnan(error):
+        return None
+    return error < max(STRAYING, STRAYED * _real(numbers["commanded"])) and yaw < TURNING
 
 
 def stood(numbers: Mapping[str, Any]) -> bool:
@@ -110,7 +122,8 @@ def _outcome(run: Mapping[str, Any]) -> str:
         return "stood still"
     if run.get("sat") == 1:  # results from before there were seats have none, or nan
         return "sat still"
-    return f"stayed up without walking: {_no_steps(run) or 'too slow'}"
+    slow = "too slow" if followed(run) is None else "not as commanded"
+    return f"stayed up without walking: {_no_steps(run) or slow}"
 
 
 def _doubt(run: Mapping[str, Any]) -> str:

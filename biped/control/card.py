@@ -1,0 +1,225 @@
+"""A policy from its card as a control law: what it sees, assembled; its network, asked; its actions, applied."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+
+from biped.base.errors import InputError
+from biped.base.files import label, nearest
+from biped.control.network import Network
+from biped.control.terms import Measure, Phases, Shown, in_frame, of_base
+from biped.robot.build import Command, Servo
+from biped.robot.robot import Robot
+from biped.scenario.card import Card, Term, per_joint
+from biped.scenario.section import LARGEST
+
+if TYPE_CHECKING:
+    from biped.control.law import Setup
+    from biped.control.observation import Observation
+
+
+class Networked:
+    """Makes the law of every run of a policy.
+
+    Args:
+        card: It.
+        file: The file of the card.
+
+    Attributes:
+        command: What its law commands.
+    """
+
+    def __init__(self, card: Card, file: Path):
+        self.card, self.file = card, file
+        explicit = card.action.kind == "torque" or card.action.servo == "law"
+        self.command: Command = "torque" if explicit else "position"
+
+    def servos(self, robot: Robot) -> tuple[Servo | None, ...] | None:
+        """Servos of the robot's actuators; None: the file's own."""
+        action, count = self.card.action, len(self.card.joints)
+        if self.command != "position" or action.stiffness is None or action.damping is None:
+            return None
+        effort = per_joint(LARGEST if action.effort is None else action.effort, count)
+        rows = zip(per_joint(action.stiffness, count), per_joint(action.damping, count), effort, strict=True)
+        own = {drive: Servo(*row) for drive, row in zip(self.drives(robot), rows, strict=True)}
+        # What the policy does not command is held where it starts, as stiffly as what it does.
+        rest = Servo(max(s.stiffness for s in own.values()), max(s.damping for s in own.values()), LARGEST)
+        return tuple(own.get(i, None if drive.stiffness > 0.0 else rest) for i, drive in enumerate(robot.drives))
+
+    def drives(self, robot: Robot) -> list[int]:
+        """Numbers of the robot's actuators in the network's order.
+
+        Raises:
+            InputError: One has no such name.
+        """
+        names = {drive.joint: i for i, drive in enumerate(robot.drives)}
+        names |= {drive.name: i for i, drive in enumerate(robot.drives)}
+        for name in self.card.joints:
+            if name not in names:
+                raise InputError(f"{label(self.file)}: joints: '{name}' is no driven joint of model '{robot.name}'; "
+                                 f"{nearest(name, [drive.joint for drive in robot.drives])}", "law")  # fmt: skip
+        return [names[name] for name in self.card.joints]
+
+    def __call__(self, setup: Setup) -> Walker:
+        """Makes the law of a run."""
+        return Walker(self.card, self.file, setup, self.drives(setup.robot))
+
+
+class Walker:
+    """The law of one run.
+
+    Args:
+        card: The policy's card.
+        file: Its file.
+        setup: What is known before the run.
+        drives: Numbers of the actuators in the network's order.
+
+    Attributes:
+        calls: How often the network was asked.
+        observed: What it was shown at the latest call.
+        action: What it returned then.
+
+    Raises:
+        InputError: Network, card and robot do not fit one another.
+    """
+
+    def __init__(self, card: Card, file: Path, setup: Setup, drives: Sequence[int]):
+        self._card, self._drives = card, np.array(drives, dtype=int)
+        count, robot, action = len(card.joints), setup.robot, card.action
+        self._every = _whole(1.0 / (card.rate * setup.tick), file, "rate", f"a whole part of {1.0 / setup.tick:g} Hz")
+        self._first = _whole(card.start / setup.tick, file, "start", f"a whole number of ticks of {setup.tick:g} s")
+        late = _whole(action.delay / setup.tick, file, "action.delay", f"a whole number of ticks of {setup.tick:g} s")
+        self._places = np.array(robot.places, dtype=int)[self._drives]
+        self._columns = np.array(robot.columns, dtype=int)[self._drives]
+        self._default = np.array(per_joint(card.default, count))
+        torque = action.kind == "torque"
+        offset = action.offset if action.offset is not None else (0.0 if torque else tuple(self._default.tolist()))
+        self._scale, self._offset = np.array(per_joint(action.scale, count)), np.array(per_joint(offset, count))
+        self._explicit = None
+        if action.servo == "law" and action.stiffness is not None and action.damping is not None:
+            effort = np.array(per_joint(LARGEST if action.effort is None else action.effort, count))
+            k, b = (np.array(per_joint(value, count)) for value in (action.stiffness, action.damping))
+            self._explicit = k, b, effort
+        self._rest = np.zeros(len(robot.drives)) if self._explicit or torque else setup.q[list(robot.places)].copy()
+        self._hold = np.zeros(count) if torque else self._default
+        self._targets = deque([self._command(self._hold)] * (late + 1), maxlen=late + 1)
+        self.action = np.zeros(count, dtype=np.float32)
+        self._clock = None if card.clock is None else Phases(card.clock, 1.0 / card.rate)
+        measures = [self._measure(term, robot) for term in card.observation]
+        self._terms = [Shown(term, measure) for term, measure in zip(card.observation, measures, strict=True)]
+        self._network = Network(file.parent / card.network)
+        self._file, self._ticks, self.calls = file, 0, 0
+        self.observed = np.zeros(0, dtype=np.float32)
+        self._fits(setup, measures)
+
+    def torques(self, sensed: Observation) -> np.ndarray:
+        """(nu,) targets [rad] of the servos, or torques [N m]."""
+        since = self._ticks - self._first
+        if since >= 0 and since % self._every == 0:
+            self._targets.append(self._command(self._offset + self._scale * self._ask(sensed)))
+        elif len(self._targets) > 1:
+            self._targets.append(self._targets[-1])
+        self._ticks += 1
+        if self._explicit is None:
+            return self._targets[0]
+        k, b, effort = self._explicit
+        u = k * (self._targets[0][self._drives] - sensed.q[self._places]) - b * sensed.v[self._columns]
+        out = np.zeros(len(self._rest))
+        out[self._drives] = np.clip(u, -effort, effort)
+        return out
+
+    def _command(self, values: np.ndarray) -> np.ndarray:
+        out = self._rest.copy()
+        out[self._drives] = values
+        return out
+
+    def _ask(self, sensed: Observation) -> np.ndarray:
+        """(n,) the network's numbers, clipped."""
+        if self._clock is not None:
+            self._clock.begin(sensed.command)
+        parts = [term.show(sensed) for term in self._terms]
+        if self._card.stacked == "call":
+            whole = np.concatenate([np.concatenate(list(call)) for call in zip(*parts, strict=True)])
+        else:
+            whole = np.concatenate([value for part in parts for value in part])
+        self.observed = whole.astype(np.float32)
+        self.action = self._network.ask(self.observed)
+        if self._clock is not None:
+            self._clock.end()
+        self.calls += 1
+        clip = self._card.action.clip
+        return (self.action if clip is None else np.clip(self.action, *clip)).astype(float)
+
+    def _fits(self, setup: Setup, measures: Sequence[Measure]) -> None:
+        """Checks card, network and robot against one another, at the start of the run.
+
+        Raises:
+            InputError: They do not fit.
+        """
+        from biped.control.observation import Observation
+
+        def fail(key: str, what: str) -> InputError:
+            return InputError(f"{label(self._file)}: {key}: {what}", "law")
+
+        data = mujoco.MjData(setup.model)
+        data.qpos[:] = setup.q
+        mujoco.mj_forward(setup.model, data)
+        sensed, sizes = Observation(setup.model, data, setup.robot), []
+        for i, (term, measure) in enumerate(zip(self._card.observation, measures, strict=True)):
+            try:
+                size = len(measure(sensed))
+            except KeyError:
+                there = [setup.model.site(j).name for j in range(setup.model.nsite)] + list(setup.robot.bodies)
+                raise fail(f"observation[{i}].frame", f"the model has neither a site nor a body '{term.frame}'; "
+                           f"{nearest(term.frame, there)}") from None  # fmt: skip
+            for key, numbers in (("scale", term.scale), ("offset", term.offset)):
+                if isinstance(numbers, tuple) and len(numbers) != size:
+                    raise fail(f"observation[{i}].{key}", f"expected one number, or {size}, got {len(numbers)}")
+            sizes.append(term.history * size)
+        network, count = self._network, len(self._drives)
+        if network.size not in (None, sum(sizes)):
+            terms = ", ".join(f"{term.term} {size}" for term, size in zip(self._card.observation, sizes, strict=True))
+            raise fail(
+                "observation", f"the network takes {network.size} numbers, the card shows {sum(sizes)} ({terms})"
+            )
+        if network.actions not in (None, count):
+            raise fail("joints", f"the network returns {network.actions} numbers, the card names {count} joints")
+
+    def _measure(self, term: Term, robot: Robot) -> Measure:
+        """Returns the function that measures a term."""
+        which = [self._card.joints.index(name) for name in term.joints] or slice(None)
+        places, columns, default = self._places[which], self._columns[which], self._default[which]
+        match term.term:
+            case "joint_position":
+                return lambda sensed: sensed.q[places] - default
+            case "joint_velocity":
+                return lambda sensed: sensed.v[columns]
+            case "last_action":
+                return lambda sensed: self.action
+            case "command":
+                return lambda sensed: sensed.command
+            case "contact":
+                feet = robot.of_foot
+                return lambda sensed: np.array(
+                    [sensed.touching[feet == i].any() for i in range(len(robot.feet))], float
+                )
+            case "clock_cos_sin" | "clock_sin_cos":
+                assert self._clock is not None
+                return partial(self._clock.read, term.term == "clock_cos_sin")
+            case "linear_velocity" | "angular_velocity" | "gravity":
+                return partial(in_frame, term.term, term.frame)
+            case _:
+                return partial(of_base, term.term)
+
+
+def _whole(count: float, file: Path, key: str, expected: str) -> int:
+    if abs(count - round(count)) > 1e-6 or (key == "rate" and round(count) < 1):
+        raise InputError(f"{label(file)}: {key}: expected {expected}, at which the scenario asks its law", "law")
+    return round(count)
