@@ -6,6 +6,7 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; 
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+SITE := .venv-site
 TOOLS := $(VENV)/.tools
 # Short tests of compiled kernels: `make coverage` runs them as plain Python too.
 KERNEL_TESTS := tests/control tests/engines/rigid tests/numerics tests/engines/planar/test_mujoco.py tests/dynamics/test_linalg.py \
@@ -18,7 +19,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 LOCK = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
 	--custom-compile-command 'make lock'
 
-.PHONY: docs fuzz help setup tools run view test test-all stress coverage check regress bench lint format lock clean
+.PHONY: docs fuzz help setup tools run view test test-all stress coverage check regress bench lint format lock site clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -91,6 +92,7 @@ lock: setup ## refresh both lock files from pyproject.toml
 	$(BIN)/python -m pip install --quiet uv
 	$(LOCK) --extra tune --group install pyproject.toml -o requirements.lock
 	$(LOCK) --group dev -c requirements.lock -o requirements-dev.lock
+	$(LOCK) --group site -o requirements-site.lock
 
 docs: setup ## write the pages that are made from the code
 	$(BIN)/python -m biped.cli.reference
@@ -100,6 +102,15 @@ docs: setup ## write the pages that are made from the code
 	$(BIN)/python -m biped.show.readings
 	$(BIN)/python -m biped.show.certify
 
+site: $(SITE)/.installed ## the documentation as a site in build/site, to open from there or to publish
+	$(SITE)/bin/mkdocs build --strict --quiet
+	@echo build/site/index.html
+
+$(SITE)/.installed: requirements-site.lock
+	$(PYTHON) -m venv $(SITE)
+	$(SITE)/bin/python -m pip install --quiet --require-hashes -r requirements-site.lock
+	@touch $@
+
 clean: ## remove the environment and caches (never runs/)
-	rm -rf $(VENV) .pytest_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) $(SITE) build/site .pytest_cache .ruff_cache .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

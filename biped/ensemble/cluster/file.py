@@ -166,7 +166,8 @@ class Queued:
             import dask_jobqueue
         except ImportError as error:
             raise InputError(
-                f"{self._place}: needs the package '{error.name}'; install it with: pip install 'biped[cluster]'"
+                f"{self._place}: needs the package '{error.name}'; install it with: "
+                "pip install distributed dask-jobqueue cryptography"
             ) from None
         jobs = self._jobs
         makes = {"slurm": "SLURMCluster", "pbs": "PBSCluster", "lsf": "LSFCluster"}[self._kind]

@@ -51,7 +51,7 @@ def _ffmpeg() -> str:
         import imageio_ffmpeg
     except ImportError:
         raise InputError(
-            "video: *.mp4 needs the package 'imageio-ffmpeg'; install it with: pip install 'biped[video]'; *.gif needs "
+            "video: *.mp4 needs the package 'imageio-ffmpeg'; install it with: pip install imageio-ffmpeg; *.gif needs "
             "nothing more"
         ) from None
     return imageio_ffmpeg.get_ffmpeg_exe()

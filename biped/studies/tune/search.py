@@ -68,7 +68,7 @@ def strategy(space: SearchSpace, tune: Tune, seed: int):
     try:
         import cma
     except ImportError:
-        raise InputError("tune: needs the package 'cma'; install it with: pip install 'biped[tune]'") from None
+        raise InputError("tune: needs the package 'cma'; install it with: pip install cma") from None
     rng = stream(seed, "tune.strategy")
     low, high = space.bounds
     options = {

@@ -111,7 +111,7 @@ def test_where_there_is_no_cluster(capsys, monkeypatch):
 def test_without_its_packages(capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     assert main(["run", "e.toml", "--cluster", "local:2"]) == 2
-    assert "install it with: pip install 'biped[cluster]'" in capsys.readouterr().err
+    assert "install it with: pip install distributed dask-jobqueue cryptography" in capsys.readouterr().err
 
 
 def test_a_scheduler_of_ours_is_reached_from_here_only(cluster):
