@@ -1,0 +1,58 @@
+"""A search for a robot of which only the model file is known: which gait it begins at, and what it refuses."""
+
+from __future__ import annotations
+
+import pytest
+
+from biped.base.errors import InputError
+from biped.base.files import locate
+from biped.cli.main import main
+from biped.scenario.gains import MGL
+from biped.scenario.reading import read_scenario
+from biped.studies.tune.robot import GAITS, MODES, SCENARIO, Trial, is_model, search_of
+from biped.studies.tune.stages import studies
+
+
+def test_a_model_file_is_told_from_a_scenario():
+    assert is_model("robots/mine.xml")
+    assert is_model("mine.urdf")
+    assert not is_model("tune/any")
+    assert not is_model("mine.toml")
+
+
+def test_it_begins_at_the_gait_that_comes_furthest_with_joint_torques():
+    path = str(locate("models", "h1", "model"))
+    changes, trials = search_of(path, ["duration=0.3", "seed=5"], 1)
+    assert [(one.mode, one.gait) for one in trials] == [(mode, gait) for mode in MODES for gait in GAITS]
+    for one in trials:
+        assert len(one.times) == 3
+        assert 0.0 < min(one.times) <= max(one.times) <= 0.3
+    assert len({one.distances for one in trials}) > 4, "the gaits move it alike: the test would not see which is best"
+    best = max((one for one in trials if one.mode == "joint"), key=lambda one: one.merit)
+    assert changes == [f'model="{path}"', f'controller="{best.gait}"', "duration=0.3", "seed=5"]
+    s = read_scenario(SCENARIO, changes)
+    assert s.model == "h1"
+    assert s.seed == 5
+    assert len(studies(s)) == 3
+
+
+def test_a_trial_counts_its_three_starts_alike():
+    assert Trial("any/sure", "joint", (1.0, 2.0, 6.0), (0.1, 0.2, 0.3)).merit == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("gait", GAITS)
+def test_shipped_gaits_are_in_units_of_their_walker(gait):
+    from biped.ensemble.plan import Plan
+
+    assert Plan(read_scenario(SCENARIO, [f'controller="{gait}"'])).run(0).gains.unit == MGL
+
+
+@pytest.mark.parametrize(("model", "words"), [("humanoid", "hangs on 4 joints"), ("walker2d", "moves in the plane")])
+def test_what_the_law_is_not_for_is_refused_in_a_sentence(model, words, capsys):
+    path = str(locate("models", model, "model"))
+    with pytest.raises(InputError, match=words):
+        search_of(path, [], 1)
+    assert main(["tune", path]) == 2
+    error = capsys.readouterr().err
+    assert words in error
+    assert "Traceback" not in error
