@@ -47,10 +47,8 @@ def headline(found: Difference) -> str:
     """The verdict in one line."""
     if found.identical:
         return f"the same to the last digit in all {len(found.pairs)} pairs of runs"
-    if found.worse:
-        return f"WORSE: {', '.join(name.replace('_', ' ') for name in found.worse)}"
-    counts = {verdict: sum(c.verdict == verdict for c in found.changes) for verdict in (BETTER, SAME, UNSAID)}
-    return "not worse: " + ", ".join(f"{count} {verdict}" for verdict, count in counts.items() if count)
+    words = ", ".join(f"{change.name.replace('_', ' ')} {change.verdict}" for change in found.deciding)
+    return f"{'WORSE' if found.worse else 'not worse'}: {words}"
 
 
 def remarks(found: Difference) -> list[str]:
@@ -60,6 +58,8 @@ def remarks(found: Difference) -> list[str]:
         f"first: {first.name}, {len(first.runs)} runs of {first.result['scenario']} in {first.result['engine']}",
         f"second: {second.name}, {len(second.runs)} runs of {second.result['scenario']} in {second.result['engine']}",
     ]
+    if found.decision is not None:
+        lines.append(found.decision.words)
     alone = len(first.runs) + len(second.runs) - 2 * len(found.pairs)
     if alone:
         lines.append(f"{alone} runs have no partner of the same seed at the same point: they are left out")
@@ -83,13 +83,14 @@ def remarks(found: Difference) -> list[str]:
 
 def listed(found: Difference) -> list[MetricChange]:
     """The metrics with a value, those that matter first."""
-    return ordered(found.changes)
+    return ordered(found.changes, found.headline)
 
 
-def ordered(changes: Sequence[MetricChange]) -> list[MetricChange]:
-    """Of changes those of metrics with a value, those that matter first."""
-    there = [change for change in changes if change.pairs]
-    return sorted(there, key=lambda change: _ORDER.index(change.verdict))
+def ordered(changes: Sequence[MetricChange], headline: Sequence[str]) -> list[MetricChange]:
+    """Of changes those of metrics with a value: the headline in its order, then those that matter first."""
+    there = {change.name: change for change in changes if change.pairs}
+    deciding = [there.pop(name) for name in headline if name in there]
+    return [*deciding, *sorted(there.values(), key=lambda change: _ORDER.index(change.verdict))]
 
 
 def cells(change: MetricChange) -> tuple[str, ...]:
@@ -116,8 +117,9 @@ def notes_of(margin: float) -> list[Paragraph]:
         "Counts: McNemar's exact test and Newcombe's interval, in points of the runs. Means: over the pairs that both "
         "walked, Student's paired test and interval, of the first's mean. ", Words("Same", "emphasis"),
         f": the interval lies within ±{margin:.0%}. ", Words("Better", "emphasis"), " and ", Words("worse", "emphasis"),
-        f": beyond that, and by Holm's correction all of them together are chance in less than {LEVEL:.0%} of "
-        "comparisons. ", Words("Changed", "emphasis"), ": likewise, where neither more nor less is better. ",
+        ": beyond that. The first rows, the headline, alone decide; by Holm's correction even one verdict among them "
+        f"is chance in less than {LEVEL:.0%} of comparisons, and likewise of the other metrics, a family of their "
+        "own. ", Words("Changed", "emphasis"), ": likewise, where neither more nor less is better. ",
         Words("Cannot say", "emphasis"), ": anything else; more runs would.",
     )  # fmt: skip
     return [Paragraph(line, note=True)]

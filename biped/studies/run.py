@@ -129,6 +129,16 @@ def run_shard(
         return done._replace(folder=Path(label(where.path)))
 
 
+def made_first(
+    plan: Plan, path: Path, count: int, title: str, jobs: Jobs, progress: Progress = silent, tell: Told = unheard
+) -> ScenarioResult:
+    """Makes the first runs of a plan, of which others may follow, and writes their results into its folder."""
+    with Folder(path, plan) as where:
+        done = make(title, plan, range(count), How(jobs, where, partial(progress, title), tell, False))
+        write_results(where, done, None)
+    return done
+
+
 def run_plan(title: str, plan: Plan, jobs: Jobs, progress: Progress = silent) -> ScenarioResult:
     """Makes all runs of a plan and writes nothing."""
     return make(title, plan, range(len(plan)), How(jobs, None, partial(progress, title), unheard, False))

@@ -9,7 +9,7 @@ from biped.base.errors import InputError
 from biped.base.files import label
 from biped.base.replacing import may_fill, may_write
 from biped.cli.common import DONE, FAILED, print_json, warn, workers_of
-from biped.cli.parser import Commands, command_parser, take_changes, take_json, take_trust, take_workers
+from biped.cli.parser import Commands, command_parser, number, take_changes, take_json, take_trust, take_workers, whole
 
 
 def add(commands: Commands) -> None:
@@ -27,6 +27,14 @@ def add(commands: Commands) -> None:
     parser.add_argument("--metrics", metavar="NAME,…", default="", help="compare and judge these alone (default: all)")
     margin = "a change within this share is none that matters (default: 0.05)"
     parser.add_argument("--margin", type=float, default=0.05, help=margin)
+    sequential = "of gaits and laws: pair by pair, until it is decided which walks more often"
+    parser.add_argument("--sequential", action="store_true", help=sequential)
+    parser.add_argument(
+        "--error", type=number, default=0.05, help="errors the sequential test may make (default: 0.05)"
+    )
+    ratio = "how many times as often one must walk where the other does not for it to count (default: 3)"
+    parser.add_argument("--ratio", type=number, default=3.0, help=ratio)
+    parser.add_argument("--most", type=whole, default=500, help="pairs of the sequential test at most (default: 500)")
     parser.add_argument("--out", type=Path, help="folder for diff.json and diff.md (default of gaits: one below runs/)")
     parser.add_argument("--html", type=Path, metavar="FILE", help="also one HTML page, as report --html writes them")
     take_trust(parser)
@@ -36,9 +44,10 @@ def add(commands: Commands) -> None:
 
 def command(args: argparse.Namespace) -> int:
     """Compares; worse is a failure, what cannot be said is not."""
+    from biped.base.sequential import Rates
     from biped.show.diff import show, write
     from biped.show.terminal import progress
-    from biped.studies.diff.study import of_controllers, of_folders
+    from biped.studies.diff.study import of_controllers, of_folders, until_decided
 
     only = [name.strip() for name in args.metrics.split(",") if name.strip()]
     folders = [Path(word) for word in (args.first, args.second)]
@@ -50,6 +59,8 @@ def command(args: argparse.Namespace) -> int:
         from biped.show.page import KIND
 
         may_write(args.html, "--html", KIND)
+    if args.sequential and (any(stored) or only):
+        raise InputError("--sequential: expected two gaits or laws and a --scenario, and no --metrics")
     if all(stored):
         if args.scenario is not None or args.changes:
             raise InputError("diff: --scenario and --set: expected with gaits or laws only, results are what they are")
@@ -62,9 +73,12 @@ def command(args: argparse.Namespace) -> int:
                 "--set randomise.runs=50 --set start.jitter=0.002"
             )
         with workers_of(args) as jobs:
-            found, out = of_controllers(
-                args.first, args.second, args.scenario, args.changes, jobs, out, args.margin, only, progress, warn
-            )
+            what = args.first, args.second, args.scenario, args.changes, jobs, out
+            if args.sequential:
+                rates = Rates(args.error, args.ratio)
+                found, out = until_decided(*what, rates, args.most, args.margin, progress, warn)
+            else:
+                found, out = of_controllers(*what, args.margin, only, progress, warn)
     if out is not None:
         write(found, out)
     if args.html is not None:

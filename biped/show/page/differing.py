@@ -26,7 +26,7 @@ from biped.show.page.plot import Frame, legend
 from biped.show.page.read import read_as
 from biped.show.page.words import chip, key_words, value_of
 from biped.show.words import harmless
-from biped.studies.diff.changes import BETTER, CHANGED, LEAST_PAIRS, SAME, UNSAID, WORSE, MetricChange
+from biped.studies.diff.changes import BETTER, CHANGED, HEADLINE, LEAST_PAIRS, SAME, UNSAID, WORSE, MetricChange
 
 FILE = "diff.json"
 Number = int | float | None
@@ -91,6 +91,7 @@ class _Difference(msgspec.Struct):
     settings: list[_Setting]
     worst: _Worst | None
     seeds: list[_Seed]
+    headline: tuple[str, ...] = HEADLINE
 
 
 def section(folder: Path) -> Markup:
@@ -108,7 +109,10 @@ def section_of(found: Mapping[str, Any]) -> Markup:
 
 
 def _drawn(found: Mapping[str, Any]) -> Markup:
-    changes = ordered([_change(name, one) for name, one in found["metrics"].items() if name in METRICS])
+    changes = ordered(
+        [_change(name, one) for name, one in found["metrics"].items() if name in METRICS],
+        found.get("headline") or HEADLINE,
+    )
     first, second = found["first"], found["second"]
     head = [
         tag("h2", f"{first['name']} → {second['name']}"),

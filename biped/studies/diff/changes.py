@@ -110,6 +110,8 @@ MARGIN = 0.05
 """A change within this share of the runs, or of the first result's mean, is none that matters."""
 SAME, UNSAID = "same", "cannot say"
 BETTER, WORSE, CHANGED = "better", "worse", "changed"
+HEADLINE = ("walked", "falls", "speed", "cost_of_transport")
+"""Metrics that decide, in the order in which they matter; all others are details."""
 
 
 class MetricChange(NamedTuple):
@@ -163,11 +165,17 @@ def change_of(metric: Metric, pairs: Pairs, margin: float) -> MetricChange:
 _CELLS = ((True, True), (True, False), (False, True), (False, False))
 
 
-def judged(changes: Sequence[MetricChange], margin: float) -> list[MetricChange]:
-    """The same with verdicts; those with a direction are one family of tests, the others another."""
+def judged(changes: Sequence[MetricChange], margin: float, headline: Sequence[str]) -> list[MetricChange]:
+    """The same with verdicts.
+
+    The headline is one family of tests, all other metrics with a direction another, those without one a third.
+    """
     out: dict[str, MetricChange] = {}
-    for directed in (True, False):
-        members = [change for change in changes if (change.metric.better != "neither") == directed]
+    families: dict[str, list[MetricChange]] = {}
+    for change in changes:
+        family = "headline" if change.name in headline else change.metric.better.replace("more", "less")
+        families.setdefault(family, []).append(change)
+    for members in families.values():
         testable = [change.estimate.p if _enough(change) else math.nan for change in members]
         for change, adjusted in zip(members, holm(testable), strict=True):
             out[change.name] = change._replace(adjusted=adjusted, verdict=_verdict(change, adjusted, margin))

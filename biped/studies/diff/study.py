@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,6 +12,7 @@ import msgspec
 from biped.base.errors import InputError
 from biped.base.files import label, locate, nearest
 from biped.base.progress import Progress, Told, silent, unheard
+from biped.base.sequential import BETTER, UNDECIDED, Rates, SequentialTest, decided
 from biped.ensemble.backend import Jobs
 from biped.ensemble.guard import new_folder
 from biped.ensemble.stored import result_in
@@ -19,9 +21,11 @@ from biped.scenario.inline import setting
 from biped.scenario.laws import BUILT_IN
 from biped.scenario.metrics import METRICS
 from biped.studies.diff.changes import (
+    HEADLINE,
     LEVEL,
     MARGIN,
     SAME,
+    UNSAID,
     WORSE,
     ComparedSide,
     MetricChange,
@@ -36,8 +40,8 @@ from biped.studies.diff.changes import (
     swept,
 )
 from biped.studies.folders import RUNS
-from biped.studies.planned import plan_of
-from biped.studies.run import run
+from biped.studies.planned import plan_of, title_of
+from biped.studies.run import made_first, run
 
 
 class Point(NamedTuple):
@@ -67,6 +71,8 @@ class Difference(NamedTuple):
         changes: Every metric, in the order of every table.
         points: Those of a sweep.
         settings: Keys of the scenarios that differ: (key, first's value, second's value).
+        headline: Names of the metrics that decide whether it became worse.
+        decision: Of a sequential test, whose pairs these are.
     """
 
     first: ComparedSide
@@ -76,6 +82,8 @@ class Difference(NamedTuple):
     changes: list[MetricChange]
     points: list[Point]
     settings: list[tuple[str, Any, Any]]
+    headline: tuple[str, ...] = HEADLINE
+    decision: SequentialTest | None = None
 
     @property
     def identical(self) -> bool:
@@ -84,8 +92,14 @@ class Difference(NamedTuple):
 
     @property
     def worse(self) -> list[str]:
-        """Names of the metrics that became worse."""
-        return [change.name for change in self.changes if change.verdict == WORSE]
+        """Names of the metrics of the headline that became worse."""
+        return [change.name for change in self.deciding if change.verdict == WORSE]
+
+    @property
+    def deciding(self) -> list[MetricChange]:
+        """Changes of the headline, in its order."""
+        found = {change.name: change for change in self.changes}
+        return [found[name] for name in self.headline if name in found]
 
     @property
     def passed(self) -> bool:
@@ -127,6 +141,8 @@ class Difference(NamedTuple):
             "level": LEVEL,
             **sides,
             "worse": self.worse,
+            "headline": list(self.headline),
+            "sequential": None if self.decision is None else self.decision.as_dict(),
             "metrics": {
                 c.name: {
                     "first": c.first, "second": c.second, "pairs": c.pairs, "change": c.estimate.change,
@@ -172,10 +188,12 @@ def differ(first: ComparedSide, second: ComparedSide, margin: float = MARGIN, on
             raise InputError(f"--metrics {name}: unknown metric; {nearest(name, list(METRICS))}")
     pairs = pairs_of(first, second)
     changes = [change_of(metric, pairs, margin) for metric in METRICS.values() if not only or metric.name in only]
-    changes = judged(changes, margin)
+    headline = tuple(only) or HEADLINE
+    changes = judged(changes, margin, headline)
     if _identical(pairs):
         changes = [change._replace(verdict=SAME) for change in changes]
-    return Difference(first, second, pairs, margin, changes, _points(pairs, swept(first)), settings(first, second))
+    return Difference(first, second, pairs, margin, changes, _points(pairs, swept(first)), settings(first, second),
+                      headline)  # fmt: skip
 
 
 def _points(pairs: Pairs, keys: Sequence[str]) -> list[Point]:
@@ -235,18 +253,98 @@ def of_controllers(
     Raises:
         InputError: Something the user wrote cannot be used.
     """
-    own = plan_of(scenario, changes).scenario.law is not None
-    asked = [[*changes, _setting(word, own)] for word in (first, second)]
-    if asked[0] == asked[1]:
-        raise InputError(f"{second}: is what it is compared with; expected two gaits or laws")
+    asked, where = _named(first, second, scenario, changes, out)
     for one in asked:
         plan_of(scenario, one)  # complaints come before the first campaign
-    where = new_folder(RUNS, f"diff-{Path(first).stem}-{Path(second).stem}") if out is None else out
     sides: list[ComparedSide] = []
     for word, name, one in zip((first, second), ("first", "second"), asked, strict=True):
         done = run(scenario, one, jobs, where / name, progress=progress, tell=tell)
         sides.append(side(word, where / name, done.result))
     return differ(sides[0], sides[1], margin, only), where
+
+
+def _named(
+    first: str, second: str, scenario: str, changes: Sequence[str], out: Path | None
+) -> tuple[list[list[str]], Path]:
+    """The changes that take each of two gaits or laws, and the folder of their results.
+
+    Raises:
+        InputError: They are one.
+    """
+    own = plan_of(scenario, changes).scenario.law is not None
+    named = [[*changes, _setting(word, own)] for word in (first, second)]
+    if named[0] == named[1]:
+        raise InputError(f"{second}: is what it is compared with; expected two gaits or laws")
+    where = new_folder(RUNS, f"diff-{Path(first).stem}-{Path(second).stem}") if out is None else out
+    return named, where
+
+
+BATCH = 10
+"""Pairs that are made before the sequential test looks at them."""
+
+
+def until_decided(
+    first: str, second: str, scenario: str, changes: Sequence[str], jobs: Jobs, out: Path | None, rates: Rates,
+    most: int, margin: float = MARGIN, progress: Progress = silent, tell: Told = unheard,
+) -> tuple[Difference, Path]:  # fmt: skip
+    """Runs a scenario with each of two gaits or laws, pair by pair, until it is decided which walks more often.
+
+    Whether one walked is decided by the sequential test alone; speed and cost are compared over its pairs. The folders
+    are those of campaigns of `most` runs that are not finished.
+
+    Args:
+        first: See `of_controllers`.
+        second: See there.
+        scenario: Name or path of the scenario.
+        changes: `--set` changes.
+        jobs: Number of processes.
+        out: Folder; what was interrupted in it goes on.
+        rates: Errors that the test may make.
+        most: Pairs at most.
+        margin: See `MARGIN`.
+        progress: Told of every finished run.
+        tell: Told what of an interrupted command could not be used.
+
+    Raises:
+        InputError: Something the user wrote cannot be used.
+    """
+    _check_sequential(jobs, rates, most)
+    named, where = _named(first, second, scenario, [*changes, f"randomise.runs={most}"], out)
+    plans = [plan_of(scenario, one) for one in named]
+    if plans[0].scenario.sweep:
+        raise InputError("--sequential: expected no sweep: one question is asked, not one at every point")
+    test, count, made = SequentialTest(rates), 0, []
+    words = ("first", "second")
+    while test.decision == UNDECIDED and count < most:
+        count = min(most, count + BATCH)
+        made = [
+            made_first(plan, where / word, count, f"{title_of(scenario)}, {word}", jobs, progress, tell)
+            for plan, word in zip(plans, words, strict=True)
+        ]
+        test = decided(((a.walked, b.walked) for a, b in zip(*(one.rows for one in made), strict=True)), rates)
+    sides = [side(word, where / name, one.result) for word, name, one in zip((first, second), words, made, strict=True)]
+    found = differ(sides[0], sides[1], margin)
+    changes_now = [
+        change._replace(verdict=_by_test(test), adjusted=math.nan) if change.name in ("walked", "falls") else change
+        for change in found.changes
+    ]
+    return found._replace(changes=changes_now, decision=test), where
+
+
+def _by_test(test: SequentialTest) -> str:
+    return {BETTER: BETTER, WORSE: WORSE, SAME: SAME}.get(test.decision, UNSAID)
+
+
+def _check_sequential(jobs: Jobs, rates: Rates, most: int) -> None:
+    if not isinstance(jobs, int):
+        raise InputError("--sequential: expected without --cluster: pairs are made a few at a time")
+    if not 0.0 < rates.error < 0.5:
+        raise InputError(f"--error {rates.error:g}: expected a probability below one half, such as 0.05")
+    if not 1.0 < rates.ratio <= 1000.0:
+        raise InputError(f"--ratio {rates.ratio:g}: expected more than 1, such as 3: how many times as often one must "
+                         "walk where the other does not")  # fmt: skip
+    if most < 2 * BATCH:
+        raise InputError(f"--most {most}: expected at least {2 * BATCH} pairs")
 
 
 def _setting(word: str, own: bool) -> str:
