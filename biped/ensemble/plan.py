@@ -17,6 +17,7 @@ from biped.robot.robot import Robot
 from biped.robot.run import Run
 from biped.robot.suitable import check_gait
 from biped.scenario.keys import Scenario
+from biped.scenario.normals import Normals
 from biped.scenario.origin import UNKNOWN, Origin
 from biped.scenario.vary import DRAW, SWEEP, drawn, points_of, run_seed, with_values
 
@@ -94,7 +95,9 @@ class Plan:
     def _drawn(self, index: int, seed: int | None = None) -> tuple[Scenario, dict[str, object], int]:
         """The scenario of a run, what its point and its draws changed, and its seed."""
         point, number = divmod(index, self.scenario.randomise.runs)
-        seed = run_seed(self.scenario.seed, number) if seed is None else seed
+        if seed is None:
+            seed = run_seed(self.scenario.seed, number)
+            seed = Normals(seed, moves) if (moves := self.scenario.randomise.moves) else seed
         swept = self.points[point]
         if self._point is None or self._point[0] != point:
             there = with_values(self.scenario, swept, SWEEP)

@@ -11,24 +11,48 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
+from msgspec import Meta
+
+from biped.scenario.section import NonNegative, Section
 
 
-class Move(NamedTuple):
-    """A move in the space of a run's standard normals.
+class Move(Section, frozen=True):
+    """A move in the space of a run's standard normals: z' = keep z + beta w, with fresh normals w.
 
     Attributes:
         seed: Of the fresh normals.
-        beta: Their weight, 0 … 1; of 1, nothing of those before is left.
+        beta: Their weight; of 1, nothing of those before is left.
+        keep: What is left of those before; default: √(1 − beta²).
         after: [s] from which it moves the numbers that processes draw for a time; other numbers move only where it
             is 0.
+        before: [s] up to which it does; default: the end.
     """
 
-    seed: int
-    beta: float
-    after: float = 0.0
+    seed: Annotated[int, Meta(ge=0, le=2**63 - 1)] = 0
+    beta: Annotated[float, Meta(ge=0, le=1)] = 1.0
+    keep: Annotated[float, Meta(ge=0, le=1)] | None = None
+    after: NonNegative = 0.0
+    before: NonNegative | None = None
+
+    def __call__(self, z: Any, w: Any, times: np.ndarray | None) -> Any:
+        """The normals z after the move.
+
+        Args:
+            z: Normals of any shape.
+            w: Fresh ones.
+            times: (n,) [s] of the rows of z; default: of no time.
+        """
+        keep = math.sqrt(1.0 - self.beta * self.beta) if self.keep is None else self.keep
+        new = keep * z + self.beta * w
+        if times is None:
+            return new if self.after == 0.0 else z
+        moves = times >= self.after
+        if self.before is not None:
+            moves &= times < self.before
+        return np.where(moves.reshape(-1, *[1] * (np.ndim(z) - 1)), new, z)
 
 
 class Normals(int):
@@ -37,14 +61,21 @@ class Normals(int):
     Args:
         seed: The seed that the moves begin with.
         moves: In the order in which they were made.
+
+    Attributes:
+        moves: As given.
+        squares: Sum of the squares of all normals that were drawn from it since it was made: twice the logarithm of how
+            much likelier the likeliest run is.
     """
 
     moves: tuple[Move, ...]
+    squares: float
 
     def __new__(cls, seed: int, moves: Sequence[Move] = ()) -> Normals:
         """A whole number, as every seed is, which carries its moves along."""
         out = super().__new__(cls, seed)
         out.moves = tuple(moves)
+        out.squares = 0.0
         return out
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -72,6 +103,7 @@ class NormalStream:
     """
 
     def __init__(self, seed: Normals, key: int):
+        self._seed = seed
         self._first = np.random.default_rng([int(seed), key])
         self._moves = [(np.random.default_rng([move.seed, key]), move) for move in seed.moves]
 
@@ -84,13 +116,8 @@ class NormalStream:
         """
         z = self._first.standard_normal(size)
         for rng, move in self._moves:
-            w = rng.standard_normal(size)
-            new = math.sqrt(1.0 - move.beta * move.beta) * z + move.beta * w
-            if times is not None:
-                late = times >= move.after
-                z = np.where(late.reshape(-1, *[1] * (np.ndim(z) - 1)), new, z)
-            elif move.after == 0.0:
-                z = new
+            z = move(z, rng.standard_normal(size), times)
+        self._seed.squares += float(np.sum(np.square(z)))
         return z
 
     def normal(self, mean: float, deviation: float, size: Any = None) -> Any:

@@ -17,7 +17,7 @@ ALL: Keys = {
     "sensing": (),
     "sensors": ("angle_noise", "rate_noise", "height_noise", "delay", "quantisation", "zero_error", "gyro"),
     "truth": ("joint_damping", "part"),
-    "randomise": ("runs", "draw"),
+    "randomise": ("runs", "draw", "moves"),
 }
 """Whatever the law is. Tables that are not named here are read whole."""
 CARD: Keys = {"": ("command",)}

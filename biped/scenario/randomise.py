@@ -6,6 +6,7 @@ from typing import Annotated
 
 from msgspec import Meta, field
 
+from biped.scenario.normals import Move
 from biped.scenario.section import Count, NonNegative, Real, Section
 
 
@@ -35,12 +36,15 @@ class Randomise(Section, frozen=True):
         controller_mass_matrix: Relative standard deviation, elementwise, of the controller's M (fixed for a run).
         controller_constraints: The same of its A.
         draw: Dotted scenario key, e.g. "ground.friction" or "push.0.at", to its distribution.
+        moves: How the normals that runs draw are moved, as `biped find` writes it for a run that fell; default: not at
+            all.
     """
 
     runs: Count = 1
     controller_mass_matrix: Annotated[float, Meta(ge=0, le=1000)] = 0.0
     controller_constraints: Annotated[float, Meta(ge=0, le=1000)] = 0.0
     draw: dict[str, Distribution] = field(default_factory=dict)
+    moves: Annotated[tuple[Move, ...], Meta(max_length=10_000)] | None = None
 
 
 class Failures(Section, frozen=True):

@@ -19,6 +19,7 @@ from biped.scenario.change import Change
 from biped.scenario.command import Piece
 from biped.scenario.expect import Bound
 from biped.scenario.metrics import METRICS
+from biped.scenario.normals import Move
 from biped.scenario.push import Push
 from biped.scenario.randomise import Distribution
 from biped.scenario.robot import Foot
@@ -34,6 +35,7 @@ LISTS: dict[str, type] = {
     "part": BodyTruth,
     "piece": Piece,
     "observation": Term,
+    "moves": Move,
 }
 """Lists of tables, and what each of their tables is."""
 

@@ -129,14 +129,11 @@ def run_shard(
         return done._replace(folder=Path(label(where.path)))
 
 
-def made_first(
-    plan: Plan, path: Path, count: int, title: str, jobs: Jobs, progress: Progress = silent, tell: Told = unheard
-) -> ScenarioResult:
-    """Makes the first runs of a plan, of which others may follow, and writes their results into its folder."""
-    with Folder(path, plan) as where:
-        done = make(title, plan, range(count), How(jobs, where, partial(progress, title), tell, False))
-        write_results(where, done, None)
-    return done
+def run_first(where: Folder, plan: Plan, count: int, title: str, jobs: Jobs, progress: Progress, tell: Told) -> (
+    ScenarioResult
+):  # fmt: skip
+    """Makes the first runs of a plan, of which others may follow; those in the folder's journal are not repeated."""
+    return make(title, plan, range(count), How(jobs, where, partial(progress, title), tell, False))
 
 
 def run_plan(title: str, plan: Plan, jobs: Jobs, progress: Progress = silent) -> ScenarioResult:

@@ -27,6 +27,9 @@ class RunOutcome(NamedTuple):
         rises: (time [s], number of the precursor, value) wherever a precursor rose above all that it was before.
         steps: Foot strikes.
         other: How it ended if it neither fell nor was completed; else empty.
+        way: How it fell: whither, on which foot, and when after its last strike; else empty.
+        squares: Sum of the squares of the normals that it drew.
+        stands: Whether another law stood what this one met; of a comparison.
     """
 
     fell: bool
@@ -34,6 +37,9 @@ class RunOutcome(NamedTuple):
     rises: tuple[tuple[float, int, float], ...]
     steps: int = 0
     other: str = ""
+    way: str = ""
+    squares: float = 0.0
+    stands: bool = True
 
     def peak(self, number: int) -> float:
         """The largest value of a precursor; minus infinity where it has none."""
@@ -94,4 +100,20 @@ def outcome_of(t: Trajectory, score: str) -> RunOutcome:
         rows = np.flatnonzero(highest > np.append(-np.inf, highest[:-1]))
         rises += [(round(float(times[row]), 9), number, round(float(signal[row]), 6)) for row in rows]
     other = "" if t.end in ("fell", "completed") else t.end
-    return RunOutcome(t.end == "fell", round(float(t.time[-1]), 9), tuple(sorted(rises)), len(t.strikes), other)
+    end = round(float(t.time[-1]), 9)
+    return RunOutcome(t.end == "fell", end, tuple(sorted(rises)), len(t.strikes), other, way_of(t))
+
+
+def way_of(t: Trajectory) -> str:
+    """How a run fell, in words that runs which fell alike have in common; empty of one that did not fall."""
+    if t.end != "fell":
+        return ""
+    speed = t.com_velocity[-1, :2] @ np.stack([(c := np.cos(headings(t)[-1]), s := np.sin(headings(t)[-1])), (-s, c)]).T
+    names = ("forward", "back") if abs(speed[0]) >= abs(speed[1]) else ("to the left", "to the right")
+    whither = names[int(speed[int(abs(speed[0]) < abs(speed[1]))] < 0.0)]
+    if len(t.strikes) < 3:
+        return f"{whither}, before the third step"
+    rows = [row for row, _ in t.strikes]
+    step, since = float(np.median(np.diff(rows))), len(t) - rows[-1]
+    when = "within a step" if since <= step else "within two steps" if since <= 2.0 * step else "later"
+    return f"{whither}, {when} of a strike of foot {t.strikes[-1][1]}"

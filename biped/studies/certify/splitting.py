@@ -25,12 +25,12 @@ from typing import NamedTuple
 import numpy as np
 
 from biped.scenario.normals import Move, Normals
+from biped.scenario.section import LARGEST
 from biped.scenario.vary import stream
 from biped.studies.certify.precursors import RunOutcome
 
 SHARE = 0.25
 """Of a sample that reaches the next level."""
-MOST_LEVELS = 60
 USUAL = 0.9
 """Share of plain runs in which a precursor stays below its baseline."""
 WHOLE, LATE = 0.25, 0.35
@@ -95,13 +95,13 @@ class Moving(NamedTuple):
 
 
 def baseline_of(plain: Sequence[RunOutcome], precursors: int) -> tuple[float, ...]:
-    """Values that precursors usually stay below."""
+    """Values that precursors usually stay below; of one that is the same in every run, which says nothing, infinity."""
     peaks = [[one.peak(number) for one in plain if math.isfinite(one.peak(number))] for number in range(precursors)]
-    return tuple(float(np.quantile(each, USUAL)) if each else 0.0 for each in peaks)
+    return tuple(float(np.quantile(each, USUAL)) if len(set(each)) > 1 else math.inf for each in peaks)
 
 
 def pilot(
-    seed: int, first: Sequence[Member], baseline: tuple[float, ...], moving: Moving
+    seed: int, first: Sequence[Member], baseline: tuple[float, ...], moving: Moving, most: int
 ) -> Generator[list[Normals], list[RunOutcome], Levels | None]:
     """Finds levels from a plain sample onwards, each reached by a share of the runs that reached the one before.
 
@@ -110,9 +110,10 @@ def pilot(
         first: Plain runs.
         baseline: Of every precursor.
         moving: How runs are moved.
+        most: Runs at most.
 
     Returns:
-        The levels; None where the score stopped rising before runs fell.
+        The levels; None where the score stopped rising before runs fell, or runs ran out.
     """
     rng = stream(seed, "certify.pilot")
     values: list[float] = []
@@ -124,7 +125,7 @@ def pilot(
         level = float(np.sort(scores)[-max(2, math.ceil(SHARE * len(scores)))])
         if values and level <= values[-1]:
             level = min((score for score in scores if score > values[-1]), default=math.inf)
-        if len(values) == MOST_LEVELS or not math.isfinite(level):
+        if (len(values) + 1) * MOVES * len(first) > most or not math.isfinite(level):
             return None
         values.append(level)
         kept = [one for one, score in zip(sample, scores, strict=True) if score >= level]
@@ -196,9 +197,9 @@ def _proposed(rng: np.random.Generator, run: Normals, reached: float, moving: Mo
     beta, place = float(rng.uniform(*BETAS)), float(rng.random())
     times = moving.times
     if not times or which < WHOLE:
-        return run.moved(Move(seed, beta)), False
+        return run.moved(Move(seed=seed, beta=beta)), False
     if which < WHOLE + LATE:
-        return run.moved(Move(seed, beta, max(times[int(place * len(times))], EARLIEST))), False
+        return run.moved(Move(seed=seed, beta=beta, after=max(times[int(place * len(times))], EARLIEST))), False
     # What acts at that time is part of how the level was reached: the next piece is the first that may differ.
     number = bisect_right(times, reached + EARLIEST)
-    return run.moved(Move(seed, 1.0, times[number] if number < len(times) else math.inf)), True
+    return run.moved(Move(seed=seed, after=times[number] if number < len(times) else LARGEST)), True

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -134,15 +135,19 @@ class MakingOutcomes:
     Args:
         plan: The ensemble.
         score: Of `SCORES`.
+        against: Another plan, whose law meets what this one fell by; default: none.
     """
 
-    def __init__(self, plan: Plan, score: str):
-        self._plan, self._score = plan, score
+    def __init__(self, plan: Plan, score: str, against: Plan | None = None):
+        self._plan, self._score, self._against = plan, score, against
 
     def __call__(self, seed: Normals) -> RunOutcome:
         """Makes the run."""
+        run = Normals(int(seed), seed.moves)
         with np.errstate(all="ignore"):
-            return outcome_of(simulate(self._plan.run_from(seed)), self._score)
+            outcome = outcome_of(simulate(self._plan.run_from(run)), self._score)
+            stands = not outcome.fell or self._against is None or simulate(self._against.run_from(seed)).end != "fell"
+        return outcome._replace(squares=round(run.squares, 6), stands=stands)
 
 
 class Outcomes:
@@ -174,17 +179,20 @@ class Outcomes:
     def finish(self, samplings: Sequence[Any]) -> list[Any]:
         """Carries out several samplings side by side; returns what each returns."""
         found: dict[int, Any] = {}
-        asked: dict[int, list[Normals]] = {}
-        for i, sampling in enumerate(samplings):
-            asked[i] = next(sampling)
-        while asked:
-            outcomes = iter(self([seed for i in sorted(asked) for seed in asked[i]]))
-            for i in sorted(asked):
-                mine = list(islice(outcomes, len(asked.pop(i))))
-                try:
-                    asked[i] = samplings[i].send(mine)
-                except StopIteration as stop:
-                    found[i] = stop.value
+        wanted: dict[int, list[Normals]] = {}
+
+        def go_on(i: int, outcomes: list[RunOutcome] | None) -> None:
+            try:
+                wanted[i] = samplings[i].send(outcomes)
+            except StopIteration as stop:
+                found[i] = stop.value
+
+        for i in range(len(samplings)):
+            go_on(i, None)
+        while wanted:
+            outcomes = iter(self([seed for i in sorted(wanted) for seed in wanted[i]]))
+            for i in sorted(wanted):
+                go_on(i, list(islice(outcomes, len(wanted.pop(i)))))
         return [found[i] for i in range(len(samplings))]
 
 
@@ -211,7 +219,8 @@ def certify(
     title = title_of(name)
     with folder_for(out, title, plan, foreign=OF_RUNS) as folder, \
             workers(MakingOutcomes(plan, accuracy.score), jobs) as carried_out:  # fmt: skip
-        outcomes, closing = _outcomes(folder, carried_out, accuracy, progress, title, tell)
+        settings = {"size": accuracy.size, "score": accuracy.score, "method": accuracy.method}
+        outcomes, closing = journalled(folder, carried_out, settings, accuracy.most, progress, title, tell)
         with closing:
             found = estimated(plan.scenario.seed, outcomes, Moving(tuple(piece_times(plan.scenario))), accuracy)
         certified = _certified(title, folder.path, plan.scenario.duration, accuracy, outcomes.runs, found)
@@ -251,7 +260,7 @@ def estimated(seed: int, outcomes: Outcomes, moving: Moving, accuracy: Accuracy)
         accuracy: When to stop.
     """
     rng = stream(seed, "certify.plain")
-    first = _plain(rng, outcomes, min(FIRST, accuracy.most))
+    first = plain_sample(rng, outcomes, min(FIRST, accuracy.most))
     falls = sum(outcome.fell for _, outcome in first)
     method = accuracy.method
     if method is None:
@@ -260,16 +269,15 @@ def estimated(seed: int, outcomes: Outcomes, moving: Moving, accuracy: Accuracy)
         return _counting(rng, outcomes, first, accuracy, "")
     numbers = 1 + max((which for _, outcome in first for _, which, _ in outcome.rises), default=0)
     baseline = baseline_of([outcome for _, outcome in first], numbers)
-    (levels,) = outcomes.finish([pilot(seed, first, baseline, moving)])
+    (levels,) = outcomes.finish([pilot(seed, first, baseline, moving, accuracy.most - outcomes.runs)])
     if levels is None:
-        doubt = (
-            f"the score '{accuracy.score}' stopped rising before runs fell: it does not grade, and runs were counted"
-        )
+        doubt = f"the score '{accuracy.score}' stopped rising before runs fell, or --most is too few: runs were counted"
         return _counting(rng, outcomes, first, accuracy, doubt)
     return _splitting(seed, outcomes, levels, moving, accuracy)
 
 
-def _plain(rng: np.random.Generator, outcomes: Outcomes, count: int) -> list[tuple[Normals, RunOutcome]]:
+def plain_sample(rng: np.random.Generator, outcomes: Outcomes, count: int) -> list[tuple[Normals, RunOutcome]]:
+    """Runs that nothing selects, with their outcomes."""
     runs = [Normals(int(rng.integers(2**62))) for _ in range(count)]
     return list(zip(runs, outcomes(runs), strict=True))
 
@@ -286,7 +294,7 @@ def _counting(rng: np.random.Generator, outcomes: Outcomes, first: list[tuple[No
         if reached or left <= 0:
             fell = [one for one in sample if one[1].fell]
             return Found(found, reached, [outcome for _, outcome in sample], (), None, fell, doubt)
-        sample += _plain(rng, outcomes, min(left, max(FIRST, len(sample) // 2)))
+        sample += plain_sample(rng, outcomes, min(left, max(FIRST, len(sample) // 2)))
 
 
 def _splitting(seed: int, outcomes: Outcomes, levels: Levels, moving: Moving, accuracy: Accuracy) -> Found:
@@ -332,12 +340,13 @@ def _certified(title: str, path: Path, duration: float, accuracy: Accuracy, runs
     )  # fmt: skip
 
 
-def _outcomes(folder: Folder, carried_out: Map[Normals, RunOutcome], accuracy: Accuracy, progress: Progress, title: str,
-              tell: Told) -> tuple[Outcomes, Any]:  # fmt: skip
-    """Outcomes with a journal in a folder, and what ends the progress that is shown."""
-    from contextlib import ExitStack
+def journalled(folder: Folder, carried_out: Map[Normals, RunOutcome], settings: dict[str, Any], most: int,
+               progress: Progress, title: str, tell: Told) -> tuple[Outcomes, Any]:  # fmt: skip
+    """Outcomes with a journal in a folder, and what ends the progress that is shown.
 
-    settings = {"size": accuracy.size, "score": accuracy.score, "method": accuracy.method}
+    Raises:
+        InputError: The journal was begun with other settings.
+    """
     records = {record["index"]: record for record in folder.finished()}
     for words in folder.notes:
         tell(words)
@@ -353,17 +362,17 @@ def _outcomes(folder: Folder, carried_out: Map[Normals, RunOutcome], accuracy: A
         return _read(folder.note({"index": number, **outcome._asdict()}))
 
     stack = ExitStack()
-    advance = stack.enter_context(progress(title, accuracy.most, len(noted)))
+    advance = stack.enter_context(progress(title, most, len(noted)))
     return Outcomes(partial(carried_out, ordered=True), noted, note, advance), stack
 
 
 def _read(record: dict[str, Any]) -> RunOutcome:
     rises = tuple((float(time), int(which), float(value)) for time, which, value in record["rises"])
-    return RunOutcome(bool(record["fell"]), float(record["end"]), rises, int(record["steps"]), str(record["other"]))
+    return RunOutcome(bool(record["fell"]), float(record["end"]), rises, int(record["steps"]), str(record["other"]),
+                      str(record["way"]), float(record["squares"]), bool(record["stands"]))  # fmt: skip
 
 
 def _check(plan: Plan, accuracy: Accuracy) -> None:
-    s = plan.scenario
     if accuracy.score not in SCORES:
         raise InputError(f"--score {accuracy.score}: unknown score; {nearest(accuracy.score, list(SCORES))}")
     if not 0.0 < accuracy.relative < 10.0:
@@ -376,8 +385,18 @@ def _check(plan: Plan, accuracy: Accuracy) -> None:
     if accuracy.most < FIRST:
         raise InputError(f"--most {accuracy.most}: too few runs to say anything; expected at least {FIRST} to count, "
                          f"and some {4 * least} to split")  # fmt: skip
+    check_random(plan)
+
+
+def check_random(plan: Plan) -> None:
+    """Makes sure that a scenario has something random, and that all of it is drawn.
+
+    Raises:
+        InputError: It has not.
+    """
+    s = plan.scenario
     if s.sweep:
-        raise InputError("sweep: expected none: certify asks for one probability, not for one at every point", "sweep")
+        raise InputError("sweep: expected none: one question is asked, not one at every point", "sweep")
     for key, draw in s.randomise.draw.items():
         if draw.grid is not None:
             raise InputError(f'randomise.draw."{key}": expected choice, which is random, instead of grid', "randomise")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,6 +15,7 @@ from biped.base.files import label, locate, nearest
 from biped.base.progress import Progress, Told, silent, unheard
 from biped.base.sequential import BETTER, UNDECIDED, Rates, SequentialTest, decided
 from biped.ensemble.backend import Jobs
+from biped.ensemble.folder import Folder
 from biped.ensemble.guard import new_folder
 from biped.ensemble.stored import result_in
 from biped.measure.metrics.walking import outcome
@@ -40,8 +42,9 @@ from biped.studies.diff.changes import (
     swept,
 )
 from biped.studies.folders import RUNS
+from biped.studies.making import write_results
 from biped.studies.planned import plan_of, title_of
-from biped.studies.run import made_first, run
+from biped.studies.run import run, run_first
 
 
 class Point(NamedTuple):
@@ -315,13 +318,17 @@ def until_decided(
         raise InputError("--sequential: expected no sweep: one question is asked, not one at every point")
     test, count, made = SequentialTest(rates), 0, []
     words = ("first", "second")
-    while test.decision == UNDECIDED and count < most:
-        count = min(most, count + BATCH)
-        made = [
-            made_first(plan, where / word, count, f"{title_of(scenario)}, {word}", jobs, progress, tell)
-            for plan, word in zip(plans, words, strict=True)
-        ]
-        test = decided(((a.walked, b.walked) for a, b in zip(*(one.rows for one in made), strict=True)), rates)
+    with ExitStack() as stack:
+        folders = [stack.enter_context(Folder(where / word, plan)) for word, plan in zip(words, plans, strict=True)]
+        while test.decision == UNDECIDED and count < most:
+            count = min(most, count + BATCH)
+            made = [
+                run_first(folder, plan, count, f"{title_of(scenario)}, {word}", jobs, progress, tell)
+                for folder, plan, word in zip(folders, plans, words, strict=True)
+            ]
+            test = decided(((a.walked, b.walked) for a, b in zip(*(one.rows for one in made), strict=True)), rates)
+        for folder, one in zip(folders, made, strict=True):
+            write_results(folder, one, None)
     sides = [side(word, where / name, one.result) for word, name, one in zip((first, second), words, made, strict=True)]
     found = differ(sides[0], sides[1], margin)
     changes_now = [

@@ -45,7 +45,7 @@ def test_a_branch_is_the_same_run_to_the_last_bit_until_it_begins():
     plan = plan_of("upright/own", [FORCE, "duration=1.0"])
     after = float(piece_times(plan.scenario)[25])
     first = simulate(plan.run_from(Normals(5)))
-    branch = simulate(plan.run_from(Normals(5).moved(Move(6, 1.0, after))))
+    branch = simulate(plan.run_from(Normals(5).moved(Move(seed=6, after=after))))
     row = round(after / first.tick)
     assert (first.log[:row, : first.width] == branch.log[:row, : first.width]).all()
     assert (first.q[row + 20] != branch.q[row + 20]).any()

@@ -12,6 +12,7 @@ from biped.scenario.normals import Move, Normals
 from biped.scenario.vary import stream
 from biped.studies.certify.estimate import combined, counted, plain_is_cheaper
 from biped.studies.certify.precursors import RunOutcome
+from biped.studies.certify.splitting import baseline_of
 from tests.studies.certify.pendulum import (
     TIMES,
     Jumping,
@@ -72,7 +73,7 @@ def test_frequent_falls_are_counted_and_only_counted():
 def test_a_score_that_does_not_grade_is_called_so_and_runs_are_counted():
     walk = Jumping(6.0)
     found = estimate(walk, 6, most=2000, method="splitting")
-    assert "does not grade" in found.doubt
+    assert "stopped rising" in found.doubt
     assert not found.samples
     assert found.probability.low < walk.falls() < found.probability.high
 
@@ -104,7 +105,7 @@ def test_intervals_of_estimates_widen_with_their_scatter():
 
 def test_moved_normals_are_standard_normal_and_a_branch_keeps_what_was():
     times = np.array(TIMES)
-    moves = [Move(11, 0.4), Move(12, 0.9, TIMES[6]), Move(13, 1.0, TIMES[9])]
+    moves = [Move(seed=11, beta=0.4), Move(seed=12, beta=0.9, after=TIMES[6]), Move(seed=13, after=TIMES[9])]
     base = [stream(Normals(seed, moves[:1]), "pushes").standard_normal(len(times), times) for seed in range(3000)]
     moved = np.array(
         [stream(Normals(seed, moves), "pushes").standard_normal(len(times), times) for seed in range(3000)]
@@ -112,7 +113,7 @@ def test_moved_normals_are_standard_normal_and_a_branch_keeps_what_was():
     assert (np.array(base)[:, :6] == moved[:, :6]).all()
     assert (np.array(base)[:, 6:] != moved[:, 6:]).all()
     # Seeds differ in the first numbers alone: those that the moves add are the same for all.
-    fresh = [stream(Normals(seed, [Move(seed + 10_000, 0.5)]), "a").standard_normal() for seed in range(4000)]
+    fresh = [stream(Normals(seed, [Move(seed=seed + 10_000, beta=0.5)]), "a").standard_normal() for seed in range(4000)]
     assert abs(np.mean(fresh)) < 4.0 / math.sqrt(4000)
     assert np.std(fresh) == pytest.approx(1.0, abs=0.05)
     uniform = [stream(Normals(seed), "a").uniform(2.0, 4.0) for seed in range(2000)]
@@ -129,6 +130,7 @@ def test_scores_are_above_baselines_and_reached_where_they_first_rise():
     assert outcome.score((0.5, 0.0)) == 0.5
     assert outcome.reached(0.4, (0.5, 0.0)) == 2.0
     assert outcome.reached(9.0, (0.0, 0.0)) == 5.0
+    assert baseline_of([outcome, outcome._replace(rises=((1.0, 0, 0.2), (2.0, 1, 0.5)))], 3)[1:] == (math.inf, math.inf)
     assert outcome._replace(fell=True).score((0.0, 0.0)) == math.inf
 
 

@@ -285,7 +285,7 @@ def test_gaits_are_run_with_the_same_seeds(capsys):
 
 
 def test_pairs_are_made_until_it_is_decided(capsys):
-    text = SHORT.replace("duration = 0.3", "duration = 0.05") + "[randomise]\nruns = 6\n"
+    text = SHORT + "[randomise]\nruns = 6\n"
     write("s.toml", text)
     argv = ("diff", "normal", "slow", "--scenario", "s.toml", "--jobs", "1", "--out", "d", "--sequential")
     code, said = command(capsys, *argv, "--most", "20")
@@ -294,7 +294,5 @@ def test_pairs_are_made_until_it_is_decided(capsys):
     assert test["pairs"] <= said["pairs"] == 20
     assert said["metrics"]["walked"]["verdict"] == test["decision"]
     assert [run["index"] for run in json.loads(Path("d/first/result.json").read_text())["runs"]] == list(range(20))
-    again, repeated = command(capsys, *argv, "--most", "20")
-    assert (again, repeated["metrics"]) == (code, said["metrics"])
     assert main(["diff", "normal", "slow", "--scenario", "s.toml", "--sequential", "--ratio", "1"]) == 2
     assert "--ratio 1: expected more than 1" in capsys.readouterr().err

@@ -1,0 +1,52 @@
+"""Ways to fall as a document: on a terminal and in Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from biped.base.writing import write_into
+from biped.show import markdown, terminal
+from biped.show.document import Document, Heading, Paragraph, Table, Words
+
+
+def show(found: Mapping[str, Any]) -> None:
+    """Prints what was found."""
+    terminal.show(document_of(found))
+
+
+def write(found: Mapping[str, Any], folder: Path) -> None:
+    """Writes find.md beside find.json.
+
+    Raises:
+        InputError: It cannot be written.
+    """
+    write_into(folder, {"find.md": markdown.text(document_of(found))})
+
+
+def document_of(found: Mapping[str, Any]) -> Document:
+    """The ways to fall and what each takes.
+
+    Args:
+        found: As `biped.studies.find.study.Failures.as_dict` gives it.
+    """
+    ways = len(found["found"])
+    stands = f" that {found['against']} stands" if found["against"] else ""
+    head = f"{ways} {'way' if ways == 1 else 'ways'} to fall{stands}" if ways else f"no fall{stands} found"
+    rows = tuple(
+        (one["way"], f"{one['end']:.2f}", f"{one['before']:.1f}", f"{one['squares']:.1f}", Words(one["file"], "code"))
+        for one in found["found"]
+    )
+    note = (
+        "|z|²: sum of the squares of the standard normals that a run draws, as it was found and made as likely as it "
+        "falls alike; less is likelier, by exp(−|z|²/2), and a plain run has about as much as it draws numbers. `biped "
+        "run FILE` makes a failure again, `biped check FILE` fails until it stands."
+    )
+    return (
+        Heading(f"{found['scenario']}: ways to fall", 1),
+        Paragraph(Words(head, "bad" if ways else "strong")),
+        Paragraph(f"{found['runs']} runs in all; {found['falls']} of {found['plain']} plain ones fell."),
+        Table(("fell", "at [s]", "|z|² found", "made likelier", "scenario"), rows, (0, 4)),
+        Paragraph(note, note=True),
+    )

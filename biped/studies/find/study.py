@@ -1,0 +1,175 @@
+"""`biped find`: distinct ways to fall, the likeliest first, each a scenario that is run again by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from msgspec.structs import replace
+
+from biped.base.errors import InputError
+from biped.base.files import label
+from biped.base.json import dumps
+from biped.base.progress import Progress, Told, silent, unheard
+from biped.ensemble.backend import Jobs
+from biped.ensemble.executor import workers
+from biped.ensemble.guard import OF_RUNS
+from biped.ensemble.plan import Plan
+from biped.scenario.disturbed import piece_times
+from biped.scenario.expect import Bound
+from biped.scenario.normals import Move, Normals
+from biped.scenario.reading import to_toml
+from biped.scenario.vary import stream
+from biped.studies.certify.splitting import Member, Moving, baseline_of, pilot, sampled
+from biped.studies.certify.study import (
+    FIRST,
+    Accuracy,
+    MakingOutcomes,
+    Outcomes,
+    check_random,
+    journalled,
+    plain_sample,
+)
+from biped.studies.find.plainer import plainer
+from biped.studies.folders import folder_for
+from biped.studies.planned import plan_of, title_of
+
+ENOUGH = 5
+"""Falls among plain runs from which splitting is not asked for more."""
+
+
+class Failure(NamedTuple):
+    """A way to fall.
+
+    Attributes:
+        way: In words.
+        squares: Sum of the squares of the normals that it takes: less is likelier.
+        before: The same of the run as it was found.
+        end: [s] when it fell.
+        file: The scenario that makes it again.
+    """
+
+    way: str
+    squares: float
+    before: float
+    end: float
+    file: Path
+
+
+class Failures(NamedTuple):
+    """Ways to fall.
+
+    Attributes:
+        scenario: Name of the scenario.
+        against: What stood where this fell; None where nothing was compared.
+        folder: Where their scenarios are.
+        runs: How many were made.
+        plain: How many of them nothing selected.
+        falls: How many of those fell.
+        found: The failures, the likeliest first.
+    """
+
+    scenario: str
+    against: str | None
+    folder: Path
+    runs: int
+    plain: int
+    falls: int
+    found: tuple[Failure, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain data, as `--json` prints it and find.json holds it."""
+        found = [one._asdict() | {"file": label(one.file)} for one in self.found]
+        return self._asdict() | {"folder": label(self.folder), "found": found}
+
+
+def find(
+    name: str, changes: Sequence[str], against: str | None, jobs: Jobs, out: Path | None, failures: int = 10,
+    most: int = 3000, progress: Progress = silent, tell: Told = unheard,
+) -> Failures:  # fmt: skip
+    """Finds distinct ways in which a scenario's runs fall; goes on where an interrupted command in `out` stopped.
+
+    Args:
+        name: Name or path of the scenario.
+        changes: `--set` changes.
+        against: `--set` change that the other law has, which is to stand: a gait or a law; default: none.
+        jobs: Number of processes, or a cluster.
+        out: Results folder; default: a new one below runs/.
+        failures: Most ways to fall.
+        most: Runs at most, before falls are made plain.
+        progress: Told of every finished run.
+        tell: Told what of an interrupted command could not be used.
+
+    Raises:
+        InputError: The scenario has nothing random, or nothing fell.
+    """
+    plan = plan_of(name, changes)
+    other = None if against is None else plan_of(name, [*changes, against])
+    accuracy = Accuracy(most=most, size=100)
+    check_random(plan)
+    if failures < 1:
+        raise InputError(f"--failures {failures}: expected at least 1")
+    if most < FIRST:
+        raise InputError(f"--most {most}: expected at least {FIRST} runs")
+    title = title_of(name)
+    with folder_for(out, title, plan, foreign=OF_RUNS) as folder, \
+            workers(MakingOutcomes(plan, accuracy.score, other), jobs) as carried_out:  # fmt: skip
+        outcomes, closing = journalled(folder, carried_out, {"find": True, "against": against, "most": most}, most,
+                                       progress, title, tell)  # fmt: skip
+        with closing:
+            plain, fell = _fallen(plan, outcomes, accuracy)
+            chosen = _distinct(fell, failures)
+            ends = outcomes.finish([plainer(one, plan.scenario.duration) for one in chosen]) if chosen else []
+        order = sorted(range(len(ends)), key=lambda i: ends[i][1].squares)
+        found = []
+        for number, i in enumerate(order, 1):
+            (run, outcome), file = ends[i], f"failure-{number}.toml"
+            folder.save_text(file, _scenario(plan, title, number, run, outcome.way))
+            found.append(
+                Failure(outcome.way, outcome.squares, chosen[i][1].squares, outcome.end, folder.path / file)
+            )  # fmt: skip
+        falls = sum(outcome.fell for _, outcome in plain)
+        result = Failures(title, against, folder.path, outcomes.runs, len(plain), falls, tuple(found))
+        folder.save_text("find.json", dumps(result.as_dict(), indent=1))
+    return result
+
+
+def _fallen(plan: Plan, outcomes: Outcomes, accuracy: Accuracy) -> tuple[list[Member], list[Member]]:
+    """Plain runs, and runs that fell while the other law stood, if need be by splitting."""
+    seed = plan.scenario.seed
+    plain = plain_sample(stream(seed, "find.plain"), outcomes, FIRST)
+    fell = [one for one in plain if one[1].fell and one[1].stands]
+    moving = Moving(tuple(piece_times(plan.scenario)))
+    number = 0
+    while len(fell) < ENOUGH and outcomes.runs < accuracy.most:
+        if number == 0:
+            precursors = 1 + max((which for _, outcome in plain for _, which, _ in outcome.rises), default=0)
+            baseline = baseline_of([outcome for _, outcome in plain], precursors)
+            (levels,) = outcomes.finish([pilot(seed, plain, baseline, moving, accuracy.most - outcomes.runs)])
+        if levels is None:
+            more = plain_sample(stream(seed, f"find.plain.{number}"), outcomes, FIRST)
+            plain, fell = plain + more, fell + [one for one in more if one[1].fell and one[1].stands]
+        else:
+            (sample,) = outcomes.finish([sampled(seed, number, accuracy.size, levels, moving)])
+            fell += [one for one in sample.fell if one[1].stands]
+        number += 1
+    return plain, fell
+
+
+def _distinct(fell: Sequence[Member], most: int) -> list[Member]:
+    """Of every way to fall the likeliest run; the likeliest ways first."""
+    likeliest: dict[str, Member] = {}
+    for one in sorted(fell, key=lambda member: member[1].squares):
+        likeliest.setdefault(one[1].way, one)
+    return list(likeliest.values())[:most]
+
+
+def _scenario(plan: Plan, title: str, number: int, run: Normals, way: str) -> str:
+    """The scenario of one run that fell, in which it is expected to stand."""
+    s = plan.scenario
+    randomise = replace(s.randomise, runs=1, moves=(Move(seed=int(run)), *run.moves))
+    falls = Bound(max=0)
+    return to_toml(
+        replace(s, description=f"{title}, failure {number}: fell {way}", randomise=randomise, expect={"falls": falls})
+    )

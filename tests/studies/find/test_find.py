@@ -1,0 +1,71 @@
+"""Ways to fall: made likelier as long as they fall alike, and made again to the last bit from their files."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from biped.cli.main import main
+from biped.scenario.normals import Normals
+from biped.studies.certify.study import Outcomes
+from biped.studies.find.plainer import plainer
+from tests.studies.certify.pendulum import Pendulum, Regulated, capture_deviation
+
+FORCE = "disturbance={force=[250.0,0.0],correlation=0.2}"
+
+
+@pytest.mark.parametrize("case", ["pendulum", "walk"])
+def test_a_failure_is_made_likelier_and_still_falls(case):
+    foot = 1.5 * capture_deviation(0.02)
+    problem, duration = {"pendulum": (Pendulum(0.02, foot), 0.6), "walk": (Regulated(3.0), 20.0)}[case]
+
+    def met(run):
+        fresh = Normals(int(run), run.moves)
+        return problem(fresh)._replace(squares=fresh.squares, way="forward")
+
+    first = next((run, met(run)) for run in map(Normals, range(200)) if problem(run).fell)
+    outcomes = Outcomes(lambda runs: map(met, runs), {}, lambda _, outcome: outcome, lambda: None)
+    (found,) = outcomes.finish([plainer(first, duration)])
+    run, outcome = found
+    assert problem(run).fell
+    assert met(run) == outcome
+    assert outcome.squares < 0.7 * first[1].squares
+    if case == "pendulum":  # the likeliest fall of all lies at 1.5 standard deviations
+        assert outcome.squares >= 1.5**2 - 1e-9
+
+
+def test_failures_are_found_and_made_again_from_their_files(tmp_path, capsys):
+    out = tmp_path / "out"
+    sets = ["--set", FORCE, "--set", "duration=1.5", "--set", "fall.tilt=40"]
+    code = main(["find", "upright/own", *sets, "--most", "200", "--failures", "2", "--out", str(out), "--json"])
+    found = json.loads(capsys.readouterr().out)
+    assert code == 1
+    assert found["falls"] > 0
+    assert found["plain"] == 200
+    assert 1 <= len(found["found"]) <= 2
+    for one in found["found"]:
+        assert one["squares"] < one["before"]
+        file = Path(out, Path(one["file"]).name)
+        assert main(["run", str(file), "--json", "--out", str(tmp_path / file.stem)]) in (0, 1)
+        (run,) = json.loads(capsys.readouterr().out)["runs"]
+        assert run["fell"]
+        assert run["time"] == pytest.approx(one["end"], abs=2e-3)
+    assert np.all(np.diff([one["squares"] for one in found["found"]]) >= 0.0)
+    assert "ways to fall" in (out / "find.md").read_text()
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (["--set", "start.jitter=0"], "nothing random in this scenario"),
+        (["--failures", "0", "--set", FORCE], "--failures 0"),
+        (["--most", "10", "--set", FORCE], "--most 10"),
+        (["--against", "controller=nosuch", "--set", FORCE], "nosuch"),
+    ],
+)
+def test_what_cannot_be_searched_is_refused_in_one_sentence(changes, words, tmp_path, capsys):
+    assert main(["find", "upright/own", "--out", str(tmp_path / "out"), *changes]) == 2
+    assert words in " ".join(capsys.readouterr().err.split())
