@@ -85,6 +85,11 @@ class Walker:
         calls: How often the network was asked.
         observed: What it was shown at the latest call.
         action: What it returned then.
+        target: What became of that, in the network's order.
+        applied: (n,) the target that acted until then, in the same order.
+        late: How many calls later than at once a target acts.
+        sizes: Terms and how many numbers each is shown.
+        rate: [Hz] at which it is asked.
 
     Raises:
         InputError: Network, card and robot do not fit one another.
@@ -110,7 +115,9 @@ class Walker:
         self._rest = np.zeros(len(robot.drives)) if self._explicit or torque else setup.q[list(robot.places)].copy()
         self._hold = np.zeros(count) if torque else self._default
         self._targets = deque([self._command(self._hold)] * (late + 1), maxlen=late + 1)
-        self.action = np.zeros(count, dtype=np.float32)
+        self.action, self.target, self.rate = np.zeros(count, dtype=np.float32), np.zeros(count), card.rate
+        self.sizes: list[tuple[str, int]] = []
+        self.applied, self.late = np.zeros(count), int(action.delay * card.rate + 1e-9)
         self._clock = None if card.clock is None else Phases(card.clock, 1.0 / card.rate)
         measures = [self._measure(term, robot) for term in card.observation]
         self._terms = [Shown(term, measure) for term, measure in zip(card.observation, measures, strict=True)]
@@ -123,7 +130,7 @@ class Walker:
         """(nu,) targets [rad] of the servos, or torques [N m]."""
         since = self._ticks - self._first
         if since >= 0 and since % self._every == 0:
-            self._targets.append(self._command(self._offset + self._scale * self._ask(sensed)))
+            self._targets.append(self._command(self.ask(sensed)))
         elif len(self._targets) > 1:
             self._targets.append(self._targets[-1])
         self._ticks += 1
@@ -140,8 +147,9 @@ class Walker:
         out[self._drives] = values
         return out
 
-    def _ask(self, sensed: Observation) -> np.ndarray:
-        """(n,) the network's numbers, clipped."""
+    def ask(self, sensed: Observation) -> np.ndarray:
+        """(n,) targets [rad] or torques [N m] of the joints, in the network's order: a call of the network."""
+        self.applied = self._targets[0][self._drives]
         if self._clock is not None:
             self._clock.begin(sensed.command)
         parts = [term.show(sensed) for term in self._terms]
@@ -155,7 +163,9 @@ class Walker:
             self._clock.end()
         self.calls += 1
         clip = self._card.action.clip
-        return (self.action if clip is None else np.clip(self.action, *clip)).astype(float)
+        action = (self.action if clip is None else np.clip(self.action, *clip)).astype(float)
+        self.target = self._offset + self._scale * action
+        return self.target
 
     def _fits(self, setup: Setup, measures: Sequence[Measure]) -> None:
         """Checks card, network and robot against one another, at the start of the run.
@@ -183,6 +193,7 @@ class Walker:
                 if isinstance(numbers, tuple) and len(numbers) != size:
                     raise fail(f"observation[{i}].{key}", f"expected one number, or {size}, got {len(numbers)}")
             sizes.append(term.history * size)
+        self.sizes = [(term.term, size) for term, size in zip(self._card.observation, sizes, strict=True)]
         network, count = self._network, len(self._drives)
         if network.size not in (None, sum(sizes)):
             terms = ", ".join(f"{term.term} {size}" for term, size in zip(self._card.observation, sizes, strict=True))

@@ -49,6 +49,16 @@ class Network:
         return np.asarray(found[0], dtype=np.float32).reshape(-1)
 
 
+def metadata(file: Path) -> dict[str, str]:
+    """Words that a trainer wrote into an ONNX file, by name.
+
+    Raises:
+        InputError: It is no such file, or onnxruntime is not installed.
+    """
+    session, _, _ = _session(str(file), file.stat().st_mtime, os.getpid())
+    return dict(session.get_modelmeta().custom_metadata_map)
+
+
 def _width(one: Any) -> int | None:
     width = one.shape[-1] if one.shape else 1
     return width if isinstance(width, int) else None

@@ -1,0 +1,71 @@
+"""`biped policy`: a learned policy's card, written from what its trainer left, and checked."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from biped.base.errors import InputError
+from biped.cli.common import DONE, FAILED, print_json
+from biped.cli.parser import Commands, command_parser, number, take_json
+
+
+def add(commands: Commands) -> None:
+    """Adds the parser of `biped policy`."""
+    parser = command_parser(
+        commands, "policy", "check the card of a learned policy, or write it", command, simulates=True,
+        description="Checks the card of a learned policy by short runs; writes one first, from the metadata of an ONNX "
+        "file or from a deploy.yaml.",
+    )  # fmt: skip
+    parser.add_argument("file", type=Path, help="the card, card.toml; or the network, policy.onnx, to write one")
+    parser.add_argument("--model", help="the robot's model, where a card is written")
+    parser.add_argument("--card", type=Path, help="the card to write (default: beside the network, of its name)")
+    parser.add_argument("--deploy", type=Path, help="Unitree's deploy.yaml; default: metadata of the network")
+    parser.add_argument("--rate", type=number, help="Hz at which the network is asked, where nothing else says it")
+    parser.add_argument("--tape", type=Path, help="states, observations and actions that the card must reproduce, .npz")
+    parser.add_argument("--faults", action="store_true", help="inject faults into the card and see which are found")
+    take_json(parser)
+
+
+def command(args: argparse.Namespace) -> int:
+    """Writes a card if there is none, checks it, and says what came of it."""
+    from biped.show.policy import show_checks, show_faults
+    from biped.studies.policy.checks import check, inject, reproduce
+    from biped.studies.policy.tape import read_tape
+
+    file: Path = args.file
+    if file.suffix == ".onnx":
+        file = _written(args)
+    elif file.suffix != ".toml" or not file.is_file():
+        raise InputError(f"policy: {file}: expected a card that is there, card.toml, or a network, policy.onnx")
+    if args.faults:
+        found = inject(file, lambda name: None)
+        if args.json:
+            print_json({"card": str(file), "faults": [one._asdict() for one in found]})
+        else:
+            show_faults(file, found)
+        return DONE
+    checks = ([] if args.tape is None else reproduce(file, read_tape(args.tape))) + check(file)
+    if args.json:
+        print_json({"card": str(file), "checks": [one._asdict() for one in checks]})
+    else:
+        show_checks(file, checks)
+    return DONE if all(one.passed for one in checks) else FAILED
+
+
+def _written(args: argparse.Namespace) -> Path:
+    """The card that is written for a network."""
+    import tomli_w
+
+    from biped.studies.policy.describe import describe
+
+    out = args.card or args.file.with_suffix(".toml")
+    if out.exists():
+        raise InputError(f"policy: {out}: is there already; nothing is overwritten: check it with biped policy {out}")
+    if out.resolve().parent != args.file.resolve().parent:
+        raise InputError(f"--card: {out}: expected a file beside the network {args.file}")
+    if args.model is None:
+        raise InputError("--model: expected the robot's model file, such as --model scene.xml")
+    text = tomli_w.dumps(describe(args.file, args.model, args.deploy, args.rate))
+    out.write_text(text, encoding="utf-8")
+    return out

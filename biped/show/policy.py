@@ -1,0 +1,33 @@
+"""Checks of a policy's card, and faults that they find, on a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from biped.base.files import label
+from biped.base.text import plain
+from biped.show.terminal import console, table
+from biped.studies.policy.checks import Check, Fault
+
+
+def show_checks(file: Path, checks: Sequence[Check]) -> None:
+    """Prints which checks a card passed."""
+    out, page = console(), table(("check", "", "result"), ("check", "", "result"))
+    for one in checks:
+        page.add_row(one.name, "passed" if one.passed else "FAILED", plain(one.words))
+    out.print(f"[bold]{plain(label(file))}[/bold]")
+    out.print(page)
+    failed = sum(not one.passed for one in checks)
+    out.print(f"  {failed} of {len(checks)} failed: before the policy, doubt the card (docs/your-policy.md)" if failed
+              else "  all passed")  # fmt: skip
+
+
+def show_faults(file: Path, faults: Sequence[Fault]) -> None:
+    """Prints which injected faults were found, and by what."""
+    out, page = console(), table(("fault", "found by"), ("fault", "found by"))
+    for one in faults:
+        page.add_row(one.name, one.found or "–")
+    out.print(f"[bold]{plain(label(file))}[/bold]")
+    out.print(page)
+    out.print(f"  {sum(bool(one.found) for one in faults)} of {len(faults)} found")

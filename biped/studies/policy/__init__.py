@@ -1,0 +1,1 @@
+"""Learned policies: their cards from what trainers write, and checks of a card before anything is judged by it."""
