@@ -30,7 +30,7 @@ def test_it_begins_at_the_gait_that_comes_furthest_with_joint_torques():
     assert len({one.distances for one in trials}) > 4, "the gaits move it alike: the test would not see which is best"
     best = max((one for one in trials if one.mode == "joint"), key=lambda one: one.merit)
     assert changes == [f'model="{path}"', f'controller="{best.gait}"', "duration=0.3", "seed=5"]
-    s = read_scenario(SCENARIO, changes)
+    s = read_scenario(SCENARIO, [one for one in changes if not one.startswith("duration")])
     assert s.model == "h1"
     assert s.seed == 5
     assert len(studies(s)) == 3
