@@ -18,6 +18,12 @@ def words(name: str) -> str:
     return literal(name.replace("_", " "))
 
 
+def leg_words(foot: str) -> str:
+    """A leg for people, by its foot: of a body such as `right_ankle_roll_link` only which side it is on."""
+    sides = [side for side in ("right", "left") if side in foot.lower().replace("-", "_").split("_")]
+    return f"{sides[0] if len(sides) == 1 else foot.replace('_', ' ')} leg"
+
+
 def harmless(value: Any) -> Any:
     """A result from anybody's file, all texts in it with nothing hidden and nothing that a terminal obeys."""
     if isinstance(value, dict):

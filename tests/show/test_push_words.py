@@ -6,6 +6,7 @@ import math
 
 from biped.scenario.metrics import METRICS
 from biped.show.results import push_words
+from biped.show.words import leg_words
 
 
 def test_a_push_is_told_in_the_fields_units():
@@ -16,3 +17,10 @@ def test_a_push_is_told_in_the_fields_units():
     recovered = pushed | {"recovery_time": 1.2, "first_step": 0.7, "second_step": 0.65}
     assert push_words(recovered).endswith("; recovered in 1.2 s; next steps 0.7, 0.65 m")
     assert push_words(dict.fromkeys(METRICS)) == ""
+
+
+def test_legs_are_called_by_their_side():
+    assert leg_words("right_ankle_roll_link") == "right leg"
+    assert leg_words("left") == "left leg"
+    assert leg_words("foot_a") == "foot a leg"
+    assert leg_words("bright_sole") == "bright sole leg"

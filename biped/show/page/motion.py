@@ -25,6 +25,7 @@ from biped.show.page.html import Markup, card, tag
 from biped.show.page.player import SIDES, state_legend
 from biped.show.page.plot import Frame, around, legend
 from biped.show.page.words import percent
+from biped.show.words import leg_words
 
 Window = tuple[float, float]
 _JOINTS = ("hip", "knee", "ankle")
@@ -49,7 +50,7 @@ def charts(trajectory: Trajectory, window: Window) -> list[Markup]:
 
 
 def _legs(run: Trajectory) -> Markup:
-    return legend([(side, f"{leg} leg") for side, leg in zip(SIDES, run.robot.legs, strict=True)])
+    return legend([(side, leg_words(leg)) for side, leg in zip(SIDES, run.robot.legs, strict=True)])
 
 
 def _speed(run: Trajectory, rows: np.ndarray) -> Markup:

@@ -13,6 +13,7 @@ import numpy as np
 from biped.show.page.frames import NAMES, RATE, Frames
 from biped.show.page.html import Markup, join, tag
 from biped.show.page.plot import legend
+from biped.show.words import leg_words
 
 STATE_WORDS = {1: "stance", 2: "heel off", 3: "swing", 4: "knee straight"}
 SIDES = ("right", "left")
@@ -56,7 +57,7 @@ def _panel(run: PlayedRun) -> Markup:
             aria_label="Speed", data_part="speed"),
         class_="controls",
     )  # fmt: skip
-    key = legend([(SIDES[0], f"{legs[0]} leg"), (SIDES[1], f"{legs[1]} leg"), ("force", "ground force"),
+    key = legend([(SIDES[0], leg_words(legs[0])), (SIDES[1], leg_words(legs[1])), ("force", "ground force"),
                   *([("push", "push")] if frames.pushes else [])])  # fmt: skip
     return tag(
         "div", tag("p", run.said, class_="about"), key, _stage(frames), _strobe(frames), _lanes(frames), controls,
