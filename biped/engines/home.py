@@ -7,6 +7,8 @@ meaning here.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from biped.base.jit import COMPILED
@@ -15,7 +17,7 @@ from biped.engines.loop import drive
 from biped.engines.planar.plant import Physics, PlanarPlant
 from biped.engines.rigid.events import advance, touch_down
 from biped.engines.rigid.record import rigid_record
-from biped.engines.rigid.walk import log_impulses, walk_rigid
+from biped.engines.rigid.walk import log_impulses, log_work, walk_rigid
 from biped.measure.trajectory import Trajectory
 from biped.robot.planar.topology import BASE
 from biped.robot.robot import seven_links
@@ -46,6 +48,8 @@ def simulate_with_ledger(run: Run) -> tuple[Trajectory, np.ndarray]:
     rigid = rigid_record(run.model, seven_links(run.robot), s.ground.slope, s.truth, run.profile)
     w = rigid[0]
     touch_down(rigid, q, v)
+    before = float(w["ledger"]["work"] - w["ledger"]["loss"])
+    account = np.zeros(run.ticks if steps > 1 else 0)  # a tick of one step is accounted for by its row
 
     def push(forces: np.ndarray) -> None:
         w["acting"]["push"], w["acting"]["pushed"] = forces, forces.any()
@@ -53,9 +57,10 @@ def simulate_with_ledger(run: Run) -> tuple[Trajectory, np.ndarray]:
     def step(k: int, log: np.ndarray) -> None:
         advance(rigid, q, v, tick / steps, steps)
         log_impulses(rigid, log, k, tick)
+        log_work(rigid, account, k)
 
     def walk(control: Control, fall: np.ndarray, log: np.ndarray, first: int, last: int) -> tuple[int, int]:
-        return walk_rigid(rigid, control, fall, q, v, applied, tick / steps, steps, log, first, last)
+        return walk_rigid(rigid, control, fall, q, v, applied, tick / steps, steps, log, account, first, last)
 
     applied = w["acting"]["Q"] if s.actuation.mode == "generalized" else w["acting"]["Q"][BASE:]
 
@@ -64,4 +69,7 @@ def simulate_with_ledger(run: Run) -> tuple[Trajectory, np.ndarray]:
         return {"chattering_steps": capped} if capped else {}
 
     physics = Physics(run.true_tree, q, v, applied, run.robot.bodies, push, step, walk if COMPILED else None, warnings)
-    return drive(PlanarPlant(run, physics), distrust=False), rigid
+    trajectory = drive(PlanarPlant(run, physics), distrust=False)
+    if len(account):
+        trajectory = replace(trajectory, account=np.diff(account[: len(trajectory)], prepend=before))
+    return trajectory, rigid

@@ -115,6 +115,11 @@ def drive(plant: Plant, distrust: bool = True) -> Any:
     return plant.trajectory(done, _ending(plant, status, done, raised, distrust))
 
 
+def by_kind(run: Run, planar: Callable[[Run], Any], other: Callable[[Run], Any]) -> Any:
+    """Simulates a run by an engine's way with seven links in a plane, or by its way with any other robot."""
+    return (planar if run.scenario.robot is None else other)(run)
+
+
 def in_python(tick: Callable[[int], int], step: Callable[[int], None]) -> Callable[[int, int], tuple[int, int]]:
     """`Plant.advance` tick by tick, for laws and engines that are not compiled.
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
-from biped.engines.loop import drive
+from biped.engines.loop import by_kind, drive
 from biped.engines.native import without_clock
 from biped.engines.planar import mujoco as planar
 from biped.engines.plant import MujocoPlant, Watch
@@ -24,8 +25,10 @@ def simulate(run: Run, watch: Watch | None = None) -> Any:
     Raises:
         InputError: A push names a body the model lacks, or the law cannot be used or misbehaves at the first tick.
     """
-    if run.scenario.robot is None:
-        return planar.simulate(run, watch)
+    return by_kind(run, partial(planar.simulate, watch=watch), partial(_of_any_kind, watch=watch))
+
+
+def _of_any_kind(run: Run, watch: Watch | None) -> Any:
     with without_clock():
         return drive(MujocoPlant(run, watch))
 

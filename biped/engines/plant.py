@@ -18,7 +18,7 @@ from biped.control.observation import Observation
 from biped.control.smoothing import fraction
 from biped.engines.energy import Account
 from biped.engines.fall import GOING, LOW, fall_words
-from biped.engines.forces import GroundContacts, add_forces
+from biped.engines.forces import Contacts, GroundContacts, add_forces
 from biped.engines.loop import Ending, in_python, mujoco_warnings
 from biped.engines.row import log_state, state_of
 from biped.engines.uneven import Uneven, own
@@ -78,6 +78,8 @@ class MujocoPlant:
         self.law = Commander(make, name, file, setup, size, run.ticks)
         self.columns = columns_of(self.robot)
         self.log = np.zeros((run.ticks, width_of(self.robot)))
+        self._written = [slice(first, first + math.prod(shape)) if shape else first for first, shape in (
+            self.columns[name] for name in ("force", "ground_force", "u", "work", "given"))]  # fmt: skip
         self.state = state_of(self.model, self.data, self.robot, self.columns, s.fall, self.profile)
         shared = self.state.touching, np.zeros_like(self.state.point)
         self.ground_force = shared[1]
@@ -99,7 +101,7 @@ class MujocoPlant:
         self.split = s.simulation.integrator in _SPLIT
         self.pushing = np.zeros((self.model.nbody - 1, 3))
         self.compiled = self._compiled()
-        self._in_python = None if self.compiled is not None else self._bound()
+        self._in_python: Callable[[int, int], tuple[int, int]] | None = None
 
     def _compiled(self) -> SpacePlant | None:
         """The compiled loop's plant, where the law has one."""
@@ -134,32 +136,32 @@ class MujocoPlant:
 
     def _bound(self) -> Callable[[int, int], tuple[int, int]]:
         """`advance` tick by tick, with kernels that are looked up once."""
-        data, model, log, law, observation, state = (
-            self.data, self.model, self.log, self.law, self.observation, self.state)  # fmt: skip
-        contacts, sensors, tick, split, account = self.contacts, self.sensors, self.run.tick, self.split, self.account
-        example, solved = contacts.examples()
-        log_row = bound(log_state, state, example, log[0], 0.0)
-        forces, total = np.zeros_like(state.point), np.zeros(3)
-        work, pyramidal = np.zeros((len(forces) + 3, 3)), contacts.pyramidal
-        add = bound(add_forces, state.point, state.foot, example, solved, pyramidal, work, forces, total)
-        generalized = self.command == "generalized"
-        limits = self.limits if self.command == "torque" else np.full(law.size, np.inf)
-        wanted, target = np.zeros(law.size), data.qfrc_applied if generalized else data.ctrl
-        follow = fraction(self.s.actuation.lag, tick)
-        act = bound(actuate, wanted, limits, follow, wanted, target)
-        at = {name: slice(first, first + math.prod(shape)) for name, (first, shape) in self.columns.items()}
-        force_columns, total_columns, torque_columns, work_column, given_column = (
-            at["force"], at["ground_force"], at["u"], at["work"].start, at["given"].start)  # fmt: skip
-        torque, share = np.zeros(len(self.robot.drives)), 1.0 / self.run.substeps
-        step1, step2, whole = mujoco.mj_step1, mujoco.mj_step2, mujoco.mj_step
-        forward, velocities = mujoco.mj_forward, mujoco.mj_subtreeVel
-        touching = [example]  # the contacts of the step that is taken
-        uneven, watch, pushing, substeps = self.uneven, self.watch, self.pushing, self.run.substeps
+        touching = [self.contacts.examples()[0]]  # the contacts of the step that is taken
+        return in_python(self._deciding(touching), self._stepping(touching))
 
-        def first_half() -> None:
+    def _first_half(self) -> Callable[[], None]:
+        """Returns a function that brings MuJoCo's data to the state that a step begins with."""
+        data, model, uneven = self.data, self.model, self.uneven
+        first_half = mujoco.mj_step1 if self.split else mujoco.mj_forward
+
+        def begin() -> None:
             if uneven is not None:
                 uneven.lay()
-            (step1 if split else forward)(model, data)
+            first_half(model, data)
+
+        return begin
+
+    def _deciding(self, touching: list[Contacts]) -> Callable[[int], int]:
+        """Judges and logs a tick's state, and has the law decide; the contacts of that state are left in `touching`."""
+        data, model, log, law, observation, state = (
+            self.data, self.model, self.log, self.law, self.observation, self.state)  # fmt: skip
+        contacts, sensors, tick, first_half = self.contacts, self.sensors, self.run.tick, self._first_half()
+        velocities = mujoco.mj_subtreeVel
+        log_row = bound(log_state, state, touching[0], log[0], 0.0)
+        wanted, target = np.zeros(law.size), data.qfrc_applied if self.command == "generalized" else data.ctrl
+        limits = self.limits if self.command == "torque" else np.full(law.size, np.inf)
+        follow = fraction(self.s.actuation.lag, tick)
+        act = bound(actuate, wanted, limits, follow, wanted, target)
 
         def decide(k: int) -> int:
             first_half()
@@ -177,6 +179,19 @@ class MujocoPlant:
                 law.refuse(k, time, command)
             return status
 
+        return decide
+
+    def _stepping(self, touching: list[Contacts]) -> Callable[[int], None]:
+        """Steps the physics to the next tick, and logs its forces and works."""
+        data, model, state, account, contacts = self.data, self.model, self.state, self.account, self.contacts
+        watch, pushing, substeps, split = self.watch, self.pushing, self.run.substeps, self.split
+        generalized, first_half = self.command == "generalized", self._first_half()
+        solved = contacts.examples()[1]
+        forces, total, torque = np.zeros_like(state.point), np.zeros(3), np.zeros(len(self.robot.drives))
+        work, pyramidal = np.zeros((len(forces) + 3, 3)), contacts.pyramidal
+        add = bound(add_forces, state.point, state.foot, touching[0], solved, pyramidal, work, forces, total)
+        second_half = mujoco.mj_step2 if split else mujoco.mj_step
+
         def step(k: int) -> None:
             account.begin()
             forces[:], total[:], torque[:] = 0.0, 0.0, 0.0
@@ -185,22 +200,37 @@ class MujocoPlant:
                     first_half()
                     touching[0] = contacts.now()
                 account.before()
-                (step2 if split else whole)(model, data)
+                second_half(model, data)
                 account.after()
                 if not split:  # the contacts are those of the last of its stages
                     touching[0] = contacts.now()
                 add(state.point, state.foot, touching[0], contacts.solved(), pyramidal, work, forces, total)
                 if not generalized:
                     np.add(torque, data.actuator_force, torque)
-            row = log[k]
-            np.multiply(forces, share, self.ground_force)
-            row[force_columns] = self.ground_force.ravel()
-            row[total_columns], row[torque_columns] = total * share, torque * share
-            row[work_column], row[given_column] = account.work, account.given
+            self.log_step(k, forces, total, torque, (account.work, account.given))
             if watch is not None:
                 watch(model, data, pushing)
 
-        return in_python(decide, step)
+        return step
+
+    def log_step(
+        self, k: int, forces: np.ndarray, total: np.ndarray, torque: np.ndarray, work: tuple[float, float]
+    ) -> None:
+        """Writes what acted in the steps of a tick into its row.
+
+        Args:
+            k: Number of the tick.
+            forces: (P, 3) [N] of the ground on the contact points, summed over the steps.
+            total: (3,) [N] of the ground on the whole robot, likewise.
+            torque: (nu,) [N m] of the actuators at their joints, likewise.
+            work: [J] of everything but gravity and springs, and of actuators and pushes alone.
+        """
+        row, share = self.log[k], 1.0 / self.run.substeps
+        force, whole, u, done, given = self._written
+        np.multiply(forces, share, self.ground_force)
+        row[force] = self.ground_force.ravel()
+        row[whole], row[u] = total * share, torque * share
+        row[done], row[given] = work
 
     def fall(self, status: int, row: int) -> str:
         """How the base fell at a row of the log."""

@@ -22,6 +22,7 @@ from biped.ensemble.rows import FLAGS, LOST, Row
 from biped.measure.metrics import assess
 from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
+from biped.scenario.engines import ENGINES
 from biped.scenario.keys import Scenario
 
 Keep = Callable[[int, "Trajectory", Row], None]
@@ -46,8 +47,8 @@ def simulate(run: Run) -> Trajectory:
 
 
 def _engine(scenario: Scenario) -> ModuleType:
-    """The engine that a scenario names: any module of the room with `simulate(run)`."""
-    return import_module(f"biped.engines.{scenario.engine}")
+    """The engine that a scenario names."""
+    return import_module(ENGINES[scenario.engine].place)
 
 
 def measured(run: Run) -> tuple[Trajectory, dict[str, Any]]:

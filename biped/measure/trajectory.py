@@ -58,6 +58,8 @@ class Trajectory:
             and its moment about the torso's origin [N m]; None likewise, and of a run that was kept packed.
         side_slope: [degrees].
         gravity: [m/s²] in the ground's frame, which everything is in; default: of the slope.
+        account: (n,) [J] work of everything but gravity and springs in the tick after each row, as an engine summed it
+            over the several steps that it takes in a tick; None: it follows from the rows.
     """
 
     log: np.ndarray
@@ -80,6 +82,7 @@ class Trajectory:
     seat_force: np.ndarray | None = None
     side_slope: float = 0.0
     gravity: tuple[float, ...] = ()
+    account: np.ndarray | None = None
 
     def __post_init__(self):
         if not self.gravity:
@@ -199,7 +202,7 @@ class Trajectory:
     @cached_property
     def work(self) -> np.ndarray:
         """(n,) [J] of everything but gravity and springs in the steps after each row."""
-        return self._true("work")
+        return self._true("work") if self.account is None else self.account
 
     @cached_property
     def input_work(self) -> np.ndarray:
@@ -372,7 +375,8 @@ class Trajectory:
         """Some rows as a trajectory of its own, with other attributes changed."""
         inferred = None if self.inferred is None else self.inferred[which]
         seat_force = None if self.seat_force is None else self.seat_force[which]
-        return replace(self, log=self.log[which], inferred=inferred, seat_force=seat_force, **changes)
+        account = None if self.account is None else self.account[which]
+        return replace(self, log=self.log[which], inferred=inferred, seat_force=seat_force, account=account, **changes)
 
     def last(self, seconds: float) -> Self:
         """The end of the run as a trajectory of its own; times stay those of the run."""
@@ -399,6 +403,8 @@ class Trajectory:
             arrays["inferred"] = self.inferred
         if self.seat is not None:
             arrays["seat_force"] = self.seat_force
+        if self.account is not None:
+            arrays["account"] = self.account
         if self.signal_names:
             arrays["signals"] = self.log[:, self.width :]
         with open(path, "wb") as file:

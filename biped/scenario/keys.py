@@ -14,6 +14,7 @@ from msgspec import Meta, field
 from biped.scenario.actuation import Actuation
 from biped.scenario.change import Change
 from biped.scenario.command import Command
+from biped.scenario.engines import MUJOCO
 from biped.scenario.expect import Bound
 from biped.scenario.gains import Gains
 from biped.scenario.ground import Ground
@@ -167,7 +168,7 @@ class Scenario(Section, frozen=True):
             It runs only if it is trusted ([security.md](security.md)). Or one for any robot, by its name: `stand`; or a
             policy's card, `card.toml` ([your-policy.md](your-policy.md)).
         law_sha256: What the law was when results were made; written with them, so that a changed law is noticed.
-        engine: `mujoco`, or `home`: the thesis's own rigid contacts.
+        engine: `mujoco`; `home`: the thesis's own rigid contacts; or `drake` ([engines.md](engines.md)).
         duration: [s] of a run.
         seed: Everything random follows from it: the same scenario gives the same bytes on the same machine.
         start: How a run begins.
@@ -203,7 +204,7 @@ class Scenario(Section, frozen=True):
     reading: Name | None = None
     law: Name | None = None
     law_sha256: Name | None = None
-    engine: Literal["mujoco", "home"] = "mujoco"
+    engine: Name = MUJOCO
     duration: Positive = 10.0
     seed: Annotated[int, Meta(ge=0, le=2**63 - 1)] = 0
     start: Start = Start()

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from biped.base.text import echo, safe
+from biped.scenario.engines import ENGINES
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import BUILT_IN, SPATIAL, Keys, is_card
 from biped.scenario.valid import Fail
@@ -63,8 +64,9 @@ def noticed_of(habits: dict[str, Any], law: Any) -> dict[str, Any]:
 
 def taken(s: Scenario, fail: Fail) -> None:
     """Rejects what a scenario of a robot of any kind says in vain, by name: its law would take no notice of it."""
-    if s.engine != "mujoco":
-        raise fail("engine", f"expected 'mujoco': '{s.engine}' has seven links; got '{s.engine}'")
+    if not ENGINES[s.engine].any_robot:
+        others = " or ".join(f"'{name}'" for name, engine in ENGINES.items() if engine.any_robot)
+        raise fail("engine", f"expected {others}: '{s.engine}' has seven links; got '{s.engine}'")
     if s.gains.speed is not None and not s.controller:
         raise fail("gains.speed", "expected none: no controller is named, and it is the speed of one that is a family")
     read = read_by(s.law)

@@ -6,6 +6,7 @@ import math
 
 from biped.base.files import nearest
 from biped.base.text import safe
+from biped.scenario.engines import ENGINES
 from biped.scenario.expect import check_bounds
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import own_law
@@ -29,6 +30,9 @@ MOST_VALUES = 100_000
 
 def possible(s: Scenario, fail: Fail) -> None:
     """Rejects what types cannot: times outside the run, contradictory bounds, more than a machine holds."""
+    if s.engine not in ENGINES:
+        names = list(ENGINES)
+        raise fail("engine", f"expected one of {', '.join(names)}, got '{safe(s.engine)}'; {nearest(s.engine, names)}")
     most = min(MOST_TICKS / s.simulation.control_rate, MOST_STEPS * s.simulation.timestep)
     if s.duration > most:
         raise fail("duration", f"expected at most {most:g} s at this time step and control rate, got {s.duration:g}")
@@ -96,9 +100,9 @@ def possible(s: Scenario, fail: Fail) -> None:
     runs = s.randomise.runs * math.prod(map(len, s.sweep.values()))
     if runs > MOST_RUNS:
         raise fail("sweep", f"expected at most {MOST_RUNS} runs in all (randomise.runs at each point), got {runs}")
-    # MuJoCo would take two steps instead, without a word. The home engine's contacts are rigid.
+    # MuJoCo would take two steps instead, without a word.
     time = s.ground.contact_time
-    if s.engine == "mujoco" and time is not None and time < 2 * s.simulation.timestep * (1.0 - 1e-9):
+    if ENGINES[s.engine].own_clock and time is not None and time < 2 * s.simulation.timestep * (1.0 - 1e-9):
         raise fail("ground.contact_time", f"expected at least two time steps ({2 * s.simulation.timestep:g} s), "
                    f"got {time:g}")  # fmt: skip
 
@@ -177,9 +181,9 @@ def _ramps(s: Scenario, fail: Fail) -> None:
 
 def _seat(s: Scenario, fail: Fail) -> None:
     """Rejects a seat where nothing could sit on it."""
-    if s.ground.seat.height > 0.0 and s.engine == "home":
-        raise fail("ground.seat.height", "expected 0: at home nothing but toes and heels meets anything; a seat needs "
-                   "engine = 'mujoco'")  # fmt: skip
+    if s.ground.seat.height > 0.0 and not ENGINES[s.engine].seat:
+        raise fail("ground.seat.height", f"expected 0: in the engine '{s.engine}' nothing but toes and heels meets "
+                   "anything; a seat needs engine = 'mujoco'")  # fmt: skip
 
 
 def _follow_one_another(s: Scenario, fail: Fail) -> None:

@@ -45,7 +45,7 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
         InputError: A push names a body the model lacks, or a user's law misbehaves.
     """
     s = run.scenario
-    foreign = compile_foreign(run.model, s, visuals=watch is not None)
+    foreign = foreign_of(run, visuals=watch is not None)
     order, robot = foreign.order, seven_links(run.robot)
     native = None if s.law is not None or watch is not None or not order.canonical else native_of(foreign.model, order)
     ground = run.profile
@@ -118,6 +118,11 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
     for one in seat:
         trajectory = replace(trajectory, seat=s.ground.seat, seat_force=one.force[: len(trajectory)])
     return replace(trajectory, sampled=sampled)
+
+
+def foreign_of(run: Run, visuals: bool = False) -> Foreign:
+    """The compiled model of a run, in canonical order."""
+    return compile_foreign(run.model, run.scenario, visuals)
 
 
 def _data(foreign: Foreign) -> mujoco.MjData:

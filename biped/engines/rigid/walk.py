@@ -23,8 +23,15 @@ def log_impulses(record, log, k, tick):
         line[STOP + leg] = impulse[STOP_ROW + leg] / -tick
 
 
+@kernel
+def log_work(record, account, k):
+    """Writes the work less the losses of impacts [J] up to the end of tick k, where an account is kept."""
+    if account.size > 0:
+        account[k] = record[0]["ledger"]["work"] - record[0]["ledger"]["loss"]
+
+
 @long_kernel
-def walk_rigid(record, control, fall, q, v, applied, step, steps, log, first, last):
+def walk_rigid(record, control, fall, q, v, applied, step, steps, log, account, first, last):
     """Ticks first … last - 1 of a run.
 
     Args:
@@ -37,6 +44,7 @@ def walk_rigid(record, control, fall, q, v, applied, step, steps, log, first, la
         step: [s] of integration.
         steps: Number of steps in a tick.
         log: (n, WIDTH) log.
+        account: (n,) [J] as of `log_work`, or (0,).
         first: First tick.
         last: One past the last.
 
@@ -49,4 +57,5 @@ def walk_rigid(record, control, fall, q, v, applied, step, steps, log, first, la
             return status, k + 1
         advance(record, q, v, step, steps)
         log_impulses(record, log, k, control.tick)
+        log_work(record, account, k)
     return 0, last

@@ -1,0 +1,66 @@
+"""Seven links in a plane, moved by Drake."""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+
+from biped.engines.loop import drive
+from biped.engines.planar.mujoco import foreign_of
+from biped.engines.planar.planes import lay, planes_of
+from biped.engines.planar.plant import Physics, PlanarPlant
+from biped.engines.sap.stepper import Stepper
+from biped.measure.columns import FORCE, STOP
+from biped.measure.trajectory import Trajectory
+from biped.robot.planar.topology import BASE, KNEE, N_STOPS, NQ
+from biped.robot.robot import seven_links
+from biped.robot.run import Run
+
+
+def simulate(run: Run) -> Trajectory:
+    """Simulates a run; see `biped.engines.drake.simulate`."""
+    s, ground = run.scenario, run.profile
+    foreign = foreign_of(run)
+    order, robot = foreign.order, seven_links(run.robot)
+    model = foreign.model if ground.level else copy(foreign.model)  # whose planes move
+    stepper = Stepper(model, run.robot, ground.level, s.model)
+    mirror = None if ground.level else mujoco.MjData(model)
+    planes = None if mirror is None else planes_of(model, mirror, robot, ground)
+    q, v, joints = np.array(run.q), np.array(run.v), order.joints
+    stepper.q[joints], stepper.v[joints] = q, v
+    generalized = s.actuation.mode == "generalized"
+    applied = np.zeros(NQ if generalized else NQ - BASE)
+    acts = joints if generalized else joints[BASE:]
+    limits = np.full(NQ, np.inf) if generalized else np.array(run.torque_limits)
+    columns = {int(geom): FORCE + 2 * point for point, geom in enumerate(order.points)}
+    substeps, account = run.substeps, np.zeros(run.ticks)
+
+    def push(forces: np.ndarray) -> None:
+        stepper.pushing[:, 0], stepper.pushing[:, 2] = forces[:, 0], forces[:, 1]
+
+    def step(k: int, log: np.ndarray) -> None:
+        line = log[k]
+        line[FORCE : STOP + N_STOPS] = 0.0
+        stepper.applied[acts] = np.clip(applied, -limits, limits)
+        stepper.work = stepper.given = 0.0
+        for _ in range(substeps):
+            if mirror is not None:
+                mirror.qpos[:] = stepper.q
+                mujoco.mj_kinematics(model, mirror)
+                lay(planes, mirror.geom_xpos, order.points)
+            for contact in stepper.step():
+                at = columns[contact.part]
+                line[at] += contact.force[0] / substeps
+                line[at + 1] += contact.force[2] / substeps
+            for leg in range(N_STOPS):
+                line[STOP + leg] += stepper.stop[joints[KNEE[leg]]] / substeps
+        account[k] = stepper.work
+        q[:], v[:] = stepper.q[joints], stepper.v[joints]
+
+    bodies = [model.body(i).name for i in range(1, model.nbody)]
+    physics = Physics(foreign.tree, q, v, applied, bodies, push, step, None, dict)
+    trajectory = drive(PlanarPlant(run, physics))
+    return replace(trajectory, account=account[: len(trajectory)]) if substeps > 1 else trajectory

@@ -1,0 +1,107 @@
+"""Any robot, moved by Drake: its law and its judge read a MuJoCo state that is brought to Drake's at every tick."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from biped.base.jit import bound
+from biped.engines.forces import Contacts, Solved, add_forces
+from biped.engines.loop import drive
+from biped.engines.plant import MujocoPlant
+from biped.engines.sap.stepper import Contact, Stepper
+from biped.robot.run import Run
+
+_MOST = 256
+"""Contacts with the ground in a step."""
+
+
+def simulate(run: Run) -> Any:
+    """Simulates a run; see `biped.engines.drake.simulate`."""
+    return drive(DrakePlant(run))
+
+
+class DrakePlant(MujocoPlant):
+    """The plant of a run (`biped.engines.loop.Plant`).
+
+    Args:
+        run: The run.
+    """
+
+    def __init__(self, run: Run):
+        super().__init__(run)
+        self.split = True  # nothing of MuJoCo's is integrated
+        self.stepper = stepper = Stepper(self.model, run.robot, run.profile.level, run.scenario.model)
+        stepper.q[:], stepper.v[:] = run.q, run.v
+        self._energy, _ = self.columns["energy"]
+
+    def _compiled(self) -> None:
+        return None
+
+    def _stepping(self, touching: list[Contacts]) -> Callable[[int], None]:
+        stepper, data, robot, state, uneven = self.stepper, self.data, self.robot, self.state, self.uneven
+        generalized, direct, columns = self.command == "generalized", self.command == "torque", robot.columns
+        found = _Found(self.contacts.now())
+        forces, total = np.zeros_like(state.point), np.zeros(3)
+        work = np.zeros((len(forces) + 3, 3))
+        add = bound(add_forces, state.point, state.foot, *found.first(2), False, work, forces, total)
+        driven = self.model.actuator_trnid[:, 0]
+        torque, limited = np.zeros(len(robot.drives)), self.model.actuator_ctrllimited
+        span = np.where(limited, self.model.actuator_ctrlrange.T, [[-np.inf], [np.inf]])
+
+        def step(k: int) -> None:
+            forces[:], total[:], torque[:] = 0.0, 0.0, 0.0
+            self.log[k, self._energy] = stepper.energy()
+            if generalized:
+                stepper.applied[:] = data.qfrc_applied
+            elif direct:
+                stepper.applied[columns] = data.ctrl
+            else:
+                np.clip(data.ctrl, *span, out=stepper.target)
+            stepper.pushing[:] = self.pushing
+            stepper.work = stepper.given = 0.0
+            for substep in range(self.run.substeps):
+                if substep and uneven is not None:
+                    data.qpos[:] = stepper.q
+                    uneven.lay()
+                add(state.point, state.foot, *found.of(stepper.step()), False, work, forces, total)
+                if not generalized:
+                    np.add(torque, data.ctrl if direct else stepper.torque[driven], torque)
+            data.qpos[:], data.qvel[:] = stepper.q, stepper.v
+            self.log_step(k, forces, total, torque, (stepper.work, stepper.given))
+
+        return step
+
+
+class _Found:
+    """Drake's contacts as the kernel takes them that adds up the ground's forces.
+
+    Args:
+        example: Contacts of MuJoCo's, which say which geoms are ground and of which foot the others are.
+    """
+
+    def __init__(self, example: Contacts):
+        # Laid out as MuJoCo's arrays are, with gaps between their rows.
+        self._geoms, self._place = np.zeros((_MOST, 4), np.int32)[:, ::2], np.zeros((_MOST, 6))[:, ::2]
+        self._gap, self._size = np.zeros((_MOST, 2))[:, 0], np.full((_MOST, 2), 3, np.int32)[:, 0]
+        self._force, self._row = np.zeros(3 * _MOST), np.zeros((_MOST, 2), np.int32)[:, 0]
+        self._axes, self._friction = np.zeros((_MOST, 18))[:, ::2], np.zeros((_MOST, 10))[:, ::2]
+        self._row[:], self._axes[:] = 3 * np.arange(_MOST), np.eye(3).ravel()
+        self._ground, self._foot = example.is_ground, example.foot
+        self._geoms[:, 0] = int(np.flatnonzero(self._ground)[0])
+
+    def of(self, contacts: list[Contact]) -> tuple[Contacts, Solved]:
+        """Contacts and their forces, along the world's axes."""
+        for i, (part, place, force) in enumerate(contacts):
+            self._geoms[i, 1], self._place[i] = part, place
+            self._force[3 * i : 3 * i + 3] = force
+        return self.first(len(contacts))
+
+    def first(self, n: int) -> tuple[Contacts, Solved]:
+        """The first n; an example for compiling has two, since numpy calls arrays of fewer laid out without gaps."""
+        return (
+            Contacts(self._geoms[:n], self._place[:n], self._gap[:n], self._ground, self._foot),
+            Solved(self._force, self._row[:n], self._size[:n], self._axes[:n], self._friction[:n]),
+        )

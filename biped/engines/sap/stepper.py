@@ -1,0 +1,241 @@
+"""A plant of Drake's that is stepped in MuJoCo's coordinates, and what its contact solver found in a step.
+
+Contacts, stops, dampers and servos are solved together and implicitly (SAP); everything else acts with its force at the
+step's start. Positions follow with the velocity at its end, as in MuJoCo: this engine is independent in its contacts,
+its stops and its code, and not in its integrator.
+"""
+
+# pyright: reportMissingImports=false
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
+from pydrake.systems.framework import DiagramBuilder
+
+from biped.engines.sap.contact import Builder
+from biped.engines.sap.coordinates import Coordinates
+from biped.engines.sap.refused import check_model
+from biped.engines.sap.tree import add_tree, pose
+from biped.robot.robot import Robot
+
+_NEAR = 1e-6
+"""[m, rad] from a stop within which it may push, whatever the speed."""
+
+
+class Contact(NamedTuple):
+    """A contact with the ground in the latest step.
+
+    Attributes:
+        part: MuJoCo's number of the robot's geom.
+        place: (3,) [m].
+        force: (3,) [N] of the ground.
+    """
+
+    part: int
+    place: np.ndarray
+    force: np.ndarray
+
+
+class Stepper:
+    """The physics of a run.
+
+    Args:
+        m: The model, compiled for the run.
+        robot: What it is.
+        level: Whether the ground is level.
+        name: What the scenario calls the model.
+
+    Attributes:
+        q: (nq,) coordinates, as MuJoCo has them.
+        v: (nv,) velocities, likewise.
+        applied: (nv,) generalized forces that act, likewise.
+        target: (nu,) what actuators that are servos are told.
+        pushing: (nbody - 1, 3) [N] at the bodies' centres of mass.
+        torque: (njnt,) torques of servos at their joints in the latest step.
+        stop: (nv,) forces of the stops in it.
+        work: [J] of everything but gravity and springs, summed until it is set back.
+        given: [J] of actuators and pushes alone, likewise.
+
+    Raises:
+        InputError: The model has what Drake has not.
+    """
+
+    def __init__(self, m: mujoco.MjModel, robot: Robot, level: bool, name: str):
+        check_model(m, name)
+        self.model, self._dt = m, float(m.opt.timestep)
+        builder = DiagramBuilder()
+        config = MultibodyPlantConfig(
+            time_step=self._dt, use_sampled_output_ports=False, contact_model="point",
+            discrete_contact_approximation="sap", adjacent_bodies_collision_filters=False,
+        )  # fmt: skip
+        self.plant, scenes = AddMultibodyPlant(config, builder)
+        plant, tree = self.plant, add_tree(self.plant, m)
+        shapes = Builder(plant, m, tree.bodies, robot, level)
+        self._meeting = shapes.register(scenes)
+        plant.Finalize()
+        self._diagram = builder.Build()
+        self._root = self._diagram.CreateDefaultContext()
+        self.context = context = plant.GetMyMutableContextFromRoot(self._root)
+        self._bodies, self.coordinates = tree.bodies, Coordinates(plant, m, tree.joints)
+        self.q, self.v, self.applied = np.array(m.qpos0), np.zeros(m.nv), np.zeros(m.nv)
+        self.target, self.torque, self.stop = np.zeros(m.nu), np.zeros(m.njnt), np.zeros(m.nv)
+        self.pushing = np.zeros((m.nbody - 1, 3))
+        self.work = self.given = 0.0
+        port = plant.get_applied_generalized_force_input_port()
+        self._fixed = port.FixValue(context, np.zeros(plant.num_velocities()))
+        self._contacts = plant.get_contact_results_output_port()
+        instance = tree.bodies[1].model_instance()
+        self._contact_forces = plant.get_generalized_contact_forces_output_port(instance)
+        self._servos = _Servos(plant, m, tree.servos, instance)
+        self._springs()
+        damping = m.dof_damping if m.dof_damping.ndim == 1 else m.dof_damping[:, 0]
+        self._damping = np.zeros(plant.num_velocities())
+        self._damping[self.coordinates.column] = damping[self.coordinates.v]
+        # Of each joint with stops: its places in q, in v and in Drake's velocities, and its range.
+        self._stops = [(int(m.jnt_qposadr[j]), int(m.jnt_dofadr[j]), tree.joints[j].velocity_start(),
+                        *m.jnt_range[j].tolist()) for j in np.flatnonzero(m.jnt_limited)]  # fmt: skip
+        self._stop_v, self._stop_forces = [v for _, v, *_ in self._stops], np.zeros(plant.num_velocities())
+        context.SetDiscreteState(self.coordinates.state(self.q, self.v))
+
+    def _springs(self) -> None:
+        m, c = self.model, self.coordinates
+        stiffness = m.jnt_stiffness if m.jnt_stiffness.ndim == 1 else m.jnt_stiffness[:, 0]
+        self._stiffness, self._rest = stiffness[m.dof_jntid[c.v]], m.qpos_spring[c.q]
+        self._sprung = bool(self._stiffness.any())
+
+    def step(self) -> list[Contact]:
+        """Takes a step; returns its contacts with the ground."""
+        plant, context, c, m = self.plant, self.context, self.coordinates, self.model
+        nq = plant.num_positions()
+        context.SetDiscreteState(c.state(self.q, self.v))  # without it Drake steps on the forces of the step before
+        for geom, frame in self._meeting.planes:
+            frame.SetPoseInParentFrame(context, pose(m.geom_pos[geom], m.geom_quat[geom]))
+        given = c.forces(self.q, self.applied).copy()
+        if self.pushing.any():
+            for b in np.flatnonzero(self.pushing.any(axis=1)):
+                given += self._jacobian(int(b) + 1).T @ self.pushing[b]
+        acting = given.copy()
+        if self._sprung:
+            acting[c.column] -= self._stiffness * (self.q[c.q] - self._rest)
+        self._fixed.GetMutableData().get_mutable_value().SetFromVector(acting)
+        self._servos.command(context, self.target)
+        after = plant.EvalUniquePeriodicDiscreteUpdate(context).get_vector().get_value().copy()
+        before, now = context.get_discrete_state_vector().get_value()[nq:].copy(), after[nq:]
+        touching = self._contact_forces.Eval(context)
+        given += self._servos.read(context, self.torque)
+        step = 0.5 * self._dt * (before + now)
+        self._find_stops(after, before, acting, touching)
+        done = float(given @ step)
+        stops = self._stop_forces
+        self.given += done
+        self.work += done + float((touching + stops - self._damping * now) @ step)
+        out = self._ground_contacts()
+        c.read(after, self.q, self.v)
+        return out
+
+    def energy(self) -> float:
+        """[J] kinetic, potential, and of springs, at the present state, by Drake's own M."""
+        plant, context, c = self.plant, self.context, self.coordinates
+        context.SetDiscreteState(c.state(self.q, self.v))
+        out = plant.CalcKineticEnergy(context) + plant.CalcPotentialEnergy(context)
+        if self._sprung:
+            out += 0.5 * float(self._stiffness @ (self.q[c.q] - self._rest) ** 2)
+        return float(out)
+
+    def _jacobian(self, body: int) -> np.ndarray:
+        """(3, nv) of a body's centre of mass."""
+        from pydrake.multibody.tree import JacobianWrtVariable
+
+        plant, world = self.plant, self.plant.world_frame()
+        return plant.CalcJacobianTranslationalVelocity(
+            self.context, JacobianWrtVariable.kV, self._bodies[body].body_frame(), self.model.body_ipos[body],
+            world, world,
+        )  # fmt: skip
+
+    def _find_stops(self, after: np.ndarray, before: np.ndarray, acting: np.ndarray, touching: np.ndarray) -> None:
+        """Finds the stops' forces, which are in no port of Drake's: what is left of the equations of motion."""
+        self._stop_forces[:] = 0.0
+        self.stop[self._stop_v] = 0.0
+        rates = after[len(after) - len(before) :]
+        pushing = []
+        for q, v, column, low, high in self._stops:
+            now = float(self.q[q])
+            then = now + self._dt * float(rates[column])
+            if min(then - low, high - then) <= max(0.6 * min(now - low, high - now), _NEAR):
+                pushing.append((v, column))
+        if pushing:
+            left = self.residual(after, before, acting, touching)
+            for v, column in pushing:
+                self.stop[v] = self._stop_forces[column] = left[column]
+
+    def residual(self, after: np.ndarray, before: np.ndarray, acting: np.ndarray, touching: np.ndarray) -> np.ndarray:
+        """(nv,) what M Δv/Δt + C v − τ_g leaves after all that has a port: stops, and otherwise nothing.
+
+        Args:
+            after: (nq + nv,) state at the end of the step.
+            before: (nv,) velocities at its start.
+            acting: (nv,) generalized forces that were applied.
+            touching: (nv,) of contacts.
+        """
+        plant, context = self.plant, self.context
+        now = after[len(after) - len(before) :]
+        M = plant.CalcMassMatrix(context)
+        bias = plant.CalcBiasTerm(context) - plant.CalcGravityGeneralizedForces(context)
+        out = M @ ((now - before) / self._dt) + bias - acting - touching + self._damping * now
+        return out - self._servos.forces
+
+    def _ground_contacts(self) -> list[Contact]:
+        found, ground, part = self._contacts.Eval(self.context), self._meeting.ground, self._meeting.part
+        out = []
+        for i in range(found.num_point_pair_contacts()):
+            info = found.point_pair_contact_info(i)
+            pair = info.point_pair()
+            if pair.id_A in ground:
+                out.append(Contact(part[pair.id_B], info.contact_point(), info.contact_force()))
+            elif pair.id_B in ground:
+                out.append(Contact(part[pair.id_A], info.contact_point(), -info.contact_force()))
+        return out
+
+
+class _Servos:
+    """Actuators that hold their joints at a target, within Drake's solver.
+
+    Attributes:
+        forces: (nv,) generalized forces of them in the latest step.
+    """
+
+    def __init__(self, plant, m: mujoco.MjModel, servos: list[tuple[int, int]], instance):
+        self._any, self.forces = bool(servos), np.zeros(plant.num_velocities())
+        if not servos:
+            return
+        self._actuator = np.array([a for a, _ in servos])
+        self._joint = np.array([j for _, j in servos])
+        self._reference = m.qpos0[m.jnt_qposadr[self._joint]]
+        self._places = np.array([m.actuator_biasprm[a, 1] != 0.0 for a in self._actuator])
+        self._desired = plant.get_desired_state_input_port(instance)
+        self._net = plant.get_net_actuation_output_port()
+        names = [m.joint(j).name for j in self._joint]
+        self._index = np.array([int(plant.GetJointActuatorByName(name).index()) for name in names])
+        self._columns = np.array([plant.GetJointByName(name).velocity_start() for name in names])
+        self._values = np.zeros(2 * len(servos))
+        self._order = np.argsort(np.argsort(self._index))
+
+    def command(self, context, target: np.ndarray) -> None:
+        """Tells servos their targets."""
+        if not self._any:
+            return
+        told, n = target[self._actuator], len(self._order)
+        self._values[self._order] = np.where(self._places, told - self._reference, 0.0)
+        self._values[n + self._order] = np.where(self._places, 0.0, told)
+        self._desired.FixValue(context, self._values)
+
+    def read(self, context, torque: np.ndarray) -> np.ndarray:
+        """(nv,) generalized forces that they gave; their torques are written into (njnt,)."""
+        if self._any:
+            found = self._net.Eval(context)[self._index]
+            torque[self._joint] = found
+            self.forces[self._columns] = found
+        return self.forces

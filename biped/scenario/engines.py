@@ -1,0 +1,34 @@
+"""The engines that a scenario can name: the one list of them, which everything else asks."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+MUJOCO, HOME, DRAKE = "mujoco", "home", "drake"
+
+
+class Engine(NamedTuple):
+    """An engine.
+
+    Attributes:
+        place: Module with `simulate(run) -> Trajectory`, imported where it is used.
+        meaning: In one line.
+        any_robot: Whether it moves robots of any kind, or only seven links in a plane.
+        rigid: Whether its contacts give way to nothing.
+        own_clock: Whether its contacts need two of its steps within `ground.contact_time`.
+        seat: Whether a biped can sit in it.
+    """
+
+    place: str
+    meaning: str
+    any_robot: bool = True
+    rigid: bool = False
+    own_clock: bool = False
+    seat: bool = False
+
+
+ENGINES: dict[str, Engine] = {
+    MUJOCO: Engine("biped.engines.mujoco", "MuJoCo's compliant contacts", own_clock=True, seat=True),
+    HOME: Engine("biped.engines.home", "the thesis's own rigid contacts", any_robot=False, rigid=True),
+    DRAKE: Engine("biped.engines.drake", "Drake's compliant contacts (SAP), which no gait here was searched in"),
+}

@@ -1,0 +1,247 @@
+"""Drake as an engine: its equations against MuJoCo's and closed forms, its contacts, its audit, what it refuses."""
+
+from __future__ import annotations
+
+import builtins
+
+import mujoco
+import numpy as np
+import pytest
+
+from biped.base.errors import InputError
+from biped.ensemble.campaign import simulate
+from biped.measure.metrics import assess
+from biped.robot.planar.build import compile_foreign
+from biped.robot.planar.topology import KNEE, Z
+from biped.studies.planned import plan_of
+
+drake = pytest.importorskip("pydrake", reason="biped[drake] is not installed")
+from biped.engines.sap.stepper import Stepper  # noqa: E402
+
+ROBOTS = ("upright/own", "robot/own", "spatial/own", "any/h1", "any/humanoid")
+
+
+def run_of(name, *changes):
+    return plan_of(name, [*changes, "engine=drake"]).run(0)
+
+
+def stepper_of(name, *changes):
+    """What steps a run, at its start, and the run."""
+    run = run_of(name, *changes)
+    if run.scenario.robot is None:
+        model = compile_foreign(run.model, run.scenario).model
+    else:
+        from biped.robot.build import compiled
+
+        model = compiled(run.model, run.scenario, "torque")
+    out = Stepper(model, run.robot, run.profile.level, run.scenario.model)
+    out.q[:], out.v[:] = run.q, run.v
+    return out, run
+
+
+def disturbed(stepper, seed):
+    """Has it in the air, within its stops, with velocities."""
+    m, random = stepper.model, np.random.default_rng(seed)
+    for j in range(m.njnt):
+        at = m.jnt_qposadr[j]
+        if m.jnt_type[j] == mujoco.mjtJoint.mjJNT_FREE:
+            stepper.q[at + 2] += 3.0
+            turned = random.normal(size=4)
+            stepper.q[at + 3 : at + 7] = turned / np.linalg.norm(turned)
+        elif m.jnt_limited[j]:
+            low, high = m.jnt_range[j]
+            stepper.q[at] = low + (high - low) * random.uniform(0.3, 0.7)
+        else:
+            stepper.q[at] += random.uniform(-0.3, 0.3) + (3.0 if m.joint(j).name == "root_z" else 0.0)
+    stepper.v[:] = random.normal(size=m.nv)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_mass_matrix_and_bias_are_mujocos(name):
+    stepper, _ = stepper_of(name)
+    m = stepper.model
+    data, c = mujoco.MjData(m), stepper.coordinates
+    for seed in range(5):
+        disturbed(stepper, seed)
+        data.qpos[:], data.qvel[:] = stepper.q, stepper.v
+        mujoco.mj_forward(m, data)
+        theirs = np.empty((m.nv, m.nv))
+        mujoco.mj_fullM(m, data, theirs)
+        stepper.context.SetDiscreteState(c.state(stepper.q, stepper.v))
+        ours = stepper.plant.CalcMassMatrix(stepper.context)
+        # M of Drake's velocities from MuJoCo's, column by column.
+        there = np.array([c.forces(stepper.q, row).copy() for row in theirs])
+        there = np.array([c.forces(stepper.q, column).copy() for column in there.T]).T
+        assert np.abs(ours - there).max() < 1e-12 * np.abs(there).max()
+
+
+def test_free_flight_is_the_same_scheme_by_hand():
+    stepper, _ = stepper_of("upright/own", "simulation.timestep=0.0001")
+    disturbed(stepper, 1)
+    m = stepper.model
+    data = mujoco.MjData(m)
+    q, v, M = stepper.q.copy(), stepper.v.copy(), np.empty((m.nv, m.nv))
+    for _ in range(50):
+        data.qpos[:], data.qvel[:] = q, v
+        mujoco.mj_forward(m, data)
+        mujoco.mj_fullM(m, data, M)
+        v = v + m.opt.timestep * np.linalg.solve(M, -data.qfrc_bias)
+        q = q + m.opt.timestep * v
+        assert stepper.step() == []
+    assert np.abs(stepper.q - q).max() < 1e-12
+    assert np.abs(stepper.v - v).max() < 1e-11
+
+
+def test_free_flight_converges_at_first_order():
+    errors = []
+    for timestep in (1e-3, 5e-4):
+        stepper, _ = stepper_of("upright/own", f"simulation.timestep={timestep}")
+        disturbed(stepper, 2)
+        m = stepper.model
+        m.opt.timestep, data = 1e-4, mujoco.MjData(m)
+        m.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
+        data.qpos[:], data.qvel[:] = stepper.q, stepper.v
+        for _ in range(1000):
+            mujoco.mj_step(m, data)
+        for _ in range(round(0.1 / timestep)):
+            stepper.step()
+        errors.append(np.abs(stepper.q - data.qpos).max())
+    assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.05)
+
+
+BALL = """<mujoco><worldbody><geom type="plane" size="0 0 1" solref="0.01 1"/>
+  <body name="ball" pos="0 0 0.1"><freejoint/><geom size="0.1" mass="5"/></body></worldbody></mujoco>"""
+
+
+def ball():
+    """A ball of 5 kg that touches the ground; what else a stepper wants of a robot it does not ask of spheres."""
+    return Stepper(mujoco.MjModel.from_xml_string(BALL), run_of("any/humanoid").robot, True, "ball")
+
+
+def test_penetration_at_rest_is_weight_over_stiffness():
+    stepper = ball()
+    for _ in range(400):
+        contacts = stepper.step()
+    assert 0.1 - stepper.q[2] == pytest.approx(9.81 * 0.01**2, rel=1e-3)
+    assert contacts[0].force == pytest.approx([0.0, 0.0, 5.0 * 9.81], rel=1e-6, abs=1e-6)
+
+
+def test_a_push_changes_the_momentum_by_its_impulse():
+    stepper = ball()
+    stepper.q[2], stepper.v[3:] = 3.0, [0.5, 1.0, -0.3]
+    stepper.pushing[0] = [80.0, -20.0, 30.0]
+    for _ in range(50):
+        assert stepper.step() == []
+    assert 5.0 * stepper.v[:3] == pytest.approx([8.0, -2.0, 3.0 - 5.0 * 0.981], abs=1e-10)
+    pushed = 0.5 * 5.0 * (stepper.v[:3] @ stepper.v[:3]) + 5.0 * 9.81 * (stepper.q[2] - 3.0)
+    assert stepper.given == pytest.approx(pushed, abs=0.05)
+
+
+def test_a_knee_stop_holds_and_its_torque_is_found():
+    stepper, _ = stepper_of("upright/own")
+    disturbed(stepper, 4)
+    stepper.v[:] = 0.0
+    knee = KNEE[0]
+    stepper.q[knee] = -0.01
+    stepper.applied[knee] = 40.0  # towards the stop at 0
+    torques = []
+    for _ in range(200):
+        stepper.step()
+        torques.append(stepper.stop[knee])
+    assert stepper.q[knee] < 1e-4
+    assert stepper.q[knee] > -1e-3
+    assert min(torques) < -10.0
+    assert max(torques) <= 1e-9
+
+
+def test_nothing_is_left_of_the_equations_of_motion_beside_the_stops(monkeypatch):
+    left = []
+    original = Stepper.residual
+
+    def noted(self, after, before, acting, touching):
+        out = original(self, after, before, acting, touching)
+        left.append(np.delete(out, [column for _, _, column, *_ in self._stops]))
+        return out
+
+    monkeypatch.setattr(Stepper, "residual", noted)
+    simulate(run_of("upright/own", "duration=1.0"))
+    assert len(left) > 50
+    assert np.abs(np.array(left)).max() < 1e-4  # of forces of 5 kN
+
+
+@pytest.mark.parametrize("name", ["upright/own", "spatial/own", "any/h1"])
+def test_energy_and_momentum_are_accounted_for(name):
+    run = run_of(name, "duration=3.0")
+    trajectory, numbers = assess(simulate(run), run.scenario.interval)
+    assert trajectory.end == "completed"
+    assert numbers["energy_residual"] < 2e-3
+    assert numbers["momentum_residual"] < 1e-4
+    weight = trajectory.mass * 9.81
+    assert trajectory.ground_force[500:, 2].mean() == pytest.approx(weight, rel=0.05)
+
+
+def test_same_bytes_twice():
+    run = run_of("upright/own", "duration=0.7")
+    assert simulate(run).log.tobytes() == simulate(run).log.tobytes()
+
+
+@pytest.mark.parametrize("change", ["ground.slope=3.0", "ground.steps={rise=0.01,run=0.5}"])
+def test_ground_that_is_not_level(change):
+    run = run_of("upright/own", change, "duration=4.0")
+    trajectory = simulate(run)
+    assert trajectory.end == "completed"
+    assert trajectory.x[-1] > 1.0
+    lowest = trajectory.above.min()
+    assert -0.02 < lowest < 0.001
+
+
+def test_slow_control_is_accounted_for_by_the_engines_own_steps():
+    run = run_of("upright/own", "simulation.control_rate=500", "duration=2.0")
+    trajectory = simulate(run)
+    assert trajectory.account is not None
+    assert trajectory.account.shape == trajectory.time.shape
+
+
+MODEL = """<mujoco><worldbody><geom type="plane" size="0 0 1"/>
+  <body pos="0 0 1"><freejoint/><geom size="0.1" mass="5"/>
+    <body pos="0 0.1 -0.3"><joint name="a" {joint}/><geom type="sphere" size="0.05" mass="1"/></body>
+    <body pos="0 -0.1 -0.3"><joint name="b" axis="0 1 0"/><geom type="sphere" size="0.05" mass="1"/></body>
+  </body></worldbody>{more}</mujoco>"""
+
+
+@pytest.mark.parametrize(("joint", "more", "word"), [
+    ('type="ball"', "", "ball joint 'a'"),
+    ('axis="0 1 0" frictionloss="0.1"', "", "dry friction in the joint 'a'"),
+    ('axis="0 1 0"', '<equality><joint joint1="a" joint2="b"/></equality>', "equality constraints"),
+    ('axis="0 1 0"', '<option density="1.2"/>', "air or water"),
+])  # fmt: skip
+def test_what_drake_has_not_is_refused_by_name(joint, more, word):
+    from biped.engines.sap.refused import check_model
+
+    with pytest.raises(InputError, match=word):
+        check_model(mujoco.MjModel.from_xml_string(MODEL.format(joint=joint, more=more)), "it")
+
+
+def test_without_drake_one_sentence_says_what_to_install(monkeypatch):
+    original = builtins.__import__
+
+    def none(name, *rest, **more):
+        if name.partition(".")[0] == "pydrake":
+            raise ModuleNotFoundError("No module named 'pydrake'", name="pydrake")
+        return original(name, *rest, **more)
+
+    run = run_of("upright/own", "duration=0.5")
+    monkeypatch.setattr(builtins, "__import__", none)
+    with pytest.raises(InputError, match=r"pip install 'biped\[drake\]'"):
+        simulate(run)
+
+
+def test_a_seat_is_refused():
+    with pytest.raises(InputError, match=r"ground\.seat\.height"):
+        run_of("upright/own", "ground.seat.height=0.4")
+
+
+def test_height_of_the_walker_is_that_of_mujoco_in_the_first_steps():
+    run = run_of("upright/own", "duration=0.05")
+    other = plan_of("upright/own", ["duration=0.05"]).run(0)
+    assert np.abs(simulate(run).q[:, Z] - simulate(other).q[:, Z]).max() < 1e-4
