@@ -17,7 +17,7 @@ from biped.base.errors import InputError
 
 MOST_SECONDS = 5
 """[s] of the processor's time; the human model takes 0.005."""
-MOST_WAIT = 20.0
+MOST_WAIT = 60.0
 """[s] by the clock, for what waits instead of working."""
 MOST_MEMORY = 2048 * 2**20
 """[bytes] beyond what this process has already; where the system counts them (Linux)."""
