@@ -6,9 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from biped.show.document import Document, Heading, Paragraph, Table
 from biped.show.terminal import console
 from biped.studies.stability.basin import FELL, RETURNED, RETURNS, WALKS, Basin
 from biped.studies.stability.gait import MeasuredGait, Studied
+from biped.studies.stability.growth import PAIRS, STRIDES, Grown
 from biped.studies.stability.reference import Known
 
 
@@ -81,3 +83,23 @@ def _text(values: np.ndarray) -> str:
     return ", ".join(
         f"{value:.10f}" if np.isreal(value) else f"{complex(value):.10f}" for value in np.real_if_close(values)
     )
+
+
+def growth_document(grown: Grown) -> Document:
+    """How pushes of one tick grow, as a document."""
+    heads = ("push [m √(g l)]", "growth a stride", "95 % interval", "apart at the first strike", "at the last", "fell")
+    rows = tuple(
+        (f"{one.size:g}", f"{one.factor:.2f}", f"{one.low:.2f} … {one.high:.2f}", f"{one.distances[0]:.1e}",
+         f"{one.distances[-1]:.1e}", f"{one.fell} of {one.pairs}")
+        for one in grown.sizes
+    )  # fmt: skip
+    note = (
+        f"{PAIRS} pushes of each size at other moments of a stride, the state compared with that of the same walk "
+        f"without a push at {STRIDES} strikes of the first foot, in natural units. Below 1 pushes die out. Strikes are "
+        "known to a tick, and a policy's network computes in 32 bits: of what moves by less than either, growth says "
+        "no more than how fast it reaches that floor."
+    )
+    return (
+        Heading(f"{grown.scenario} in {grown.engine}: growth of small pushes", 1),
+        Table(heads, rows, ()), Paragraph(note, note=True),
+    )  # fmt: skip

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from biped.base.errors import InputError
-from biped.cli.common import DONE, FAILED, print_json, workers_of
+from biped.cli.common import DONE, FAILED, changes_of, print_json, workers_of
 from biped.cli.parser import Commands, command_parser, take_changes, take_json, take_trust, take_workers
 
 
@@ -20,6 +20,8 @@ def add(commands: Commands) -> None:
     take_trust(parser)
     parser.add_argument("--engine", choices=["mujoco", "home"], help="the only engine (default: both)")
     parser.add_argument("--basin", action="store_true", help="also cut the basin of attraction: lean and speed")
+    growth = "only how pushes of one tick grow from stride to stride: any robot, law and engine"
+    parser.add_argument("--growth", action="store_true", help=growth)
     take_workers(parser)
     parser.add_argument("--out", type=Path, help="folder of figure and numbers (default: a new one below runs/)")
     take_json(parser)
@@ -29,7 +31,25 @@ def command(args: argparse.Namespace) -> int:
     """Studies a scenario's gait, or solves the walkers whose multipliers are known."""
     if args.reference == (args.scenario is not None):
         raise InputError("stability: expected a scenario, or --reference alone")
+    if args.growth:
+        return _growth(args)
     return _reference(args) if args.reference else _gait(args)
+
+
+def _growth(args: argparse.Namespace) -> int:
+    from biped.show.stability import growth_document
+    from biped.show.terminal import show
+    from biped.studies.stability.growth import growth
+
+    if args.reference or args.basin:
+        raise InputError("stability: expected --growth without --reference and --basin")
+    with workers_of(args) as jobs:
+        found = growth(args.scenario, changes_of(args), jobs)
+    if args.json:
+        print_json(found.as_dict())
+    else:
+        show(growth_document(found))
+    return DONE
 
 
 def _reference(args: argparse.Namespace) -> int:
