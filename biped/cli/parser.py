@@ -94,7 +94,11 @@ def take_same_platform(parser: argparse.ArgumentParser) -> None:
 
 def take_trust(parser: argparse.ArgumentParser) -> None:
     """Adds `--trust`."""
-    parser.add_argument("--trust", action="store_true", help="run a law of one's own that the scenario names")
+    parser.add_argument(
+        "--trust",
+        action="store_true",
+        help="run a law of one's own that the scenario names, and read a model's files wherever they lie",
+    )
 
 
 def take_json(parser: argparse.ArgumentParser) -> None:

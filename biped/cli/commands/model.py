@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from biped.cli.common import DONE, FAILED, print_json
-from biped.cli.parser import Commands, command_parser, take_json
+from biped.cli.parser import Commands, command_parser, take_json, take_trust
 
 
 def add(commands: Commands) -> None:
@@ -15,6 +15,7 @@ def add(commands: Commands) -> None:
         description="Says what is recognised in a model file, and lists every fault at once, with what to write.",
     )  # fmt: skip
     parser.add_argument("file", help="name in models/, or path of an MJCF or URDF file")
+    take_trust(parser)
     take_json(parser)
 
 

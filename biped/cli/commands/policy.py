@@ -7,7 +7,7 @@ from pathlib import Path
 
 from biped.base.errors import InputError
 from biped.cli.common import DONE, FAILED, print_json
-from biped.cli.parser import Commands, command_parser, number, take_json
+from biped.cli.parser import Commands, command_parser, number, take_json, take_trust
 
 
 def add(commands: Commands) -> None:
@@ -24,6 +24,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--rate", type=number, help="Hz at which the network is asked, where nothing else says it")
     parser.add_argument("--tape", type=Path, help="states, observations and actions that the card must reproduce, .npz")
     parser.add_argument("--faults", action="store_true", help="inject faults into the card and see which are found")
+    take_trust(parser)
     take_json(parser)
 
 
