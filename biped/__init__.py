@@ -6,9 +6,9 @@ never tuned in (MuJoCo) and in the one it comes from (the constrained dynamics o
 
 TYPE_CHECKING = False  # as type checkers know it: importing typing would take longer than all else here
 if TYPE_CHECKING:
-    from biped.api import Compared, Loaded, Result, compare, load, run, sweep
+    from biped.api import Compared, Differed, Loaded, Result, check, compare, diff, load, run, sweep
 
-__all__ = ["Compared", "Loaded", "Result", "compare", "load", "run", "sweep"]
+__all__ = ["Compared", "Differed", "Loaded", "Result", "check", "compare", "diff", "load", "run", "sweep"]
 
 
 def __getattr__(name: str) -> object:

@@ -30,6 +30,7 @@ from biped.robot.law_factory import Factory, factory_of
 from biped.scenario.inline import setting
 from biped.scenario.keys import Scenario
 from biped.studies import comparison
+from biped.studies.diff import study
 from biped.studies.making import ScenarioResult
 from biped.studies.planned import plan_of, title_of
 from biped.studies.run import run_plan, save
@@ -118,6 +119,13 @@ class Result:
         return (f"<{self._done.result['scenario']} in {self.scenario.engine}: {s['walked']:.0f} of {count} walked, "
                 f"{s['speed']:.3g} m/s, {judgement(self._done.result)}>")  # fmt: skip
 
+    def _repr_html_(self) -> str:
+        """Its verdict, metrics and checks as a table, which a notebook shows below the cell."""
+        from biped.show.page.html import blocks, join
+        from biped.show.results import document_of
+
+        return str(join(blocks(document_of(self._done.result, self.scenario.description))))
+
     @cached_property
     def runs(self) -> pyarrow.Table:
         """One row per run with every metric, as runs.parquet has it; `.to_pandas()` where pandas is installed."""
@@ -162,6 +170,35 @@ class Result:
         record_runs(Path(path), self._done.plan, self._done.result, self._trajectories)
         return Path(path)
 
+    def report(self, path: str | Path, title: str = "Does it walk?") -> Path:
+        """Writes the HTML page that `biped report --html` writes; returns it.
+
+        Raises:
+            InputError: It cannot be written.
+        """
+        from biped.show.page import write_page
+
+        with tempfile.TemporaryDirectory(prefix="biped-") as folder:
+            write_page([self.save(Path(folder) / "result")], Path(path), title)
+        return Path(path)
+
+    def video(self, path: str | Path, only: int | None = None, **cut: Any) -> Path:
+        """Writes a clip, *.mp4 or *.gif; returns it.
+
+        Args:
+            path: The file.
+            only: Number of the run; default: the walker of median speed.
+            **cut: As in `biped.show.film.Cut`: `width`, `start`, `end`, `slow`, `eye` and more.
+
+        Raises:
+            InputError: Nothing here can draw or encode, or the file cannot be written.
+        """
+        from biped.show.film import Cut, film
+
+        with tempfile.TemporaryDirectory(prefix="biped-") as folder:
+            film([self.save(Path(folder) / "result")], Path(path), Cut(**cut), only)
+        return Path(path)
+
     def show(self) -> None:
         """Opens the recording in the rerun viewer; in a notebook with `rerun-notebook`, below the cell."""
         from biped.show.recording.viewer import open_viewer
@@ -196,6 +233,87 @@ def run(
     plan = plan_of(loaded.name, loaded.changes, loaded.law)
     with campaign.workers_at(jobs, cluster, False, _tell) as workers:
         return Result(run_plan(title_of(loaded.name), plan, workers, progress))
+
+
+def check(name: str | Path | Loaded, **arguments: Any) -> Result:
+    """Runs a scenario that expects something; `passed` and `checks` of the result say whether it holds.
+
+    Args:
+        name: Name, path, or as from `load`.
+        **arguments: As of `run`.
+
+    Raises:
+        InputError: Nothing is expected, or something cannot be used.
+    """
+    law = arguments.get("law")
+    keys = {key: value for key, value in arguments.items() if key not in ("law", "jobs", "cluster", "progress")}
+    if not load(name, law=law, **keys).scenario.expect:
+        raise InputError('check: expect: missing; expected bounds of metrics, e.g. expect={"falls": {"max": 0}}')
+    return run(name, **arguments)
+
+
+class Differed:
+    """The change from one result to another, run by run of the same seeds.
+
+    Args:
+        found: As from `biped.studies.diff`.
+
+    Attributes:
+        passed: Whether nothing became worse.
+        worse: Names of the metrics that did.
+        worst: The run to look at, with its seed, its outcome and the command that makes it again; None: there is none.
+    """
+
+    def __init__(self, found: study.Difference):
+        self._found = found
+        self.passed: bool = found.passed
+        self.worse: list[str] = found.worse
+        self.worst: dict[str, Any] | None = found.worst_as_dict()
+
+    def __repr__(self) -> str:
+        from biped.show.diff import headline
+
+        return f"<{len(self._found.pairs)} pairs of runs: {headline(self._found)}>"
+
+    def _repr_html_(self) -> str:
+        """Its verdict and every metric as a table, which a notebook shows below the cell."""
+        from biped.show.diff import document_of
+        from biped.show.page.html import blocks, join
+
+        return str(join(blocks(document_of(self._found))))
+
+    @cached_property
+    def metrics(self) -> pyarrow.Table:
+        """A row per metric: its value in both, the change with its interval, and the verdict."""
+        rows = self._found.as_dict()["metrics"]
+        flat = [
+            {"metric": name, "low": row["interval"][0], "high": row["interval"][1], **row} for name, row in rows.items()
+        ]
+        return table_of([{key: value for key, value in row.items() if key != "interval"} for row in flat])
+
+
+def diff(
+    first: Result | str | Path, second: Result | str | Path, margin: float = study.MARGIN, metrics: Sequence[str] = ()
+) -> Differed:
+    """Compares two results run by run, paired by seed.
+
+    Args:
+        first: The result that is compared with, or its folder.
+        second: The one that is judged.
+        margin: A change within this share is none that matters.
+        metrics: Names of those that are compared; default: all.
+
+    Raises:
+        InputError: They have no runs in common, or a metric is unknown.
+    """
+    with tempfile.TemporaryDirectory(prefix="biped-") as folder:
+        folders = [
+            one.save(Path(folder) / name) if isinstance(one, Result) else Path(one)
+            for one, name in ((first, "first"), (second, "second"))
+        ]
+        found = study.of_folders(folders[0], folders[1], margin, metrics)
+        found.as_dict()  # reads what it needs of the folders
+    return Differed(found)
 
 
 def sweep(

@@ -31,7 +31,7 @@ def folder(tmp_path, monkeypatch):
 def test_the_page_runs_as_printed():
     text = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    assert len(blocks) == 7
+    assert len(blocks) == 8
     names: dict = {"__name__": "notebook"}
     for block in blocks:
         exec(compile(block, "docs/python.md", "exec"), names)
@@ -44,11 +44,45 @@ def test_the_page_runs_as_printed():
     assert Path("slow/recording.rrd").stat().st_size > 10_000
 
 
+def test_results_show_themselves_in_a_notebook_and_names_stay_words():
+    result = biped.run("level_normal", description="<b>bold</b>", **SHORT)
+    text = result._repr_html_()
+    assert "<table>" in text
+    assert "&lt;b&gt;bold" in text
+    assert f"{result.summary['peak_torque']:.3g}" in text
+    assert [name for name, kind in zip(result.runs.column_names, result.runs.schema.types, strict=True)
+            if str(kind).startswith(("struct", "list"))] == []  # fmt: skip
+
+
+def test_a_difference_is_paired_and_says_what_became_worse(tmp_path):
+    start = {**SHORT, "randomise.runs": 2, "start.jitter": 0.002}
+    one, two = (biped.run("level_normal", jobs=1, **start, **{"ground.friction": mu}) for mu in (1.0, 0.2))
+    same = biped.diff(one, one.save(tmp_path / "kept"))
+    assert same.passed
+    assert "the same to the last digit in all 2 pairs" in repr(same)
+    found = biped.diff(one, two, metrics=["peak_force"])
+    (row,) = found.metrics.to_pylist()
+    assert row["second"] == pytest.approx(two.summary["peak_force"])
+    assert row["low"] <= row["change"] <= row["high"]
+    assert "<table>" in found._repr_html_()
+    with pytest.raises(InputError, match="unknown metric"):
+        biped.diff(one, two, metrics=["spead"])
+
+
+def test_a_check_needs_an_expectation_and_a_page_is_written():
+    with pytest.raises(InputError, match="expect: missing"):
+        biped.check("upright/own", **SHORT)
+    checked = biped.check("upright/own", expect={"falls": {"max": 0}}, **SHORT)
+    assert checked.passed
+    assert checked.checks[0]["name"] == "falls"
+    assert "upright/own" in checked.report("page.html").read_text(encoding="utf-8")
+
+
 def test_importing_biped_imports_nothing_else():
     code = "import sys, biped; print([n for n in sys.modules if n.startswith(('biped.', 'numpy'))], dir(biped))"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.startswith("[] ")
-    assert "'compare', 'load', 'run', 'sweep'" in done.stdout
+    assert "'check', 'compare', 'diff', 'load', 'run', 'sweep'" in done.stdout
     with pytest.raises(AttributeError, match="no attribute 'walk'"):
         biped.walk  # noqa: B018
 
@@ -126,7 +160,7 @@ def test_every_run_gets_its_own_copy_of_an_instance():
 
 def test_a_saved_law_of_a_notebook_says_that_it_cannot_be_run_again():
     folder = biped.run("level_normal", law=Limp(), **SHORT).save("x")
-    with pytest.raises(InputError, match=r"law: expected 'path.py:Class', got 'python:Limp'"):
+    with pytest.raises(InputError, match=r"law: expected 'path.py:Class'.*got 'python:Limp'"):
         biped.run(folder / "scenario.toml")
 
 
