@@ -36,11 +36,16 @@ def counted(falls: int, runs: int) -> Probability:
     return Probability(falls / runs if runs else 0.0, *wilson(falls, runs))
 
 
-def combined(estimates: Sequence[float]) -> Probability:
+def combined(estimates: Sequence[float], least: float = 0.0) -> Probability:
     """The mean of independent unbiased estimates, with Student's interval of its logarithm.
 
     Estimates by splitting scatter by factors and not by differences, and none is below zero. The standard error of
-    the logarithm of their mean is that of the mean over the mean (the delta method).
+    the logarithm of their mean is that of the mean over the mean (the delta method). Few estimates that agree by chance
+    scatter too little, and those that do are mostly low: the scatter is not taken for less than is known of it.
+
+    Args:
+        estimates: One of each sample.
+        least: Relative standard deviation that an estimate has at least.
     """
     n = len(estimates)
     mean = math.fsum(estimates) / n
@@ -50,7 +55,8 @@ def combined(estimates: Sequence[float]) -> Probability:
         return Probability(mean, 0.0, 1.0)
     from scipy.special import stdtrit
 
-    error = math.sqrt(math.fsum((one - mean) ** 2 for one in estimates) / (n - 1) / n) / mean
+    scatter = math.sqrt(math.fsum((one - mean) ** 2 for one in estimates) / (n - 1)) / mean
+    error = max(scatter, least) / math.sqrt(n)
     factor = math.exp(min(float(stdtrit(n - 1, 0.975)) * error, 700.0))
     return Probability(mean, mean / factor, min(1.0, mean * factor))
 

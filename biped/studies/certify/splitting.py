@@ -203,3 +203,10 @@ def _proposed(rng: np.random.Generator, run: Normals, reached: float, moving: Mo
     # What acts at that time is part of how the level was reached: the next piece is the first that may differ.
     number = bisect_right(times, reached + EARLIEST)
     return run.moved(Move(seed=seed, after=times[number] if number < len(times) else LARGEST)), True
+
+
+def least_scatter(samples: Sequence[Sample], size: int) -> float:
+    """Relative standard deviation that a sample's estimate would have if all runs at all levels were independent."""
+    shares = [[sample.shares[i] for sample in samples if len(sample.shares) > i] for i in range(len(samples[0].shares))]
+    means = [sum(each) / len(each) for each in shares if sum(each) > 0.0]
+    return math.sqrt(sum((1.0 - share) / share / size for share in means))

@@ -27,7 +27,17 @@ from biped.scenario.normals import Normals
 from biped.scenario.vary import stream
 from biped.studies.certify.estimate import LEAST_SAMPLES, Probability, combined, counted, plain_is_cheaper
 from biped.studies.certify.precursors import SCORES, RunOutcome, outcome_of
-from biped.studies.certify.splitting import MOVES, SHARE, Levels, Moving, Sample, baseline_of, pilot, sampled
+from biped.studies.certify.splitting import (
+    MOVES,
+    SHARE,
+    Levels,
+    Moving,
+    Sample,
+    baseline_of,
+    least_scatter,
+    pilot,
+    sampled,
+)
 from biped.studies.folders import folder_for
 from biped.studies.planned import plan_of, title_of
 
@@ -304,7 +314,7 @@ def _splitting(seed: int, outcomes: Outcomes, levels: Levels, moving: Moving, ac
         number = len(samples)
         wave = range(number, number + WAVE)
         samples += outcomes.finish([sampled(seed, i, accuracy.size, levels, moving) for i in wave])
-        found = combined([sample.probability for sample in samples])
+        found = combined([sample.probability for sample in samples], least_scatter(samples, accuracy.size))
         reached = len(samples) >= 2 * LEAST_SAMPLES and found.relative <= accuracy.relative
         if reached or outcomes.runs + WAVE * cost > accuracy.most:
             break

@@ -100,6 +100,8 @@ def test_counting_is_cheaper_of_frequent_falls_alone():
 def test_intervals_of_estimates_widen_with_their_scatter():
     narrow, wide = combined([1e-3] * 8 + [1.1e-3] * 2), combined([1e-4, 2e-3] * 5)
     assert narrow.high / narrow.low < 1.1 < wide.high / wide.low
+    least = combined([1e-3] * 5, least=0.5)
+    assert least.high / least.value == pytest.approx(math.exp(2.776 * 0.5 / math.sqrt(5)), rel=1e-3)
     assert combined([0.0] * 5) == (0.0, 0.0, 1.0)
 
 
