@@ -27,9 +27,8 @@ class Account:
         self._rows = np.empty((3, model.nv))
         damping = model.dof_damping
         self._damping = np.array(damping if damping.ndim == 1 else damping[:, 0])
-        # Air, tendons' dampers and dampers that are not linear: few robots have any.
-        self._other = bool(model.opt.density or model.opt.viscosity or model.tendon_damping.any()
-                           or model.tendon_dampingpoly.any() or model.dof_dampingpoly.any())  # fmt: skip
+        # Tendons' dampers and dampers that are not linear: few robots have any.
+        self._other = bool(model.tendon_damping.any() or model.tendon_dampingpoly.any() or model.dof_dampingpoly.any())
         self._poly = np.array(model.dof_dampingpoly)
         self.work = self.given = 0.0
 
@@ -69,4 +68,4 @@ class Account:
             quadratic, cubic = self._poly.T
             slope = 2.0 * quadratic * np.abs(self._before) + 3.0 * cubic * self._before**2
             damper = data.qfrc_damper + self._damping * self._before - slope * (after - self._before)
-            self.work += float((damper + data.qfrc_fluid) @ step)
+            self.work += float(damper @ step)

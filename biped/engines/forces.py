@@ -126,14 +126,15 @@ def nearest_point(points, feet, contacts, c):
 
 @inner_kernel
 def _local(solved, c, pyramidal, out):
-    """Writes the force (3,) [N] on a contact's second geom, in the contact's frame."""
+    """Writes force and moment (6,) [N, N m] on a contact's second geom, in the contact's frame."""
     row, force = solved.row[c], solved.force
-    out[0], out[1], out[2] = 0.0, 0.0, 0.0
+    for i in range(6):
+        out[i] = 0.0
     if row < 0:
         return
     size = solved.size[c]
     if not pyramidal:
-        for i in range(min(size, 3)):
+        for i in range(size):
             out[i] = force[row + i]
         return
     if size == 1:
@@ -141,12 +142,38 @@ def _local(solved, c, pyramidal, out):
         return
     for i in range(2 * (size - 1)):
         out[0] += force[row + i]
-    for i in range(min(size - 1, 2)):
+    for i in range(size - 1):
         out[i + 1] = (force[row + 2 * i] - force[row + 2 * i + 1]) * solved.friction[c, i]
 
 
+@inner_kernel
+def add_moment(place, com, force, out):
+    """Adds the moment of a force at a place about a centre of mass to out[3:6]."""
+    x, y, z = place[0] - com[0], place[1] - com[1], place[2] - com[2]
+    out[3] += y * force[2] - z * force[1]
+    out[4] += z * force[0] - x * force[2]
+    out[5] += x * force[1] - y * force[0]
+
+
+@inner_kernel
+def write_spin(inertia, moving, out):
+    """Writes the angular momentum (3,) [N m s] of a robot about its centre of mass.
+
+    Args:
+        inertia: (nbody, 10) MuJoCo's `cinert`: of bodies about that point, mass times place from it, mass.
+        moving: (nbody, 6) MuJoCo's `cvel`: how they turn, and how they would move there.
+        out: (3,) or longer, overwritten.
+    """
+    out[0], out[1], out[2] = 0.0, 0.0, 0.0
+    for b in range(1, inertia.shape[0]):
+        i, v = inertia[b], moving[b]
+        out[0] += i[0] * v[0] + i[3] * v[1] + i[4] * v[2] - i[8] * v[4] + i[7] * v[5]
+        out[1] += i[3] * v[0] + i[1] * v[1] + i[5] * v[2] + i[8] * v[3] - i[6] * v[5]
+        out[2] += i[4] * v[0] + i[5] * v[1] + i[2] * v[2] - i[7] * v[3] + i[6] * v[4]
+
+
 @kernel
-def add_forces(points, feet, contacts, solved, pyramidal, work, force, total):
+def add_forces(points, feet, contacts, solved, pyramidal, com, work, local, force, total):
     """Adds the ground's forces in the latest step.
 
     Args:
@@ -155,13 +182,15 @@ def add_forces(points, feet, contacts, solved, pyramidal, work, force, total):
         contacts: `Contacts` of the step.
         solved: `Solved`, likewise.
         pyramidal: Whether friction cones are pyramids.
-        work: (P + 3, 3) work space.
+        com: (3,) [m] centre of mass of the robot in the step.
+        work: (P + 2, 3) work space.
+        local: (6,) likewise.
         force: (P, 3) [N] on the contact points.
-        total: (3,) [N] on the whole robot, its feet or other parts.
+        total: (6,) [N, N m] on the whole robot, its feet or other parts: force, and moment about its centre of mass.
     """
     size = feet.size
     work[: size + 1] = 0.0
-    whole, local, world = work[size], work[size + 1], work[size + 2]
+    whole, world = work[size], work[size + 1]
     for c in range(contacts.gap.size):
         side = 0.0
         if contacts.is_ground[contacts.geoms[c, 0]]:
@@ -175,7 +204,10 @@ def add_forces(points, feet, contacts, solved, pyramidal, work, force, total):
         for i in range(3):
             world[i] = side * (local[0] * axes[i] + local[1] * axes[3 + i] + local[2] * axes[6 + i])
         p = nearest_point(points, feet, contacts, c)
+        add_moment(contacts.place[c], com, world, total)
         for i in range(3):
+            # Of contacts that resist turning too.
+            total[3 + i] += side * (local[3] * axes[i] + local[4] * axes[3 + i] + local[5] * axes[6 + i])
             whole[i] += world[i]
             if p >= 0:
                 work[p, i] += world[i]

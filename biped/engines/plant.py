@@ -25,11 +25,11 @@ from biped.engines.uneven import Uneven, own
 from biped.measure.columns import columns_of, width_of
 from biped.measure.trajectory import Trajectory
 from biped.robot.build import compiled
-from biped.robot.gravity import frame
+from biped.robot.gravity import frame, gravity3
 from biped.robot.ground import levelled
 from biped.robot.run import Run
 from biped.scenario.command import COMMANDED
-from biped.scenario.laws import SPATIAL
+from biped.scenario.laws import SPATIAL, own_law
 from biped.scenario.pushing import pieces
 from biped.scenario.senses import Sensors
 from biped.scenario.truth import Truth
@@ -53,7 +53,10 @@ class MujocoPlant:
 
     Attributes:
         compiled: The law's compiled loop, if it has one that suits the run.
+        explains: Whether moments of all that acts from outside are written down.
     """
+
+    explains = True
 
     def __init__(self, run: Run, watch: Watch | None = None):
         s = run.scenario
@@ -64,6 +67,8 @@ class MujocoPlant:
         self.command = command_of(make, s, name)
         servos = make.servos(self.robot) if isinstance(make, Networked) else None
         self.model = compiled(run.model, s, self.command, servos)
+        if own_law(s.law):
+            self.model = copy.copy(self.model)  # what a law does to it behind what it is given is for this run alone
         if not self.profile.level:
             self.model = own(self.model)
         self.data = mujoco.MjData(self.model)
@@ -77,7 +82,7 @@ class MujocoPlant:
                       run.q.copy(), run.v.copy())  # fmt: skip
         self.law = Commander(make, name, file, setup, size, run.ticks)
         self.columns = columns_of(self.robot)
-        self.log = np.zeros((run.ticks, width_of(self.robot)))
+        self.log, self.outside = np.zeros((run.ticks, width_of(self.robot))), np.zeros((run.ticks, 9))
         self._written = [slice(first, first + math.prod(shape)) if shape else first for first, shape in (
             self.columns[name] for name in ("force", "ground_force", "u", "work", "given"))]  # fmt: skip
         self.state = state_of(self.model, self.data, self.robot, self.columns, s.fall, self.profile)
@@ -99,7 +104,7 @@ class MujocoPlant:
         )
         self.account = Account(self.model, self.data)
         self.split = s.simulation.integrator in _SPLIT
-        self.pushing = np.zeros((self.model.nbody - 1, 3))
+        self.pushing, self._pushed = np.zeros((self.model.nbody - 1, 3)), ()
         self.compiled = self._compiled()
         self._in_python: Callable[[int, int], tuple[int, int]] | None = None
 
@@ -121,6 +126,7 @@ class MujocoPlant:
     def push(self, forces: np.ndarray) -> None:
         """Has forces (bodies, 3) [N] act."""
         self.pushing[:] = self.data.xfrc_applied[1:, :3] = forces
+        self._pushed = tuple((np.flatnonzero(forces.any(axis=1)) + 1).tolist())
         self.account.push()
 
     def advance(self, first: int, last: int) -> tuple[int, int]:
@@ -129,7 +135,7 @@ class MujocoPlant:
             from biped.engines.space.plant import advance, on_base
 
             if on_base(self.pushing, self.model, self.robot):
-                return advance(self.compiled, self.law, self.log, first, last)
+                return advance(self.compiled, self.law, self.log, self.outside, first, last)
         if self._in_python is None:
             self._in_python = self._bound()
         return self._in_python(first, last)
@@ -157,7 +163,8 @@ class MujocoPlant:
             self.data, self.model, self.log, self.law, self.observation, self.state)  # fmt: skip
         contacts, sensors, tick, first_half = self.contacts, self.sensors, self.run.tick, self._first_half()
         velocities = mujoco.mj_subtreeVel
-        log_row = bound(log_state, state, touching[0], log[0], 0.0)
+        outside = self.outside
+        log_row = bound(log_state, state, touching[0], log[0], outside[0], 0.0)
         wanted, target = np.zeros(law.size), data.qfrc_applied if self.command == "generalized" else data.ctrl
         limits = self.limits if self.command == "torque" else np.full(law.size, np.inf)
         follow = fraction(self.s.actuation.lag, tick)
@@ -168,7 +175,7 @@ class MujocoPlant:
             velocities(model, data)
             time = k * tick
             touching[0] = contacts.now()
-            status = log_row(state, touching[0], log[k], time)
+            status = log_row(state, touching[0], log[k], outside[k], time)
             if status != GOING:
                 return status
             if sensors is not None:
@@ -187,14 +194,17 @@ class MujocoPlant:
         watch, pushing, substeps, split = self.watch, self.pushing, self.run.substeps, self.split
         generalized, first_half = self.command == "generalized", self._first_half()
         solved = contacts.examples()[1]
-        forces, total, torque = np.zeros_like(state.point), np.zeros(3), np.zeros(len(self.robot.drives))
-        work, pyramidal = np.zeros((len(forces) + 3, 3)), contacts.pyramidal
-        add = bound(add_forces, state.point, state.foot, touching[0], solved, pyramidal, work, forces, total)
+        forces, total, torque = np.zeros_like(state.point), np.zeros(6), np.zeros(len(self.robot.drives))
+        outside, com, acting = self.outside, data.subtree_com[self.robot.base_number], np.zeros(6)
+        target = data.qfrc_applied if generalized else data.ctrl
+        work, local, pyramidal = np.zeros((len(forces) + 2, 3)), np.zeros(6), contacts.pyramidal
+        spare = work, local
+        add = bound(add_forces, state.point, state.foot, touching[0], solved, pyramidal, com, *spare, forces, total)
         second_half = mujoco.mj_step2 if split else mujoco.mj_step
 
         def step(k: int) -> None:
             account.begin()
-            forces[:], total[:], torque[:] = 0.0, 0.0, 0.0
+            forces[:], total[:], torque[:], acting[:] = 0.0, 0.0, 0.0, 0.0
             for substep in range(substeps):
                 if substep:
                     first_half()
@@ -204,10 +214,12 @@ class MujocoPlant:
                 account.after()
                 if not split:  # the contacts are those of the last of its stages
                     touching[0] = contacts.now()
-                add(state.point, state.foot, touching[0], contacts.solved(), pyramidal, work, forces, total)
+                add(state.point, state.foot, touching[0], contacts.solved(), pyramidal, com, work, local, forces, total)
+                self._declare(target, acting)
                 if not generalized:
                     np.add(torque, data.actuator_force, torque)
-            self.log_step(k, forces, total, torque, (account.work, account.given))
+            self.log_step(k, forces, total[:3], torque, (account.work, account.given))
+            outside[k, 3:] = (total + acting) / substeps
             if watch is not None:
                 watch(model, data, pushing)
 
@@ -231,6 +243,25 @@ class MujocoPlant:
         row[force] = self.ground_force.ravel()
         row[whole], row[u] = total * share, torque * share
         row[done], row[given] = work
+
+    def _declare(self, target: np.ndarray, out: np.ndarray) -> None:
+        """Adds force and moment about the centre of mass (6,) of what a scenario says acts from outside in a step.
+
+        Args:
+            target: (nv,) generalized forces, where the law commands them.
+            out: (6,) [N, N m].
+        """
+        data, base = self.data, self.robot.base_number
+        com = data.subtree_com[base]
+        for body in self._pushed:
+            force = self.pushing[body - 1]
+            out[:3] += force
+            out[3:] += np.cross(data.xipos[body] - com, force)
+        if self.s.law == SPATIAL and self.command == "generalized":
+            columns = list(self.robot.base_columns)
+            force = target[columns[:3]]
+            out[:3] += force
+            out[3:] += data.xmat[base].reshape(3, 3) @ target[columns[3:]] + np.cross(data.xpos[base] - com, force)
 
     def fall(self, status: int, row: int) -> str:
         """How the base fell at a row of the log."""
@@ -260,7 +291,7 @@ class MujocoPlant:
             tick=self.run.tick,
             slope=s.ground.slope,
             side_slope=s.ground.side_slope,
-            gravity=tuple(self.model.opt.gravity.tolist()),
+            gravity=tuple(gravity3(s.ground.slope, s.ground.side_slope).tolist()),
             generalized=self.command == "generalized",
             torque_limit=tuple(self.limits.tolist()),
             pushes=tuple((p.start, p.end, *_in_space(p.force), p.body) for p in pieces(s)),
@@ -268,6 +299,7 @@ class MujocoPlant:
             cause=ending.cause,
             warnings=ending.warnings,
             robot=self.run.true_robot,
+            outside=self.outside[:rows] if self.explains else None,
             ground=self.profile,
             changes=tuple(change.at for change in s.change),
             sampled=not self.split,

@@ -10,7 +10,7 @@ import numpy as np
 
 from biped.base.jit import inner_kernel, kernel
 from biped.engines.fall import GOING, LOW, NOT_FINITE, TILTED
-from biped.engines.forces import nearest_point
+from biped.engines.forces import nearest_point, write_spin
 from biped.robot.ground import GROUND, Profile, height_below, set_ground
 from biped.robot.robot import Robot
 from biped.scenario.keys import Fall
@@ -36,6 +36,8 @@ class State(NamedTuple):
         com_velocity: (nbody, 3) [m/s] of these.
         anchor: (njnt, 3) [m] places of joints.
         energy: (2,) [J] potential and kinetic.
+        inertia: (nbody, 10) of bodies about the centre of mass of all.
+        moving: (nbody, 6) velocities of bodies there.
         columns: (15,) first columns of a trajectory's quantities.
         base: (2,) numbers of base and trunk.
         axes: (3, 3) against gravity; in the base's frame up when it stands, and the trunk's upper end [m].
@@ -59,6 +61,8 @@ class State(NamedTuple):
     com_velocity: np.ndarray
     anchor: np.ndarray
     energy: np.ndarray
+    inertia: np.ndarray
+    moving: np.ndarray
     columns: np.ndarray
     base: np.ndarray
     axes: np.ndarray
@@ -99,7 +103,7 @@ def state_of(
     ]
     return State(
         data.qpos, data.qvel, data.xpos, data.xmat, data.xquat, data.xipos, data.subtree_com, data.subtree_linvel,
-        data.xanchor, data.energy, np.array([first for first, _ in columns.values()]),
+        data.xanchor, data.energy, data.cinert, data.cvel, np.array([first for first, _ in columns.values()]),
         np.array([robot.base_number, robot.trunk_number]),
         np.array([-gravity / np.linalg.norm(gravity), robot.upright, robot.top]),
         np.array([least, fall.tilt]), ground, body, robot.of_foot,
@@ -151,13 +155,14 @@ def _write_figure(s, figure):
 
 
 @kernel
-def log_state(s, contacts, line, time):
+def log_state(s, contacts, line, outside, time):
     """Judges a state and writes it into its row, all but the forces of the step that follows.
 
     Args:
         s: `State`.
         contacts: `biped.engines.forces.Contacts`.
         line: The row.
+        outside: (9,) that of `Trajectory.outside`.
         time: [s].
 
     Returns:
@@ -193,4 +198,5 @@ def log_state(s, contacts, line, time):
         line[at[BASE] + 3 + i] = s.quaternion[base, i]
     _write_figure(s, line[at[FIGURE] :])
     line[at[ENERGY]] = s.energy[0] + s.energy[1]
+    write_spin(s.inertia, s.moving, outside)
     return status

@@ -15,6 +15,7 @@ from biped.base.text import safe
 from biped.robot.ground import begin_beyond, first_of, profile_of
 from biped.robot.law_factory import Factory
 from biped.robot.load import RobotStarts, load_robot, starts_of
+from biped.robot.planar.model import check_home
 from biped.robot.planar.topology import N_ROWS, NQ
 from biped.robot.robot import Robot
 from biped.robot.run import Run
@@ -84,8 +85,10 @@ class Runs:
         Raises:
             InputError: It cannot.
         """
-        _, robot, starts = self._load(s)
+        path, robot, starts = self._load(s)
         check_keys(s, robot)
+        if s.engine == "home":
+            check_home(path)
         self.gains(s)
         _pushes(s, robot)
         starts.start(s, None)

@@ -55,6 +55,8 @@ class Derived(NamedTuple):
         given: (n,) [J] of actuators and pushes, likewise.
         spent: (n,) [J] of the sum of actuators' powers and of that of pushes, either way, likewise.
         speed: (2, n) [m²/s², rad²/s²] largest square of a link's speed and of its turning.
+        outside: (n, 9) angular momentum about the centre of mass [N m s], and force [N] and moment about it [N m] of
+            ground, seat, pushes and, where Q_d itself moves it, Q_d in the step after each row.
     """
 
     point: np.ndarray
@@ -68,6 +70,7 @@ class Derived(NamedTuple):
     given: np.ndarray
     spent: np.ndarray
     speed: np.ndarray
+    outside: np.ndarray
 
 
 class Forces(NamedTuple):
@@ -102,15 +105,16 @@ def derive(log: np.ndarray, tick: float, tree: Tree, forces: Forces) -> Derived:
     n = len(log)
     out = Derived(np.zeros((n, N_POINTS, 3)), np.zeros((n, N_POINTS, 3)), np.zeros((LEGS, n)), np.zeros((n, 3)),
                   np.zeros((n, 3)), np.zeros(n), np.empty(n), np.zeros(n), np.zeros(n), np.zeros(n),
-                  np.empty((2, n)))  # fmt: skip
+                  np.empty((2, n)), np.zeros((n, 9)))  # fmt: skip
     _derive_rows(record, np.ascontiguousarray(log), forces.pushes, np.ascontiguousarray(forces.seat), *out)
     return out
 
 
 @entry_kernel
 def _derive_rows(
-    record, log, pushes, seat, point, force, foot_force, com, com_velocity, moving, energy, work, given, spent, speed
-):
+    record, log, pushes, seat, point, force, foot_force, com, com_velocity, moving, energy, work, given, spent, speed,
+    outside,
+):  # fmt: skip
     """Fills the arrays of `Derived`."""
     s = record[0]
     total = 0.0
@@ -122,6 +126,7 @@ def _derive_rows(
         for i in range(N_POINTS):
             force[k, i, 0], force[k, i, 2] = log[k, FORCE + 2 * i], log[k, FORCE + 2 * i + 1]
             foot_force[POINT_LEG[i], k] += force[k, i, 2]
+        _derive_outside(s, at, log[k], pushes, seat, com[k], com_velocity[k], outside[k], k)
         if k > 0:
             _derive_step(s, at, before, log[k - 1], log[k], pushes, seat, work, given, spent, k - 1)
 
@@ -154,6 +159,40 @@ def _derive_row(s, at, line, total, point, com, com_velocity, moving, energy, sp
     com_velocity[0], com_velocity[2] = vx / total, vz / total
     energy[k] = kinetic - s["gravity"][0] * x - s["gravity"][1] * z
     speed[0, k], speed[1, k] = squared, turning
+
+
+@inner_kernel
+def _derive_outside(s, at, line, pushes, seat, com, com_velocity, out, k):
+    """Fills the angular momentum of row k, and what acts from outside in the step after it."""
+    tree, x, z = s["tree"], com[0], com[2]
+    spin = 0.0
+    for j in range(N_LINKS):
+        fast, up = at["com_velocity"][j, 0] - com_velocity[0], at["com_velocity"][j, 1] - com_velocity[2]
+        arm = (at["com"][j, 0] - x) * up - (at["com"][j, 1] - z) * fast
+        spin += tree["inertia"][j] * at["rate"][j] + tree["mass"][j] * arm
+    out[1] = -spin  # about y, which points to the left
+    for i in range(N_POINTS):
+        fx, fz = line[FORCE + 2 * i], line[FORCE + 2 * i + 1]
+        if fx != 0.0 or fz != 0.0:
+            _add_outside(out, at["point"][i, 0] - x, at["point"][i, 1] - z, fx, fz)
+    for p in range(pushes.shape[0]):
+        if pushes[p, 0] <= k < pushes[p, 1]:
+            here = at["com"][int(pushes[p, 4])]
+            _add_outside(out, here[0] - x, here[1] - z, pushes[p, 2], pushes[p, 3])
+    if seat.shape[0] > 0:
+        _add_outside(out, line[Q + X] - x, line[Q + Z] - z, seat[k, 0], seat[k, 1])
+        out[7] -= seat[k, 2]
+    if s["generalized"]:
+        _add_outside(out, line[Q + X] - x, line[Q + Z] - z, line[Q_D + X], line[Q_D + Z])
+        out[7] -= line[Q_D + PITCH]
+
+
+@inner_kernel
+def _add_outside(out, x, z, fx, fz):
+    """Adds a force at a place relative to the centre of mass."""
+    out[3] += fx
+    out[5] += fz
+    out[7] += z * fx - x * fz
 
 
 @inner_kernel

@@ -23,7 +23,7 @@ from biped.scenario.ground import Seat
 
 def trajectory_from(
     about: Mapping[str, Any], log: np.ndarray, inferred: np.ndarray | None = None, seat_force: np.ndarray | None = None,
-    account: np.ndarray | None = None,
+    account: np.ndarray | None = None, outside: np.ndarray | None = None,
 ) -> Trajectory:  # fmt: skip
     """The trajectory that `Trajectory.about` and its arrays say.
 
@@ -43,7 +43,7 @@ def trajectory_from(
     about["pushes"] = tuple(tuple(push) for push in about["pushes"])
     for name in ("gravity", "torque_limit", "signal_names", "changes"):
         about[name] = tuple(about.get(name, ()))
-    found = Trajectory(log=log, inferred=inferred, seat_force=seat_force, account=account, **about)
+    found = Trajectory(log=log, inferred=inferred, seat_force=seat_force, account=account, outside=outside, **about)
     shape = (len(log), found.width + len(found.signal_names))
     if log.shape != shape or log.dtype != np.float64 or len(log) == 0 or not found.tick > 0.0:
         raise ValueError(f"arrays of {log.shape}, {log.dtype}")
@@ -74,4 +74,5 @@ def _loaded(about: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> Trajecto
     inferred = np.array(arrays["inferred"], dtype=float).reshape(n, 4) if "inferred" in arrays else None
     seat_force = np.array(arrays["seat_force"], dtype=float).reshape(n, 3) if "seat_force" in arrays else None
     account = np.array(arrays["account"], dtype=float).reshape(n) if "account" in arrays else None
-    return trajectory_from(about, log, inferred, seat_force, account)
+    outside = np.array(arrays["outside"], dtype=float).reshape(n, 9) if "outside" in arrays else None
+    return trajectory_from(about, log, inferred, seat_force, account, outside)

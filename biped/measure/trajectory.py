@@ -56,6 +56,10 @@ class Trajectory:
         seat: What it could sit on; None without a seat.
         seat_force: (n, 3) of the seat on the pelvis in the step after each row: along the ground and normal to it [N],
             and its moment about the torso's origin [N m]; None likewise, and of a run that was kept packed.
+        outside: (n, 9) angular momentum about the centre of mass [N m s]; force [N] and moment about it [N m], in the
+            step after each row, of all that may act from outside: ground and declared pushes, and a law's forces on
+            the base where the scenario asks for generalized ones. None of seven links, where it is derived, and of a
+            run that was kept packed or by an earlier version.
         side_slope: [degrees].
         gravity: [m/s²] in the ground's frame, which everything is in; default: of the slope.
         account: (n,) [J] work of everything but gravity and springs in the tick after each row, as an engine summed it
@@ -80,6 +84,7 @@ class Trajectory:
     changes: tuple[float, ...] = ()
     seat: Seat | None = None
     seat_force: np.ndarray | None = None
+    outside: np.ndarray | None = None
     side_slope: float = 0.0
     gravity: tuple[float, ...] = ()
     account: np.ndarray | None = None
@@ -235,6 +240,20 @@ class Trajectory:
         top = pose.joint[:, 0] + np.stack([c * x - s * z, s * x + c * z], axis=1)
         return _in_space(np.concatenate([joints, top[:, None]], axis=1))
 
+    @cached_property
+    def spin(self) -> np.ndarray | None:
+        """(n, 3) [N m s] angular momentum about the centre of mass; None where it is not known."""
+        return None if (known := self._outside) is None else known[:, :3]
+
+    @cached_property
+    def wrench(self) -> np.ndarray | None:
+        """(n, 6) [N, N m] of all that may act from outside but gravity, in the steps after each row; see `outside`."""
+        return None if (known := self._outside) is None else known[:, 3:]
+
+    @property
+    def _outside(self) -> np.ndarray | None:
+        return self.outside if "com" in self.columns else self.derived.outside
+
     @property
     def x(self) -> np.ndarray:
         """(n,) [m] of the base, along the ground."""
@@ -264,6 +283,12 @@ class Trajectory:
         forward = np.array([1.0, 0.0, 0.0]) - up[0] * up
         axis = self.turn @ np.array(self.robot.upright)
         return np.arctan2(axis @ forward / np.linalg.norm(forward), axis @ up)
+
+    @cached_property
+    def tilt(self) -> np.ndarray:
+        """(n,) [rad] of the base from the vertical, whichever way it leans."""
+        up = -np.array(self.gravity) / np.linalg.norm(self.gravity)
+        return np.arccos(np.clip(self.turn @ np.array(self.robot.upright) @ up, -1.0, 1.0))
 
     @cached_property
     def above(self) -> np.ndarray:
@@ -376,7 +401,9 @@ class Trajectory:
         inferred = None if self.inferred is None else self.inferred[which]
         seat_force = None if self.seat_force is None else self.seat_force[which]
         account = None if self.account is None else self.account[which]
-        return replace(self, log=self.log[which], inferred=inferred, seat_force=seat_force, account=account, **changes)
+        outside = None if self.outside is None else self.outside[which]
+        parts = {"inferred": inferred, "seat_force": seat_force, "account": account, "outside": outside}
+        return replace(self, log=self.log[which], **parts, **changes)
 
     def last(self, seconds: float) -> Self:
         """The end of the run as a trajectory of its own; times stay those of the run."""
@@ -405,6 +432,8 @@ class Trajectory:
             arrays["seat_force"] = self.seat_force
         if self.account is not None:
             arrays["account"] = self.account
+        if self.outside is not None:
+            arrays["outside"] = self.outside
         if self.signal_names:
             arrays["signals"] = self.log[:, self.width :]
         with open(path, "wb") as file:

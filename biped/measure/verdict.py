@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from biped.measure.momentum import LONG, SHORT, Unexplained
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import gravity
 from biped.robot.planar.tree import motion
@@ -30,11 +31,19 @@ SAMPLED = 10.0
 """These two bounds are this much wider where the logged force is that of one physics step of several."""
 DIVERGED = 10.0
 """A residual that is this many times its bound is no inaccuracy: the run diverged."""
+HELD = (0.01, 0.003)
+"""Mean force, of the weight, and moment, of the weight at a leg's length, that nothing explains, beyond which a run is
+doubtful: over any 0.2 s and over any 2 s."""
+HELD_SAMPLED = 30.0
+"""These two are this much wider where forces are sampled."""
 NOWHERE = 0.05
 """Energy that nobody put in beyond which a run is doubtful."""
 CHATTERING = 0.1
 """Share of ticks in which contacts may chatter at home."""
 
+
+HELD_WORDS = "something else holds or drives it"
+"""How the doubt about a run begins whose momentum gravity, ground and pushes do not explain."""
 
 SOUND, DOUBTFUL, DIVERGENT = "sound", "doubtful", "diverged"
 """The verdicts."""
@@ -123,12 +132,13 @@ def too_fast(t: Trajectory, row: int) -> str:
     return f"{name} faster than any fall can make it at {t.time[row]:.3f} s: {reached}"
 
 
-def verdict_on(t: Trajectory, numbers: Mapping[str, float]) -> Verdict:
+def verdict_on(t: Trajectory, numbers: Mapping[str, float], left: Unexplained) -> Verdict:
     """The verdict on the numbers of a run.
 
     Args:
         t: The run as its engine ended it.
         numbers: Its `energy_residual`, `momentum_residual` and `energy_from_nowhere`.
+        left: What nothing explains of its momentum.
     """
     if t.end == "diverged":
         return Verdict(DIVERGENT, "")
@@ -145,9 +155,23 @@ def verdict_on(t: Trajectory, numbers: Mapping[str, float]) -> Verdict:
             (doubtful if value <= DIVERGED * bound else diverged).append(
                 f"{words} {when}: {100.0 * value:.3g} %, at most {100.0 * bound:g} %"
             )
+    if held := _held(left, HELD_SAMPLED if t.sampled else 1.0):
+        doubtful.append(held)
     ticks = t.warnings.get("chattering_steps", 0)
     if ticks > CHATTERING * len(t):
         doubtful.append(f"contacts chattering {when}: in {ticks} of {len(t)} ticks, at most {100.0 * CHATTERING:g} %")
     if not diverged and not doubtful:
         return Verdict(SOUND, "")
     return Verdict(DIVERGENT if diverged else DOUBTFUL, "; ".join([*diverged, *doubtful]))
+
+
+def _held(left: Unexplained, wide: float) -> str:
+    """The force and the moment that something else acts on a robot with, in words; empty if nothing does."""
+    found = []
+    for means, unit in ((left.force, "N"), (left.moment, "N m")):
+        for mean, bound, seconds in zip(means, HELD, (SHORT, LONG), strict=True):
+            if not mean.share <= bound * wide:  # nan fails
+                found.append(f"{mean.size:.3g} {unit} {mean.way} at {mean.when:.3f} s, the mean over {seconds:g} s: "
+                             f"{100.0 * mean.share:.3g} %, at most {100.0 * bound * wide:g} %")  # fmt: skip
+                break
+    return f"{HELD_WORDS}: {' and '.join(found)}" if found else ""

@@ -15,8 +15,6 @@ _HINGE, _SLIDE, _FREE = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
 _STRAIGHT = 1e-6
 _GRAVITY = 0.02
 """[m/s²] by which a file's gravity may differ."""
-_NEEDED = ("CONSTRAINT", "CONTACT", "DAMPER", "GRAVITY", "ACTUATION")
-"""Parts of the physics that no file may take away."""
 
 
 def ground_of(model: mujoco.MjModel, table: Described, faults: list[str]) -> int | None:
@@ -106,12 +104,6 @@ def physics_of(model: mujoco.MjModel, faults: list[str]) -> None:
     if np.abs(gravity - [0.0, 0.0, -GRAVITY]).max() > _GRAVITY:
         faults.append(f"option: gravity {' '.join(f'{one:g}' for one in gravity)}: expected 0 0 {-GRAVITY}; a slope is "
                       "set in the scenario")  # fmt: skip
-    off = [name for name in _NEEDED if model.opt.disableflags & getattr(mujoco.mjtDisableBit, f"mjDSBL_{name}")]
-    if off:
-        faults.append(f"option: flag: {', '.join(name.lower() for name in off)} disabled; expected enabled")
-    for body in np.flatnonzero(model.body_gravcomp):
-        faults.append(f"body '{model.body(int(body)).name}': gravcomp {model.body_gravcomp[body]:g}: expected 0: only "
-                      "its actuators and the ground hold a robot up")  # fmt: skip
 
 
 def surroundings(model: mujoco.MjModel, base: int, ground: int, faults: list[str]) -> None:

@@ -14,6 +14,7 @@ from biped.base.errors import InputError
 from biped.base.files import label, nearest
 from biped.robot.base import base_of, belongs, ground_of, other_planes, physics_of, surroundings
 from biped.robot.drives import drives_of
+from biped.robot.holding import holds
 from biped.robot.legs import above, leg_length, pitching, places_of
 from biped.robot.robot import FootParts, Robot
 from biped.robot.safety import examine, packaged
@@ -92,6 +93,7 @@ def _recognised(path: Path, model: mujoco.MjModel, table: Described) -> Looked:
     drives = drives_of(model, table, faults)
     ground = ground_of(model, table, faults)
     base = base_of(model, table, faults)
+    faults += holds(model, () if base is None else base[1])
     if base is None or ground is None:
         return Looked(None, tuple(faults))
     number, columns, planar = base

@@ -12,6 +12,7 @@ import mujoco
 from biped.base.errors import InputError
 from biped.base.files import label, nearest
 from biped.robot.assets import find_assets, leave_out_idle
+from biped.robot.holding import let_go
 from biped.scenario.keys import Simulation
 from biped.scenario.robot import Described
 
@@ -82,6 +83,7 @@ def read(path: Path, table: Described, notes: list[str] | None = None) -> mujoco
     out = [] if notes is None else notes
     find_assets(spec, path, out)
     leave_out_idle(spec, out)
+    let_go(spec, out)
     complete(spec, table, is_urdf(path))
     return spec
 

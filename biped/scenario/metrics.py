@@ -52,7 +52,7 @@ class Metric(NamedTuple):
 
 _WALKED = (
     "runs that walked: stayed up, went further (a human than 0.2 m/s x duration) and faster (0.3 m/s in the window) "
-    "than the robot's least, by steps that alternate, on ground that bears the weight"
+    "than the robot's least, upright, by steps that alternate, on feet that bear the weight and neither slide nor sink"
 )
 
 _ALL = (
@@ -62,10 +62,10 @@ _ALL = (
     Metric("doubtful", "", "runs with a sentinel that failed: they may have fallen, but count as neither walking, "
            "standing nor sitting", "count", better="less"),
     Metric("walked", "", _WALKED, "count", table="engines", better="more"),
-    Metric("stood", "", "runs that stood still in the window: no foot strike, torso within 0.1 m of its mean place, "
-           "on ground that bears the weight", "count"),
-    Metric("sat", "", "runs that sat still in the window: at least half the weight on the seat, the rest on the "
-           "ground, torso within 0.1 m of its mean place", "count"),
+    Metric("stood", "", "runs that stood still in a window of at least 1 s: no foot strike, torso within 0.1 m of its "
+           "mean place, upright, on feet that bear the weight", "count"),
+    Metric("sat", "", "runs that sat still in a window of at least 1 s: at least half the weight on the seat, the rest "
+           "on the feet, torso within 0.1 m of its mean place, upright", "count"),
     Metric("time", "s", "simulated"),
     Metric("distance", "m", "travelled by the torso along the ground"),
     Metric("speed", "m/s", "mean over the window", table="head", better="more"),
@@ -120,13 +120,16 @@ _ALL = (
            better="less"),
     Metric("peak_force", "N", "largest normal force of a point", table="run", better="less"),
     Metric("support", "", "mean normal ground force / weight", table="run"),
+    Metric("foot_support", "", "mean normal force under the feet / weight"),
     Metric("seat_load", "", "mean normal force of the seat / weight, where there is one"),
     Metric("centre_of_pressure", "", "mean place of the ground force under a foot, 0 heel … 1 toe"),
     Metric("slip", "", "sliding of loaded feet / distance travelled", table="run", better="less"),
     Metric("penetration", "m", "deepest point", table="run", better="less"),
+    Metric("sinking", "", "deepest point in the window / leg length"),
     Metric("clearance", "m", "lowest point of a foot in the middle half of a swing", table="run", better="more"),
     Metric("torso_lean", "degrees", "mean lean of the torso from the vertical, forward positive", table="run"),
     Metric("torso_sway", "degrees", "standard deviation of it", better="less"),
+    Metric("tilt", "degrees", "most that the base leans from the vertical in the window, whichever way"),
     Metric("torso_error", "degrees", "root mean square error of the torso angle that the estimator infers",
            better="less"),
     Metric("torso_error_worst", "degrees", "largest error of it", better="less"),
@@ -147,6 +150,10 @@ _ALL = (
            show="share"),
     Metric("momentum_residual", "", "vertical momentum that the ground, gravity and pushes do not explain / impulse",
            show="share"),
+    Metric("unexplained_force", "", "largest mean force over 0.2 s that gravity, the ground and pushes do not explain "
+           "/ weight", show="share"),
+    Metric("unexplained_moment", "", "largest mean moment about the centre of mass over 0.2 s that they do not explain "
+           "/ (weight x leg length)", show="share"),
     Metric("link_speed", "m/s", "largest speed of a link's centre of mass"),
     Metric("contact_loss", "W", "mean power lost in ground contacts", table="engines", better="less"),
 )  # fmt: skip

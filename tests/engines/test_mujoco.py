@@ -298,7 +298,6 @@ def test_a_motors_rotor_and_friction_stay_at_its_joint(tmp_path):
         {"joint": 'damping="0.5 1 2" armature="0.02"'},
         {"more": """<tendon><fixed damping="5" stiffness="20"><joint joint="left_knee" coef="1"/>
                     <joint joint="right_knee" coef="-1"/></fixed></tendon>"""},
-        {"more": '<option density="50" viscosity="0.1"/>'},
     ],
 )  # fmt: skip
 def test_energy_that_other_dampers_take_is_accounted_for(tmp_path, kind):

@@ -30,6 +30,8 @@ class DrakePlant(MujocoPlant):
         run: The run.
     """
 
+    explains = False
+
     def __init__(self, run: Run):
         super().__init__(run)
         self.split = True  # nothing of MuJoCo's is integrated
@@ -44,9 +46,9 @@ class DrakePlant(MujocoPlant):
         stepper, data, robot, state, uneven = self.stepper, self.data, self.robot, self.state, self.uneven
         generalized, direct, columns = self.command == "generalized", self.command == "torque", robot.columns
         found = _Found(self.contacts.now())
-        forces, total = np.zeros_like(state.point), np.zeros(3)
-        work = np.zeros((len(forces) + 3, 3))
-        add = bound(add_forces, state.point, state.foot, *found.first(2), False, work, forces, total)
+        forces, total, com = np.zeros_like(state.point), np.zeros(6), data.subtree_com[robot.base_number]
+        spare = np.zeros((len(forces) + 2, 3)), np.zeros(6)
+        add = bound(add_forces, state.point, state.foot, *found.first(2), False, com, *spare, forces, total)
         driven = self.model.actuator_trnid[:, 0]
         torque, limited = np.zeros(len(robot.drives)), self.model.actuator_ctrllimited
         span = np.where(limited, self.model.actuator_ctrlrange.T, [[-np.inf], [np.inf]])
@@ -66,11 +68,11 @@ class DrakePlant(MujocoPlant):
                 if substep and uneven is not None:
                     data.qpos[:] = stepper.q
                     uneven.lay()
-                add(state.point, state.foot, *found.of(stepper.step()), False, work, forces, total)
+                add(state.point, state.foot, *found.of(stepper.step()), False, com, *spare, forces, total)
                 if not generalized:
                     np.add(torque, data.ctrl if direct else stepper.torque[driven], torque)
             data.qpos[:], data.qvel[:] = stepper.q, stepper.v
-            self.log_step(k, forces, total, torque, (stepper.work, stepper.given))
+            self.log_step(k, forces, total[:3], torque, (stepper.work, stepper.given))
 
         return step
 

@@ -51,14 +51,15 @@ def plant_of(
         nefc=data._address + native.nefc, force=data._address + native.force,
         substeps=substeps, timestep=float(model.opt.timestep), mechanics=mechanics,
         applied=data.qfrc_applied if generalized else data.ctrl, pushed=data.xfrc_applied[robot.base_number],
-        driving=data.qfrc_actuator, holding=data.qfrc_constraint, centre=data.xipos, place=data.xpos,
+        driving=data.qfrc_actuator, holding=data.qfrc_constraint, com=data.subtree_com[robot.base_number],
+        inertia=data.cinert, moving=data.cvel, centre=data.xipos, place=data.xpos,
         points=points, geoms=data.geom_xpos, energy=data.energy, turned=data.xquat, anchor=data.xanchor,
         anchors=anchors, top=np.array(robot.top),
         radius=float(model.geom_size[points[0], 0]),
         least=least, up=-gravity / np.linalg.norm(gravity), tilt=math.cos(math.radians(tilt)),
         columns=np.array([first for first, _ in columns.values()]),
         touched=np.zeros(len(points), np.uint8), stopped=np.zeros(len(robot.feet), np.uint8),
-        before=np.zeros(model.nv),
+        before=np.zeros(model.nv), acting=np.zeros((2, 3)),
     )  # fmt: skip
 
 
@@ -83,7 +84,9 @@ def on_base(forces: np.ndarray, model: mujoco.MjModel, robot: Robot) -> bool:
     return all(body == robot.base_number and np.abs(model.body_ipos[body]).max() < _AT_ORIGIN for body in pushed)
 
 
-def advance(plant: SpacePlant, law: Commander, log: np.ndarray, first: int, last: int) -> tuple[int, int]:
+def advance(
+    plant: SpacePlant, law: Commander, log: np.ndarray, outside: np.ndarray, first: int, last: int
+) -> tuple[int, int]:
     """Ticks first … last - 1, in which the same push acts; see `biped.engines.loop.Plant`."""
     with without_clock():
-        return walk(law.law.record, law.law.changes, plant, log, law.signals.values, first, last)
+        return walk(law.law.record, law.law.changes, plant, log, outside, law.signals.values, first, last)

@@ -14,6 +14,7 @@ from biped.control.space.places import Mechanics
 from biped.control.space.tick import spatial_tick
 from biped.control.space.topology import BASE, KNEE, LEG, LEGS, N_POINTS
 from biped.engines.fall import GOING, LOW, NOT_FINITE, TILTED
+from biped.engines.forces import add_moment, write_spin
 from biped.engines.row import BASE as BASE_COLUMN
 from biped.engines.row import (
     COM,
@@ -50,6 +51,9 @@ class SpacePlant(NamedTuple):
         pushed: (6,) [N, N m] force and moment on the torso, live.
         driving: (18,) what actuators do, live.
         holding: (18,) what contacts and stops do, live.
+        com: (3,) [m] centre of mass, live.
+        inertia: (8, 10) of the bodies about it, live.
+        moving: (8, 6) their velocities there, live.
         centre: (8, 3) centres of mass of the bodies, live.
         place: (8, 3) origins of the bodies, live.
         points: (8,) geoms that are contact points.
@@ -67,6 +71,7 @@ class SpacePlant(NamedTuple):
         touched: (8,) which contact points touch in a step, work.
         stopped: (2,) which knees are at their stop, work.
         before: (18,) velocities before a step, work.
+        acting: (2, 3) place and force of one that acts from outside, work.
     """
 
     step1: int
@@ -82,6 +87,9 @@ class SpacePlant(NamedTuple):
     pushed: np.ndarray
     driving: np.ndarray
     holding: np.ndarray
+    com: np.ndarray
+    inertia: np.ndarray
+    moving: np.ndarray
     centre: np.ndarray
     place: np.ndarray
     points: np.ndarray
@@ -99,6 +107,7 @@ class SpacePlant(NamedTuple):
     touched: np.ndarray
     stopped: np.ndarray
     before: np.ndarray
+    acting: np.ndarray
 
 
 @inner_kernel
@@ -114,7 +123,7 @@ def _status(plant):
 
 
 @inner_kernel
-def _note(plant, c, line, time):
+def _note(plant, c, line, outside, time):
     """Writes the state at a tick into its row."""
     m, at = plant.mechanics, plant.columns
     line[at[TIME]] = time
@@ -141,12 +150,33 @@ def _note(plant, c, line, time):
         for j in range(3):
             top[i] += R[3 * i + j] * plant.top[j]
     line[at[ENERGY]] = plant.energy[0] + plant.energy[1]
+    write_spin(plant.inertia, plant.moving, outside)
 
 
 @inner_kernel
-def _add_forces(plant, line, share):
+def _add_outside(plant, out, share):
+    """Adds what the push and, of generalized forces, the law do from outside in the step."""
+    place, force = plant.acting[0], plant.acting[1]
+    for i in range(3):
+        place[i], force[i] = plant.centre[1, i], share * plant.pushed[i]
+        out[i] += force[i]
+    add_moment(place, plant.com, force, out)
+    if plant.applied.size != plant.mechanics.v.size:
+        return
+    R = plant.mechanics.turned[1]
+    for i in range(3):
+        place[i], force[i] = plant.place[1, i], share * plant.applied[i]
+        out[i] += force[i]
+        for j in range(3):
+            out[3 + i] += R[3 * i + j] * share * plant.applied[3 + j]
+    add_moment(place, plant.com, force, out)
+
+
+@inner_kernel
+def _add_forces(plant, line, outside, share):
     """Adds the ground's forces in the step that has been taken; stops come first among them, then points in order."""
     at, efc = plant.columns, doubles_at(plant.force, int32_at(plant.nefc))
+    at_point = plant.acting[0]
     row = 0
     for leg in range(LEGS):
         if plant.stopped[leg]:
@@ -158,11 +188,16 @@ def _add_forces(plant, line, share):
                 force = share * (efc[row] if i == 2 else efc[row + 1] if i == 1 else -efc[row + 2])
                 line[at[FORCE] + 3 * p + i] += force
                 line[at[GROUND_FORCE] + i] += force
+                plant.acting[1, i] = force
+                outside[i] += force
+                at_point[i] = plant.geoms[plant.points[p], i]
+            at_point[2] = 0.5 * (at_point[2] - plant.radius)
+            add_moment(at_point, plant.com, plant.acting[1], outside)
             row += 3
 
 
 @inner_kernel
-def _step(plant, line, share):
+def _step(plant, line, outside, share):
     """Takes one step, whose first half is done, and adds to the row what happens in it."""
     m, at, before = plant.mechanics, plant.columns, plant.before
     for p in range(N_POINTS):
@@ -172,7 +207,8 @@ def _step(plant, line, share):
     for j in range(m.v.size):
         before[j] = m.v[j]
     call(plant.step2, plant.model, plant.data)
-    _add_forces(plant, line, share)
+    _add_forces(plant, line, outside, share)
+    _add_outside(plant, outside, share)
     given, held = 0.0, 0.0
     generalized = plant.applied.size == m.v.size
     for j in range(m.v.size):
@@ -185,7 +221,7 @@ def _step(plant, line, share):
 
 
 @long_kernel
-def walk(record, changes, plant, log, signals, first, last):
+def walk(record, changes, plant, log, outside, signals, first, last):
     """Ticks first … last - 1 of a run in which the same push acts on the torso's centre of mass.
 
     Args:
@@ -193,6 +229,7 @@ def walk(record, changes, plant, log, signals, first, last):
         changes: Of it, `biped.control.blending.Changes`.
         plant: `SpacePlant`.
         log: (n, width) of `biped.measure.columns`, zero where nothing is known yet.
+        outside: (n, 9) of `Trajectory.outside`, likewise.
         signals: (n, 5) of `biped.control.space.law`.
         first: First tick.
         last: One past the last.
@@ -211,7 +248,7 @@ def walk(record, changes, plant, log, signals, first, last):
         blend(changes, k)
         spatial_tick(record, m, k == 0)
         line = log[k]
-        _note(plant, c, line, k * tick)
+        _note(plant, c, line, outside[k], k * tick)
         if status != GOING:
             return status, k + 1
         for leg in range(LEGS):
@@ -228,5 +265,5 @@ def walk(record, changes, plant, log, signals, first, last):
         for step in range(plant.substeps):
             if step > 0:
                 call(plant.step1, plant.model, plant.data)
-            _step(plant, line, share)
+            _step(plant, line, outside[k, 3:], share)
     return GOING, last

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from biped.measure import verdict
 from biped.measure.metrics import belief, commanded, energy, gait, ground, motors, posture, pushed, space
 from biped.measure.metrics.outcome import outcome_of, spread, stopped
 from biped.measure.metrics.totals import Totals
+from biped.measure.momentum import Unexplained, unexplained
 from biped.measure.trajectory import Trajectory
 from biped.scenario.metrics import METRICS
 
@@ -37,15 +39,20 @@ def assess(t: Trajectory, window: tuple[float, float]) -> Assessed:
         # Rows from where a number stopped being finite say nothing; the last was not written.
         sound = t.sound & (np.diff(t.time, prepend=-1.0) > 0.0)
         t = t.rows(slice(max(1, int(sound.cumprod().sum()))))
+        if not sound[0]:  # the start alone is left: what was not finite in it is not known
+            log = np.where(np.isfinite(t.log), t.log, 0.0)
+            log[:, t.width :] = t.log[:, t.width :]
+            t = replace(t, log=log)
     with np.errstate(all="ignore"):  # numbers of a run that blows up; what comes of them is judged
         fast = verdict.first_too_fast(t)
         if fast is not None:
             said = verdict.too_fast(t, fast)
             cause = f"{said}; {t.cause}" if t.cause else said
             t = t.rows(slice(max(1, fast)), end="diverged", cause=cause)
-        numbers = _numbers(t, window)
-        judged = verdict.verdict_on(t, numbers)
-    outcome = outcome_of(t, numbers, judged.verdict)
+        left = unexplained(t)
+        numbers = _numbers(t, window, left)
+        judged = verdict.verdict_on(t, numbers, left)
+    outcome = outcome_of(t, numbers, judged.verdict, window[1] - window[0])
     return Assessed(t, numbers | outcome | stopped(t, outcome) | judged._asdict())
 
 
@@ -65,7 +72,7 @@ def measure(t: Trajectory, window: tuple[float, float]) -> dict[str, Any]:
     return assess(t, window).numbers
 
 
-def _numbers(t: Trajectory, window: tuple[float, float]) -> dict[str, Any]:
+def _numbers(t: Trajectory, window: tuple[float, float], left: Unexplained) -> dict[str, Any]:
     """All but the outcome."""
     out: dict[str, Any] = dict.fromkeys(METRICS, math.nan)
     out["time"] = len(t) * t.tick if t.end == "completed" else float(t.time[-1])
@@ -73,6 +80,7 @@ def _numbers(t: Trajectory, window: tuple[float, float]) -> dict[str, Any]:
     out["energy_residual"] = energy.residual(t)
     out["energy_from_nowhere"] = energy.from_nowhere(t)
     out["momentum_residual"] = energy.momentum_residual(t)
+    out["unexplained_force"], out["unexplained_moment"] = left.force[0].share, left.moment[0].share
     out["penetration"] = max(0.0, -float(t.above.min()))
     out["peak_force"] = float(t.force[:, :, 2].max())
     if not t.generalized or t.robot.seven_links is not None:

@@ -49,6 +49,7 @@ def stride(t: Trajectory, span: slice) -> dict[str, float]:
         "strayed": math.sqrt(float(strayed.max())),
         "torso_lean": float(lean.mean()),
         "torso_sway": float(lean.std()),
+        "tilt": float(np.degrees(t.tilt[span].max())),
         **_steps(t, span, seconds),
     }
 

@@ -16,10 +16,12 @@ _SWING = 0.1
 
 
 def contact(t: Trajectory, span: slice) -> dict[str, float]:
-    """Support, centre of pressure, slip, losses and clearance over a span of rows."""
+    """Support, sinking, centre of pressure, slip, losses and clearance over a span of rows."""
     weight, sums = -t.mass * t.gravity[2], grounded(t, span)
     return {
         "support": float(t.ground_force[span, 2].mean() / weight),
+        "foot_support": float(t.foot_force[span].sum(axis=1).mean() / weight),
+        "sinking": max(0.0, -float(t.above[span].min())) / t.robot.leg,
         **({} if t.seat_force is None else {"seat_load": float(t.seat_force[span, 1].mean() / weight)}),
         "centre_of_pressure": sums.pressure,
         "slip": sums.slid / travelled(t, span),

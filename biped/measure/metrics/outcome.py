@@ -12,7 +12,7 @@ from biped.measure.trajectory import Trajectory
 from biped.measure.verdict import DIVERGENT, DOUBTFUL, SOUND
 
 
-def outcome_of(t: Trajectory, numbers: dict[str, Any], verdict: str) -> dict[str, int]:
+def outcome_of(t: Trajectory, numbers: dict[str, Any], verdict: str, seconds: float) -> dict[str, int]:
     """The outcome of a run and the verdict on its numbers, each 0 or 1.
 
     A fall is a fall whatever the verdict; only a run with sound numbers can have walked, stood or sat.
@@ -21,6 +21,7 @@ def outcome_of(t: Trajectory, numbers: dict[str, Any], verdict: str) -> dict[str
         t: The run.
         numbers: Its metrics.
         verdict: On its numbers (`biped.measure.verdict`).
+        seconds: Length of the window.
     """
     up = t.end == "completed" and verdict == SOUND
     return {
@@ -28,8 +29,8 @@ def outcome_of(t: Trajectory, numbers: dict[str, Any], verdict: str) -> dict[str
         "diverged": int(verdict == DIVERGENT),
         "doubtful": int(verdict == DOUBTFUL),
         "walked": int(up and walking.walked(numbers, len(t) * t.tick, t.robot.walked)),
-        "stood": int(up and walking.stood(numbers)),
-        "sat": int(up and walking.sat(numbers)),
+        "stood": int(up and walking.stood(numbers, seconds)),
+        "sat": int(up and walking.sat(numbers, seconds)),
     }
 
 

@@ -21,8 +21,16 @@ SUPPORT = (0.8, 1.2)
 """Mean ground force / weight under it in the window."""
 FLIGHT = 0.2
 """Share of the window that it may be in the air: walking has no flight, running has more."""
+SLIP = 0.3
+"""Most that loaded feet slide on the way / that way: of a biped that slides along on one foot 1, on both 2."""
+SUNK = 0.05
+"""Most that a foot is below the ground that it is said to stand on / leg length."""
+LEANING = 60.0
+"""[degrees] Most that the trunk of one that walks, stands or sits leans: on its back it would be 90."""
 STILL = 0.1
 """[m] that a standing or sitting biped's torso may sway either way."""
+SETTLED = 1.0
+"""[s] of the shortest window in which a biped can be seen to stand or sit still."""
 STRAYING, STRAYED, TURNING = 0.15, 0.3, 0.3
 """Most that what was commanded may differ from what was done: [m/s], as a share of it, and [rad/s]."""
 SEATED, UNSEATED = 0.5, 0.01
@@ -51,20 +59,32 @@ def followed(numbers: Mapping[str, Any]) -> bool | None:
     return error < max(STRAYING, STRAYED * _real(numbers["commanded"])) and yaw < TURNING
 
 
-def stood(numbers: Mapping[str, Any]) -> bool:
-    """Whether a run that stayed up stood still in the window: without a step, its torso no further than `STILL`."""
-    still = numbers["steps"] == 0 and numbers["strayed"] < STILL
+def stood(numbers: Mapping[str, Any], seconds: float) -> bool:
+    """Whether a run that stayed up stood still in the window: without a step, its torso no further than `STILL`.
+
+    Args:
+        numbers: Its metrics.
+        seconds: [s] of the window.
+    """
+    still = numbers["steps"] == 0 and numbers["strayed"] < STILL and seconds >= SETTLED
     return _borne(numbers) is None and still and not _real(numbers["seat_load"]) > UNSEATED
 
 
-def sat(numbers: Mapping[str, Any]) -> bool:
-    """Whether a run that stayed up sat still in the window: most of its weight on the seat, the rest on its feet."""
+def sat(numbers: Mapping[str, Any], seconds: float) -> bool:
+    """Whether a run that stayed up sat still in the window: most of its weight on the seat, the rest on its feet.
+
+    Args:
+        numbers: Its metrics.
+        seconds: [s] of the window.
+    """
     seated = _real(numbers["seat_load"])
-    borne = SUPPORT[0] <= seated + _real(numbers["support"]) <= SUPPORT[1]
-    return seated >= SEATED and borne and numbers["strayed"] < STILL
+    borne = SUPPORT[0] <= seated + _real(numbers["foot_support"]) <= SUPPORT[1]
+    still = numbers["strayed"] < STILL and seconds >= SETTLED
+    return seated >= SEATED and borne and still and _leaning(numbers) is None
 
 
-TOLD_BY = ("end", "cause", "verdict", "doubt", "walked", "stood", "sat", "flight", "support", "alternation")
+TOLD_BY = ("end", "cause", "verdict", "doubt", "walked", "stood", "sat", "flight", "support", "alternation",
+           "foot_support", "sinking", "tilt", "slip")  # fmt: skip
 """Columns of a row that `outcome` reads."""
 _ENDED = re.compile("fell|collapsed")
 """How the cause of a fall begins."""
@@ -137,13 +157,25 @@ def airborne(run: Mapping[str, Any]) -> bool:
 
 
 def _borne(numbers: Mapping[str, Any]) -> str | None:
-    """The reason why the ground does not bear the biped's weight; None if it does."""
+    """The reason why the ground does not bear the biped by its feet, upright; None if it does.
+
+    Numbers that rows of versions before do not have (`foot_support` and those that follow) say nothing.
+    """
     flight, support = _real(numbers["flight"]), _real(numbers["support"])
     if not flight < FLIGHT:
         return "in the air"
     if not SUPPORT[0] <= support <= SUPPORT[1]:
         return "not borne by the ground"
-    return None
+    if _real(numbers.get("foot_support")) < SUPPORT[0]:
+        return "not borne by its feet"
+    if _real(numbers.get("sinking")) > SUNK:
+        return "its feet sink into the ground"
+    return _leaning(numbers)
+
+
+def _leaning(numbers: Mapping[str, Any]) -> str | None:
+    """The reason why a biped is not upright; None if it is."""
+    return "not upright" if _real(numbers.get("tilt")) > LEANING else None
 
 
 def _no_steps(numbers: Mapping[str, Any]) -> str | None:
@@ -151,7 +183,9 @@ def _no_steps(numbers: Mapping[str, Any]) -> str | None:
     air = _borne(numbers)
     if air is not None:
         return air
-    return None if _real(numbers["alternation"]) >= ALTERNATION else "no steps of one leg after the other"
+    if not _real(numbers["alternation"]) >= ALTERNATION:
+        return "no steps of one leg after the other"
+    return "its feet slide" if _real(numbers.get("slip")) > SLIP else None
 
 
 def _real(value: float | None) -> float:

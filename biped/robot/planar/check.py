@@ -12,6 +12,7 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.base.files import nearest
 from biped.base.text import short
+from biped.robot.holding import holds
 from biped.robot.planar.description import PlanarParts
 from biped.robot.planar.topology import BASE, LINK_DOF, PARENT, POINT_LINK, TORSO, Z
 
@@ -79,6 +80,13 @@ def check_model(model: mujoco.MjModel, name: str, robot: PlanarParts) -> None:
     _joints(model, name, robot)
     _motors(model, name, robot)
     _contacts(model, name, robot)
+    if held := holds(model, base_dofs(model, robot)):
+        raise InputError(f"{name}: {'; '.join(held)}")
+
+
+def base_dofs(model: mujoco.MjModel, robot: PlanarParts) -> tuple[int, ...]:
+    """Returns the columns of v in which the torso moves."""
+    return tuple(int(model.joint(joint).dofadr[0]) for joint in robot.base.joints)
 
 
 def _exactly(model: mujoco.MjModel, name: str, robot: PlanarParts) -> None:

@@ -15,7 +15,8 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import label, nearest
-from biped.robot.planar.check import check_model, check_parts
+from biped.robot.holding import unknown_at_home
+from biped.robot.planar.check import base_dofs, check_model, check_parts
 from biped.robot.planar.controller_model import canonical
 from biped.robot.planar.description import description_at, version_of
 from biped.robot.planar.order import order_of
@@ -60,6 +61,18 @@ def _survives(path: str) -> None:
 def checked_model(path: Path) -> mujoco.MjModel:
     """The compiled model file as it is; not to be written to."""
     return _checked(*version_of(path))[1]
+
+
+def check_home(path: Path) -> None:
+    """Makes sure that the home engine knows every part of a model.
+
+    Raises:
+        InputError: It would leave some out.
+    """
+    model = checked_model(path)
+    if unknown := unknown_at_home(model, base_dofs(model, description_at(path))):
+        raise InputError(f"engine: home has no equations for parts of {label(path)}: {'; '.join(unknown)}; take them "
+                         "out, or write engine = 'mujoco'", "engine")  # fmt: skip
 
 
 def spec_of(path: Path) -> mujoco.MjSpec:
