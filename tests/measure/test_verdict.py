@@ -120,7 +120,7 @@ def test_energy_from_nowhere_is_doubtful_and_much_of_it_diverged():
 
 def test_a_doubtful_fall_is_a_fall_and_doubtful():
     t = replace(made("walk"), end="fell", cause="fell forward at 1.999 s")
-    judged, numbers = assess(forged(t, 30.0), WINDOW)
+    judged, numbers = assess(forged(t, 5.0), WINDOW)
     assert (judged.end, judged.cause) == ("fell", "fell forward at 1.999 s")
     assert (numbers["falls"], numbers["doubtful"], numbers["diverged"], numbers["walked"]) == (1, 1, 0, 0)
     row = {"end": judged.end, "cause": judged.cause, **numbers}
