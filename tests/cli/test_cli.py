@@ -169,6 +169,23 @@ def test_check(bound, code, capsys):
     assert command(capsys, "check", "s.toml")[1]["passed"] == (code == 0)
 
 
+def test_check_in_several_engines(capsys):
+    write("s.toml", SHORT + "[expect]\nfalls = { max = 1 }\n")
+    assert main(["check", "s.toml", "--engines", "mujoco,home"]) == 0
+    out = capsys.readouterr().out
+    assert "in mujoco" in out
+    assert "in home" in out
+
+
+@pytest.mark.parametrize("argv", [
+    ("--engines", "mujoco,mujoco"), ("--engines", "mujoco,mojoco"), ("--engines", "home", "--engine", "home"),
+])  # fmt: skip
+def test_check_in_engines_that_there_are_not(argv, capsys):
+    write("s.toml", SHORT + "[expect]\nfalls = { max = 1 }\n")
+    assert main(["check", "s.toml", *argv]) == 2
+    assert "--engines: expected" in capsys.readouterr().err
+
+
 def test_a_fall_without_expectations_fails():
     write("s.toml", SHORT.replace("0.5", "2.0") + "[actuation]\ntorque_limit = 1.0\n")
     assert main(["run", "s.toml"]) == 1

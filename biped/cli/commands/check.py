@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import argparse
+from itertools import product
 from pathlib import Path
 from time import perf_counter
 
 from biped.base.errors import InputError
 from biped.base.replacing import may_write
+from biped.base.text import safe
 from biped.base.writing import reason
 from biped.cli.common import changes_of, code_of, print_all, warn, workers_of
 from biped.cli.parser import Commands, command_parser, take_same_platform, take_scenarios
+from biped.scenario.engines import ENGINES
 
 
 def add(commands: Commands) -> None:
@@ -18,6 +21,7 @@ def add(commands: Commands) -> None:
     parser = command_parser(commands, "check", "run scenarios and compare with their [expect]", command, simulates=True)
     take_scenarios(parser)
     take_same_platform(parser)
+    parser.add_argument("--engines", metavar="E,E", help="engines in turn, e.g. mujoco,drake: it must pass in all")
     parser.add_argument("--junit", type=Path, metavar="FILE", help="also write JUnit XML")
     parser.add_argument("--summary", type=Path, metavar="FILE", help="also write a table in Markdown, for a CI summary")
 
@@ -37,19 +41,22 @@ def command(args: argparse.Namespace) -> int:
             may_write(path, option, kind)
             if not path.absolute().parent.is_dir():
                 raise InputError(f"{option} {path}: cannot be written: expected a file in a folder that exists")
+    engines = _engines(args)
     for name in args.scenario:
         if not plan_of(name, changes_of(args)).scenario.expect:
             raise InputError(f"{name}: expect: missing; a scenario to check says what it expects, e.g. "
                              "falls = { max = 0 }")  # fmt: skip
     results, seconds = [], []
     with workers_of(args) as jobs:
-        for name in args.scenario:
+        for name, engine in product(args.scenario, engines):
             same, begun = args.same_platform, perf_counter()
-            done = run(name, changes_of(args), jobs, None, write=False, progress=progress, tell=warn, same=same)
+            done = run(name, [*changes_of(args), *engine], jobs, None, write=False, progress=progress, tell=warn,
+                       same=same)  # fmt: skip
             seconds.append(perf_counter() - begun)
             results.append(done.result)
             if not args.json:
-                show(verdict_of(done.result, done.plan.scenario.description))
+                words = [done.plan.scenario.description, f"in {done.plan.scenario.engine}" if len(engines) > 1 else ""]
+                show(verdict_of(done.result, ", ".join(filter(None, words))))
     if args.junit is not None:
         try:
             write_junit(args.junit, results, seconds)
@@ -63,3 +70,21 @@ def command(args: argparse.Namespace) -> int:
     if args.json:
         print_all(results)
     return code_of(results)
+
+
+def _engines(args: argparse.Namespace) -> list[list[str]]:
+    """The changes that name each engine; one without any where the scenario's own is meant.
+
+    Raises:
+        InputError: An engine is unknown or named twice, or both options are there.
+    """
+    if args.engines is None:
+        return [[]]
+    if args.engine is not None:
+        raise InputError("--engines: expected without --engine, which names one")
+    names = args.engines.split(",")
+    for i, name in enumerate(names):
+        if name not in ENGINES or name in names[:i]:
+            raise InputError(f"--engines: expected different ones of {', '.join(ENGINES)}, with commas between them; "
+                             f"got '{safe(args.engines)}'")  # fmt: skip
+    return [[f"engine={name}"] for name in names]
