@@ -13,7 +13,7 @@ from biped.base.errors import InputError
 from biped.engines.loop import by_kind
 from biped.robot.run import Run
 
-NEEDS = "engine: 'drake' needs Drake, which is not installed; pip install 'biped[drake]', or expected engine = 'mujoco'"
+NEEDS = "engine: 'drake' needs Drake, which is not installed; install it with: pip install drake"
 
 
 def simulate(run: Run) -> Any:

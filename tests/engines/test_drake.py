@@ -232,7 +232,7 @@ def test_without_drake_one_sentence_says_what_to_install(monkeypatch):
 
     run = run_of("upright/own", "duration=0.5")
     monkeypatch.setattr(builtins, "__import__", none)
-    with pytest.raises(InputError, match=r"pip install 'biped\[drake\]'"):
+    with pytest.raises(InputError, match=r"pip install drake"):
         simulate(run)
 
 
