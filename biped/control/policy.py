@@ -1,4 +1,4 @@
-"""A policy network as a control law: an ONNX file, observations by name, actions scaled (`pip install biped[onnx]`).
+"""A policy network as a control law: an ONNX file, observations by name, actions scaled (`pip install onnxruntime`).
 
 A law file beside the network says what it sees and what its numbers mean:
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from biped.control.planar.user import PlanarObservation, PlanarSetup
     from biped.robot.robot import Robot
 
-NEEDS = "a policy network needs onnxruntime, which is not installed; pip install 'biped[onnx]'"
+NEEDS = "a policy network needs onnxruntime, which is not installed; pip install onnxruntime"
 
 
 class Policy:

@@ -94,8 +94,8 @@ class _Gyro:
         seen = rate + self._bias + self._deviation * self._rng.standard_normal(self._axes)
         seen = np.clip(seen, -self._range, self._range)
         before = seen if self._filtered is None else self._filtered
-        self._filtered = before + self._follow * (seen - before)
-        return self._filtered
+        self._filtered = filtered = before + self._follow * (seen - before)
+        return filtered
 
 
 def _coordinates(model: mujoco.MjModel, robot: Robot) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

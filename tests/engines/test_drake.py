@@ -15,7 +15,7 @@ from biped.robot.planar.build import compile_foreign
 from biped.robot.planar.topology import KNEE, Z
 from biped.studies.planned import plan_of
 
-drake = pytest.importorskip("pydrake", reason="biped[drake] is not installed")
+drake = pytest.importorskip("pydrake", reason="Drake is not installed")
 from biped.engines.sap.stepper import Stepper  # noqa: E402
 
 ROBOTS = ("upright/own", "robot/own", "spatial/own", "any/h1", "any/humanoid")

@@ -142,7 +142,7 @@ def measure(
             if where != problem or (quick and problem not in (PENDULUM, FOUR_BARS)):
                 continue
             if find_spec(module) is None:
-                skipped[name] = f"{module} is not installed: pip install 'biped[bench]'"
+                skipped[name] = f"{module} is not installed (the extra 'bench' of pyproject.toml)"
                 continue
             jobs += [(name, False, s, _prepared(prepare, s)) for s in (settings[:3] if quick else settings)]
         for name, ours, setting, run in jobs:

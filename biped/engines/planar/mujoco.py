@@ -56,7 +56,7 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
     substeps = round(1.0 / s.simulation.control_rate / s.simulation.timestep)
     place, mj_step = data.geom_xpos, mujoco.mj_step
     where = order.points, robot.contact.radius, order.contacts, order.stops
-    pyramid = max(s.ground.friction, _LEAST_FRICTION) if s.simulation.cone == "pyramidal" else 0.0
+    pyramid = max(s.ground.friction or 0.0, _LEAST_FRICTION) if s.simulation.cone == "pyramidal" else 0.0
 
     seat = (seated(data, order, round(s.duration * s.simulation.control_rate)),) if s.ground.seat.height > 0.0 else ()
 

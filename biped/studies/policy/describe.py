@@ -122,7 +122,7 @@ def _yaml(path: Path) -> dict[str, Any]:
         import yaml
     except ImportError:
         raise InputError(
-            f"{label(path)}: reading YAML needs PyYAML, which is not installed; pip install 'biped[onnx]'"
+            f"{label(path)}: reading YAML needs PyYAML, which is not installed; pip install pyyaml"
         ) from None
 
     class Plain(yaml.SafeLoader):

@@ -119,10 +119,11 @@ def differences(run: Run, tape: Tape) -> dict[str, float]:
         targets.append(law.target)
         law.action = tape.action[i].astype(np.float32)  # the next call is shown the tape's
     out = {}
-    if np.shape(shown) != tape.observation.shape:
-        out["widths"] = float(abs(np.shape(shown)[1] - tape.observation.shape[1]))
+    observed = np.array(shown)
+    if observed.shape != tape.observation.shape:
+        out["widths"] = float(abs(observed.shape[-1] - tape.observation.shape[1]))
     else:
-        gap, first = np.abs(np.array(shown) - tape.observation).max(axis=0), 0
+        gap, first = np.abs(observed - tape.observation).max(axis=0), 0
         for name, size in law.sizes:
             out[name] = max(out.get(name, 0.0), float(gap[first : first + size].max()))
             first += size
