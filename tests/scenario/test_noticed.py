@@ -21,6 +21,7 @@ from biped.scenario.command import Piece
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Change, Push, Scenario
 from biped.scenario.noticed import OWN
+from biped.scenario.push import Disturbance
 from biped.scenario.reading import read_scenario
 from biped.scenario.senses import Gyro, Sensors
 from biped.scenario.truth import BodyTruth, Truth
@@ -36,7 +37,9 @@ OF_THE_ROBOT = {"robot", "model", "engine", "simulation.physics"}
 TOLD = {f"{table}.{key}".lstrip(".") for table, keys in OWN.items() for key in keys}
 """What a law of one's own may make of what it is."""
 OTHERS: dict[str, Any] = {
-    "start.posture": "flat", "push.0.body": "right_foot", "change.0.controller": "human3d_generalized",
+    "start.posture": "flat", "push.0.body": "right_foot", "disturbance.body": "right_foot",
+    "randomise.moves": [{"seed": 5}],
+    "change.0.controller": "human3d_generalized",
     "controller": "human3d_generalized", "truth.part.0.name": "left_foot",
     "fall.height": 0.9999999, "fall.tilt": 0.01, "simulation.iterations": 1, "simulation.tolerance": 1.0,
     "simulation.ls_iterations": 1,
@@ -44,7 +47,11 @@ OTHERS: dict[str, Any] = {
     "start.contacts": ("right_toe",), "seed": 3, "reading": "clipped",
 }  # fmt: skip
 """Values that differ from the base's, where half as much again would not do or is no value."""
-SWITCHES = {"ground.tiles": {"height": 0.01}, "ground.steps": {"rise": 0.01}, "ground.seat": {"height": 0.4}}
+SWITCHES = {
+    "ground.tiles": {"height": 0.01},
+    "ground.steps": {"rise": 0.01},
+    "ground.seat": {"height": 0.4},
+}
 """What makes a table's other keys mean anything."""
 
 
@@ -74,6 +81,7 @@ def base_of(law: str) -> Scenario:
         push=(Push(at=0.004, duration=0.015, force=(30.0, 20.0, 10.0), shape="sine", frequency=40.0),),
         sensors=Sensors(angle_noise=1e-3, gyro=Gyro(range=20.0), delay=0.002),
         truth=Truth(part=(BodyTruth("left_thigh", mass=1.1),)),
+        disturbance=Disturbance(force=(5.0, 3.0, 2.0), correlation=0.05, at=0.006),
     )  # fmt: skip
     if law == "spatial":
         return replace(s, change=(Change(at=0.006, over=0.01, gains=Gains(k_d1=9.0)),))
