@@ -10,7 +10,6 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from pathlib import Path
 from time import perf_counter
@@ -66,9 +65,11 @@ def visit(
             found[name] = Station(name, out, ended.returncode, perf_counter() - begun, ended.stderr)
             done(found[name])
 
-    with ThreadPoolExecutor(max(1, len(lanes))) as pool:
-        for future in as_completed([pool.submit(lane, names) for names in lanes]):
-            future.result()
+    threads = [threading.Thread(target=lane, args=(names,)) for names in lanes]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
     return [found[name] for names in lanes for name in names]
 
 

@@ -22,7 +22,7 @@ LAWS = (
     *(Bad(name, (says[0], *says[1:]), 'law = "l.py:Mine"' if scenario is None else scenario,
           ("run", "s.toml", "--trust"), files)
       for name, says, files, scenario in (
-        ("law without a class", ("s.toml: law: expected 'path.py:Class', got 'l.py'",), {}, 'law = "l.py"'),
+        ("law without a class", ("s.toml: law: expected 'path.py:Class', a", "got 'l.py'"), {}, 'law = "l.py"'),
         ("law whose file is missing", ("s.toml: law: no file 'm.py'", "'l.py'"), law("pass"), 'law = "m.py:Mine"'),
         ("law whose class is missing", ("s.toml: law: ", "l.py has no class 'Mine'", "'Mime'"),
          {"l.py": "class Mime:\n    pass\n"}, None),

@@ -52,8 +52,8 @@ STANDING = """
 description = "An ostrich stands"
 model = "ostrich.xml"
 law = "stand"
-duration = 0.4
-window.start = 0.1
+duration = 1.3
+window.start = 0.2
 randomise = { runs = 2, draw = { "start.jitter" = { uniform = [0.0, 0.01] } } }
 expect.stood = { min = "10 %" }
 """

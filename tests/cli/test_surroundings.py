@@ -73,7 +73,9 @@ def test_a_value_that_cannot_be_run_is_one_that_fails(monkeypatch):
 
     (test,) = study.trials_of(["standard/slope_up"])
     monkeypatch.setattr(study, "_plan", steep)
-    found = study._stand(test, "normal", "normal", [], lambda title, plan, s, value: study.Tried(value, 10, 10, {}))
+    found = study._stand(
+        test, "normal", "normal", [], lambda title, plan, s, value: study.TriedValue(value, 10, 10, {})
+    )
     assert found.limit is not None
     assert found.limit.holds_to == test.standard.first
     assert found.limit.fails_at is not None

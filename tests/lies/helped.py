@@ -153,7 +153,7 @@ def helping_law(number: int) -> tuple[str, str]:
         "moment": "data.xfrc_applied[body, 3:] = on * share * weight * leg * way",
         "place": "data.qfrc_applied[:] = on * share * weight * leg * (robot[0] * 0 + turned)",
         "base": "data.qfrc_applied[columns] = on * share * weight * some",
-        "velocity": "data.qvel[columns] *= 1.0 - on * 0.1 * share",
+        "velocity": "data.qvel[columns] += on * 0.01 * share * some",
     }
     text = f"""import numpy as np
 from biped.control.stand import stand

@@ -22,9 +22,10 @@ def test_every_name_is_measured():
     posture = ["torso_error", "torso_error_worst", "underactuated", "longest_gap", "gyro_clipped"]
     pushes = ["push_impulse", "push_speed", "push_froude", "recovery_time"]
     steps = ["first_step", "second_step", "third_step", "fourth_step"]
+    command = ["commanded", "command_error", "yaw_error"]
     space = ["step_width", "cross_over", "margin_of_stability", "heading", "drift"]
     assert sorted(missing) == sorted(
-        ["stopping_distance", "seat_load", *motors, "beyond_line", *posture, *pushes, *steps, *space]
+        ["stopping_distance", "seat_load", *motors, "beyond_line", *posture, *pushes, *steps, *space, *command]
     )
 
 

@@ -14,7 +14,8 @@ from tests.cases import command, write
 SCENARIO = """description = "H1 for a moment"
 model = "h1"
 law = "stand"
-duration = 0.4
+duration = 1.3
+window = { start = 0.2 }
 push = [{ at = 0.1, duration = 0.1, force = [20.0, 10.0, 0.0] }]
 [randomise]
 runs = 2
@@ -67,8 +68,8 @@ def test_figures_and_clips(folder):
 def test_eurobench(folder):
     assert main(["export", str(folder / "one"), "--eurobench", str(folder / "eb")]) == 0
     lines = (folder / "eb" / "grf.csv").read_text(encoding="utf-8").splitlines()
-    assert len(lines) == 401
-    assert sum(float(line.split("; ")[2]) for line in lines[200:]) / 201 == pytest.approx(51.437 * 9.81, rel=0.05)
+    assert len(lines) == 1301
+    assert sum(float(line.split("; ")[2]) for line in lines[1100:]) / 201 == pytest.approx(51.437 * 9.81, rel=0.05)
 
 
 def test_diff_check_and_regress(folder, capsys):

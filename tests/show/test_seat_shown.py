@@ -72,9 +72,12 @@ def test_the_page_and_the_figure_draw_its_corners(run):
 
 
 def test_a_clips_stage_has_the_box(run):
+    from biped.show.film.camera import Camera
     from biped.show.film.stage import FilmStage, walkers
 
-    scene = FilmStage(walkers([("sits", run.trajectory, run.model)], ghost=False), 30.0).at(1.0)
+    scene = FilmStage(walkers([("sits", run.trajectory, run.model)], ghost=False), 30.0, Camera(30.0, 15.0), 16 / 9).at(
+        1.0
+    )
     boxes = [(np.array(g.pos), np.array(g.size)) for g in scene.geoms[: scene.ngeom]]
     middle, half = spatial.seat(run.trajectory)
     assert sum(np.allclose(pos, middle, atol=1e-6) and np.allclose(size, half, atol=1e-6) for pos, size in boxes) == 1

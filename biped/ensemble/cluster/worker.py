@@ -28,7 +28,9 @@ def needed() -> None:
     try:
         import distributed  # noqa: F401
     except ImportError:
-        raise InputError("needs the package 'distributed'; install it with: pip install distributed") from None
+        raise InputError(
+            "needs the package 'distributed'; install it with: pip install distributed dask-jobqueue cryptography"
+        ) from None
 
 
 def go_with_parent() -> None:

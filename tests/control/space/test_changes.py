@@ -65,8 +65,8 @@ def test_a_gait_of_the_plane_is_refused_where_it_is_named():
 
 def test_changes_are_kept_with_the_run(tmp_path):
     """One that stands at last has a stopping distance, counted from its first change."""
-    changes = ('controller="human3d_stand"', "start.posture=stand", "duration=1.0", "window.start=0.5",
-               "window.end=1.0", "change=[{at=0.4,over=0.2,gains.theta_l=[86.0,127.0,120.5,122.0]}]")  # fmt: skip
+    changes = ('controller="human3d_stand"', "start.posture=stand", "duration=1.6", "window.start=0.6",
+               "window.end=1.6", "change=[{at=0.4,over=0.2,gains.theta_l=[86.0,127.0,120.5,122.0]}]")  # fmt: skip
     t, row = run_one(plan_of(*changes), 0)
     assert row.as_dict()["stood"]
     assert row.as_dict()["stopping_distance"] == pytest.approx(t.x[-1] - t.x[400])

@@ -127,7 +127,7 @@ def test_the_box():
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        (["engine=home"], "at home nothing but toes and heels meets anything"),
+        (["engine=home"], "in the engine 'home' nothing but toes and heels meets"),
         (["ground.seat.height=-0.1"], r"ground\.seat\.height"),
         (["ground.seat.high=0.4"], "height"),
     ],

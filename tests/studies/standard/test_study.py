@@ -255,7 +255,8 @@ def test_the_page(here):
 STANDS = """description = "How large a push walker2d stands"
 model = "walker2d"
 law = "stand"
-duration = 1.6
+duration = 1.9
+window.start = 0.8
 push = [{ at = 0.5, duration = 0.2, force = [0.0, 0.0] }]
 randomise.runs = 2
 [standard]

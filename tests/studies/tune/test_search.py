@@ -86,11 +86,11 @@ def test_a_walker_never_costs_more_than_a_faller(scenario_file):
 
 STAND = """
 extends = "tune/stand"
-duration = 1.0
+duration = 1.5
 [start]
 jitter = 0.0
 [tune]
-duration = 1.0
+duration = 1.5
 [tune.conditions.quiet]
 set.randomise.draw."start.posture" = { grid = ["flat"] }
 [tune.conditions.pushed.set]
@@ -102,7 +102,7 @@ randomise.draw."push.0.force.0" = { uniform = [2000.0, 2100.0] }
 def test_who_should_stand_is_paid_for_standing_and_not_for_distance(tmp_path):
     path = tmp_path / "stand.toml"
     path.write_text(STAND, encoding="utf-8")
-    study = study_of(path, "window.start=0.5", "window.end=1.0", "tune.weights.progress=1.0")
+    study = study_of(path, "window.start=0.5", "window.end=1.5", "tune.weights.progress=1.0")
     candidate = SearchSpace(study.scenario, study.gains).candidate(
         [0.0] * len(SearchSpace(study.scenario, study.gains).axes)
     )
@@ -113,6 +113,6 @@ def test_who_should_stand_is_paid_for_standing_and_not_for_distance(tmp_path):
     assert quiet.cost <= 0.5
     assert not pushed.walked
     assert pushed.cost > 0.5
-    walking = study_of(path, "window.start=0.5", "window.end=1.0", "tune.conditions.quiet.goal=walked")
+    walking = study_of(path, "window.start=0.5", "window.end=1.5", "tune.conditions.quiet.goal=walked")
     with workers(walking, 1) as evaluate:
         assert not evaluate(walking.tasks(candidate, 1, True, {"quiet": range(1)}))[0].walked
