@@ -16,6 +16,7 @@ from time import perf_counter
 from typing import NamedTuple
 
 from biped.base.kernels import cache_folder
+from biped.ensemble.executor import workers
 
 _SECONDS = 1.0
 """[s] between two states of the line that says how long it has been."""
@@ -55,22 +56,19 @@ def visit(
         options: Of `biped run`.
         done: Called with each that is done.
     """
-    found: dict[str, Station] = {}
 
-    def lane(names: Sequence[str]) -> None:
+    def lane(names: Sequence[str]) -> list[Station]:
+        found = []
         for name in names:
             begun, out = perf_counter(), folder / name.replace("/", "-")
             argv = [sys.executable, "-m", "biped", "run", name, "--out", str(out), "--jobs", "1", *options]
             ended = subprocess.run(argv, capture_output=True, text=True, check=False)
-            found[name] = Station(name, out, ended.returncode, perf_counter() - begun, ended.stderr)
-            done(found[name])
+            found.append(Station(name, out, ended.returncode, perf_counter() - begun, ended.stderr))
+            done(found[-1])
+        return found
 
-    threads = [threading.Thread(target=lane, args=(names,)) for names in lanes]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    return [found[name] for names in lanes for name in names]
+    with workers(lane, len(lanes), threads=True) as each:
+        return [station for found in each(lanes) for station in found]
 
 
 @contextmanager

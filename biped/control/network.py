@@ -11,7 +11,8 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import label
-from biped.control.policy import NEEDS
+
+NEEDS = "a policy network needs onnxruntime, which is not installed; pip install onnxruntime"
 
 
 class Network:
@@ -68,15 +69,29 @@ def _width(one: Any) -> int | None:
 def _session(file: str, modified: float, process: int) -> tuple[Any, list[Any], list[Any]]:
     """A network, its inputs and its outputs; one of each process."""
     try:
+        session = session_of(file)
+    except ImportError as error:
+        raise InputError(f"law: {error}", "law") from None
+    except ValueError as error:
+        raise InputError(f"{label(Path(file))}: {error}", "law") from None
+    return session, list(session.get_inputs()), list(session.get_outputs())
+
+
+def session_of(file: str) -> Any:
+    """A session of onnxruntime that runs a network in one thread.
+
+    Raises:
+        ValueError: The file is no network.
+        ImportError: onnxruntime is not installed.
+    """
+    try:
         import onnxruntime
     except ImportError:
-        raise InputError(f"law: {NEEDS}", "law") from None
+        raise ImportError(NEEDS) from None
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = options.inter_op_num_threads = 1  # small networks gain nothing from more
     options.log_severity_level = 4
     try:
-        session = onnxruntime.InferenceSession(file, options, providers=["CPUExecutionProvider"])
+        return onnxruntime.InferenceSession(file, options, providers=["CPUExecutionProvider"])
     except Exception as error:
-        words = " ".join(str(error).split())[:200]
-        raise InputError(f"{label(Path(file))}: not an ONNX network: {words}", "law") from None
-    return session, list(session.get_inputs()), list(session.get_outputs())
+        raise ValueError(f"not an ONNX network: {' '.join(str(error).split())[:200]}") from None

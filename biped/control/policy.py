@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 
 from biped.base.files import nearest
+from biped.control.network import session_of
 from biped.robot.leg_states import STATES
 
 if TYPE_CHECKING:
@@ -29,8 +30,6 @@ if TYPE_CHECKING:
     from biped.control.observation import Observation
     from biped.control.planar.user import PlanarObservation, PlanarSetup
     from biped.robot.robot import Robot
-
-NEEDS = "a policy network needs onnxruntime, which is not installed; pip install onnxruntime"
 
 
 class Policy:
@@ -180,19 +179,12 @@ def _session(file: Path, size: int, actions: int):
         ValueError: It is not such a network.
         ImportError: onnxruntime is not installed.
     """
-    try:
-        import onnxruntime
-    except ImportError:
-        raise ImportError(NEEDS) from None
     if not file.is_file():
         raise ValueError(f"network: no file {file.name} beside the law")
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = options.inter_op_num_threads = 1  # small networks gain nothing from more
-    options.log_severity_level = 3
     try:
-        session = onnxruntime.InferenceSession(file, options, providers=["CPUExecutionProvider"])
-    except Exception as error:
-        raise ValueError(f"network: {file.name} is not an ONNX network: {' '.join(str(error).split())[:200]}") from None
+        session = session_of(str(file))
+    except ValueError as error:
+        raise ValueError(f"network: {file.name} is {error}") from None
     inputs, outputs = session.get_inputs(), session.get_outputs()
     shapes = [list(inputs[0].shape), list(outputs[0].shape)] if len(inputs) == len(outputs) == 1 else []
     if [shape[-1] for shape in shapes] != [size, actions] or inputs[0].type != "tensor(float)":
