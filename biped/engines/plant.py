@@ -19,6 +19,7 @@ from biped.control.smoothing import fraction
 from biped.engines.energy import Account
 from biped.engines.fall import GOING, LOW, fall_words
 from biped.engines.forces import Contacts, GroundContacts, add_forces
+from biped.engines.latency import Latency
 from biped.engines.loop import Ending, in_python, mujoco_warnings
 from biped.engines.row import log_state, state_of
 from biped.engines.uneven import Uneven, own
@@ -97,6 +98,8 @@ class MujocoPlant:
 
             self.sensors = CoordinateSensors(run, copy.copy(known), self.robot, run.tick)
             self.observation = Observation(self.sensors.model, self.sensors.data, self.robot, self.profile, shared)
+        late = s.actuation.delay > 0.0 or s.actuation.delay_jitter > 0.0
+        self.latency = Latency(run) if late else None
         self.truth.command_at = self.observation.command_at = s.command
         self.uneven = None if self.profile.level else Uneven(self.model, self.data, self.profile)
         self.contacts = GroundContacts(
@@ -112,6 +115,8 @@ class MujocoPlant:
         """The compiled loop's plant, where the law has one."""
         s = self.s
         if s.law != SPATIAL or not self.split or self.sensors or self.uneven or self.watch or s.actuation.lag > 0.0:
+            return None
+        if self.latency is not None:
             return None
         from biped.engines.space.plant import plant_of
 
@@ -166,7 +171,9 @@ class MujocoPlant:
         outside = self.outside
         log_row = bound(log_state, state, touching[0], log[0], outside[0], 0.0)
         wanted, target = np.zeros(law.size), data.qfrc_applied if self.command == "generalized" else data.ctrl
-        limits = self.limits if self.command == "torque" else np.full(law.size, np.inf)
+        strength = self.s.truth.strength if self.command == "torque" else 1.0
+        limits = strength * self.limits if self.command == "torque" else np.full(law.size, np.inf)
+        latency = self.latency
         follow = fraction(self.s.actuation.lag, tick)
         act = bound(actuate, wanted, limits, follow, wanted, target)
 
@@ -182,6 +189,10 @@ class MujocoPlant:
                 sensors.measure(data.qpos, data.qvel)
             observation.begin(time)
             command = law.command(k, observation)
+            if latency is not None and np.isfinite(command).all():
+                command = latency.pass_on(k, command)
+            if strength != 1.0:
+                command = strength * command
             if not act(command, limits, follow, wanted, target):
                 law.refuse(k, time, command)
             return status

@@ -62,6 +62,9 @@ def compiled(
     """
     assert s.robot is not None
     robot = robot_of(path, s.robot)
+    for key in ("servo_stiffness", "servo_damping"):
+        if getattr(s.truth, key) != 1.0 and command not in ("position", "velocity"):
+            raise InputError(f"truth.{key}: expected 1: the law commands {command}, and no servo acts", f"truth.{key}")
     limits = torque_limits(robot, s)
     level = is_level(s.ground)
     # Heights along the way are no part of the model: only that there are any.
@@ -77,14 +80,14 @@ def _compiled(
     path = Path(file)
     robot = robot_of(path, table)
     spec = read(path, table)
+    _replace_actuators(spec)
     if truth != Truth():
         apply_truth(spec, truth, robot)
     if not level:
         name_geoms(spec)
         give_planes(spec, robot)
-    _replace_actuators(spec)
     for drive, limit, servo in zip(robot.drives, limits, servos, strict=True) if command != "generalized" else ():
-        _drive(spec, drive, limit, command, servo)
+        _drive(spec, drive, limit, command, servo, truth)
     option = spec.option
     option.solver, option.disableactuator = getattr(mujoco.mjtSolver, f"mjSOL_{simulation.solver.upper()}"), 0
     if simulation.physics != FILE:
@@ -98,26 +101,29 @@ def _compiled(
     return model
 
 
-def _drive(spec: mujoco.MjSpec, drive: Drive, limit: float, command: Command, servo: Servo | None) -> None:
-    """Adds an actuator that is what the law commands, in units of its joint."""
+def _drive(
+    spec: mujoco.MjSpec, drive: Drive, limit: float, command: Command, servo: Servo | None, truth: Truth
+) -> None:
+    """Adds an actuator that is what the law commands, in units of its joint; torques have their strength already."""
     actuator = spec.add_actuator(name=drive.name, target=drive.joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
     actuator.gear = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    stiffer, damped = truth.strength * truth.servo_stiffness, truth.strength * truth.servo_damping
     if command == "torque":
         actuator.set_to_motor()
     elif command == "position" and servo is not None:
-        actuator.set_to_position(kp=servo.stiffness, kv=servo.damping)
+        actuator.set_to_position(kp=stiffer * servo.stiffness, kv=damped * servo.damping)
         limit = min(limit, servo.effort)
     elif command == "position":
         _needs(drive, drive.stiffness, "stiffness")
-        actuator.set_to_position(kp=drive.stiffness, kv=drive.damping)
+        actuator.set_to_position(kp=stiffer * drive.stiffness, kv=damped * drive.damping)
     else:
         _needs(drive, drive.damping, "damping")
-        actuator.set_to_velocity(kv=drive.damping)
+        actuator.set_to_velocity(kv=damped * drive.damping)
     actuator.ctrllimited = mujoco.mjtLimited.mjLIMITED_FALSE
     if command == "position" and servo is None and drive.span is not None:
         actuator.ctrllimited, actuator.ctrlrange = mujoco.mjtLimited.mjLIMITED_TRUE, list(drive.span)
     actuator.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
-    actuator.forcerange = [-limit, limit]
+    actuator.forcerange = [-truth.strength * limit, truth.strength * limit]
 
 
 def _needs(drive: Drive, value: float, key: str) -> None:

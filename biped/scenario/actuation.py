@@ -53,6 +53,10 @@ class Actuation(Section, frozen=True):
             pushes, the toe's is the heel's, whatever is wrong with that.
         rank_tolerance: Relative size below which a row of C is dependent on others.
         lag: Time constant [s] of the actuators' first-order response; 0: torques follow at once.
+        delay: [s] by which what the law commands acts late, rounded to ticks; what it commands first acts at once. Of a
+            robot of any kind, as is the next.
+        delay_jitter: [s] Most that is added to it, drawn anew for every tick; what arrives after a later command is
+            dropped.
         motors: Keep torques within the torque-speed line of the robot's motors too.
     """
 
@@ -68,4 +72,6 @@ class Actuation(Section, frozen=True):
     single_tangential: bool = False
     rank_tolerance: Annotated[float, Meta(gt=0, lt=1)] = 1e-4
     lag: Hold = 0.0
+    delay: Hold = 0.0
+    delay_jitter: Hold = 0.0
     motors: bool = False

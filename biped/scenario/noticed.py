@@ -14,12 +14,14 @@ from biped.scenario.valid import Fail
 ALL: Keys = {
     "start": ("posture", "settle", "jitter", "upright"),
     "ground": ("slope", "side_slope", "tiles", "steps", "friction", "contact_time", "damping_ratio"),
-    "actuation": ("torque_limit", "lag"),
+    "actuation": ("torque_limit", "lag", "delay", "delay_jitter"),
     "sensing": (),
     "sensors": ("angle_noise", "rate_noise", "height_noise", "delay", "quantisation", "zero_error", "gyro"),
-    "truth": ("joint_damping", "part"),
+    "truth": (
+        "joint_damping", "part", "strength", "servo_stiffness", "servo_damping", "joint_friction", "armature",
+    ),
     "randomise": ("runs", "draw", "moves"),
-}
+}  # fmt: skip
 """Whatever the law is. Tables that are not named here are read whole."""
 CARD: Keys = {"": ("command",)}
 """Keys that a policy's card reads besides."""

@@ -21,9 +21,15 @@ MOST_TICKS = 10_000_000
 MOST_RUNS = 1_000_000
 """Of a campaign: points of its sweep times runs of each."""
 MOST_DELAY = 100_000
-"""Control ticks that sensors may lag behind: each is kept."""
+"""Control ticks that sensors or commands may lag behind: each is kept."""
 LIMITS = 6
 """Torque limits of seven links, where each has its own."""
+OF_ANY_KIND = (
+    ("sensors", "zero_error"), ("truth", "part"), ("truth", "strength"), ("truth", "servo_stiffness"),
+    ("truth", "servo_damping"), ("truth", "joint_friction"), ("truth", "armature"), ("actuation", "delay"),
+    ("actuation", "delay_jitter"), ("ground", "side_slope"),
+)  # fmt: skip
+"""Keys that seven links in a plane have no use for: table and name."""
 MOST_VALUES = 100_000
 """That a standard test may tell apart."""
 
@@ -42,6 +48,9 @@ def possible(s: Scenario, fail: Fail) -> None:
     if s.sensors.delay * s.simulation.control_rate > MOST_DELAY:
         raise fail("sensors.delay", f"expected at most {MOST_DELAY / s.simulation.control_rate:g} s at this control "
                    f"rate, got {s.sensors.delay:g}")  # fmt: skip
+    if (s.actuation.delay + s.actuation.delay_jitter) * s.simulation.control_rate > MOST_DELAY:
+        raise fail("actuation.delay", f"expected at most {MOST_DELAY / s.simulation.control_rate:g} s at this control "
+                   f"rate, with its jitter, got {s.actuation.delay + s.actuation.delay_jitter:g}")  # fmt: skip
     for i, push in enumerate(s.push):
         if push.at >= s.duration:
             raise fail(f"push[{i}].at", f"expected a time within the run (duration {s.duration} s), got {push.at}")
@@ -111,10 +120,10 @@ def _sensed(s: Scenario, fail: Fail) -> None:
     """Rejects an estimator without its sensors, sensors without it, and noise on what nobody measures."""
     if s.robot is not None:
         return  # its gyro is read as it is, and what it has not is refused by name
-    for key, there in (("sensors.zero_error", s.sensors.zero_error > 0.0), ("truth.part", s.truth.part),
-                       ("ground.side_slope", s.ground.side_slope != 0.0)):  # fmt: skip
-        if there:
-            raise fail(key, f"belongs to robots of any kind (docs/robots.md), which model '{s.model}' is not here")
+    plain = Scenario()
+    for table, key in OF_ANY_KIND:
+        if getattr(getattr(s, table), key) != getattr(getattr(plain, table), key):
+            raise fail(f"{table}.{key}", f"belongs to robots of any kind (docs/robots.md), which model '{s.model}' is not here")
     names = ("encoders", "gyro", "switches")
     there = [name for name in names if getattr(s.sensors, name) is not None]
     if s.estimator is None:
@@ -158,13 +167,13 @@ def _changing_pushes(s: Scenario, fail: Fail) -> None:
     """Rejects pushes in more pieces than a run is kept with."""
     tick, total = 1.0 / s.simulation.control_rate, 0
     for i, push in enumerate(s.push):
-        if push.shape != "constant":
+        if push.shape != "constant" or push.times > 1:
             total += count(push, tick, s.duration)
             if total > MOST_PIECES:
                 raise fail(
                     f"push[{i}].duration",
                     f"expected at most {MOST_PIECES} pieces of pushes that change, {PIECE:g} s each, of a sine at most "
-                    f"a 20th of its period; got {total}",
+                    f"a 20th of its period, or that come again; got {total}",
                 )
 
 

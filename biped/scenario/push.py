@@ -23,6 +23,8 @@ class Push(Section, frozen=True):
         body: A body of the model; the force acts at its centre of mass.
         shape: How the force goes with time: `constant`; a `ramp` from nothing to `force` at the end; or a `sine`.
         frequency: [Hz] of the sine.
+        times: How often it comes.
+        every: [s] from the begin of one to that of the next, where it comes more than once.
     """
 
     at: NonNegative
@@ -31,6 +33,8 @@ class Push(Section, frozen=True):
     body: Name = "torso"
     shape: Literal["constant", "ramp", "sine"] = "constant"
     frequency: Annotated[float, Meta(gt=0, le=100)] = 1.0
+    times: Annotated[int, Meta(ge=1, le=10_000)] = 1
+    every: Positive = 1.0
 
 
 class Disturbance(Section, frozen=True):

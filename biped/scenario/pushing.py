@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from msgspec.structs import replace
+
 from biped.scenario.keys import Scenario
 from biped.scenario.push import Push
 
@@ -33,11 +35,22 @@ class Piece(NamedTuple):
 def pieces(scenario: Scenario) -> tuple[Piece, ...]:
     """All pushes of a scenario; pieces begin and end with control ticks, and each has the mean of its push's force."""
     tick = 1.0 / scenario.simulation.control_rate
-    return tuple(piece for push in scenario.push for piece in _pieces(push, tick, scenario.duration))
+    seconds = scenario.duration
+    train = (one for push in scenario.push for one in _train(push) if one.at < seconds)
+    return tuple(piece for one in train for piece in _pieces(one, tick, seconds))
+
+
+def _train(push: Push) -> tuple[Push, ...]:
+    """A push as often as it comes."""
+    if push.times == 1:
+        return (push,)
+    return tuple(replace(push, at=push.at + i * push.every, times=1) for i in range(push.times))
 
 
 def count(push: Push, tick: float, duration: float) -> int:
     """How many pieces a push has in a run of a duration [s]."""
+    if push.times > 1:
+        return sum(count(one, tick, duration) for one in _train(push) if one.at < duration)
     if push.shape == "constant":
         return 1
     ticks = round(min(push.duration, max(0.0, duration - push.at)) / tick)

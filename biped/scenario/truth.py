@@ -30,8 +30,9 @@ class Truth(Section, frozen=True):
 
     Links are torso, right thigh, shank, foot, left thigh, shank, foot. A length scales everything placed along the
     link; inertias follow masses and lengths (m l²) and are scaled by their own factor on top. Of a robot of any kind
-    each body that differs has a table `[[truth.part]]`, and `joint_damping` is that of all hinges but the base's; the
-    other keys are of seven links.
+    each body that differs has a table `[[truth.part]]`; `joint_damping` is that of all hinges but the base's, and so
+    are `joint_friction` and `armature`. `strength` and what follows it are of these robots alone, `mass`, `inertia`,
+    `length` and `hip_mass` of seven links.
 
     Attributes:
         mass: Factors of the masses.
@@ -39,6 +40,11 @@ class Truth(Section, frozen=True):
         length: Factors of the lengths.
         joint_damping: [N m s/rad] added to hips, knees and ankles.
         hip_mass: [kg] that the torso carries on the hip's axis besides: of an arm that guides the robot, for example.
+        strength: Factor of what the motors do: of torques and of those of servos, and of their limits.
+        servo_stiffness: Factor of the servos' stiffness.
+        servo_damping: Factor of their damping.
+        joint_friction: [N m] of dry friction added to the joints.
+        armature: Factor of the rotors' inertia.
         part: Bodies that differ, of a robot of any kind.
     """
 
@@ -47,4 +53,9 @@ class Truth(Section, frozen=True):
     length: Seven = (1.0,) * 7
     joint_damping: NonNegative = 0.0
     hip_mass: NonNegative = 0.0
+    strength: Factor = 1.0
+    servo_stiffness: Factor = 1.0
+    servo_damping: Factor = 1.0
+    joint_friction: NonNegative = 0.0
+    armature: Factor = 1.0
     part: Annotated[tuple[BodyTruth, ...], Meta(max_length=1000)] = ()

@@ -71,3 +71,12 @@ def test_too_many_pieces():
 def test_what_no_push_has(push, said):
     with pytest.raises(InputError, match=said):
         read_scenario("level_normal", [f"push=[{{at=5.0,duration=1.0,force=[1.0,0.0],{push}}}]"])
+
+
+def test_a_train_of_pushes_is_as_many_apart_as_it_says():
+    found = pieces(run(seconds=9.5, duration=0.2, times=5, every=2.0))
+    assert [(p.start, round(p.end, 9)) for p in found] == [(1.0, 1.2), (3.0, 3.2), (5.0, 5.2), (7.0, 7.2), (9.0, 9.2)]
+    assert {p.force for p in found} == {(60.0, -20.0)}
+    assert len(pieces(run(seconds=6.0, duration=0.2, times=5, every=2.0))) == 3, "those after the end do not come"
+    ramps = pieces(run(duration=0.5, shape="ramp", times=3, every=1.0))
+    assert impulse(ramps) == pytest.approx((3 * 15.0, 3 * -5.0))
