@@ -41,7 +41,7 @@ def apply_truth(spec: mujoco.MjSpec, truth: Truth, robot: Robot) -> None:
             # MuJoCo 4 keeps a polynomial in the rate: linear, quadratic and cubic coefficient.
             joint.damping = joint.damping + np.array([truth.joint_damping, 0.0, 0.0])
             joint.frictionloss += truth.joint_friction
-            joint.armature *= truth.armature
+            joint.armature += truth.armature
 
 
 def check_truth(truth: Truth, robot: Robot) -> None:

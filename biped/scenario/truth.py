@@ -44,7 +44,7 @@ class Truth(Section, frozen=True):
         servo_stiffness: Factor of the servos' stiffness.
         servo_damping: Factor of their damping.
         joint_friction: [N m] of dry friction added to the joints.
-        armature: Factor of the rotors' inertia.
+        armature: [kg m²] of rotors added to the joints.
         part: Bodies that differ, of a robot of any kind.
     """
 
@@ -57,5 +57,5 @@ class Truth(Section, frozen=True):
     servo_stiffness: Factor = 1.0
     servo_damping: Factor = 1.0
     joint_friction: NonNegative = 0.0
-    armature: Factor = 1.0
+    armature: NonNegative = 0.0
     part: Annotated[tuple[BodyTruth, ...], Meta(max_length=1000)] = ()

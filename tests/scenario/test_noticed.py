@@ -78,7 +78,8 @@ def base_of(law: str) -> Scenario:
     s = read_scenario("spatial/own", ["duration=0.024", "ground.slope=1.0", "ground.side_slope=1.0"])
     s = replace(
         s, fall=replace(s.fall, tilt=90.0),
-        push=(Push(at=0.004, duration=0.015, force=(30.0, 20.0, 10.0), shape="sine", frequency=40.0),),
+        push=(Push(at=0.004, duration=0.015, force=(30.0, 20.0, 10.0), shape="sine", frequency=40.0,
+                   times=2, every=0.006),),
         sensors=Sensors(angle_noise=1e-3, gyro=Gyro(range=20.0), delay=0.002),
         truth=Truth(part=(BodyTruth("left_thigh", mass=1.1),)),
         disturbance=Disturbance(force=(5.0, 3.0, 2.0), correlation=0.05, at=0.006),
