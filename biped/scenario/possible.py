@@ -123,7 +123,8 @@ def _sensed(s: Scenario, fail: Fail) -> None:
     plain = Scenario()
     for table, key in OF_ANY_KIND:
         if getattr(getattr(s, table), key) != getattr(getattr(plain, table), key):
-            raise fail(f"{table}.{key}", f"belongs to robots of any kind (docs/robots.md), which model '{s.model}' is not here")
+            raise fail(f"{table}.{key}", f"belongs to robots of any kind (docs/robots.md), which model '{s.model}' is "
+                       "not here")  # fmt: skip
     names = ("encoders", "gyro", "switches")
     there = [name for name in names if getattr(s.sensors, name) is not None]
     if s.estimator is None:
