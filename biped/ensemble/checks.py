@@ -27,6 +27,10 @@ PASSED, FAILED, UNDECIDED, NOTHING = "passed", "failed", "undecided", "nothing w
 """Judgements of a scenario or of one of its checks."""
 
 
+GOALS = {"walked": "walk", "stood": "stand", "sat": "sit"}
+"""Metrics that say what a run has to do, and their verbs."""
+
+
 class Check(NamedTuple):
     """One expectation and how it was met.
 
@@ -80,6 +84,12 @@ def judgement(result: Mapping[str, Any]) -> str:
     if not result["checks"]:
         return NOTHING
     return UNDECIDED if result["passed"] is None else PASSED
+
+
+def goal_of(result: Mapping[str, Any]) -> str:
+    """The metric that says what runs had to do: the first of `GOALS` that was expected, `walked` if none was."""
+    expected = {check["name"] for check in result["checks"]}
+    return next((goal for goal in GOALS if goal in expected), "walked")
 
 
 def word_of(check: Mapping[str, Any]) -> str:

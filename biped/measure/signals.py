@@ -46,27 +46,26 @@ def ends(t: Trajectory, values: np.ndarray, of: Any = np.mean) -> np.ndarray:
 
 
 def toes_and_heels(t: Trajectory) -> np.ndarray:
-    """(n, 4, 2) [m] in the slope's frame, from the side."""
-    return ends(t, t.point)[..., [0, 2]]
+    """(n, 4, 3) [m] in the slope's frame."""
+    return ends(t, t.point)
 
 
 def end_forces(t: Trajectory) -> np.ndarray:
-    """(n, 4, 2) [N] ground forces on toes and heels, from the side."""
+    """(n, 4, 3) [N] ground forces on toes and heels."""
     if t.robot.seven_links is not None:
-        return t.force[..., [0, 2]]
-    along = along_feet(t.robot) >= 0.5
-    feet, force = t.robot.of_foot, t.force[..., [0, 2]]
+        return t.force
+    along, feet = along_feet(t.robot) >= 0.5, t.robot.of_foot
     halves = [(feet == foot) & (along == front) for foot in range(LEGS) for front in (True, False)]
-    return np.stack([force[:, half].sum(axis=1) for half in halves], axis=1)
+    return np.stack([t.force[:, half].sum(axis=1) for half in halves], axis=1)
 
 
 def stick(t: Trajectory, rows: np.ndarray) -> np.ndarray:
-    """(m, 12, 2) [m] hip, knee, ankle, toe, heel of each leg, the trunk's upper end, the centre of mass."""
+    """(m, 12, 3) [m] hip, knee, ankle, toe, heel of each leg, the trunk's upper end, the centre of mass."""
     some = t.rows(rows)
-    figure, point, parts = some.figure[..., [0, 2]], toes_and_heels(some), []
+    figure, point, parts = some.figure, toes_and_heels(some), []
     for leg in range(LEGS):
         parts += [figure[:, SEGMENTS * leg : SEGMENTS * (leg + 1)], point[:, ENDS * leg : ENDS * (leg + 1)]]
-    return np.concatenate([*parts, figure[:, -1:], some.com[:, None, [0, 2]]], axis=1)
+    return np.concatenate([*parts, figure[:, -1:], some.com[:, None]], axis=1)
 
 
 def corners_of(trajectory: Trajectory) -> np.ndarray:
@@ -79,9 +78,9 @@ def corners_of(trajectory: Trajectory) -> np.ndarray:
 
 
 def limbs(t: Trajectory) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Joints (n, 7, 2) of the links, toes and heels (n, 4, 2), and the torso's upper end (n, 2) [m]."""
+    """Joints (n, 7, 2) of the links, toes and heels (n, 4, 2), and the torso's upper end (n, 2) [m]; from the side."""
     figure = t.figure[..., [0, 2]]
-    return figure[:, [0, 0, 1, 2, 3, 4, 5]], toes_and_heels(t), figure[:, 6]
+    return figure[:, [0, 0, 1, 2, 3, 4, 5]], toes_and_heels(t)[..., [0, 2]], figure[:, 6]
 
 
 def every(trajectory: Trajectory, rate: float) -> np.ndarray:

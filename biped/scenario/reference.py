@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from functools import cache
 from inspect import getdoc
 from pathlib import Path
 from types import UnionType
@@ -19,6 +20,8 @@ from biped.scenario.section import LARGEST
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE, TEMPLATE, MARK = DOCS / "scenarios.md", DOCS / "scenarios.in.md", "<!-- keys -->"
+_UNIT = re.compile(r"\[((?:1/)?\(?(?:m|s|rad|kg|N|J|Hz|degrees)(?:[ /²√]+(?:m|s|rad|kg|N|Hz|degrees)\b[²)]*)*)\](?!\()")
+"""A unit in brackets."""
 _HEAD = "| key | default | values | meaning |\n|---|---|---|---|\n"
 
 
@@ -34,6 +37,25 @@ def meanings(kind: type) -> dict[str, str]:
     _, _, attributes = (getdoc(kind) or "").partition("Attributes:\n")
     found = re.findall(r"^    (\w+): (.*(?:\n {8}.*)*)", attributes, re.MULTILINE)
     return {name: " ".join(text.split()) for name, text in found}
+
+
+@cache
+def unit_of(key: str) -> str:
+    """The unit of a dotted key as its docstring gives it, degrees as °; empty where there is none.
+
+    Args:
+        key: Such as `ground.slope` or `push.0.force.1`.
+    """
+    kind: type | None = Scenario
+    unit = ""
+    for part in (part for part in key.split(".") if not part.isdigit()):
+        if kind is None or part not in (hints := get_type_hints(kind, include_extras=True)):
+            return ""
+        meaning = meanings(kind).get(part, "")
+        found = _UNIT.search(meaning)
+        unit = "°" if meaning.startswith("Degrees") else found.group(1) if found else ""
+        kind = _record(part, hints[part])[0]
+    return unit
 
 
 def _tables(at: str, kind: type, head: str, shown: dict[type, str]) -> Iterator[str]:

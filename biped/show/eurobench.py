@@ -92,8 +92,8 @@ def _prefix(index: int, rows: int, runs: int, points: int) -> str:
 
 def _of_run(t: Trajectory) -> dict[str, str]:
     """The files of one run: name to text."""
-    force = end_forces(t).reshape(len(t), LEGS, ENDS, 2)
-    torques, feet = joint_torques(t), toes_and_heels(t).reshape(len(t), LEGS, ENDS, 2)
+    force, feet = (each(t)[..., [0, 2]].reshape(len(t), LEGS, ENDS, 2) for each in (end_forces, toes_and_heels))
+    torques = joint_torques(t)
     files = {
         "jointStates.csv": _csv(t, _interleaved(JOINTS, {"pos": joint_angles(t), "vel": joint_rates(t)})),
         "jointTorques.csv": _csv(t, {f"{joint}_z": torques[:, i] for i, joint in enumerate(JOINTS)}),

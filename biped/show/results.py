@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from biped.ensemble.checks import FAILED, NOTHING, PASSED, UNDECIDED, judgement, sentence_of, word_of
+from biped.base.statistics import wilson
+from biped.ensemble.checks import FAILED, NOTHING, PASSED, UNDECIDED, goal_of, judgement, sentence_of, word_of
 from biped.ensemble.columns import batches
 from biped.ensemble.sweeps import threshold_words
 from biped.measure.metrics.gait import MOVED
@@ -45,10 +46,11 @@ def document_of(result: Mapping[str, Any], description: str, setting: Line | Non
             states = run["leg_states"]
             blocks.append(Paragraph(f"leg states {states['cycle']} in {states['share']:.0%} of cycles"))
     else:
-        low, high = summary["walked_interval"]
-        blocks.append(Paragraph(f"walked {summary['walked']} of {len(runs)} (95 % interval {low:.0%} – {high:.0%}), "
+        goal = goal_of(result)
+        low, high = wilson(int(summary[goal]), len(runs))
+        blocks.append(Paragraph(f"{goal} {summary[goal]} of {len(runs)} (95 % interval {low:.0%} – {high:.0%}), "
                                 f"{failures(summary)}"))  # fmt: skip
-        blocks += _items([f"{count} × {cause}" for cause, count in causes_of(runs)])
+        blocks += _items([f"{count} × {cause}" for cause, count in causes_of(runs, goal)])
     blocks += _items(warnings_of(runs))
     if "points" not in result and push_words(summary):  # a sweep's pushes differ
         blocks.append(Paragraph(push_words(summary)))
@@ -170,11 +172,11 @@ def warnings_of(runs: Sequence[Mapping[str, Any]]) -> list[str]:
     return [*lines, f"{more - WARNED} more runs with engine warnings"] if more > WARNED else lines
 
 
-def causes_of(runs: Sequence[Mapping[str, Any]]) -> list[tuple[str, int]]:
-    """Outcomes of the runs that did not walk and how often, the commonest first."""
+def causes_of(runs: Sequence[Mapping[str, Any]], goal: str = "walked") -> list[tuple[str, int]]:
+    """Outcomes of the runs that missed their goal and how often, the commonest first."""
     causes: Counter[str] = Counter()
-    for columns in batches(runs, ("walked", *TOLD_BY)):
-        for place in np.flatnonzero(~columns["walked"]):
+    for columns in batches(runs, tuple(dict.fromkeys((goal, *TOLD_BY)))):
+        for place in np.flatnonzero(~np.asarray(columns[goal], dtype=bool)):
             causes[kind_of({name: columns[name][place] for name in TOLD_BY})] += 1
     return causes.most_common()
 

@@ -21,10 +21,13 @@ from biped.ensemble.stored import of_plan
 from biped.measure.stored import load
 from biped.scenario.laws import own_law
 from biped.scenario.reading import read_scenario
+from biped.show.model import visual_model
 from biped.show.words import harmless
 from biped.studies.folders import results_at
 
 if TYPE_CHECKING:
+    import mujoco
+
     from biped.measure.trajectory import Trajectory
 
 _AGAIN = "remove it to have it simulated again"
@@ -78,6 +81,11 @@ class ResultsFolder:
         if not own_law(self.plan.scenario.law):
             return campaign.run_one(self.plan, index)[0]
         return self.ending(index)
+
+    def model(self, index: int) -> mujoco.MjModel:
+        """The model of a run's robot as it is drawn."""
+        run = self.plan.run(index)
+        return visual_model(run.model, run.scenario)
 
     def ending(self, index: int) -> Trajectory | None:
         """The last seconds of a run that fell, where they were kept."""

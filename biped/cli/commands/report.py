@@ -19,7 +19,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("run", type=Path, nargs="+", help=runs)
     parser.add_argument("--html", type=Path, metavar="FILE", help="one HTML page: no network, phone, paper, dark")
     parser.add_argument("--out", type=Path, help="the Markdown file (default: report.md, unless --html is given)")
-    parser.add_argument("--title", default="Campaigns", help="its heading")
+    parser.add_argument("--title", default="Results", help="its heading (default: %(default)s)")
 
 
 def command(args: argparse.Namespace) -> int:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from biped.base.files import label
-from biped.ensemble.checks import judgement
+from biped.ensemble.checks import GOALS, goal_of, judgement
 from biped.measure.metrics.walking import kind_of, outcome
 from biped.measure.trajectory import Trajectory
 from biped.scenario.laws import own_law
@@ -41,37 +41,42 @@ def section(folder: Path) -> Markup:
     result, scenario = kept.result, kept.plan.scenario
     rows, summary, points = _looked_at(result["runs"]), result["summary"], result.get("points", [])
     made = len(result["runs"])
-    alone, path = made == 1, shlex.quote(label(folder / "scenario.toml"))
+    goal, space, alone, path = (
+        goal_of(result),
+        not kept.plan.robot.planar,
+        made == 1,
+        shlex.quote(label(folder / "scenario.toml")),
+    )
     head = [
         tag("h2", result["scenario"]),
         tag("p", f"{scenario.description}. " if scenario.description else "", _runs_line(kept), class_="about"),
         tag("p", judged(judgement(result)), claims.alone(rows[0]) if alone else
-            f"{claims.headline(summary, made)}; {failures(summary)}.", class_="verdict"),
+            f"{claims.headline(summary, made, goal)}; {failures(summary)}.", class_="verdict"),
         claims.expectations(result["checks"], made),
-        claims.unseen(summary, rows, points, made),
+        claims.unseen(summary, rows, points, made, goal),
         tag("code", f"biped run {path}{_only(kept)}{_trust(kept)}", class_="command"),
     ]  # fmt: skip
     body = []
     if points:
-        body += [tag("h4", "Along the sweep"), _cards(*sweeps.sweep(points, result["thresholds"])),
-                 sweeps.points_table(points)]  # fmt: skip
+        body += [tag("h4", "Along the sweep"), _cards(*sweeps.sweep(points, result["thresholds"], space)),
+                 sweeps.points_table(points, space)]  # fmt: skip
     if not alone:
-        shares = explained(kept.plan, rows)
-        spread = ensembles.endings(rows), ensembles.costs(rows, result["thesis"])
+        shares = explained(kept.plan, rows, goal)
+        spread = ensembles.endings(rows, goal), ensembles.costs(rows, result["thesis"])
         if len(rows) < made:
             body.append(tag("p", f"What follows is of {len(rows)} of the {made} runs, evenly spread.", class_="about"))
-        body += [tag("h4", "How the runs went"), _cards(*spread, *ensembles.causes(shares, rows))]
+        body += [tag("h4", "How the runs went"), _cards(*spread, *ensembles.causes(shares, rows, goal, space))]
     shown = _played(kept, rows)
     if shown:
-        body += [tag("h4", "The walk"), _cards(card("", walks([one for one, _ in shown]), wide=True))]
-        whose = "the run" if alone else shown[0][0].name
+        body += [tag("h4", "The walk"), _cards(card("", walks([one for one, _, _ in shown]), wide=True))]
+        whose = "the run" if alone else f"run {shown[0][2]}"
         body += [tag("h4", f"Inside {whose}"), *motion.charts(shown[0][1], scenario.interval)]
     else:
         body.append(tag("p", kept.again(rows[0]["index"]), class_="about"))
     if not points:
         body += [tag("h4", "Numbers"), claims.numbers(summary, result["thesis"], rows, made)]
     if not alone:
-        body.append(_failed(folder, kept, rows, made - summary["walked"]))
+        body.append(_failed(folder, kept, rows, goal))
     return tag("section", *head, *body)
 
 
@@ -128,22 +133,25 @@ def _looked_at(runs: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     return [harmless(numbers[index]) for index in sorted(numbers)]
 
 
-def _played(kept: ResultsFolder, rows: list[Mapping[str, Any]]) -> list[tuple[PlayedRun, Trajectory]]:
-    """The runs that are shown, of those whose trajectory is there or can be made again."""
+def _played(kept: ResultsFolder, rows: list[Mapping[str, Any]]) -> list[tuple[PlayedRun, Trajectory, int]]:
+    """The runs that are shown with their numbers, of those whose trajectory is there or can be made again."""
     out = []
     for name, row in chosen(rows):
         trajectory = kept.trajectory(row["index"])
         if trajectory is None:
             continue
-        values = ", ".join(setting(key, value) for key, value in row.get("values", {}).items())
-        said = f"Run {row['index']}: {outcome(row)}" + (f"; {values}" if values else "") + "."
-        out.append((PlayedRun(name, said, frames_of(trajectory)), trajectory))
+        values = ", ".join(
+            setting(key, value, not kept.plan.robot.planar) for key, value in row.get("values", {}).items()
+        )
+        index, became = row["index"], outcome(row) + (f"; {values}" if values else "")
+        frames = frames_of(trajectory, kept.model(index))
+        out.append((PlayedRun(name, f"Run {index}: {became}.", frames), trajectory, index))
     return out
 
 
-def _failed(folder: Path, kept: ResultsFolder, rows: list[Mapping[str, Any]], count: int) -> Markup | None:
-    """Runs that did not walk, each with the command that shows it."""
-    failed = [row for row in rows if not row["walked"]]
+def _failed(folder: Path, kept: ResultsFolder, rows: list[Mapping[str, Any]], goal: str) -> Markup | None:
+    """Runs that missed their goal, each with the command that shows it."""
+    failed, count = [row for row in rows if not row[goal]], len(kept.result["runs"]) - int(kept.result["summary"][goal])
     if not failed:
         return None
     keys = list(dict.fromkeys(key for row in failed for key in row.get("values", {})))
@@ -154,13 +162,20 @@ def _failed(folder: Path, kept: ResultsFolder, rows: list[Mapping[str, Any]], co
         values = (value_of(row.get("values", {}).get(key)) for key in keys)
         return (row["index"], outcome(row), *values, again)
 
-    head = ("run", "what became of it", *map(key_words, keys), "to see it again")
+    head = (
+        "run",
+        "what became of it",
+        *(key_words(key, not kept.plan.robot.planar) for key in keys),
+        "to see it again",
+    )
     words = (1, len(head) - 1)
     listed = table(head, map(line, failed[:_LISTED]), words)
     more = None
     if len(failed) > _LISTED:
         all_of_them = count <= min(len(failed), _MOST)
-        opening = f"All {count} runs that did not walk" if all_of_them else f"{min(len(failed), _MOST)} of them"
+        opening = (
+            f"All {count} runs that did not {GOALS[goal]}" if all_of_them else f"{min(len(failed), _MOST)} of them"
+        )
         more = tag("details", tag("summary", opening),
                    table(head, map(line, failed[_LISTED:_MOST]), words))  # fmt: skip
-    return tag("div", tag("h4", f"Runs that did not walk: {count}"), listed, more)
+    return tag("div", tag("h4", f"Runs that did not {GOALS[goal]}: {count}"), listed, more)

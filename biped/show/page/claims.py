@@ -21,10 +21,12 @@ _Z80 = 0.8416212335729143
 """One-sided 80 % quantile of the normal distribution: the power that a visible change is seen with."""
 
 
-def headline(summary: Mapping[str, Any], runs: int) -> str:
-    """How many walked, with the interval."""
-    walked, (low, high) = summary["walked"], summary["walked_interval"]
-    return f"Walked {walked} of {runs}: {percent(walked / runs)}, 95 % interval {between(low, high)}"
+def headline(summary: Mapping[str, Any], runs: int, goal: str = "walked") -> str:
+    """How many reached their goal, with the interval."""
+    count = int(summary[goal])
+    return (
+        f"{goal.capitalize()} {count} of {runs}: {percent(count / runs)}, 95 % interval {between(*wilson(count, runs))}"
+    )
 
 
 def alone(row: Mapping[str, Any]) -> str:
@@ -67,23 +69,27 @@ def expectations(checks: Rows, runs: int) -> Markup | None:
         lines.append(
             (
                 _named(check["name"]),
-                f"{number(value)}{unit}",
-                interval,
-                _sign(check["expected"]),
                 judged(word_of(check)),
+                f"{number(value)}{unit}",
+                _sign(check["expected"]),
+                interval,
                 check.get("why", "") if check["passed"] is None or not interval else "",
             )
         )
-    return table(("expected", "value", "95 % of the rate", "", "", ""), lines, words=(0, 3, 4, 5), more=5)
+    head = ("expectation", "", "measured", "expected", "95 % of the rate", "why")
+    return table(head, lines, words=(0, 1, 5), more=5)
 
 
 def numbers(summary: Mapping[str, Any], thesis: Mapping[str, float], rows: Rows, made: int) -> Markup:
     """The metrics of `made` runs: the interval of each mean, the change that would show, and the thesis's number."""
+    whose = "mean of the walkers" if any(row["walked"] for row in rows) else "mean of all runs"
     walkers = [row for row in rows if row["walked"]] or list(rows)
     lines = []
     for metric in metrics_of_table("run"):
         if metric.kind == "count":
             continue
+        if summary[metric.name] is None or not math.isfinite(summary[metric.name]):
+            continue  # such as a cost of transport of a robot that stood
         found = [row[metric.name] for row in walkers if row.get(metric.name) is not None]
         found = [value for value in found if math.isfinite(value)]
         spread = mean_of(found, len(rows) / made)
@@ -97,13 +103,16 @@ def numbers(summary: Mapping[str, Any], thesis: Mapping[str, float], rows: Rows,
             metric.meaning,
         ))  # fmt: skip
     if len(rows) == 1:
-        return table(("", "value", "thesis", "", ""), [(a, b, e, f, g) for a, b, _, _, e, f, g in lines], (0, 3, 4), 4)
-    return table(
-        ("mean of the walkers", "value", "95 %", "change that would show", "thesis", "", ""), lines, (0, 5, 6), 6
-    )
+        head = ("metric", "value", "thesis", "unit", "meaning")
+        return table(head, [(a, b, e, f, g) for a, b, _, _, e, f, g in lines], (0, 3, 4), 4)
+    if not thesis:
+        head = (whose, "value", "95 %", "change that would show", "unit", "meaning")
+        return table(head, [(*line[:4], *line[5:]) for line in lines], (0, 4, 5), 5)
+    head = (whose, "value", "95 %", "change that would show", "thesis", "unit", "meaning")
+    return table(head, lines, (0, 5, 6), 6)
 
 
-def unseen(summary: Mapping[str, Any], rows: Rows, points: Rows, made: int) -> Markup:
+def unseen(summary: Mapping[str, Any], rows: Rows, points: Rows, made: int, goal: str = "walked") -> Markup:
     """The limit of this campaign: the smallest drop that as many runs would show.
 
     Args:
@@ -111,12 +120,13 @@ def unseen(summary: Mapping[str, Any], rows: Rows, points: Rows, made: int) -> M
         rows: The runs, or some of them.
         points: Of a sweep; none without one.
         made: How many runs there are.
+        goal: What a run had to do, as a metric.
     """
     lines: list[Any] = [tag("p", tag("strong", "What this could not see"))]
     if points:
         fewest = min(points, key=lambda point: (point["runs"], -point["walked"]))
         lines.append(tag("p", f"At a single point ({fewest['runs']} runs): " + _drop(fewest["walked"], fewest["runs"])))
-    told = _drop(summary["walked"], made)
+    told = _drop(int(summary[goal]), made, goal)
     lines.append(tag("p", f"All runs together: {told}" if points else told[0].upper() + told[1:]))
     walkers = [row for row in rows if row["walked"]]
     changes = []
@@ -133,7 +143,7 @@ def unseen(summary: Mapping[str, Any], rows: Rows, points: Rows, made: int) -> M
     return tag("div", *lines, class_="unseen")
 
 
-def _drop(walked: int, runs: int) -> str:
+def _drop(walked: int, runs: int, goal: str = "walked") -> str:
     """The smallest drop of a rate that shows in as many new runs."""
     seen = smallest_drop(walked, runs)
     if seen is not None:
@@ -142,7 +152,7 @@ def _drop(walked: int, runs: int) -> str:
             f"(Fisher's test at 5 %, seen in {percent(POWER)} of cases); a smaller one would pass unnoticed."
         )
     if walked == 0:
-        return "none walked, so that nothing could be seen to get worse."
+        return f"none {goal}, so that nothing could be seen to get worse."
     # Four of four against none show, and six of very many.
     enough = "four" if walked == runs else f"about {math.ceil(6 * runs / walked)}"
     return f"no drop whatever would show in {runs} more run{'s' if runs > 1 else ''}; it takes {enough}."

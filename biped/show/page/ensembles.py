@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from biped.base.statistics import wilson
+from biped.ensemble.checks import GOALS
 from biped.measure.metrics.walking import kind_of
 from biped.show.page.html import Markup, card, tag
 from biped.show.page.plot import Frame, around, legend
@@ -40,16 +41,16 @@ def costs(rows: Rows, thesis: Mapping[str, float]) -> Markup | None:
     return card("Speed against cost of transport", key, frame.svg("speed against cost of transport"), note=note)
 
 
-def endings(rows: Rows) -> Markup:
+def endings(rows: Rows, goal: str = "walked") -> Markup:
     """How runs ended: every kind with its count, its interval and when."""
     kinds: dict[str, list[float]] = {}
     for row in rows:
         kinds.setdefault(kind_of(row), []).append(row["time"])
-    order = sorted(kinds, key=lambda kind: (kind != "walked", -len(kinds[kind])))
+    order = sorted(kinds, key=lambda kind: (not kind.startswith(goal), -len(kinds[kind])))
     lines = []
     for kind in order:
         times, share = kinds[kind], len(kinds[kind]) / len(rows)
-        colour = "good" if kind == "walked" else "quiet" if kind.startswith(("stood", "stayed")) else ""
+        colour = "good" if kind.startswith(goal) else "quiet" if kind.startswith(("stood", "stayed")) else ""
         when = ""
         if kind != "walked" and min(times) < max(row["time"] for row in rows):
             when = f" after {min(times):.1f} – {max(times):.1f} s" if len(times) > 1 else f" after {times[0]:.1f} s"
@@ -60,15 +61,15 @@ def endings(rows: Rows) -> Markup:
     return card("How runs ended", tag("div", *lines, class_="ends"), note="In brackets 95 % intervals of the rates.")
 
 
-def causes(shares: Sequence[Share], rows: Rows) -> list[Markup]:
-    """Which drawn value explains the runs that did not walk."""
-    title = "What explains the runs that did not walk"
-    failed = sum(not row["walked"] for row in rows)
+def causes(shares: Sequence[Share], rows: Rows, goal: str = "walked", space: bool = False) -> list[Markup]:
+    """Which drawn value explains the runs that missed their goal."""
+    title = f"What explains the runs that did not {GOALS[goal]}"
+    failed = sum(not row[goal] for row in rows)
     if not shares:
         if failed == 0:
-            why = "Every run walked: there is nothing to explain."
+            return []
         elif failed == len(rows):
-            why = "No run walked: what was drawn made no difference."
+            why = f"No run {goal}: what was drawn made no difference."
         elif len(rows) < LEAST:
             why = f"{len(rows)} runs are too few to say; it takes {LEAST}."
         else:
@@ -88,9 +89,9 @@ def causes(shares: Sequence[Share], rows: Rows) -> list[Markup]:
                       class_=f"line {kind}"))  # fmt: skip
         frame.dot(share.index, y - 0.2, kind, 4.0, f"{share.index:.3f}")
         left, _ = frame.at(frame_low(shown), y)
-        frame.add(tag("text", key_words(share.name), x=round(left, 1), y=round(q - 8, 1)))
+        frame.add(tag("text", key_words(share.name, space), x=round(left, 1), y=round(q - 8, 1)))
     sure = [share for share in shares if share.sure]
-    names = ", ".join(key_words(share.name) for share in sure[:3])
+    names = ", ".join(key_words(share.name, space) for share in sure[:3])
     said = f"Explains more than chance: {names}." if sure else "Nothing that was drawn explains more than chance would."
     more = (
         f" {len(shares)} values were looked at: of twenty without effect, one shows by chance."
@@ -99,7 +100,7 @@ def causes(shares: Sequence[Share], rows: Rows) -> list[Markup]:
     )
     cards = [card(title, tag("p", said), frame.svg("sensitivities with intervals"),
                   note="First-order sensitivity Var(E[y|x])/Var(y) with its 95 % interval." + more)]  # fmt: skip
-    return [*cards, _by_class((sure or list(shares))[0])]
+    return [*cards, _by_class((sure or list(shares))[0], goal, space)]
 
 
 def frame_low(shown: Sequence[Share]) -> float:
@@ -107,18 +108,18 @@ def frame_low(shown: Sequence[Share]) -> float:
     return min(0.0, *(share.index for share in shown))
 
 
-def _by_class(share: Share) -> Markup:
-    """How many did not walk in each class of one drawn value."""
+def _by_class(share: Share, goal: str, space: bool) -> Markup:
+    """How many missed their goal in each class of one drawn value."""
     count = len(share.labels)
     labels = share.labels if count <= 4 else [label.split(" … ")[0] for label in share.labels]
-    across = key_words(share.name) + (", from" if labels != share.labels else "")
-    frame = Frame((-0.6, count - 0.4), (0.0, 100.0), across, "did not walk [%]", ticks=labels)
+    across = key_words(share.name, space) + (", from" if labels != share.labels else "")
+    frame = Frame((-0.6, count - 0.4), (0.0, 100.0), across, f"did not {GOALS[goal]} [%]", ticks=labels)
     for i, (failed, runs) in enumerate(zip(share.failed, share.runs, strict=True)):
         low, high = wilson(failed, runs)
         rate = failed / runs
         frame.rect((i - 0.32, i + 0.32), (0.0, 100.0 * rate), "bar bad", f"{share.labels[i]}: {failed} of {runs}")
         frame.whisker(i, (100.0 * low, 100.0 * high), "")
-    return card(f"By {key_words(share.name)}", frame.svg(f"failures by {share.name}"),
+    return card(f"By {key_words(share.name, space)}", frame.svg(f"failures by {share.name}"),
                 note="Runs sorted by this value, in classes of equal size; bars are 95 % intervals.")  # fmt: skip
 
 

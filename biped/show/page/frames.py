@@ -1,4 +1,4 @@
-"""The walk as numbers that a browser draws: where hips, knees, ankles, toes and heels are, forces, and leg states."""
+"""The walk as numbers that a browser draws: where hips, knees, ankles, toes, heels and arms are, forces, leg states."""
 
 from __future__ import annotations
 
@@ -6,11 +6,14 @@ import base64
 import math
 from typing import Any, NamedTuple
 
+import mujoco
 import numpy as np
 
 from biped.measure.signals import corners_of, end_forces, finite, leg_states, means, stick
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
+from biped.show import spatial
+from biped.show.page.arms import arms_of
 
 RATE = 40.0
 """Pictures per second."""
@@ -20,57 +23,98 @@ UNIT = 5e-4
 """[m] of the whole numbers that places are told in."""
 NAMES = ("hip", "knee", "ankle", "toe", "heel")
 """Points of a leg, in order; after both legs come the torso's top and the centre of mass of the whole biped."""
+_GRID, _BESIDE = 0.5, (-1.0, 0.0, 1.0)
+"""[m] between marks along the way; where lines along it lie beside it."""
 
 
 class Frames(NamedTuple):
-    """A walk, picture by picture.
+    """A walk, picture by picture; x forward, y to the left, z up against gravity: the ground rises with the slope.
 
     Attributes:
         time: (n,) [s].
-        place: (n, 12, 2) [m] points of the right leg, of the left, the torso's top, the centre of mass; gravity is
-            vertical, the ground rises with the slope.
-        force: (n, 4, 2) [body weights] on toes and heels, likewise turned.
+        place: (n, 12 + k, 3) [m] points of the right leg, of the left, the torso's top, the centre of mass, the arms.
+        arms: Numbers of the points of each line of the arms.
+        force: (n, 4, 3) [body weights] on toes and heels.
         state: (n, 2) leg states 1 … 4.
         slope: [degrees].
+        side_slope: [degrees].
         leg: [m] length of a leg.
-        pushes: (start, end, forward [N], up [N], body).
+        pushes: (start, end, forward [N], left [N], up [N]).
         legs: What people call the legs.
-        ground: (k, 2) [m] the ground's line around the walk, likewise turned.
-        seat: (4, 2) [m] corners of what it can sit on, likewise turned; (0, 2) without a seat.
+        ground: (k, 2) [m] the ground's line around the walk, from the side.
+        seat: (4, 2) [m] corners of what it can sit on, from the side; (0, 2) without a seat.
+        space: Whether the robot moves in space.
     """
 
     time: np.ndarray
     place: np.ndarray
+    arms: tuple[tuple[int, ...], ...]
     force: np.ndarray
     state: np.ndarray
     slope: float
+    side_slope: float
     leg: float
-    pushes: tuple[tuple[float, float, float, float, str], ...]
+    pushes: tuple[tuple[float, ...], ...]
     legs: tuple[str, ...]
     ground: np.ndarray
     seat: np.ndarray
+    space: bool
+
+    @property
+    def base(self) -> np.ndarray:
+        """(n, 3) [m] the point of the ground's plane below the centre of mass."""
+        below = self.place[:, 11].copy()
+        below[:, 2] = below[:, 0] * math.tan(math.radians(self.slope))
+        below[:, 2] += below[:, 1] * math.tan(math.radians(self.side_slope))
+        return below
+
+    @property
+    def height(self) -> float:
+        """[m] of the highest point above the ground's plane."""
+        return float((self.place[..., 2] - self.base[:, None, 2]).max())
+
+    def floor(self) -> list[list[list[float]]]:
+        """Lines of the ground along the way and across it, each of points [m]."""
+        x, z = self.ground.T
+        low, high = self.place[..., 0].min() - 3.0 * self.leg, self.place[..., 0].max() + 3.0 * self.leg
+        marks = _GRID * np.arange(math.ceil(low / _GRID), math.floor(high / _GRID) + 1)
+        along = np.unique(np.concatenate([[low, high], x[(x > low) & (x < high)]]))
+        rise = math.tan(math.radians(self.side_slope))
+        middle = self.place[:, 11, 1]
+        sides = sorted({round(float(end) + beside, 3) for end in (middle.min(), middle.max()) for beside in _BESIDE})
+        lines = [np.stack([along, np.full_like(along, y), np.interp(along, x, z) + y * rise], axis=1) for y in sides]
+        ends = np.array([sides[0], sides[-1]])
+        lines += [
+            np.stack([np.full(2, mark), ends, np.interp(mark, x, z) + ends * rise], axis=1) for mark in marks.tolist()
+        ]
+        return [np.round(line, 3).tolist() for line in lines]
 
     def data(self) -> dict[str, Any]:
-        """As the page's script reads it: places in `UNIT`, relative to the torso's foot point, forces in 1/1000."""
-        along = self.place[:, -1, :1]
-        base = np.concatenate([along, along * math.tan(math.radians(self.slope))], axis=1)  # the ground below
+        """As the page's script reads it: places in `UNIT`, relative to the ground below, forces in 1/1000."""
         return {
             "dt": 1.0 / RATE,
             "start": round(float(self.time[0]), 4),
             "n": len(self.time),
+            "points": self.place.shape[1],
             "unit": UNIT,
-            "slope": self.slope,
             "leg": round(self.leg, 4),
-            "base": _packed(along[:, 0], "<f4"),
-            "place": _packed((self.place - base[:, None]) / UNIT, "<i2"),
+            "base": _packed(self.base, "<f4"),
+            "place": _packed((self.place - self.base[:, None]) / UNIT, "<i2"),
+            "arms": self.arms,
             "force": _packed(1e3 * self.force, "<i2"),
             "state": _packed(self.state, "u1"),
-            "pushes": [[round(value, 4) for value in (*push[:3], push[-2])] for push in self.pushes],
+            "pushes": [[round(value, 4) for value in push] for push in self.pushes],
+            "floor": self.floor() if self.space else [],
         }
 
 
-def frames_of(trajectory: Trajectory) -> Frames:
-    """Pictures of a run."""
+def frames_of(trajectory: Trajectory, model: mujoco.MjModel | None = None) -> Frames:
+    """Pictures of a run.
+
+    Args:
+        trajectory: The run.
+        model: Of its robot; without one no arms are drawn.
+    """
     trajectory = finite(trajectory)
     stride = max(1, round(1.0 / (RATE * trajectory.tick)))
     rows = np.arange(0, len(trajectory), stride)
@@ -79,24 +123,33 @@ def frames_of(trajectory: Trajectory) -> Frames:
         last = max([LONGEST, *(push[1] + 2.0 for push in trajectory.pushes)])
         rows = rows[trajectory.time[rows] <= last]
     rows = rows[-most:]
-    slope = math.radians(trajectory.slope)
-    turn = np.array([[math.cos(slope), math.sin(slope)], [-math.sin(slope), math.cos(slope)]])
+    turn = spatial.tilt(trajectory).T
+    aside = turn[np.ix_((0, 2), (0, 2))]
     weight = trajectory.mass * GRAVITY
     force = np.clip(means(end_forces(trajectory), rows) / weight, -30.0, 30.0)
     along = trajectory.x[rows]
     reach = 4.0 * trajectory.robot.leg
+    place, arms = stick(trajectory, rows), ()
+    if model is not None:
+        hung, lines = arms_of(trajectory, model, rows)
+        arms = tuple(tuple(place.shape[1] + i for i in line) for line in lines)
+        place = np.concatenate([place, hung], axis=1)
     return Frames(
         time=trajectory.time[rows],
-        place=stick(trajectory, rows) @ turn,
+        place=place @ turn,
+        arms=arms,
         force=force @ turn,
         state=leg_states(trajectory)[rows].astype(int),
         slope=trajectory.slope,
+        side_slope=trajectory.side_slope,
         leg=trajectory.robot.leg,
-        pushes=trajectory.pushes,
+        pushes=tuple((start, end, push[0], *(push[1:-1] or (0.0,)), push[-1])
+                     for start, end, *push, _ in trajectory.pushes),
         legs=trajectory.robot.legs,
-        ground=np.stack(trajectory.ground.between(along.min() - reach, along.max() + reach), axis=1) @ turn,
-        seat=corners_of(trajectory) @ turn,
-    )
+        ground=np.stack(trajectory.ground.between(along.min() - reach, along.max() + reach), axis=1) @ aside,
+        seat=corners_of(trajectory) @ aside,
+        space=not trajectory.robot.planar,
+    )  # fmt: skip
 
 
 def _packed(values: np.ndarray, kind: str) -> str:

@@ -21,7 +21,7 @@
         root, base: real(data.base), place: whole(data.place), force: whole(data.force),
         state: new Uint8Array(bytes(data.state)), frame: 0, playing: null,
       });
-      this.rise = Math.tan((this.slope * Math.PI) / 180);
+      this.largest = Math.max(1e-9, ...this.pushes.map((push) => Math.hypot(...push.slice(2))));
       this.parts = Object.fromEntries([...root.querySelectorAll("[data-part]")].map((part) => [part.dataset.part, part]));
       this.cursors = root.querySelectorAll(".cursor");
       this.legs = root.dataset.legs.split("|");
@@ -29,33 +29,55 @@
       scrub.addEventListener("input", () => { this.stop(); this.show(Number(scrub.value)); });
       play.addEventListener("click", () => (this.playing === null ? this.start_() : this.stop()));
       speed.addEventListener("change", () => { if (this.playing !== null) { this.stop(); this.start_(); } });
+      this.views = [...root.querySelectorAll("[data-view]")];
+      for (const view of this.views) view.addEventListener("click", () => { this.look(view); this.show(this.frame); });
+      this.look(this.views[0]);
       this.show(0);
     }
 
-    // A point of a picture in the drawing: metres to the right and down.
+    // The camera: azimuth from the robot's right by what is ahead of it, and elevation; no perspective.
+    look(view) {
+      const [a, e] = (view ? view.dataset.view : "0,0").split(",").map((angle) => (Number(angle) * Math.PI) / 180);
+      this.across = [Math.cos(a), Math.sin(a), 0];
+      this.down = [Math.sin(a) * Math.sin(e), -Math.cos(a) * Math.sin(e), -Math.cos(e)];
+      const side = a === 0 && e === 0;
+      for (const one of this.views) one.setAttribute("aria-pressed", String(one === view));
+      this.parts.ground.style.display = side ? "" : "none";
+      const line = (points) => `M${points.map((point) => this.seen(point).map((v) => v.toFixed(3)).join(" ")).join("L")}`;
+      this.parts.floor.setAttribute("d", side ? "" : this.floor.map(line).join(""));
+    }
+
+    // A vector in the drawing: metres to the right and down.
+    seen(vector) {
+      return [this.across, this.down].map((axis) => axis[0] * vector[0] + axis[1] * vector[1] + axis[2] * vector[2]);
+    }
+
+    // A point of a picture in the drawing.
     point(i) {
-      const at = 2 * (12 * this.frame + i), x = this.base[this.frame];
-      return [x + this.place[at] * this.unit, -(x * this.rise + this.place[at + 1] * this.unit)];
+      const at = 3 * (this.points * this.frame + i), below = 3 * this.frame;
+      return this.seen([0, 1, 2].map((k) => this.base[below + k] + this.place[at + k] * this.unit));
     }
 
     show(frame) {
       this.frame = Math.min(this.n - 1, Math.max(0, Math.round(frame)));
-      const all = Array.from({ length: 12 }, (_, i) => this.point(i));
+      const all = Array.from({ length: this.points }, (_, i) => this.point(i));
       const corners = (...which) => which.map((i) => all[i].map((v) => v.toFixed(4)).join(",")).join(" ");
       for (const [leg, first] of [["first", 0], ["second", 5]]) {
         this.parts[leg].setAttribute("points", corners(first, first + 1, first + 2, first + 4, first + 3, first + 2));
       }
-      this.parts.trunk.setAttribute("points", corners(0, 10));
-      const [hip, top] = [all[0], all[10]], long = Math.hypot(top[0] - hip[0], top[1] - hip[1]) || 1;
+      const hip = [0, 1].map((k) => 0.5 * (all[0][k] + all[5][k])), top = all[10];
+      const long = Math.hypot(top[0] - hip[0], top[1] - hip[1]) || 1;
+      this.parts.trunk.setAttribute("points", `${corners(0, 5)} ${hip.map((v) => v.toFixed(4)).join(",")} ${corners(10)}`);
+      this.arms.forEach((arm, i) => this.parts[`arm${i}`].setAttribute("points", corners(...arm)));
       this.put("head", top[0] + (0.17 * this.leg * (top[0] - hip[0])) / long, top[1] + (0.17 * this.leg * (top[1] - hip[1])) / long);
       this.put("centre", ...all[11]);
-      const ground = this.base[this.frame];
-      this.parts.world.setAttribute("transform", `translate(${(-ground).toFixed(4)} ${(ground * this.rise).toFixed(4)})`);
+      const below = this.seen(this.base.slice(3 * this.frame, 3 * this.frame + 3));
+      this.parts.world.setAttribute("transform", `translate(${(-below[0]).toFixed(4)} ${(-below[1]).toFixed(4)})`);
       [3, 4, 8, 9].forEach((i, point) => {
-        const at = 2 * (4 * this.frame + point);
-        this.arrow(`force${point}`, all[i], [this.force[at] / 1000, -this.force[at + 1] / 1000], 0.65 * this.leg);
+        const at = 3 * (4 * this.frame + point);
+        this.arrow(`force${point}`, all[i], this.seen([0, 1, 2].map((k) => this.force[at + k] / 1000)), 0.65 * this.leg);
       });
-      this.push(all);
+      this.push(hip, top);
       this.trail();
       const time = this.start + this.frame * this.dt;
       this.parts.scrub.value = String(this.frame);
@@ -79,22 +101,31 @@
       this.parts[part].setAttribute("d", `M${from.map((v) => v.toFixed(4)).join(" ")}L${to.map((v) => v.toFixed(4)).join(" ")}M${barb(1)}L${to[0].toFixed(4)} ${to[1].toFixed(4)}L${barb(-1)}`);
     }
 
-    // The push that acts now: an arrow that ends at the trunk.
-    push(all) {
+    // The push that acts now: an arrow that ends at the trunk, or a ring where it goes along the line of sight.
+    push(hip, top) {
       const time = this.start + this.frame * this.dt;
       const now = this.pushes.find(([from, to]) => time >= from - 1e-9 && time < to - 1e-9);
-      const size = now ? Math.hypot(now[2], now[3]) : 0;
-      if (!now || size === 0) {
+      const force = now ? now.slice(2) : [0, 0, 0], size = Math.hypot(...force);
+      if (size === 0) {
         this.parts.push.setAttribute("d", "");
         this.parts.said.textContent = "";
         return;
       }
-      const middle = [0, 1].map((i) => all[0][i] + 0.63 * (all[10][i] - all[0][i]));
-      const way = [now[2] / 400, -now[3] / 400], from = [middle[0] - way[0], middle[1] - way[1]];
+      const middle = [0, 1].map((k) => hip[k] + 0.63 * (top[k] - hip[k]));
+      const long = (this.leg * (0.25 + (0.4 * size) / this.largest)) / size;
+      const way = this.seen(force).map((v) => v * long), from = middle.map((v, k) => v - way[k]);
       this.arrow("push", from, way, 1);
-      this.parts.said.textContent = `${size.toFixed(0)} N`;
-      this.parts.said.setAttribute("x", (from[0] - 0.1 * Math.sign(way[0])).toFixed(4));
-      this.parts.said.setAttribute("y", (from[1] - 0.08).toFixed(4));
+      const drawn = Math.hypot(...way), ring = drawn < 0.1 * this.leg;
+      if (ring) {
+        const r = 0.07 * this.leg;
+        this.parts.push.setAttribute("d", `M${middle[0] - r} ${middle[1]}a${r} ${r} 0 1 0 ${2 * r} 0a${r} ${r} 0 1 0 ${-2 * r} 0`);
+      }
+      const words = [["forward", "backward"], ["left", "right"], ["up", "down"]];
+      const main = [0, 1, 2].reduce((best, k) => (Math.abs(force[k]) > Math.abs(force[best]) ? k : best), 0);
+      this.parts.said.textContent = `${size.toFixed(0)} N ${words[main][force[main] < 0 ? 1 : 0]}`;
+      const at = ring ? [0.5 * this.leg, 0] : [(-0.3 * this.leg * way[0]) / drawn, ((-0.2 * way[1]) / drawn - 0.1) * this.leg];
+      this.parts.said.setAttribute("x", (from[0] + at[0]).toFixed(4));
+      this.parts.said.setAttribute("y", (from[1] + at[1]).toFixed(4));
       this.parts.said.setAttribute("text-anchor", "middle");
     }
 

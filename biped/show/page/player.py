@@ -18,6 +18,10 @@ from biped.show.words import leg_words
 STATE_WORDS = {1: "stance", 2: "heel off", 3: "swing", 4: "knee straight"}
 SIDES = ("right", "left")
 """Classes of the legs, whatever people call them: the first is blue, the second orange, everywhere."""
+VIEWS = {"three quarters": (35.0, 12.0), "side": (0.0, 0.0), "front": (90.0, 6.0)}
+"""Azimuth and elevation [degrees] of the cameras: azimuth 0 is the robot's right, 90 is ahead of it."""
+_SHAPE = 1.75
+"""Width of the stage over its height."""
 _FLASH = 0.2
 """[s] between the figures of the stroboscope."""
 
@@ -46,7 +50,8 @@ def walks(shown: Sequence[PlayedRun]) -> Markup:
 
 
 def _panel(run: PlayedRun) -> Markup:
-    frames, legs = run.frames, run.frames.legs
+    frames = run.frames
+    legs = [leg_words(leg) for leg in frames.legs]
     controls = tag(
         "div",
         tag("button", "▶", type="button", aria_label="Play", data_part="play"),
@@ -57,31 +62,45 @@ def _panel(run: PlayedRun) -> Markup:
             aria_label="Speed", data_part="speed"),
         class_="controls",
     )  # fmt: skip
-    key = legend([(SIDES[0], leg_words(legs[0])), (SIDES[1], leg_words(legs[1])), ("force", "ground force"),
+    views = tag(
+        "div",
+        *(tag("button", name, type="button", aria_pressed="false", data_view=f"{azimuth:g},{elevation:g}")
+          for name, (azimuth, elevation) in VIEWS.items()),
+        class_="views", role="group", aria_label="Camera",
+    ) if frames.space else None  # fmt: skip
+    key = legend([(SIDES[0], legs[0]), (SIDES[1], legs[1]), ("force", "ground force"),
                   *([("push", "push")] if frames.pushes else [])])  # fmt: skip
     return tag(
-        "div", tag("p", run.said, class_="about"), key, _stage(frames), _strobe(frames), _lanes(frames), controls,
-        tag("p", "", class_="readout", data_part="readout"), class_="walk", data_walk=json.dumps(frames.data()),
-        data_legs="|".join(legs),
+        "div", tag("p", run.said, class_="about"), key, views, _stage(frames), _strobe(frames), _lanes(frames, legs),
+        controls, tag("p", "", class_="readout", data_part="readout"), class_="walk",
+        data_walk=json.dumps(frames.data(), separators=(",", ":")), data_legs="|".join(legs),
     )  # fmt: skip
 
 
 def _stage(frames: Frames) -> Markup:
     """The drawing that the script moves; metres, down positive."""
     leg = frames.leg
+    along = frames.place[:, 11, 0]
+    arms = [tag("polyline", class_="limb arm", data_part=f"arm{i}") for i in range(len(frames.arms))]
+    left = [arm for arm, line in zip(arms, frames.arms, strict=True) if frames.place[0, line[-1], 1] > 0.0]
     parts = [
-        _ground(frames, frames.place[:, -1, 0].min() - 3.0 * leg, frames.place[:, -1, 0].max() + 3.0 * leg),
+        tag("g", _ground(frames, along.min() - 3.0 * leg, along.max() + 3.0 * leg), data_part="ground"),
+        tag("path", class_="floor", data_part="floor"),
         tag("path", class_="trail", data_part="trail"),
+        *left,
         tag("polyline", class_="limb left", data_part="second"),
         tag("polyline", class_="limb trunk", data_part="trunk"),
         tag("circle", class_="head", r=round(0.1 * leg, 4), data_part="head"),
         tag("polyline", class_="limb right", data_part="first"),
+        *(arm for arm in arms if arm not in left),
         tag("circle", class_="centre", r=0.022, data_part="centre"),
         *(tag("path", class_="arrow", data_part=f"force{i}") for i in range(4)),
         tag("path", class_="arrow push", data_part="push"),
         tag("text", "", class_="said", data_part="said"),
     ]
-    box = f"{-2.1 * leg:.3f} {-2.05 * leg:.3f} {4.2 * leg:.3f} {2.4 * leg:.3f}"
+    high, low = max(1.95 * leg, frames.height + 0.4 * leg), 0.35 * leg
+    wide = (high + low) * _SHAPE
+    box = f"{-0.5 * wide:.3f} {-high:.3f} {wide:.3f} {high + low:.3f}"
     return tag("svg", tag("g", *parts, data_part="world"), viewBox=box, class_="stage", role="img",
                aria_label="stick figure of the walk")  # fmt: skip
 
@@ -108,7 +127,7 @@ def _ground(frames: Frames, low: float, high: float) -> Markup:
 
 def _strobe(frames: Frames) -> Markup:
     """Figures at equal times side by side: what is seen on paper, and without a script."""
-    place = frames.place[:: max(1, round(_FLASH * RATE))] * [1.0, -1.0]
+    place = frames.place[:: max(1, round(_FLASH * RATE)), :, ::2] * [1.0, -1.0]
     low, high = place[..., 0].min() - 0.15, place[..., 0].max() + 0.15
     top, bottom = place[..., 1].min() - 0.25 * frames.leg, max(place[..., 1].max(), 0.0) + 0.22
     figures = []
@@ -127,7 +146,7 @@ def _limb(points: Sequence[np.ndarray], class_: str) -> Markup:
     return tag("polyline", points=" ".join(f"{x:.3f},{y:.3f}" for x, y in points), class_=f"limb {class_}")
 
 
-def _lanes(frames: Frames) -> Markup:
+def _lanes(frames: Frames, legs: Sequence[str]) -> Markup:
     """Leg states against time, a row a leg."""
     n = len(frames.time)
     rows = []
@@ -140,8 +159,8 @@ def _lanes(frames: Frames) -> Markup:
             for first, last in pairwise(cuts)
         ]  # fmt: skip
         cursor = tag("line", x1=0, x2=0, y1=0, y2=18, class_="cursor")
-        rows += [tag("span", frames.legs[leg]), tag("svg", *bars, cursor, viewBox="0 0 1000 18",
-                 preserveAspectRatio="none", role="img", aria_label=f"leg states, {frames.legs[leg]}")]  # fmt: skip
+        rows += [tag("span", legs[leg]), tag("svg", *bars, cursor, viewBox="0 0 1000 18",
+                 preserveAspectRatio="none", role="img", aria_label=f"states of the {legs[leg]}")]  # fmt: skip
     return join([tag("div", *rows, class_="lanes"), state_legend()])
 
 

@@ -11,7 +11,7 @@ from biped.scenario.metrics import HEAD, METRICS
 from biped.show.page.claims import enough_words
 from biped.show.page.html import Markup, card, table, tag
 from biped.show.page.plot import Frame, around, legend, shade
-from biped.show.page.words import between, key_words, percent, value_of
+from biped.show.page.words import between, key_words, percent, setting, value_of
 
 Points = Sequence[Mapping[str, Any]]
 MAP_FROM = 16
@@ -19,18 +19,18 @@ MAP_FROM = 16
 _KINDS = ("accent", "bad", "good", "other", "push", "quiet")
 
 
-def sweep(points: Points, thresholds: Points) -> list[Markup]:
+def sweep(points: Points, thresholds: Points, space: bool = False) -> list[Markup]:
     """Cards of a sweep."""
     keys = list(points[0]["values"])
     large = len(keys) == 2 and len(points) > MAP_FROM
-    cards = [_map(points, keys) if large else _rates(points, keys)]
+    cards = [_map(points, keys, space) if large else _rates(points, keys, space)]
     if not large:
-        cards += [_means(points, keys, name) for name in ("speed", "cost_of_transport")]
-    cards.append(_words(thresholds, points))
+        cards += [_means(points, keys, name, space) for name in ("speed", "cost_of_transport")]
+    cards.append(_words(thresholds, points, space))
     return cards
 
 
-def points_table(points: Points) -> Markup:
+def points_table(points: Points, space: bool = False) -> Markup:
     """Every point of a sweep with its interval and its means."""
     keys = list(points[0]["values"])
     rows = [
@@ -38,12 +38,20 @@ def points_table(points: Points) -> Markup:
          between(*point["interval"]), point["falls"], *(METRICS[name].text(point[name]) for name in HEAD))
         for point in points
     ]  # fmt: skip
-    head = (*map(key_words, keys), "walked", "95 % interval", "fell", *(METRICS[name].words for name in HEAD))
+    head = (
+        *(key_words(key, space) for key in keys),
+        "walked",
+        "95 % interval",
+        "fell",
+        *(METRICS[name].words for name in HEAD),
+    )
     return tag("details", tag("summary", f"All {len(points)} points as numbers"), table(head, rows, words=()))
 
 
-def _words(thresholds: Points, points: Points) -> Markup:
-    said = [tag("p", _sentence(threshold_words(found))) for found in thresholds]
+def _words(thresholds: Points, points: Points, space: bool) -> Markup:
+    said = [
+        tag("p", _sentence(threshold_words({**found, "key": key_words(found["key"], space)}))) for found in thresholds
+    ]
     if not said:
         said = [tag("p", "No threshold: the first swept key has no size, or points are missing.")]
     elif (few := enough_words(thresholds[0]["rate"], min(point["runs"] for point in points))) is not None:
@@ -64,26 +72,25 @@ def _axis(points: Points, key: str) -> tuple[list[Any], list[float], list[str] |
     return values, [float(i) for i in range(len(values))], [value_of(value) for value in values]
 
 
-def _groups(points: Points, keys: list[str]) -> list[tuple[str, list[Mapping[str, Any]]]]:
+def _groups(points: Points, keys: list[str], space: bool) -> list[tuple[str, list[Mapping[str, Any]]]]:
     if len(keys) == 1:
         return [("", list(points))]
     first = list(dict.fromkeys(point["values"][keys[0]] for point in points))
-    return [
-        (f"{key_words(keys[0])} {value_of(value)}", [p for p in points if p["values"][keys[0]] == value])
-        for value in first
-    ]
+    return [(setting(keys[0], value, space), [p for p in points if p["values"][keys[0]] == value]) for value in first]
 
 
-def _framed(points: Points, keys: list[str], y: tuple[float, float], up: str) -> tuple[Frame, dict[Any, float], float]:
+def _framed(
+    points: Points, keys: list[str], y: tuple[float, float], up: str, space: bool
+) -> tuple[Frame, dict[Any, float], float]:
     values, places, names = _axis(points, keys[-1])
     low, high = (-0.5, len(values) - 0.5) if names else around(places)
-    frame = Frame((low, high), y, key_words(keys[-1]), up, ticks=names)
+    frame = Frame((low, high), y, key_words(keys[-1], space), up, ticks=names)
     return frame, dict(zip(values, places, strict=True)), (high - low) * 0.012
 
 
-def _rates(points: Points, keys: list[str]) -> Markup:
-    frame, place, aside = _framed(points, keys, (0.0, 100.0), "walked [%]")
-    groups = _groups(points, keys)
+def _rates(points: Points, keys: list[str], space: bool) -> Markup:
+    frame, place, aside = _framed(points, keys, (0.0, 100.0), "walked [%]", space)
+    groups = _groups(points, keys, space)
     for i, (name, mine) in enumerate(groups):
         kind = _KINDS[i % len(_KINDS)]
         x = [place[p["values"][keys[-1]]] + aside * (i - 0.5 * (len(groups) - 1)) for p in mine]
@@ -100,15 +107,15 @@ def _rates(points: Points, keys: list[str]) -> Markup:
                 note="Bars are Wilson's 95 % intervals.")  # fmt: skip
 
 
-def _means(points: Points, keys: list[str], metric: str) -> Markup:
+def _means(points: Points, keys: list[str], metric: str, space: bool) -> Markup:
     unit = METRICS[metric].unit
     found = [point for point in points if point[metric] is not None and math.isfinite(point[metric])]
     title = METRICS[metric].words
     if not found:
         return card(title.capitalize(), tag("p", "None: nothing walked far enough.", class_="about"))
     y = around(point[metric] for point in found)
-    frame, place, _ = _framed(points, keys, y, f"{title} [{unit}]" if unit else f"{title} (net)")
-    for i, (_, mine) in enumerate(_groups(found, keys)):
+    frame, place, _ = _framed(points, keys, y, f"{title} [{unit}]" if unit else f"{title} (net)", space)
+    for i, (_, mine) in enumerate(_groups(found, keys, space)):
         kind = _KINDS[i % len(_KINDS)]
         at = sorted((place[p["values"][keys[-1]]], p[metric]) for p in mine)
         frame.line([x for x, _ in at], [value for _, value in at], f"{kind} thin")
@@ -117,7 +124,7 @@ def _means(points: Points, keys: list[str], metric: str) -> Markup:
     return card(f"{title.capitalize()} of those that walked", frame.svg(f"{title} along the sweep"))
 
 
-def _map(points: Points, keys: list[str]) -> Markup:
+def _map(points: Points, keys: list[str], space: bool) -> Markup:
     up, across = keys
     rows, columns = ([v for v in _axis(points, key)[0]] for key in keys)
     height = 26.0 * len(rows) + 70.0
@@ -125,8 +132,8 @@ def _map(points: Points, keys: list[str]) -> Markup:
     frame = Frame(
         (-0.5, len(columns) - 0.5),
         (-0.5, len(rows) - 0.5),
-        key_words(across),
-        key_words(up),
+        key_words(across, space),
+        key_words(up, space),
         ticks=[value_of(v) for v in columns],
         rungs=[value_of(v) for v in rows],
         width=width,

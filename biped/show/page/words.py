@@ -7,6 +7,7 @@ from typing import Any
 
 from biped.ensemble.checks import FAILED, NOTHING, PASSED, UNDECIDED
 from biped.scenario.metrics import Metric
+from biped.scenario.reference import unit_of
 from biped.show.page.html import Markup, tag
 
 
@@ -25,6 +26,8 @@ def between(low: float, high: float) -> str:
 
 def value_of(value: Any) -> str:
     """A swept or drawn value."""
+    if isinstance(value, list | tuple):
+        return f"({', '.join(value_of(one) for one in value)})"
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, int | float):
@@ -47,36 +50,39 @@ def judged(judgement: str) -> Markup:
     return tag("span", words, class_=f"chip {kind}")
 
 
-UNITS = {"slope": "°", "friction": "", "at": "s", "duration": "s", "speed": "m/s", "jitter": "rad", "lag": "s",
-         "control_rate": "Hz", "timestep": "s", "torque_limit": "N m"}  # fmt: skip
-"""Units of scenario keys by the last word of the key."""
-_WAYS = {"0": "forward", "1": "up, in space to the left", "2": "up"}
-"""Which way the components of a push go."""
+_WAYS = {True: ("forward", "to the left", "up"), False: ("forward", "up")}
+"""Which way the components of a force go, in space and in the plane."""
+_FORCES = ("push", "disturbance")
 
 
-def _named(key: str) -> tuple[str, str]:
-    """A scenario key in words, and its unit: `push.0.force.0` is a push forward in N.
-
-    (The second component is one up in the plane, and one to the left in space.)
-    """
+def _named(key: str, space: bool) -> tuple[str, str]:
+    """A scenario key in words, and its unit: `push.0.force.0` is a push forward in N."""
     parts = key.split(".")
-    if parts[0] == "push" and len(parts) == 4 and parts[2] == "force":
-        return f"push {_WAYS.get(parts[3], parts[3])}", "N"
     if key.startswith("start: "):
         return key, "°"
-    words = " ".join(part for part in parts if not part.isdigit())
-    return words.replace("_", " "), UNITS.get(parts[-1], "")
+    way = ""
+    if parts[0] in _FORCES and parts[-2] == "force" and parts[-1].isdigit():
+        ways, which = _WAYS[space], int(parts.pop())
+        way = f" {ways[which]}" if which < len(ways) else ""
+        parts.pop()
+    words = [f"{int(part) + 1}" if part.isdigit() else part for part in parts if part != "0"]
+    return " ".join(words).replace("_", " ") + way, unit_of(key)
 
 
-def key_words(key: str) -> str:
-    """A scenario key for people, with its unit in brackets where it has one."""
-    words, unit = _named(key)
+def key_words(key: str, space: bool = False) -> str:
+    """A scenario key for people, with its unit in brackets where it has one.
+
+    Args:
+        key: Dotted.
+        space: Whether the robot moves in space, where a force's second component goes to the left.
+    """
+    words, unit = _named(key, space)
     return f"{words} [{unit}]" if unit else words
 
 
-def setting(key: str, value: Any) -> str:
+def setting(key: str, value: Any, space: bool = False) -> str:
     """A scenario key and its value for people."""
-    words, unit = _named(key)
+    words, unit = _named(key, space)
     return f"{words} {value_of(value)} {unit}".rstrip()
 
 

@@ -62,7 +62,7 @@ def test_the_scrubber_moves_the_figure(shown, page):
     assert shown.run(arrow) == ""
     shown.run(MOVED, 0, 20)
     assert shown.run(arrow).startswith("M")
-    assert shown.run("return document.querySelector('[data-part=said]').textContent") == "80 N"
+    assert shown.run("return document.querySelector('[data-part=said]').textContent") == "80 N backward"
 
 
 def test_it_plays_to_the_end(shown, page):

@@ -280,10 +280,10 @@ def test_pictures_are_where_kinematics_puts_the_biped(folder, monkeypatch):
     data = frames_of(run).data()
     rows = np.arange(0, len(run), 25)
     assert data["n"] == len(rows)
-    base = np.frombuffer(base64.b64decode(data["base"]), "<f4")
-    place = np.frombuffer(base64.b64decode(data["place"]), "<i2").reshape(data["n"], 12, 2) * UNIT
-    heights = place[:, [3, 4, 8, 9], 1] + (base * np.tan(np.radians(run.slope)))[:, None]
-    x = place[:, [3, 4, 8, 9], 0] + base[:, None]
+    base = np.frombuffer(base64.b64decode(data["base"]), "<f4").reshape(data["n"], 1, 3)
+    place = np.frombuffer(base64.b64decode(data["place"]), "<i2").reshape(data["n"], 12, 3) * UNIT + base
+    x, y, heights = np.moveaxis(place[:, [3, 4, 8, 9]], -1, 0)
+    assert not y.any()
     slope = np.radians(run.slope)
     above = heights * np.cos(slope) - x * np.sin(slope)  # across the ground, as the controller sees them
     np.testing.assert_allclose(above, run.height[rows], atol=UNIT)
