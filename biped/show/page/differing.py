@@ -158,7 +158,7 @@ def _forest(changes: Sequence[MetricChange], margin: float) -> Markup | None:
         return None
     frame = Frame(
         (-100.0 * _WIDEST, 100.0 * _WIDEST), (-0.7, len(shown) - 0.3), "change [%; points of the runs]", "",
-        rungs=[one.metric.words for one in reversed(shown)], width=900.0, height=70.0 + 18.0 * len(shown), left=190.0,
+        rungs=[one.metric.words for one in reversed(shown)], height=70.0 + 18.0 * len(shown), left=190.0,
     )  # fmt: skip
     frame.band((-100.0 * margin, 100.0 * margin), "pushed")
     frame.line((0.0, 0.0), (-0.7, len(shown) - 0.3), "quiet")
@@ -174,8 +174,7 @@ def _forest(changes: Sequence[MetricChange], margin: float) -> Markup | None:
     key = legend([(kind, word) for word, kind in _KIND.items() if any(one.verdict == word for one in shown)])
     note = (f"Within the band of ±{margin:.0%} a change is none that matters; what changed by more than {_WIDEST:.0%} "
             "is at the edge, its number in the table below.")  # fmt: skip
-    drawn = tag("div", frame.svg("changes"), class_="scroll")
-    return tag("div", card("What changed", key, drawn, note=note, wide=True), class_="cards")
+    return tag("div", card("What changed", key, frame.svg("changes"), note=note), class_="cards")
 
 
 def _relative(one: MetricChange, value: float) -> float:

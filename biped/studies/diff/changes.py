@@ -94,6 +94,8 @@ def settings(first: ComparedSide, second: ComparedSide) -> list[tuple[str, Any, 
 
 
 def _flat(value: Any, at: str = "") -> dict[str, Any]:
+    if isinstance(value, list | tuple) and any(isinstance(inner, Mapping) for inner in value):
+        value = dict(enumerate(value))
     if not isinstance(value, Mapping):
         return {at: value}
     out: dict[str, Any] = {}
