@@ -13,14 +13,24 @@ def add(commands: Commands) -> None:
     """Adds the parser of `biped export`."""
     parser = command_parser(commands, "export", "write results in other people's formats", command)
     parser.add_argument("run", type=Path, help="results folder")
+    wanted = parser.add_mutually_exclusive_group(required=True)
     files = "new folder for files as EuroBench's documents describe them"
-    parser.add_argument("--eurobench", type=Path, required=True, metavar="DIR", help=files)
+    wanted.add_argument("--eurobench", type=Path, metavar="DIR", help=files)
+    one = "an MCAP file of one run, for Foxglove and PlotJuggler (needs the package mcap)"
+    wanted.add_argument("--mcap", type=Path, metavar="FILE", help=one)
+    number = "with --mcap: number of the run (default: the only one, or the walker of median speed)"
+    parser.add_argument("--only", type=int, metavar="RUN", help=number)
 
 
 def command(args: argparse.Namespace) -> int:
     """Writes them and says how many."""
-    from biped.show.eurobench import export
+    if args.mcap is not None:
+        from biped.show import mcap
 
-    files = export(args.run, args.eurobench)
+        print(f"{mcap.export(args.run, args.mcap, args.only)} messages in {args.mcap}")
+        return DONE
+    from biped.show import eurobench
+
+    files = eurobench.export(args.run, args.eurobench)
     print(f"{len(files)} files in {args.eurobench}/, format as in EuroBench's documents")
     return DONE

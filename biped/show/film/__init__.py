@@ -15,9 +15,7 @@ from biped.show.film.camera import camera_of
 from biped.show.film.canvas import Canvas, off_screen
 from biped.show.film.reel import check, wind
 from biped.show.film.stage import FilmStage, Walker, walkers
-from biped.show.model import visual_model
-from biped.show.page.campaign import chosen
-from biped.show.results_folder import ResultsFolder
+from biped.show.picked import run_of
 
 SHAPE = 16 / 9
 MOST = 6
@@ -71,7 +69,7 @@ def film(results: Sequence[Path], out: Path, cut: Cut, only: int | None = None) 
     rate = cut.rate or (20.0 if out.suffix.lower() == ".gif" else 30.0)
     camera = camera_of(cut.eye)
     _bounds(cut, rate, len(results))
-    runs = [_run(path, only) for path in results]
+    runs = [run_of(path, only) for path in results]
     pictures = [walkers([run], False) for run in runs] if cut.apart or len(runs) > 2 else [walkers(runs, cut.ghost)]
     last = max(walker.end for shown in pictures for walker in shown)
     end = last if cut.end is None else min(cut.end, last)
@@ -109,22 +107,6 @@ def _words(shown: Sequence[Walker], time: float, short: bool) -> tuple[str, str]
     if short:
         return f"{first.name} {time:.2f} s", ""
     return "\n".join(names), "\n".join(values)
-
-
-def _run(path: Path, only: int | None):
-    """Name, trajectory and model of a results folder's run."""
-    kept = ResultsFolder(path)
-    rows = {row["index"]: row for row in kept.result["runs"]}
-    if only is not None and len(rows) > 1 and only not in rows:
-        raise InputError(f"--only {only}: expected the number of a run of {path}, {min(rows)} … {max(rows)}")
-    index = only if only is not None and only in rows else chosen(list(rows.values()))[0][1]["index"]
-    trajectory = kept.trajectory(index)
-    if trajectory is None:
-        raise InputError(kept.again(index))
-    scenario = kept.plan.run(index).scenario
-    model = visual_model(kept.plan.run(index).model, scenario)
-    name = kept.result["scenario"] if len(rows) == 1 else f"{kept.result['scenario']}, run {index}"
-    return name, trajectory, model
 
 
 def _bounds(cut: Cut, rate: float, runs: int) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 from biped.base.files import label
 from biped.ensemble.checks import GOALS, goal_of, judgement
-from biped.measure.metrics.walking import kind_of, outcome
+from biped.measure.metrics.walking import outcome
 from biped.measure.trajectory import Trajectory
 from biped.scenario.laws import own_law
 from biped.show.page import claims, ensembles, motion, sweeps
@@ -17,14 +17,13 @@ from biped.show.page.frames import frames_of
 from biped.show.page.html import Markup, card, table, tag
 from biped.show.page.player import PlayedRun, walks
 from biped.show.page.words import judged, key_words, setting, value_of
+from biped.show.picked import chosen
 from biped.show.replay import of_numbers, spread
 from biped.show.results import failures
 from biped.show.results_folder import ResultsFolder
 from biped.show.words import harmless
 from biped.studies.sensitivity import explained
 
-KINDS = 5
-"""Most kinds of runs that did not walk, of which one is shown each."""
 READ = 20_000
 """Most runs that charts are made of."""
 _LISTED, _MOST = 8, 200
@@ -105,24 +104,6 @@ def _only(kept: ResultsFolder) -> str:
 
 def _trust(kept: ResultsFolder) -> str:
     return " --trust" if own_law(kept.plan.scenario.law) else ""
-
-
-def chosen(rows: list[Mapping[str, Any]]) -> list[tuple[str, Mapping[str, Any]]]:
-    """Runs that are shown: the walker of median speed, and one of each kind that did not walk, the commonest first."""
-    if len(rows) == 1:
-        return [("the run", rows[0])]
-    picked = []
-    median = ensembles.middle(rows)
-    if median is not None:
-        picked.append((f"the median walker (run {median['index']})", median))
-    kinds: dict[str, list[Mapping[str, Any]]] = {}
-    for row in rows:
-        if not row["walked"] and row["end"] != "lost":
-            kinds.setdefault(kind_of(row), []).append(row)
-    for kind, mine in sorted(kinds.items(), key=lambda item: -len(item[1]))[:KINDS]:
-        mine.sort(key=lambda row: row["time"])
-        picked.append((f"{kind} ({len(mine)}×)", mine[len(mine) // 2]))
-    return picked
 
 
 def _looked_at(runs: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:

@@ -123,11 +123,5 @@ def _by_class(share: Share, goal: str, space: bool) -> Markup:
                 note="Runs sorted by this value, in classes of equal size; bars are 95 % intervals.")  # fmt: skip
 
 
-def middle(rows: Rows) -> Mapping[str, Any] | None:
-    """The walker of median speed."""
-    walkers = sorted((row for row in rows if row["walked"]), key=lambda row: row["speed"])
-    return walkers[len(walkers) // 2] if walkers else None
-
-
 def _real(value: float | None) -> bool:
     return value is not None and math.isfinite(value)

@@ -30,7 +30,7 @@ def log_body(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) ->
     for geom in shown:
         path = placed.entity("scene", "body", model.body(model.geom_bodyid[geom]).name, f"shape_{geom}")
         recording.log(path, _shape(model, geom, placed.run.ghost), static=True)
-    position, quaternion = _poses(model, trajectory.qpos(model)[rows])
+    position, quaternion = body_poses(model, trajectory.qpos(model)[rows])
     at = times(trajectory.time[rows])
     for body in bodies:
         recording.send_columns(
@@ -59,7 +59,7 @@ def mass_centres(model: mujoco.MjModel, q: np.ndarray, body: str) -> np.ndarray:
     return out
 
 
-def _poses(model: mujoco.MjModel, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def body_poses(model: mujoco.MjModel, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Positions (m, nbody, 3) [m] and quaternions (m, nbody, 4), w first, of all bodies."""
     data = mujoco.MjData(model)
     position, quaternion = np.empty((len(q), model.nbody, 3)), np.empty((len(q), model.nbody, 4))
