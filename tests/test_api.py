@@ -178,8 +178,8 @@ def test_show_opens_the_viewer(monkeypatch):
     opened = []
     monkeypatch.setattr(viewer.subprocess, "Popen", lambda argv, **options: opened.append(argv))
     biped.run("level_normal", **SHORT).show()
-    ((_, *rest, path),) = opened
-    assert rest[:2] == ["-m", "rerun"]
+    ((*words, path),) = opened
+    assert "rerun" in words
     assert Path(path).stat().st_size > 10_000
 
 

@@ -8,10 +8,13 @@ A step of the physics changes momentum by the impulses of that step; the motion 
 it once more, by the step times the change of the forces m r ω² that turning takes. What is left is judged as a mean
 over a window, in which that comes and goes: over a fifth of a second, and over two seconds for what stays. What it
 can be at most, by the energy of the links' motion, is taken off.
+
+Nor may the centre of mass move by anything but its velocity: who sets places instead of forces leaves momentum alone.
 """
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -33,8 +36,9 @@ class Mean(NamedTuple):
     """The largest mean of what nothing explains, over any window of a length.
 
     Attributes:
-        share: Of the weight, or of the weight at the length of a leg, beyond what steps of the physics leave.
-        size: [N] or [N m].
+        share: Of the weight, of the weight at the length of a leg, or of the speed √(g l) of a leg's length l, beyond
+            what steps of the physics leave.
+        size: [N], [N m] or [m/s].
         when: [s] the middle of that window.
         way: Its direction in words.
     """
@@ -46,24 +50,26 @@ class Mean(NamedTuple):
 
 
 class Unexplained(NamedTuple):
-    """Force and moment that nothing explains of a run.
+    """Force, moment and speed that nothing explains of a run.
 
     Attributes:
         force: The largest force over any window of `SHORT` and of `LONG`; nothing where the run is too short.
         moment: The largest moment about the centre of mass, likewise.
+        speed: The largest speed at which the centre of mass changes its place beyond its velocity, likewise.
     """
 
     force: tuple[Mean, Mean]
     moment: tuple[Mean, Mean]
+    speed: tuple[Mean, Mean]
 
 
 _NOTHING = Mean(0.0, 0.0, 0.0, "")
 
 
 def unexplained(t: Trajectory) -> Unexplained:
-    """Returns the force and the moment that nothing explains; nothing of a run whose angular momentum was not kept."""
+    """Returns force, moment and speed that nothing explains; nothing of a run whose angular momentum was not kept."""
     if t.spin is None or t.wrench is None or len(t) < 2:
-        return Unexplained((_NOTHING, _NOTHING), (_NOTHING, _NOTHING))
+        return Unexplained((_NOTHING, _NOTHING), (_NOTHING, _NOTHING), (_NOTHING, _NOTHING))
     weight = t.mass * GRAVITY
     free = _FREE[len(t.robot.base_columns)]
     force, moment = ([column for column in free if (column < TURNING) == along] for along in (True, False))
@@ -72,6 +78,7 @@ def unexplained(t: Trajectory) -> Unexplained:
     return Unexplained(
         _largest(t, left, force, (weight, turning)),
         _largest(t, left, moment, (weight * t.robot.leg, turning * t.robot.leg)),
+        _largest(t, {column: leap(t, column) for column in force}, force, (math.sqrt(GRAVITY * t.robot.leg), 0.0)),
     )
 
 
@@ -102,6 +109,18 @@ def leftover(t: Trajectory, column: int) -> np.ndarray:
         changed = t.spin[:, column - TURNING]
     out = changed - changed[0]
     out[1:] -= t.tick * np.cumsum(acting)
+    return out
+
+
+def leap(t: Trajectory, column: int) -> np.ndarray:
+    """Returns how far the centre of mass is from where its velocity took it: (n,) [m] up to each row.
+
+    Args:
+        t: The run.
+        column: Along the ground, to the left, normal.
+    """
+    out = t.com[:, column] - t.com[0, column]
+    out[1:] -= t.tick * np.cumsum(t.com_velocity[1:, column])
     return out
 
 

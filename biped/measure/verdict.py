@@ -32,10 +32,10 @@ SAMPLED = 10.0
 DIVERGED = 10.0
 """A residual that is this many times its bound is no inaccuracy: the run diverged."""
 HELD = (0.01, 0.003)
-"""Mean force, of the weight, and moment, of the weight at a leg's length, that nothing explains, beyond which a run is
-doubtful: over any 0.2 s and over any 2 s."""
+"""Mean force, of the weight, moment, of the weight at a leg's length, and speed, of √(g l), that nothing explains,
+beyond which a run is doubtful: over any 0.2 s and over any 2 s."""
 HELD_SAMPLED = (0.6, 0.09)
-"""The same where forces are sampled: sound runs at 500 Hz show up to 0.31 and 0.025."""
+"""The same of force and moment where forces are sampled: sound runs at 500 Hz show up to 0.31 and 0.025."""
 NOWHERE = 0.05
 """Energy that nobody put in beyond which a run is doubtful."""
 CHATTERING = 0.1
@@ -166,12 +166,13 @@ def verdict_on(t: Trajectory, numbers: Mapping[str, float], left: Unexplained) -
 
 
 def _held(left: Unexplained, bounds: tuple[float, float]) -> str:
-    """The force and the moment that something else acts on a robot with, in words; empty if nothing does."""
+    """The force, moment and speed that something else gives a robot, in words; empty if nothing does."""
     found = []
-    for means, unit in ((left.force, "N"), (left.moment, "N m")):
-        for mean, bound, seconds in zip(means, bounds, (SHORT, LONG), strict=True):
+    for means, unit, beyond, most in ((left.force, "N", "", bounds), (left.moment, "N m", "", bounds),
+                                      (left.speed, "m/s", " beyond its velocity", HELD)):  # fmt: skip
+        for mean, bound, seconds in zip(means, most, (SHORT, LONG), strict=True):
             if not mean.share <= bound:  # nan fails
-                found.append(f"{mean.size:.3g} {unit} {mean.way} at {mean.when:.3f} s, the mean over {seconds:g} s: "
-                             f"{100.0 * mean.share:.3g} %, at most {100.0 * bound:g} %")  # fmt: skip
+                found.append(f"{mean.size:.3g} {unit} {mean.way}{beyond} at {mean.when:.3f} s, the mean over "
+                             f"{seconds:g} s: {100.0 * mean.share:.3g} %, at most {100.0 * bound:g} %")  # fmt: skip
                 break
     return f"{HELD_WORDS}: {' and '.join(found)}" if found else ""

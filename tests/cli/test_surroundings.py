@@ -66,16 +66,15 @@ def test_a_value_that_cannot_be_run_is_one_that_fails(monkeypatch):
 
     made = study._plan
 
-    def steep(test, word, changes, value):
+    def steep(test, entrant, changes, value):
         if value > test.standard.first:
             raise InputError("start: the legs cannot reach the slope")
-        return made(test, word, changes, value)
+        return made(test, entrant, changes, value)
 
     (test,) = study.trials_of(["standard/slope_up"])
     monkeypatch.setattr(study, "_plan", steep)
-    found = study._stand(
-        test, "normal", "normal", [], lambda title, plan, s, value: study.TriedValue(value, 10, 10, {})
-    )
+    entrant = study.entrant_of("normal")
+    found = study._stand(test, entrant, [], lambda title, plan, s, value: study.TriedValue(value, 10, 10, {}))
     assert found.limit is not None
     assert found.limit.holds_to == test.standard.first
     assert found.limit.fails_at is not None

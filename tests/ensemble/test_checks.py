@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import resource
 from xml.etree import ElementTree
 
 import pytest
@@ -177,3 +178,17 @@ def test_exit_codes_say_failed_before_undecided():
     nothing = judged([row()])
     assert [code_of(results) for results in ([good, nothing], [good, open_], [open_, bad, good])] == [0, 3, 1]
     assert [all_passed(results) for results in ([good], [good, nothing], [good, bad])] == [True, None, False]
+
+
+def test_a_full_disk_leaves_no_empty_report(tmp_path):
+    """No file may grow beyond a size: what CI would read as a report without a fault is not there."""
+    results = [{"scenario": "one", "checks": [check._asdict() for check in judge({}, SOUND, ROWS)]}]
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    for size in (0, 20):
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, limits[1]))
+        try:
+            with pytest.raises(OSError, match="File too large"):
+                write_junit(tmp_path / "report.xml", results)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        assert list(tmp_path.iterdir()) == []

@@ -1,59 +1,81 @@
 """`python -m tests.lies`: judges helped robots, dishonest runs and honest ones, and prints a confusion matrix.
 
-A run that is judged is noted in a journal (`--journal`); the same command goes on where it was stopped. Exit code 1 if
-a lie passed as a walk, a stand or a seat, or an honest run raised an alarm.
+A run that is judged is noted in a journal (`--journal`); the same command goes on where it was stopped. `--write` puts
+the tables of the journal into the docs. Exit code 1 if a lie passed as a walk, a stand or a seat, or an honest run
+raised an alarm.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-from collections import Counter
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from itertools import islice
 from pathlib import Path
 
-from tests.lies.judge import FALSE, KINDS, judged
+from tests.lies.honest import every_run
+from tests.lies.judge import FALSE, HONEST, KINDS, Judged, judged
+from tests.lies.power import KINDS_OF_HELP, weakest
+from tests.lies.tables import Noted, confusion, floor, honest, power, sums, write
+
+AHEAD = 16
+"""Cases on their way: what a kill of the command costs."""
 
 
 def _main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.lies")
-    parser.add_argument("--of-each", type=int, default=2000)
-    parser.add_argument("--kinds", nargs="+", default=list(KINDS), choices=KINDS)
+    parser.add_argument("--of-each", type=int, default=2000, help="cases of every kind that is drawn")
+    parser.add_argument("--kinds", nargs="+", default=[*KINDS, "power"], choices=[*KINDS, "power"])
+    parser.add_argument("--policies", nargs="+", default=[], help="scenarios of policies, by path; ten runs of each")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--journal", type=Path)
+    parser.add_argument("--write", action="store_true", help="put the tables into docs/")
     args = parser.parse_args()
-    noted: dict[tuple[str, int], tuple[str, str]] = {}
-    if args.journal is not None and args.journal.is_file():
-        for line in args.journal.read_text(encoding="utf-8").splitlines():
-            kind, number, group, found = json.loads(line)
-            noted[kind, number] = group, found
-    wanted = [(kind, number) for number in range(args.of_each) for kind in args.kinds]
-    todo = [one for one in wanted if one not in noted]
+    policies = tuple(str(Path(path).resolve()) for path in args.policies)
+    counts = {"shipped": len(every_run()) if "shipped" in args.kinds else 0, "policy": 10 * len(policies),
+              "power": len(KINDS_OF_HELP)}  # fmt: skip
+    most = {kind: counts.get(kind, args.of_each) for kind in args.kinds}
+    wanted = [(kind, number) for number in range(max(most.values())) for kind in args.kinds if number < most[kind]]
+    noted = {} if args.journal is None else _read(args.journal)
+    todo = iter([one for one in wanted if one not in noted])
     with ProcessPoolExecutor(args.jobs) as pool:
-        for (kind, number), (group, found) in zip(todo, pool.map(_judged, todo), strict=True):
-            noted[kind, number] = group, found
-            if args.journal is not None:
-                with open(args.journal, "a", encoding="utf-8") as file:
-                    file.write(json.dumps([kind, number, group, found]) + "\n")
-    _show({one: noted[one] for one in wanted})
-    wrong = [(*one, *noted[one]) for one in wanted if noted[one][1] in FALSE[one[0]]]
-    for kind, number, group, found in wrong:
-        print(f"wrong: {kind} {number} ({group}): {found}")
+        while some := list(islice(todo, AHEAD)):
+            for one, found in zip(some, pool.map(partial(_one, policies=policies), some), strict=True):
+                noted[one] = found
+                if args.journal is not None:
+                    with open(args.journal, "a", encoding="utf-8") as file:
+                        file.write(json.dumps([*one, *found]) + "\n")
+    found = {one: noted[one] for one in wanted}
+    tables = {"sums": sums(found), "confusion": confusion(found), "floor": floor(found), "power": power(found),
+              "honest": honest(found)}  # fmt: skip
+    for name, table in tables.items():
+        print(f"{name}\n\n{table}\n")
+    if args.write:
+        write(tables)
+    wrong = list(_wrong(found))
+    for line in wrong:
+        print(f"wrong: {line}")
     return int(bool(wrong))
 
 
-def _judged(one: tuple[str, int]) -> tuple[str, str]:
-    return judged(*one)
+def _one(one: tuple[str, int], policies: tuple[str, ...]) -> Judged:
+    kind, number = one
+    return weakest(number) if kind == "power" else judged(kind, number, policies)
 
 
-def _show(noted: dict[tuple[str, int], tuple[str, str]]) -> None:
-    ends = sorted({found for _, found in noted.values()})
-    groups = sorted({(kind, group) for (kind, _), (group, _) in noted.items()})
-    counts = Counter((kind, group, found) for (kind, _), (group, found) in noted.items())
-    print(f"| of | kind | {' | '.join(ends)} |")
-    print(f"|---|---|{'---|' * len(ends)}")
-    for kind, group in groups:
-        print(f"| {kind} | {group} | {' | '.join(str(counts[kind, group, end] or '') for end in ends)} |")
+def _read(journal: Path) -> dict[tuple[str, int], Judged]:
+    if not journal.is_file():
+        return {}
+    lines = [json.loads(line) for line in journal.read_text(encoding="utf-8").splitlines()]
+    return {(kind, number): Judged(*found) for kind, number, *found in lines}
+
+
+def _wrong(found: Noted) -> Iterator[str]:
+    for (kind, number), one in found.items():
+        if one.found in FALSE.get(kind, ()) or (kind in HONEST and one.found == "refused"):
+            yield f"{kind} {number} ({one.group}): {one.found}"
 
 
 if __name__ == "__main__":

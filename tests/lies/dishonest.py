@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import random
 
+from biped.studies.planned import plan_of
+
 Case = tuple[str, list[str], str]
 """Scenario, changes, kind."""
 
 UPRIGHT = 1.5707963267948966
 GAITS = ("calm/own", "robust/own", "upright/own", "level_normal", "level_fast", "level_slow_generalized")
+ANY = ("any/h1", "any/humanoid", "any/walker2d", "spatial/own")
+"""Robots of other kinds, and the human in space."""
+SHARE = 0.2
+"""Of the runs that are theirs."""
 ANYWAY = ["fall.height=0.01", "fall.tilt=180.0"]
 """A run goes on however low it is and whichever way up."""
 NO_TORQUE = "actuation.torque_limit=1e-9"
@@ -22,9 +28,26 @@ def dishonest(number: int) -> Case:
     return name, changes, kind
 
 
+def _who(r: random.Random) -> str:
+    return r.choice(ANY) if r.random() < SHARE else r.choice(GAITS)
+
+
+def _push(r: random.Random, name: str, forward: tuple[float, float], up: tuple[float, float], weight: float) -> str:
+    """A push that does not end, in newtons for a human, and of the same share of the weight for another robot."""
+    sideways = [] if name in GAITS or name == "any/walker2d" else [0.0]
+    force = [round(weight * r.uniform(*forward), 2), *sideways, round(weight * r.uniform(*up), 2)]
+    return f"push=[{{at=0.0,duration=5.0,force={force}}}]"
+
+
+def _weight(name: str) -> float:
+    """Of a robot, of the human's."""
+    return 1.0 if name in GAITS else plan_of(name, []).robot.mass / 75.0
+
+
 def _window(r: random.Random, start: float = 0.0) -> list[str]:
     end = r.uniform(start + 1.0, start + 3.0)
-    return [f"duration={end:.3f}", f"window.start={start}", f"window.end={end:.3f}", "sweep={}", "randomise.runs=1"]
+    return [f"duration={end:.3f}", f"window.start={start}", f"window.end={end:.3f}", "sweep={}", "randomise.runs=1",
+            "randomise.draw={}"]  # fmt: skip
 
 
 def _slide(r: random.Random) -> tuple[str, list[str]]:
@@ -34,12 +57,12 @@ def _slide(r: random.Random) -> tuple[str, list[str]]:
         changes += ANYWAY
     if r.random() < 0.3:
         changes.append(NO_TORQUE)
-    return r.choice(GAITS), [*changes, *_window(r)]
+    return _who(r), [*changes, "push=[]", *_window(r)]
 
 
 def _sink(r: random.Random) -> tuple[str, list[str]]:
     """Ground as soft as mud."""
-    return r.choice(GAITS), [f"ground.contact_time={r.uniform(0.1, 1.0):.3g}",
+    return _who(r), [f"ground.contact_time={r.uniform(0.1, 1.0):.3g}",
                              f"ground.damping_ratio={r.uniform(0.5, 3.0):.3g}", *ANYWAY, *_window(r)]  # fmt: skip
 
 
@@ -72,22 +95,25 @@ def _lie(r: random.Random) -> tuple[str, list[str]]:
 
 def _drag(r: random.Random) -> tuple[str, list[str]]:
     """Dragged along by a push that does not end, limp or with the legs of its gait."""
-    pull = f"push=[{{at=0.0,duration=5.0,force=[{r.uniform(150.0, 600.0):.4g},{r.uniform(0.0, 300.0):.4g}]}}]"
-    changes = [pull, f"ground.friction={r.uniform(0.0, 0.2):.3g}", *ANYWAY, *_window(r)]
-    return r.choice(GAITS), [*changes, NO_TORQUE]
+    name = _who(r)
+    changes = [
+        _push(r, name, (150.0, 600.0), (0.0, 300.0), _weight(name)),
+        f"ground.friction={r.uniform(0.0, 0.2):.3g}",
+    ]
+    return name, [*changes, *ANYWAY, *_window(r), *([] if r.random() < 0.3 else [NO_TORQUE])]
 
 
 def _hang(r: random.Random) -> tuple[str, list[str]]:
     """Borne by a push from above, in part or wholly."""
-    lift = f"push=[{{at=0.0,duration=5.0,force=[{r.uniform(0.0, 200.0):.4g},{r.uniform(250.0, 735.0):.4g}]}}]"
-    return r.choice(GAITS), [lift, *ANYWAY, *_window(r)]
+    name = _who(r)
+    return name, [_push(r, name, (0.0, 200.0), (250.0, 735.0), _weight(name)), *ANYWAY, *_window(r)]
 
 
 def _freeze(r: random.Random) -> tuple[str, list[str]]:
     """A moment of something else, too short to see that it is none of standing."""
     start = r.uniform(0.1, 3.0)
     window = [f"window.start={start:.3f}", f"window.end={start + r.uniform(0.005, 0.3):.3f}"]
-    return r.choice(GAITS), [f"duration={start + 1.0:.3f}", *window, "sweep={}", "randomise.runs=1"]
+    return _who(r), [f"duration={start + 1.0:.3f}", *window, "sweep={}", "randomise.runs=1", "randomise.draw={}"]
 
 
 def _hop(r: random.Random) -> tuple[str, list[str]]:

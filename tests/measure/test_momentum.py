@@ -110,6 +110,7 @@ HELP = {
     "a lighter trunk": "sensed._model.body_mass[1] *= 0.9",
     "a damper": "sensed._model.dof_damping[:6] = 5000.0",
     "velocities that are set": "sensed._data.qvel[:6] *= 0.97",
+    "places that are set": "sensed._data.qpos[0] += 0.0004",
     "wind": "sensed._model.opt.density, sensed._model.opt.wind[0] = 1000.0, 3.0",
 }
 

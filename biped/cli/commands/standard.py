@@ -7,7 +7,7 @@ from pathlib import Path
 
 from biped.base.files import label
 from biped.cli.common import DONE, changes_of, print_json, workers_of
-from biped.cli.parser import Commands, command_parser, take_changes, take_json, take_workers
+from biped.cli.parser import Commands, command_parser, take_changes, take_json, take_trust, take_workers
 
 
 def add(commands: Commands) -> None:
@@ -17,12 +17,14 @@ def add(commands: Commands) -> None:
         description="Puts gaits to the tests in scenarios/standard: each searched to the largest value that holds, by "
         "ensembles, with intervals; one table. An interrupted table in --out is continued.",
     )  # fmt: skip
-    parser.add_argument("gait", nargs="+", help="name in controllers/, or path of a gait file")
+    parser.add_argument("gait", nargs="+", help="name in controllers/, or path of a gait file; or a law for any robot: "
+                        "its name, path.py:Class, or a policy's card")  # fmt: skip
     test = "this test alone: name in scenarios/standard, or path of a scenario with [standard] (repeatable)"
     parser.add_argument("--test", metavar="NAME", action="append", default=[], help=test)
     take_changes(parser, "change a key of all tests, e.g. model=robot (repeatable)")
     parser.add_argument("--engine", help="engine to run in")
     parser.add_argument("--out", type=Path, help="folder for standard.json and standard.md (default: below runs/)")
+    take_trust(parser)
     take_workers(parser)
     take_json(parser)
 

@@ -64,7 +64,7 @@ def cluster_at(where: str, same: bool, tell: Told) -> Iterator[DaskCluster]:
                 raise InputError(f"--cluster {where}: expected at least one worker")
             local = Local(int(found[1]))
             stack.callback(local.close)
-            connection = Connection(local.connect, where, WAIT, "they are starting", local.trouble)
+            connection = Connection(local.connect, where, WAIT, "they are starting", local.trouble, local.mend)
         elif where.startswith(("tcp://", "tls://")):
             from biped.ensemble.cluster.connection import connecting
 

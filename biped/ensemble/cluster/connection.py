@@ -26,6 +26,7 @@ class Connection:
         wait: [s] that a scheduler, or a first worker, is waited for; None: for ever.
         remedy: What to do where there are no workers.
         trouble: What is known of workers that do not come.
+        mend: Starts workers anew that ended, if that is our business, and says so in words; raises RunError.
 
     Attributes:
         client: Dask's client.
@@ -36,10 +37,11 @@ class Connection:
 
     def __init__(
         self, connect: Callable[[], Any], place: str, wait: float | None, remedy: str,
-        trouble: Callable[[], str] = str,
+        trouble: Callable[[], str] = str, mend: Callable[[], str] = str,
     ):  # fmt: skip
         self._connect, self.place, self.wait, self.remedy, self.trouble = connect, place, wait, remedy, trouble
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what matters is said here
+        self.mend = mend
+        _hush()
         try:
             self.client = connect()
         except OSError as error:
@@ -100,6 +102,15 @@ class Connection:
         """Lets the scheduler go."""
         with suppress(Exception):
             self.client.close(timeout=2)
+
+
+def _hush() -> None:
+    """Silences the logs of Dask and of what it rests on, also where Dask has set their levels: what matters is said."""
+    import distributed  # noqa: F401
+
+    for name in {"distributed", "asyncio", "tornado", *logging.root.manager.loggerDict}:
+        if name.partition(".")[0] in ("distributed", "asyncio", "tornado"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
 
 
 def connecting(address: str, tls: Mapping[str, str]) -> Callable[[], Any]:

@@ -10,11 +10,14 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from biped.base.errors import RunError
 from biped.ensemble.cluster.connection import CONNECT
 from biped.ensemble.cluster.worker import go_with_parent
 
 START = 60.0
 """[s] that a scheduler takes at most to start."""
+LIVES = 3
+"""Times that workers are started anew."""
 
 
 class Local:
@@ -29,6 +32,8 @@ class Local:
         self._processes: list[subprocess.Popen[bytes]] = []
         self._folder = tempfile.TemporaryDirectory(prefix="biped-cluster-")
         self._log = Path(self._folder.name) / "log"
+        self._address, self._ended = "", 0
+        self._working: subprocess.Popen[bytes] | None = None
 
     def connect(self) -> Any:
         """Starts it, anew if it ran before, and connects.
@@ -43,8 +48,28 @@ class Local:
         address = _first_line(scheduler)
         if not address:
             raise OSError(f"no scheduler could be started: {self.last_words()}")
-        self._start("biped.cli.main", "worker", address, "--workers", str(self._workers), "--with-parent")
+        self._address = address
+        self._working = self._start_workers()
         return Client(address, timeout=CONNECT, set_as_default=False)
+
+    def _start_workers(self) -> subprocess.Popen[bytes]:
+        argv = ("worker", self._address, "--workers", str(self._workers), "--with-parent")
+        return self._start("biped.cli.main", *argv)
+
+    def mend(self) -> str:
+        """Starts the workers anew if their process ended, and says so; says nothing while it lives.
+
+        Raises:
+            RunError: They ended too often.
+        """
+        if self._working is None or self._working.poll() is None:
+            return ""
+        self._ended += 1
+        if self._ended > LIVES:
+            raise RunError(f"the workers of local:{self._workers} ended {self._ended} times{self.trouble()}; finished "
+                           "runs are kept, and the same command with --out goes on from there")  # fmt: skip
+        self._working = self._start_workers()
+        return f"local:{self._workers}: its workers ended, and are started anew; finished runs are kept"
 
     def _start(self, module: str, *more: str) -> subprocess.Popen[bytes]:
         # Files that Dask writes besides go to a folder that ends with this process; no Ctrl-C reaches them.

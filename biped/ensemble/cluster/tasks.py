@@ -120,7 +120,7 @@ class Tasks:
         return found
 
     def _look(self) -> None:
-        """Looks who works; says who is refused, and when nobody is there."""
+        """Looks who works; says who is refused, and when nobody is there: our own workers are started anew."""
         self._looked = time.monotonic()
         there = self._connection.workers()
         if there is None:
@@ -134,6 +134,8 @@ class Tasks:
         if good:
             self._seen, self._told_alone = self._looked, False
             return
+        if news := self._connection.mend():
+            self._tell(news)
         alone = self._looked - self._seen
         wait, where = self._connection.wait, self._connection.place
         if wait is not None and alone > wait:

@@ -16,7 +16,7 @@ def open_viewer(path: Path) -> None:
     """Shows a recording and does not wait.
 
     Args:
-        path: The .rrd file.
+        path: The .rrd file; a server in a browser's place ends with this process.
     """
     if _in_notebook() and rerun.notebook.HAS_NOTEBOOK:
         recording = rr.RecordingStream("biped")
@@ -28,7 +28,25 @@ def open_viewer(path: Path) -> None:
         return
     found = served(path)
     print(f"no display here: open {found.url}\nfrom afar, first: {found.tunnel}")
-    subprocess.Popen(found.command, start_new_session=True, env=quiet())
+    _serving.append(ends_with_this_process(found.command))
+
+
+def ends_with_this_process(command: list[str]) -> subprocess.Popen[bytes]:
+    """Starts a command that ends when this process does, however it ends: whoever watches it reads a pipe from here."""
+    return subprocess.Popen(
+        [sys.executable, "-c", _WATCH, *command], stdin=subprocess.PIPE, start_new_session=True, env=quiet()
+    )
+
+
+_serving: list[subprocess.Popen[bytes]] = []
+"""Watchers of servers: their pipes stay open as long as this process lives."""
+_WATCH = """
+import subprocess, sys
+served = subprocess.Popen(sys.argv[1:], stdin=subprocess.DEVNULL)
+sys.stdin.buffer.read()
+served.terminate()
+served.wait()
+"""
 
 
 def _in_notebook() -> bool:

@@ -11,20 +11,18 @@ from typing import Any, NamedTuple
 from msgspec.structs import replace
 
 from biped.base.errors import InputError
-from biped.base.files import canonical, locate, names
+from biped.base.files import names
 from biped.base.progress import Progress, silent
 from biped.base.text import safe
 from biped.ensemble.backend import Jobs
 from biped.ensemble.plan import Plan
 from biped.robot.gravity import GRAVITY
-from biped.scenario.gains import Gains
-from biped.scenario.gait import read_gains, speeds_of
 from biped.scenario.metrics import METRICS
-from biped.scenario.noticed import read_by
 from biped.scenario.reading import read_scenario
 from biped.scenario.standard import Standard
 from biped.studies.planned import plan_of, title_of
 from biped.studies.run import run_plan
+from biped.studies.standard.entrants import Entrant, entrant_of
 from biped.studies.standard.search import Limit, StoredMeasurements, TriedValue, limit, search
 
 FAMILY = "standard/"
@@ -141,7 +139,7 @@ def standard(
     """Puts gaits to the tests.
 
     Args:
-        gaits: Names or paths.
+        gaits: Names or paths of gaits; laws for any robot, as `entrant_of` takes them.
         asked: Names of tests, or paths of scenarios; none: all that are shipped.
         changes: `--set` changes.
         jobs: Number of processes, or a cluster.
@@ -151,47 +149,39 @@ def standard(
     Raises:
         InputError: Something the user wrote cannot be used; said before the first run.
     """
-    tests = trials_of(asked)
-    if not asked:
-        there = {_in_space(word) for word in gaits}
-        tests = [test for test in tests if test.standard.space in there]
-    shown = [_gait(word) for word in gaits]
+    tests, entrants = trials_of(asked), [entrant_of(word) for word in gaits]
+    shown = [entrant.name for entrant in entrants]
     twice = [gait for gait in shown if shown.count(gait) > 1]
     if twice:
         raise InputError(f"{safe(twice[0])}: expected each gait once")
+    if not asked:
+        there = {entrant.in_space(changes) for entrant in entrants}
+        tests = [test for test in tests if test.standard.space in there]
     for test in tests:
-        for word in gaits:
-            s = _required_of(test.standard, word)
+        for entrant in entrants:
+            s = _required_of(test, entrant, changes)
             if s is not None:
-                _plan(test, word, changes, s.first)
+                _plan(test, entrant, changes, s.first)
     kept = StoredMeasurements(out)
     standings = [
-        _stand(test, word, gait, changes, partial(_measure, kept, jobs, progress))
+        _stand(test, entrant, changes, partial(_measure, kept, jobs, progress))
         for test in tests
-        for word, gait in zip(gaits, shown, strict=True)
+        for entrant in entrants
     ]
     return StandardTable(tests, shown, list(changes), standings)
 
 
-def _gait(word: str) -> str:
-    """The name of a gait for people."""
-    path = locate("controllers", word, "GAIT")
-    known = canonical("controllers", path)
-    return path.stem if Path(known).suffix else known
-
-
-def _in_space(word: str) -> bool:
-    """Whether a gait is one of a biped that moves in space."""
-    return read_gains(locate("controllers", word, "GAIT"), Gains()).frontal is not None
-
-
-def _required_of(test: Standard, word: str) -> Standard | None:
-    """The requirements of a test on a gait, of a family no speed that it lacks; None if it is not for the gait."""
-    if (test.gaits and _gait(word) not in test.gaits) or test.space != _in_space(word):
+def _required_of(trial: Trial, entrant: Entrant, changes: Sequence[str]) -> Standard | None:
+    """The requirements of a test, of a family no speed that the entrant lacks; None if it is not for the entrant."""
+    test = trial.standard
+    if test.gaits and entrant.name not in test.gaits:
+        return None
+    ours = trial.scenario.startswith(FAMILY) or not entrant.law  # a test of one's own is for any law
+    if ours and test.space != entrant.in_space(changes):
         return None
     if not test.family:
         return test
-    speeds = speeds_of(locate("controllers", word, "GAIT"))
+    speeds = entrant.speeds()
     if speeds is None or test.key is None:
         return None if speeds is None else test
     low, high = (round((speed - test.first) / test.resolution, 6) for speed in speeds)
@@ -200,34 +190,32 @@ def _required_of(test: Standard, word: str) -> Standard | None:
     return None if last < first else replace(test, first=round(first, 12), last=round(last, 12))
 
 
-def _stand(test: Trial, word: str, gait: str, changes: Sequence[str], made: Any) -> StandardResult:
-    s = _required_of(test.standard, word)
+def _stand(test: Trial, entrant: Entrant, changes: Sequence[str], made: Any) -> StandardResult:
+    s, gait = _required_of(test, entrant, changes), entrant.name
     if s is None:
         return StandardResult(test.name, gait, [], None, 1.0)
 
     def at(value: float) -> TriedValue:
         title = f"{gait}, {s.title}" + (f" {value:g}" if s.key else "")
         try:
-            plan = _plan(test, word, changes, value)
+            plan = _plan(test, entrant, changes, value)
         except InputError:
             if s.key is None or value == s.first:
                 raise
             return TriedValue(value, 0, runs, {})  # a value that cannot be run is one that fails
         return made(title, plan, s, value)
 
-    runs = len(_plan(test, word, changes, s.first))
+    runs = len(_plan(test, entrant, changes, s.first))
     if s.key is None:
         return StandardResult(test.name, gait, [at(math.nan)], None, 1.0)
     tried = search(s, test.rate, at)
-    scale = _unit(_plan(test, word, changes, s.first), s.of)
+    scale = _unit(_plan(test, entrant, changes, s.first), s.of)
     return StandardResult(test.name, gait, tried, limit(tried, test.rate), scale)
 
 
-def _plan(test: Trial, word: str, changes: Sequence[str], value: float) -> Plan:
-    """A test's plan with a gait, at a value of its key in multiples of what the test says."""
-    begun, asked = read_scenario(test.scenario, changes), [*changes]
-    if begun.robot is None or "controller" in read_by(begun.law)[""]:  # others walk without a gait
-        asked.append(f"controller={_quoted(word)}")
+def _plan(test: Trial, entrant: Entrant, changes: Sequence[str], value: float) -> Plan:
+    """A test's plan with an entrant, at a value of its key in multiples of what the test says."""
+    asked = entrant.all_changes(test.scenario, changes)
     s = test.standard
     plain = plan_of(test.scenario, asked)
     asked += [f"{key}={_unit(plain, 'leg') * legs:.9g}" for key, legs in s.legs.items()]
@@ -238,12 +226,6 @@ def _plan(test: Trial, word: str, changes: Sequence[str], value: float) -> Plan:
 
 def _unit(plan: Plan, of: str) -> float:
     return {"si": 1.0, "weight": plan.robot.mass * GRAVITY, "leg": plan.robot.leg}[of]
-
-
-def _quoted(word: str) -> str:
-    if any(mark in word for mark in "\"'\\\n"):
-        raise InputError(f"{safe(word)}: a gait's name or path with quotes cannot be used here")
-    return f'"{word}"'
 
 
 def _measure(

@@ -91,6 +91,25 @@ def test_a_scheduler_that_is_killed_is_started_again(many):
     error = process.communicate()[1]
     assert killed
     assert "the scheduler is gone or does not answer" in error
+    assert all(line.startswith("biped: ") for line in error.splitlines()), "what libraries log"
+    assert process.returncode in (0, 1), error
+    assert_as(many)
+
+
+@pytest.mark.slow
+def test_workers_whose_process_is_killed_are_started_anew(many):
+    """The process that looks after the workers: nobody else would start them again."""
+    process, killed = command("x", "--cluster", "local:2"), False
+    while process.poll() is None and not killed:
+        time.sleep(0.1)
+        if list(Path("x/parts").glob("*.parquet")):
+            (looking_after,) = [pid for pid, line in descendants(process.pid) if "cli.main worker" in line]
+            os.kill(looking_after, signal.SIGKILL)
+            killed = True
+    error = process.communicate()[1]
+    assert killed
+    assert "local:2: its workers ended, and are started anew" in error
+    assert all(line.startswith("biped: ") for line in error.splitlines())
     assert process.returncode in (0, 1), error
     assert_as(many)
 

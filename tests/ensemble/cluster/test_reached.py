@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import socket
+import subprocess
 import sys
 from pathlib import Path
 
@@ -12,6 +14,7 @@ import biped
 from biped.base.errors import InputError, RunError
 from biped.cli.main import main
 from biped.ensemble.cluster import carrying, connection, tasks
+from biped.ensemble.cluster.local import Local
 from biped.ensemble.cluster.tasks import Tasks
 from biped.ensemble.executor import workers
 
@@ -80,6 +83,28 @@ def test_a_scheduler_that_stays_away_is_an_error_that_says_what_it_needs(monkeyp
     with pytest.raises(RunError, match="no scheduler for 0 s; finished runs are kept: start it and its workers"):
         Tasks(connection.Connection(connect, "tcp://h:1", 0.0, ""), abs, False, told.append)
     assert "is gone or does not answer" in told[0]
+
+
+def test_workers_that_end_again_and_again_are_an_error(monkeypatch):
+    local = Local(2)
+    monkeypatch.setattr(local, "_start_workers", lambda: subprocess.Popen([sys.executable, "-c", ""]))
+    try:
+        assert local.mend() == "", "there were none yet"
+        local._working = local._start_workers()
+        for _ in range(3):
+            local._working.wait()
+            assert local.mend() == "local:2: its workers ended, and are started anew; finished runs are kept"
+        local._working.wait()
+        with pytest.raises(RunError, match=r"the workers of local:2 ended 4 times.*finished runs are kept"):
+            local.mend()
+    finally:
+        local.close()
+
+
+def test_what_dask_logs_is_not_printed(cluster):
+    assert cluster
+    for name in ("distributed.client", "distributed.worker", "asyncio", "tornado.application"):
+        assert not logging.getLogger(name).isEnabledFor(logging.ERROR), name
 
 
 def free_port() -> int:

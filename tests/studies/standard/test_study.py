@@ -18,6 +18,7 @@ from biped.show.page import write_page
 from biped.show.standing import document_of, lines_of
 from biped.studies.planned import plan_of
 from biped.studies.standard import study
+from biped.studies.standard.entrants import entrant_of
 from biped.studies.standard.search import TriedValue
 from biped.studies.standard.study import standard, trials_of
 from tests.cases import command
@@ -71,11 +72,11 @@ def test_the_family_is_complete_and_in_order():
 def test_values_are_in_the_robots_own_units(gait, model):
     (push,), (tiles,) = trials_of(["push_forward"]), trials_of(["tiles"])
     sets = [f"model={model}"]
-    path = study._plan(push, gait, sets, 0.5).model
+    path = study._plan(push, entrant_of(gait), sets, 0.5).model
     tree = tree_at(path)
-    plan = study._plan(push, gait, sets, 0.5)
+    plan = study._plan(push, entrant_of(gait), sets, 0.5)
     assert plan.run(0).scenario.push[0].force[0] == pytest.approx(0.5 * tree.mass.sum() * GRAVITY)
-    ground = study._plan(tiles, gait, sets, 0.01).run(0).scenario.ground.tiles
+    ground = study._plan(tiles, entrant_of(gait), sets, 0.01).run(0).scenario.ground.tiles
     assert ground.height == pytest.approx(0.01 * tree.leg)
     assert ground.length == pytest.approx(0.6 * tree.leg)
     assert ground.start == pytest.approx(1.2 * tree.leg)
@@ -83,17 +84,17 @@ def test_values_are_in_the_robots_own_units(gait, model):
 
 def test_values_are_in_the_units_of_a_robot_in_space():
     (push,) = trials_of(["space_push_sideways"])
-    force = study._plan(push, "human3d", [], 0.5).run(0).scenario.push[0].force
+    force = study._plan(push, entrant_of("human3d"), [], 0.5).run(0).scenario.push[0].force
     assert force == pytest.approx((0.0, 0.5 * 75.0 * GRAVITY, 0.0))
     (slope,) = trials_of(["space_slope_sideways"])
-    assert study._plan(slope, "human3d", [], 2.5).run(0).scenario.ground.side_slope == 2.5
+    assert study._plan(slope, entrant_of("human3d"), [], 2.5).run(0).scenario.ground.side_slope == 2.5
 
 
 def test_gaits_in_space_have_tests_of_their_own():
     (level,), (space,) = trials_of(["level"]), trials_of(["space_level"])
-    assert study._required_of(level.standard, "human3d") is None
-    assert study._required_of(space.standard, "human3d") is space.standard
-    assert study._required_of(space.standard, "calm") is None
+    assert study._required_of(level, entrant_of("human3d"), []) is None
+    assert study._required_of(space, entrant_of("human3d"), []) is space.standard
+    assert study._required_of(space, entrant_of("calm"), []) is None
 
 
 def test_a_gait_in_space_from_command_to_table(tmp_path, capsys):
@@ -108,13 +109,13 @@ def test_a_gait_in_space_from_command_to_table(tmp_path, capsys):
 
 def test_who_is_asked_what():
     (speed,), (stop,), (level,) = (trials_of([name]) for name in ("speed", "stop", "level"))
-    family = study._required_of(speed.standard, "robust")
+    family = study._required_of(speed, entrant_of("robust"), [])
     assert family is not None
     assert (family.first, family.last) == (0.5, 1.175)
-    assert study._required_of(speed.standard, "normal") is None
-    assert study._required_of(stop.standard, "robust") is stop.standard
-    assert study._required_of(stop.standard, "calm") is None
-    assert study._required_of(level.standard, "calm") is level.standard
+    assert study._required_of(speed, entrant_of("normal"), []) is None
+    assert study._required_of(stop, entrant_of("robust"), []) is stop.standard
+    assert study._required_of(stop, entrant_of("calm"), []) is None
+    assert study._required_of(level, entrant_of("calm"), []) is level.standard
 
 
 def test_a_table_and_what_is_kept_of_it(here, capsys, monkeypatch):
@@ -281,3 +282,59 @@ def test_a_robot_of_any_kind_in_units_of_its_own(here):
     assert standing.tried[0].reached == 2, "the easiest push is stood"
     assert standing.limit is not None
     assert standing.limit.fails_at is not None, "a push of the robot's weight is not"
+
+
+LAW = """class Still:
+    def __init__(self, setup):
+        self.number = len(setup.robot.drives)
+
+    def torques(self, sensed):
+        return [0.0] * self.number
+"""
+
+
+@pytest.mark.parametrize(("word", "name"), [("stand", "stand"), ("mine.py:Still", "Still")])
+def test_laws_for_any_robot_are_put_to_the_tests(here, word, name):
+    Path("mine.py").write_text(LAW, encoding="utf-8")
+    changes = ["model=walker2d", "duration=0.4", "window.start=0.1", "window.end=0.4", "randomise.runs=2"]
+    (standing,) = standard([word], ["level"], changes, 1, Path("out")).standings
+    assert standing.gait == name
+    assert [(one.reached, one.runs) for one in standing.tried] == [(0, 2)], "neither walks"
+
+
+def test_laws_move_robots_in_the_plane_or_in_space():
+    stander = entrant_of("stand")
+    assert not stander.in_space(["model=walker2d"])
+    assert stander.in_space(["model=h1"])
+    push, sideways = trials_of(["push_forward", "space_push_sideways"])
+    assert study._required_of(push, stander, ["model=h1"]) is None
+    plan = study._plan(sideways, stander, ["model=h1", "start.posture=stand"], 0.5)
+    scenario = plan.run(0).scenario
+    assert (scenario.law, scenario.start.posture) == ("stand", "stand")
+    assert scenario.push[0].force[1] == pytest.approx(0.5 * plan.robot.mass * GRAVITY)
+    assert "push.0.at" in plan.run(0).values
+
+
+CARD = """network = "net.onnx"
+rate = 50.0
+joints = ["knee"]
+default = [0.0]
+observation = [{ term = "joint_position" }]
+[action]
+scale = 0.5
+[scenario]
+model = "robot.xml"
+"""
+
+
+def test_a_card_brings_its_robot(tmp_path, monkeypatch):
+    """A policy's card that is named on the command line runs, on the model beside it."""
+    monkeypatch.chdir(tmp_path)
+    Path("card.toml").write_text(CARD, encoding="utf-8")
+    Path("net.onnx").write_bytes(b"")
+    Path("robot.xml").write_text("", encoding="utf-8")
+    entrant = entrant_of("card.toml")
+    assert (entrant.name, entrant.law, entrant.model) == ("card", True, str(tmp_path / "robot.xml"))
+    asked = entrant.all_changes("standard/level", ["model=h1"])
+    own, others = asked.index(f'model="{tmp_path / "robot.xml"}"'), asked.index("model=h1")
+    assert own < others, "what the command line says stands"
