@@ -19,7 +19,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 LOCK = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
 	--custom-compile-command 'make lock'
 
-.PHONY: docs fuzz help setup tools run view test test-all stress coverage check regress bench lint format lock site clean
+.PHONY: docs gallery fuzz help setup tools run view test test-all stress coverage check regress bench lint format lock site clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -94,10 +94,14 @@ lock: setup ## refresh both lock files from pyproject.toml
 	$(LOCK) --group dev -c requirements.lock -o requirements-dev.lock
 	$(LOCK) --group site -o requirements-site.lock
 
+gallery: setup ## draw the clips of docs/gallery.md again, which takes some minutes
+	$(BIN)/python -m biped.show.gallery --clips
+
 docs: setup ## write the pages that are made from the code
 	$(BIN)/python -m biped.cli.reference
 	$(BIN)/python -m biped.scenario.reference
 	$(BIN)/python -m biped.show.references
+	$(BIN)/python -m biped.show.gallery
 	$(BIN)/python -m biped.show.standing
 	$(BIN)/python -m biped.show.readings
 	$(BIN)/python -m biped.show.certify

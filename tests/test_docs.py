@@ -15,7 +15,7 @@ from biped.base.files import locate
 from biped.cli import reference
 from biped.cli.main import parsed
 from biped.scenario.reading import read_scenario
-from biped.show import references
+from biped.show import gallery, references
 from biped.studies.regress.references import read, shipped
 
 ROOT = Path(__file__).parents[1]
@@ -143,3 +143,10 @@ def test_recorded_numbers_are_what_their_page_says():
     told = references.PAGE.read_text(encoding="utf-8")
     assert told == references.page(read(shipped())), "python -m biped.show.references"
     assert references.README.read_text(encoding="utf-8") == references.readme(read(shipped()))
+
+
+def test_the_gallery_shows_recorded_numbers_and_a_clip_of_each():
+    assert gallery.PAGE.read_text(encoding="utf-8") == gallery.page(read(shipped())), "make docs"
+    clips = {path.name for path in gallery.CLIPS.iterdir()}
+    assert clips == {entry.clip for entry in gallery.ENTRIES}
+    assert sum(path.stat().st_size for path in gallery.CLIPS.iterdir()) < 2_500_000

@@ -50,7 +50,7 @@ def readme(references: References) -> str:
     lines = ["| situation | scenario | walked | speed [m/s] |", "|---|---|---|---|"]
     for name, situation in SITUATIONS.items():
         one = references.scenarios[name]
-        (speed, *_), walked = _means(one), f"{one.ends.count('w')} of {len(one.runs)}"
+        (speed, *_), walked = means_of(one), f"{one.ends.count('w')} of {len(one.runs)}"
         lines.append(f"| {situation} | `{name}` | {walked} | {speed} |")
     return replaced(README.read_text(encoding="utf-8"), "results", "\n".join(lines))
 
@@ -64,10 +64,10 @@ def _row(name: str, one: RecordedScenario) -> str:
     runs, walked = len(one.runs), one.ends.count("w")
     low, high = wilson(walked, runs)
     fell = sum(end in FALLEN for end in one.ends)
-    return f"| `{name}` | {walked} of {runs} | {low:.0%} – {high:.0%} | {fell} | {' | '.join(_means(one))} |"
+    return f"| `{name}` | {walked} of {runs} | {low:.0%} – {high:.0%} | {fell} | {' | '.join(means_of(one))} |"
 
 
-def _means(one: RecordedScenario) -> list[str]:
+def means_of(one: RecordedScenario) -> list[str]:
     """Means of the metrics over the runs that walked."""
     found = [
         [value for value, end in zip(getattr(one, name), one.ends, strict=True) if end == "w" and value is not None]

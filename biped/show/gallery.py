@@ -1,0 +1,111 @@
+"""docs/gallery.md: a clip of every kind of walk that ships, and what it is worth by its recorded numbers.
+
+`python -m biped.show.gallery` writes the page; with `--clips` it runs every scenario once and draws its clip, too.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+from biped.base.statistics import wilson
+from biped.show.references import means_of
+from biped.studies.regress.references import RecordedScenario, References, read, shipped
+
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE, CLIPS = DOCS / "gallery.md", DOCS / "gallery"
+
+
+class GalleryEntry(NamedTuple):
+    """An entry of the gallery.
+
+    Attributes:
+        scenario: Its name.
+        title: What people call it.
+        words: What is to be seen, in a sentence.
+        start: [s] where the clip begins.
+        end: [s] where it ends.
+        goal: What a run has to do.
+    """
+
+    scenario: str
+    title: str
+    words: str
+    start: float = 2.0
+    end: float = 5.0
+    goal: str = "walked"
+
+    @property
+    def clip(self) -> str:
+        """File name of its clip."""
+        return self.scenario.replace("/", "_") + ".gif"
+
+
+ENTRIES = (
+    GalleryEntry("upright/push", "The flagship, pushed", "The gait `whole` of a planar human takes 200 N.", 4.4, 7.4),
+    GalleryEntry("upright/slope", "The flagship on slopes", "The same gait, 3 and 5 degrees up and down."),
+    GalleryEntry(
+        "upright/home", "The flagship at home", "The same gait in the thesis's own simulator of rigid contacts."
+    ),
+    GalleryEntry("robust/steep", "Steep ground", "The gait `robust` on the steepest slopes that it was searched for."),
+    GalleryEntry("level_normal", "The thesis's gait", "The published gains at normal speed, as printed."),
+    GalleryEntry("calm/sit", "Sitting down", "The planar human sits down on a seat.", 2.0, 5.0, "sat"),
+    GalleryEntry("robot/level", "The thesis's robot", "The robot of chapter IV, within its motors' limits."),
+    GalleryEntry("spatial/level", "A human in space", "The same law in three dimensions."),
+    GalleryEntry("spatial/push_sideways", "Pushed sideways", "The human in space takes 50 N to the left.", 3.4, 6.4),
+    GalleryEntry("spatial/turn", "Turning", "The human in space changes its heading."),
+    GalleryEntry(
+        "any/h1_walk", "Unitree's H1", "The law on a public robot: generalized forces, a gait in its own units."
+    ),
+    GalleryEntry("any/h1", "H1 stands", "A law that balances any robot, here pushed on a slope.", 0.5, 2.9, "stood"),
+    GalleryEntry(
+        "any/humanoid", "A humanoid on spheres", "The same law with a sphere for each foot.", 0.5, 2.9, "stood"
+    ),
+)
+
+_HEAD = """# Gallery
+
+Every robot and every kind of law that ships, each by one scenario. *Walked* and *stood* count the recorded runs of
+that scenario (at most twelve, [references.md](references.md)); the interval says how little so few runs prove.
+`biped run SCENARIO` repeats a row with all its runs. Clips show the first run; `make gallery` draws them again.
+
+"""
+
+
+def page(references: References) -> str:
+    """The text of docs/gallery.md."""
+    lines = ["| | walk | outcome | speed [m/s] | cost of transport |", "|---|---|---|---|---|"]
+    for entry in ENTRIES:
+        one = references.scenarios[entry.scenario]
+        speed, cost, *_ = means_of(one)
+        picture = f"![{entry.title}](gallery/{entry.clip})"
+        lines.append(f"| {picture} | **{entry.title}**. {entry.words} `{entry.scenario}` | {_outcome(one, entry.goal)} "
+                     f"| {speed} | {cost} |")  # fmt: skip
+    return _HEAD + "\n".join(lines) + "\n"
+
+
+def _outcome(one: RecordedScenario, goal: str) -> str:
+    count, runs = one.ends.count("w" if goal == "walked" else "s"), len(one.runs)
+    low, high = wilson(count, runs)
+    return f"{goal} {count} of {runs} ({low:.0%} – {high:.0%})"
+
+
+def draw(out: Path) -> None:
+    """Runs each scenario's first run and writes its clip into a folder."""
+    from biped.cli.main import main
+    from biped.show.film import Cut, film
+
+    out.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(prefix="biped-") as folder:
+        for entry in ENTRIES:
+            run = Path(folder) / entry.clip
+            main(["run", entry.scenario, "--only", "0", "--out", str(run)])
+            film([run], out / entry.clip, Cut(280, 200, 12.0, entry.start, entry.end))
+
+
+if __name__ == "__main__":
+    if "--clips" in sys.argv[1:]:
+        draw(CLIPS)
+    PAGE.write_text(page(read(shipped())), encoding="utf-8")
