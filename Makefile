@@ -95,13 +95,13 @@ lock: setup ## refresh both lock files from pyproject.toml
 	$(LOCK) --group site -o requirements-site.lock
 
 gallery: setup ## draw the clips of docs/gallery.md again, which takes some minutes
-	$(BIN)/python -m biped.show.gallery --clips
+	$(BIN)/python -m biped.cli.gallery --clips
 
 docs: setup ## write the pages that are made from the code
 	$(BIN)/python -m biped.cli.reference
 	$(BIN)/python -m biped.scenario.reference
 	$(BIN)/python -m biped.show.references
-	$(BIN)/python -m biped.show.gallery
+	$(BIN)/python -m biped.cli.gallery
 	$(BIN)/python -m biped.show.standing
 	$(BIN)/python -m biped.show.readings
 	$(BIN)/python -m biped.show.certify

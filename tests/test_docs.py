@@ -12,10 +12,10 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.base.files import locate
-from biped.cli import reference
+from biped.cli import gallery, reference
 from biped.cli.main import parsed
 from biped.scenario.reading import read_scenario
-from biped.show import gallery, references
+from biped.show import references
 from biped.studies.regress.references import read, shipped
 
 ROOT = Path(__file__).parents[1]

@@ -1,6 +1,6 @@
 """docs/gallery.md: a clip of every kind of walk that ships, and what it is worth by its recorded numbers.
 
-`python -m biped.show.gallery` writes the page; with `--clips` it runs every scenario once and draws its clip, too.
+`python -m biped.cli.gallery` writes the page; with `--clips` it runs every scenario once and draws its clip, too.
 """
 
 from __future__ import annotations
