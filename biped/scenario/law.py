@@ -9,7 +9,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from biped.base.errors import InputError
-from biped.base.files import is_file, nearest
+from biped.base.files import folder, is_file, nearest
 from biped.base.text import safe
 from biped.base.trust import grant, refusal, trusted
 from biped.scenario.laws import BUILT_IN, CARD, is_card
@@ -37,6 +37,8 @@ def find_law(text: str, beside: Path | None, fail: Fail) -> str:
         raise fail("law", f"expected 'path.py:Class', a policy's card 'card.toml' or one of {', '.join(BUILT_IN)}, got "
                    f"'{safe(text)}'; {nearest(text, list(BUILT_IN))}")  # fmt: skip
     places = [Path()] if beside is None else [beside, Path()]
+    if card:
+        places.append(folder("controllers"))  # those that are shipped
     for place in places:
         path = place / file
         if is_file(path):

@@ -160,3 +160,52 @@ def test_what_falls_fails_its_checks():
     checks = check(Path("card.toml"))
     assert not any(one.passed for one in checks if one.name.startswith(("stays up", "walks", "turns")))
     assert read_card(Path("card.toml")).joints == tuple(JOINTS)
+
+
+def described(name: str, **more) -> str:
+    term = {"name": name, "overloads": {"clip": None, "history_length": 0, "scale": None}} | more
+    return json.dumps(term)
+
+
+DESCRIPTORS = f"""
+actions:
+- {{clip: null, full_path: isaaclab.envs.mdp.actions.joint_actions.JointPositionAction, scale: 0.5,
+    joint_names: [left_hip, right_hip, left_ankle, right_ankle], offset: [0.1, 0.1, -0.2, -0.2]}}
+articulations:
+  robot:
+    joint_names: [right_ankle, left_ankle, right_hip, left_hip]
+    default_joint_pos: [-0.2, -0.2, 0.1, 0.1]
+    default_joint_stiffness: [20.0, 21.0, 30.0, 31.0]
+    default_joint_damping: [2.0, 2.1, 3.0, 3.1]
+observations:
+  policy:
+  - {described("base_ang_vel", overloads={"clip": [-9.0, 9.0], "history_length": 5, "scale": 0.2})}
+  - {described("joint_pos_rel", joint_names=["left_hip", "right_hip", "left_ankle", "right_ankle"])}
+  - {described("joint_vel_rel", joint_names=["left_ankle", "right_ankle"])}
+  - {described("generated_commands")}
+scene: {{decimation: 4, dt: 0.02, physics_dt: 0.005}}
+"""
+
+
+def test_a_card_from_isaac_labs_descriptors(capsys):
+    """Their lists are in the order of the joints that they name, which is not the network's."""
+    network(15 + 4 + 2 + 3, 4)
+    write("io.yaml", DESCRIPTORS)
+    command = ["policy", "net.onnx", "--model", "r.xml", "--deploy", "io.yaml", "--card", "new.toml", "--json"]
+    assert main(command) == 1
+    capsys.readouterr()
+    card = read_card(Path("new.toml"))
+    assert card.joints == ("left_hip", "right_hip", "left_ankle", "right_ankle")
+    assert (card.default, card.rate) == ((0.1, 0.1, -0.2, -0.2), 50.0)
+    assert (card.action.stiffness, card.action.damping) == ((31.0, 30.0, 21.0, 20.0), (3.1, 3.0, 2.1, 2.0))
+    assert (card.action.scale, card.action.offset) == (0.5, (0.1, 0.1, -0.2, -0.2))
+    first, place, speed, asked = card.observation
+    assert (first.term, first.scale, first.history, first.clip) == ("angular_velocity", 0.2, 5, (-9.0, 9.0))
+    assert (place.term, place.joints) == ("joint_position", ())
+    assert (speed.term, speed.joints) == ("joint_velocity", ("left_ankle", "right_ankle"))
+    assert asked.term == "command"
+    Path("new.toml").unlink()
+    write("io.yaml", DESCRIPTORS.replace("JointPositionAction", "DifferentialInverseKinematicsAction"))
+    assert "expected JointPositionAction or JointEffortAction" in written(capsys, "--deploy", "io.yaml")
+    write("io.yaml", DESCRIPTORS.replace("scene:", "seen:"))
+    assert "expected one action, articulations, observations and scene" in written(capsys, "--deploy", "io.yaml")

@@ -9,19 +9,32 @@ from biped.base.errors import InputError
 from biped.cli.common import DONE, FAILED, print_json
 from biped.cli.parser import Commands, command_parser, number, take_json, take_trust
 
+TORCH = (".pt", ".pth", ".jit")
+CONVERT = (
+    "pip install torch onnx; python -c \"import torch; m = torch.jit.load('policy.pt').eval(); "
+    "torch.onnx.export(m, torch.zeros(1, N), 'policy.onnx', dynamo=False)\", with N the numbers that it takes "
+    "(docs/your-policy.md)"
+)
+"""The way from TorchScript to a network that is run here."""
+
 
 def add(commands: Commands) -> None:
     """Adds the parser of `biped policy`."""
     parser = command_parser(
         commands, "policy", "check the card of a learned policy, or write it", command, simulates=True,
         description="Checks the card of a learned policy by short runs; writes one first, from the metadata of an ONNX "
-        "file or from a deploy.yaml.",
+        "file or from a YAML file beside it.",
     )  # fmt: skip
     parser.add_argument("file", type=Path, help="the card, card.toml; or the network, policy.onnx, to write one")
     parser.add_argument("--model", help="the robot's model, where a card is written")
     parser.add_argument("--card", type=Path, help="the card to write (default: beside the network, of its name)")
-    parser.add_argument("--deploy", type=Path, help="Unitree's deploy.yaml; default: metadata of the network")
+    parser.add_argument(
+        "--deploy",
+        type=Path,
+        help="Unitree's deploy.yaml or Isaac Lab's IO descriptors; default: metadata of the network",
+    )
     parser.add_argument("--rate", type=number, help="Hz at which the network is asked, where nothing else says it")
+    parser.add_argument("--clock", type=number, help="Hz of the phase that the network sees, likewise")
     parser.add_argument("--tape", type=Path, help="states, observations and actions that the card must reproduce, .npz")
     parser.add_argument("--faults", action="store_true", help="inject faults into the card and see which are found")
     take_trust(parser)
@@ -37,6 +50,10 @@ def command(args: argparse.Namespace) -> int:
     file: Path = args.file
     if file.suffix == ".onnx":
         file = _written(args)
+    elif file.suffix in TORCH:
+        raise InputError(
+            f"policy: {file}: TorchScript, which biped does not run; convert it once, where PyTorch is: {CONVERT}"
+        )
     elif file.suffix != ".toml" or not file.is_file():
         raise InputError(f"policy: {file}: expected a card that is there, card.toml, or a network, policy.onnx")
     if args.faults:
@@ -67,6 +84,6 @@ def _written(args: argparse.Namespace) -> Path:
         raise InputError(f"--card: {out}: expected a file beside the network {args.file}")
     if args.model is None:
         raise InputError("--model: expected the robot's model file, such as --model scene.xml")
-    text = tomli_w.dumps(describe(args.file, args.model, args.deploy, args.rate))
+    text = tomli_w.dumps(describe(args.file, args.model, args.deploy, args.rate, args.clock))
     out.write_text(text, encoding="utf-8")
     return out

@@ -1,4 +1,4 @@
-"""A card from what trainers write beside a network: mjlab's metadata in an ONNX file, or Unitree's deploy.yaml."""
+"""A card from what trainers write: mjlab's metadata in an ONNX file, or a YAML file beside it."""
 
 from __future__ import annotations
 
@@ -9,27 +9,22 @@ from typing import Any
 from biped.base.errors import InputError
 from biped.base.files import is_file, label, nearest
 from biped.control.network import metadata
-from biped.robot.robot import Robot
+from biped.studies.policy.deployed import of_yaml
+from biped.studies.policy.terms import shown
 from biped.studies.robot import look
 
-TERMS = {
-    "base_lin_vel": "linear_velocity", "base_ang_vel": "angular_velocity", "projected_gravity": "gravity",
-    "joint_pos": "joint_position", "joint_pos_rel": "joint_position", "joint_vel": "joint_velocity",
-    "joint_vel_rel": "joint_velocity", "actions": "last_action", "last_action": "last_action", "command": "command",
-    "velocity_commands": "command", "generated_commands": "command", "twist": "command", "phase": "clock_sin_cos",
-    "gait_phase": "clock_sin_cos",
-}  # fmt: skip
-"""Names that trainers give to terms."""
 
-
-def describe(network: Path, model: str, deploy: Path | None, rate: float | None) -> dict[str, Any]:
+def describe(
+    network: Path, model: str, deploy: Path | None, rate: float | None, clock: float | None = None
+) -> dict[str, Any]:
     """Returns a card for a network, as plain data.
 
     Args:
         network: The ONNX file.
         model: Name or path of the robot's model file.
-        deploy: Unitree's `deploy.yaml`; None: the network's own metadata say it.
+        deploy: A YAML file beside it (`biped.studies.policy.deployed`); None: the network's own metadata say it.
         rate: [Hz] at which the network is asked, where nothing else says it.
+        clock: [Hz] of the phase that it sees, likewise.
 
     Raises:
         InputError: Something is missing, by name, or cannot be understood.
@@ -41,7 +36,7 @@ def describe(network: Path, model: str, deploy: Path | None, rate: float | None)
     if robot is None:
         raise InputError(f"{label(path)}: {'; '.join(found.faults)}", "model")
     if deploy is not None:
-        card = _of_deploy(deploy, robot)
+        card = of_yaml(deploy, robot)
     elif data := metadata(network):
         card = _of_metadata(data, label(network))
     else:
@@ -52,7 +47,13 @@ def describe(network: Path, model: str, deploy: Path | None, rate: float | None)
     if "rate" not in card:
         raise InputError(f"{label(network)}: rate: its metadata do not say how often it is asked; expected --rate in "
                          "Hz, such as --rate 50")  # fmt: skip
-    return {"network": network.name, **card, "scenario": {"model": str(path.resolve())}}
+    if clock is not None:
+        card["clock"] = {"frequency": clock}
+    if "clock" not in card and any(term["term"].startswith("clock") for term in card["observation"]):
+        raise InputError(f"{label(network)}: clock: it sees a phase, and nothing says how fast that goes; expected "
+                         "--clock in Hz, such as --clock 1.25")  # fmt: skip
+    named = str(path.resolve()) if is_file(Path(model)) else model
+    return {"network": network.name, **card, "scenario": {"model": named}}
 
 
 def _of_metadata(data: Mapping[str, str], name: str) -> dict[str, Any]:
@@ -74,82 +75,17 @@ def _of_metadata(data: Mapping[str, str], name: str) -> dict[str, Any]:
     joints = words("joint_names")
     scales, lengths = (_each(data.get(key), len(seen), name, key) for key in (
         "observation_terms_scale", "observation_terms_history_length"))  # fmt: skip
-    if len(action["scale"]) == 1:
+    if len(set(action["scale"])) == 1:
         action["scale"] = action["scale"][0]
     return {
         "joints": joints,
         "default": numbers("default_joint_pos"),
         "action": action,
         "observation": [
-            _term(term, name, scale, length) for term, scale, length in zip(seen, scales, lengths, strict=True)
+            shown(term, name, scale, length) for term, scale, length in zip(seen, scales, lengths, strict=True)
         ],
         "source": {"metadata": "of the ONNX file, as mjlab writes them: numbers of three decimals"},
     }
-
-
-def _of_deploy(path: Path, robot: Robot) -> dict[str, Any]:
-    """A card from a deploy.yaml, whose gains are in the robot's order and whose positions in the network's."""
-    data = _yaml(path)
-    name, order = label(path), data.get("joint_ids_map")
-    drives = [drive.joint for drive in robot.drives]
-    if not isinstance(order, list) or any(not isinstance(i, int) or not 0 <= i < len(drives) for i in order):
-        raise InputError(f"{name}: joint_ids_map: expected numbers of the {len(drives)} driven joints of "
-                         f"'{robot.name}', got {str(order)[:100]}")  # fmt: skip
-    try:
-        _, asked = next(iter(data["actions"].items()))
-        observation = data["observations"]
-        stiffness, damping = ([data[key][i] for i in order] for key in ("stiffness", "damping"))
-        ranges = data.get("commands", {}).get("base_velocity", {}).get("ranges", {})
-        card: dict[str, Any] = {
-            "rate": round(1.0 / data["step_dt"], 9),
-            "joints": [drives[i] for i in order],
-            "default": data["default_joint_pos"],
-            "action": {"scale": asked["scale"], "offset": asked["offset"], "stiffness": stiffness, "damping": damping},
-            "observation": [_term(term, name, about.get("scale"), about.get("history_length"))
-                            for term, about in observation.items()],
-            "command": {ours: ranges[theirs] for ours, theirs in (
-                ("forward", "lin_vel_x"), ("left", "lin_vel_y"), ("yaw", "ang_vel_z")) if theirs in ranges},
-            "source": {"deploy": name},
-        }  # fmt: skip
-    except (KeyError, IndexError, TypeError, AttributeError, StopIteration, ZeroDivisionError) as error:
-        raise InputError(f"{name}: expected step_dt, stiffness, damping, default_joint_pos, actions and observations, "
-                         f"as Unitree writes them; {type(error).__name__}: {error}") from None  # fmt: skip
-    return card
-
-
-def _yaml(path: Path) -> dict[str, Any]:
-    try:
-        import yaml
-    except ImportError:
-        raise InputError(
-            f"{label(path)}: reading YAML needs PyYAML, which is not installed; pip install pyyaml"
-        ) from None
-
-    class Plain(yaml.SafeLoader):
-        """Reads plain data; a tag of Python's becomes nothing instead of an object."""
-
-    Plain.add_multi_constructor("tag:yaml.org,2002:python/", lambda *_: None)
-    try:
-        data = yaml.load(path.read_text(encoding="utf-8"), Plain)
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise InputError(f"{label(path)}: cannot be read as YAML: {' '.join(str(error).split())[:200]}") from None
-    if not isinstance(data, dict):
-        raise InputError(f"{label(path)}: expected a table, as Unitree writes it")
-    return data
-
-
-def _term(term: str, name: str, scale: Any, length: Any) -> dict[str, Any]:
-    if term not in TERMS:
-        raise InputError(f"{name}: observation '{term}': no term of a card is called so; {nearest(term, list(TERMS))} "
-                         "Write a card by hand (docs/your-policy.md)")  # fmt: skip
-    out: dict[str, Any] = {"term": TERMS[term]}
-    if isinstance(scale, list) and len(set(scale)) == 1:
-        scale = scale[0]
-    if scale not in (None, 1.0):
-        out["scale"] = scale
-    if isinstance(length, int | float) and length > 1:
-        out["history"] = int(length)
-    return out
 
 
 def _each(text: str | None, count: int, name: str, key: str) -> Sequence[float | None]:

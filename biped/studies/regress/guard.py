@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from datetime import date
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -28,6 +29,9 @@ from biped.studies.regress.compare import (
     missing,
 )
 from biped.studies.regress.references import RecordedScenario, ReferenceChange, References, read, shipped, write
+
+LEARNED = "policy/"
+"""Names of scenarios begin so whose law is a learned policy: they need onnxruntime, which running does not."""
 
 
 class ScenarioOutcome(NamedTuple):
@@ -81,7 +85,7 @@ def regress(
     references = read(path)
     if reason is not None and not path.absolute().parent.is_dir():
         raise InputError(f"--file {path}: cannot be written: expected a file in a folder that exists")
-    plans = _plans(scenarios or names("scenarios"))
+    plans = _plans(scenarios or _that_run_here())
     here = platform.here()
     update = None if reason is None else _Update(path, references, here, reason, None if scenarios else set(plans))
     verdicts: list[ScenarioComparison] = []
@@ -91,13 +95,18 @@ def regress(
     except KeyboardInterrupt:
         stopped = True
     if not scenarios and not stopped:
-        for name in sorted(references.scenarios.keys() - plans.keys()):
+        for name in sorted(references.scenarios.keys() - set(names("scenarios"))):
             verdicts.append(missing(name, GONE, 0))
             if update is not None:
                 update.record(name, None)
     if len(compared(verdicts)) > 1:
         verdicts.append(altogether(verdicts))
     return ScenarioOutcome(verdicts, here, update is not None, [] if update is None else update.recorded, stopped)
+
+
+def _that_run_here() -> list[str]:
+    """Named scenarios; those of learned policies where there is something to ask a network with."""
+    return [name for name in names("scenarios") if not name.startswith(LEARNED) or find_spec("onnxruntime")]
 
 
 def _plans(scenarios: Sequence[str]) -> dict[str, Plan]:
