@@ -90,6 +90,9 @@ class Walker:
         late: How many calls later than at once a target acts.
         sizes: Terms and how many numbers each is shown.
         rate: [Hz] at which it is asked.
+        clock: Its phases; None: it has none.
+        places: (n,) where its joints stand in q, in the network's order.
+        position: Whether its targets are positions, not torques.
 
     Raises:
         InputError: Network, card and robot do not fit one another.
@@ -101,10 +104,11 @@ class Walker:
         self._every = _whole(1.0 / (card.rate * setup.tick), file, "rate", f"a whole part of {1.0 / setup.tick:g} Hz")
         self._first = _whole(card.start / setup.tick, file, "start", f"a whole number of ticks of {setup.tick:g} s")
         late = _whole(action.delay / setup.tick, file, "action.delay", f"a whole number of ticks of {setup.tick:g} s")
-        self._places = np.array(robot.places, dtype=int)[self._drives]
+        self.places = np.array(robot.places, dtype=int)[self._drives]
         self._columns = np.array(robot.columns, dtype=int)[self._drives]
         self._default = np.array(per_joint(card.default, count))
         torque = action.kind == "torque"
+        self.position = not torque
         offset = action.offset if action.offset is not None else (0.0 if torque else tuple(self._default.tolist()))
         self._scale, self._offset = np.array(per_joint(action.scale, count)), np.array(per_joint(offset, count))
         self._explicit = None
@@ -118,7 +122,7 @@ class Walker:
         self.action, self.target, self.rate = np.zeros(count, dtype=np.float32), np.zeros(count), card.rate
         self.sizes: list[tuple[str, int]] = []
         self.applied, self.late = np.zeros(count), int(action.delay * card.rate + 1e-9)
-        self._clock = None if card.clock is None else Phases(card.clock, 1.0 / card.rate)
+        self.clock = None if card.clock is None else Phases(card.clock, 1.0 / card.rate)
         measures = [self._measure(term, robot) for term in card.observation]
         self._terms = [Shown(term, measure) for term, measure in zip(card.observation, measures, strict=True)]
         self._network = Network(file.parent / card.network)
@@ -137,7 +141,7 @@ class Walker:
         if self._explicit is None:
             return self._targets[0]
         k, b, effort = self._explicit
-        u = k * (self._targets[0][self._drives] - sensed.q[self._places]) - b * sensed.v[self._columns]
+        u = k * (self._targets[0][self._drives] - sensed.q[self.places]) - b * sensed.v[self._columns]
         out = np.zeros(len(self._rest))
         out[self._drives] = np.clip(u, -effort, effort)
         return out
@@ -150,8 +154,8 @@ class Walker:
     def ask(self, sensed: Observation) -> np.ndarray:
         """(n,) targets [rad] or torques [N m] of the joints, in the network's order: a call of the network."""
         self.applied = self._targets[0][self._drives]
-        if self._clock is not None:
-            self._clock.begin(sensed.command)
+        if self.clock is not None:
+            self.clock.begin(sensed.command)
         parts = [term.show(sensed) for term in self._terms]
         if self._card.stacked == "call":
             whole = np.concatenate([np.concatenate(list(call)) for call in zip(*parts, strict=True)])
@@ -159,13 +163,18 @@ class Walker:
             whole = np.concatenate([value for part in parts for value in part])
         self.observed = whole.astype(np.float32)
         self.action = self._network.ask(self.observed)
-        if self._clock is not None:
-            self._clock.end()
+        if self.clock is not None:
+            self.clock.end()
         self.calls += 1
         clip = self._card.action.clip
         action = (self.action if clip is None else np.clip(self.action, *clip)).astype(float)
         self.target = self._offset + self._scale * action
         return self.target
+
+    def action_of(self, target: np.ndarray) -> np.ndarray:
+        """(…, n) what the network returned, of targets [rad] or torques [N m]."""
+        scale = np.where(self._scale == 0.0, 1.0, self._scale)
+        return (target - self._offset) / scale
 
     def _fits(self, setup: Setup, measures: Sequence[Measure]) -> None:
         """Checks card, network and robot against one another, at the start of the run.
@@ -206,7 +215,7 @@ class Walker:
     def _measure(self, term: Term, robot: Robot) -> Measure:
         """Returns the function that measures a term."""
         which = [self._card.joints.index(name) for name in term.joints] or slice(None)
-        places, columns, default = self._places[which], self._columns[which], self._default[which]
+        places, columns, default = self.places[which], self._columns[which], self._default[which]
         match term.term:
             case "joint_position":
                 return lambda sensed: sensed.q[places] - default
@@ -222,8 +231,8 @@ class Walker:
                     [sensed.touching[feet == i].any() for i in range(len(robot.feet))], float
                 )
             case "clock_cos_sin" | "clock_sin_cos":
-                assert self._clock is not None
-                return partial(self._clock.read, term.term == "clock_cos_sin")
+                assert self.clock is not None
+                return partial(self.clock.read, term.term == "clock_cos_sin")
             case "linear_velocity" | "angular_velocity" | "gravity":
                 return partial(in_frame, term.term, term.frame)
             case _:

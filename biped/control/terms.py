@@ -50,6 +50,10 @@ class Phases:
         self._clock, self._period = clock, period
         self._phase, self._still, self._frequency = np.array(clock.offsets), False, clock.frequency
 
+    def turn(self, angle: float) -> None:
+        """All phases go on by an angle [rad]."""
+        self._phase = self._phase + angle
+
     def begin(self, command: np.ndarray) -> None:
         """A call begins."""
         clock, size = self._clock, float(np.linalg.norm(command))

@@ -8,7 +8,8 @@ from pathlib import Path
 from biped.base.files import label
 from biped.base.text import plain
 from biped.show.terminal import console, table
-from biped.studies.policy.checks import Check, Fault
+from biped.studies.policy.checks import Check
+from biped.studies.policy.faults import Fault
 
 
 def show_checks(file: Path, checks: Sequence[Check]) -> None:

@@ -10,13 +10,17 @@ import mujoco
 import numpy as np
 import onnxruntime
 import pytest
+from msgspec import structs
 
 import biped
 from biped.base.files import folder, read_toml
 from biped.cli.main import main
+from biped.engines.plant import MujocoPlant
 from biped.scenario.card_file import read_card
-from biped.studies.policy.checks import check, faults_of, inject, reproduce, run_of
+from biped.studies.policy.checks import check, reproduce, run_of
 from biped.studies.policy.describe import describe
+from biped.studies.policy.faults import faults_of, inject
+from biped.studies.policy.mirror import likeness, mirror_of
 from biped.studies.policy.tape import record
 from tests.cases import command as case
 
@@ -134,3 +138,24 @@ def test_files_to_start_from_walk_alike_from_the_card_and_in_python(tmp_path, mo
 def test_torchscript_is_refused_with_the_way_to_convert_it(tmp_path, capsys):
     assert main(["policy", str(Path(tmp_path, "motion.pt"))]) == 2
     assert "torch.onnx.export" in capsys.readouterr().err
+
+
+def test_a_mirrored_state_gives_the_mirrored_action():
+    """By the model's own symmetry; a network that holds one joint the wrong way round is none."""
+    card = read_card(CARD)
+    run = run_of(CARD, card, (0.4, 0.0, 0.0))
+    tape = record(run)
+    assert likeness(run, tape) > 0.95
+    image = mirror_of(MujocoPlant(run).model, run.robot)
+    assert image is not None
+    np.testing.assert_allclose(image.state(image.state(tape.qpos)), tape.qpos, atol=1e-12)
+    np.testing.assert_allclose(image.motion(image.motion(tape.qvel)), tape.qvel, atol=1e-12)
+    m, d = MujocoPlant(run).model, mujoco.MjData(MujocoPlant(run).model)
+    feet = []
+    for q in (tape.qpos[70:71], image.state(tape.qpos[70:71])):
+        d.qpos[:] = q[0]
+        mujoco.mj_kinematics(m, d)
+        feet.append([d.body(f"{side}_foot").xpos.copy() for side in ("left", "right")])
+    np.testing.assert_allclose(feet[1], np.array(feet[0])[::-1] * [1.0, -1.0, 1.0], atol=1e-9)
+    wrong = structs.replace(card, action=structs.replace(card.action, scale=(0.5,) * 8 + (-0.5, 0.5)))
+    assert likeness(run_of(CARD, wrong, (0.4, 0.0, 0.0)), tape) < 0.8

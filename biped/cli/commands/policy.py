@@ -44,7 +44,8 @@ def add(commands: Commands) -> None:
 def command(args: argparse.Namespace) -> int:
     """Writes a card if there is none, checks it, and says what came of it."""
     from biped.show.policy import show_checks, show_faults
-    from biped.studies.policy.checks import check, inject, reproduce
+    from biped.studies.policy.checks import check, reproduce
+    from biped.studies.policy.faults import inject
     from biped.studies.policy.tape import read_tape
 
     file: Path = args.file

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from msgspec import structs
@@ -16,9 +15,10 @@ from biped.measure.metrics.space import headings
 from biped.measure.trajectory import Trajectory
 from biped.robot.law_factory import Factory
 from biped.robot.run import Run
-from biped.scenario.card import Card, Numbers, per_joint
+from biped.scenario.card import Card
 from biped.scenario.card_file import read_card
 from biped.scenario.reading import from_text
+from biped.studies.policy.mirror import likeness
 from biped.studies.policy.tape import CLOSE, Tape, differences, record
 
 SECONDS = 4.0
@@ -27,10 +27,15 @@ SETTLED = 1.5
 """[s] after which velocities count."""
 ALONG, ACROSS, DRIFT = 0.3, 0.35, 1.0
 """Least share of a command that is done; most [m/s] across it; most [m] that is moved where nothing is asked for."""
+ALIKE = 0.65
+"""Least correlation between what a policy does in mirrored states and the mirror image of what it does."""
 SMALL = 0.2
 """[m/s, rad/s] A smaller command may be passed over, as many policies do; the other way is wrong all the same."""
 
-Tell = Callable[[str], None]
+LEAST = 0.05
+"""[m/s, rad/s] Least command that is tried."""
+Asked = tuple[float, float, float]
+"""A command: forward, left [m/s], yaw [rad/s]."""
 
 
 class Check(NamedTuple):
@@ -70,38 +75,70 @@ def check(file: Path, card: Card | None = None, blind: bool = True) -> list[Chec
     drift = float(np.hypot(*(still.base[-1, :2] - still.base[0, :2])))
     out.append(Check("stays up and in place under zero command", still.end == "completed" and drift < DRIFT,
                      f"{_end(still)}, moved {drift:.2f} m"))  # fmt: skip
-    for name, command in _commands(card):
-        t = _walk(file, card, command)
-        out.append(_followed(name, command, t))
+    out += _mirrored(file, card)
+    for name, command in commands_of(card):
+        out.append(_followed(name, command, _walk(file, card, command)))
+    for name, command in _turns(card):
+        out.append(_followed(name, command, *(_walk(file, card, way) for way in (command, _opposite(command)))))
     if blind:
         shifted = structs.replace(card, joints=(*card.joints[1:], card.joints[0]))
-        t = _walk(file, shifted, _commands(card)[0][1])
-        wrong = not _followed("", _commands(card)[0][1], t).passed
+        t = _walk(file, shifted, commands_of(card)[0][1])
+        wrong = not _followed("", commands_of(card)[0][1], t).passed
         out.append(Check("permuted joints fail", wrong, _end(t) if wrong else "they walk too: these checks are blind"))
     return out
 
 
-def _commands(card: Card) -> list[tuple[str, tuple[float, float, float]]]:
+def _mirrored(file: Path, card: Card) -> list[Check]:
+    """Whether mirrored states give mirrored actions; nothing of a robot that is not its own mirror image."""
+    run = run_of(file, card, commands_of(card)[0][1])
+    alike = likeness(run, record(run))
+    if alike is None:
+        return []
+    return [Check("mirrored states give mirrored actions", alike > ALIKE, f"correlation {alike:.2f}, least {ALIKE}")]
+
+
+def commands_of(card: Card) -> list[tuple[str, Asked]]:
     """Commands within what a policy was trained on, and their names."""
 
     def bound(name: str, value: float) -> float:
         low, high = card.command.get(name, (-value, value))
         return min(max(value, 0.8 * low), 0.8 * high)
 
-    return [
+    return _real([
         ("walks forward", (bound("forward", 0.5), 0.0, 0.0)),
         ("walks backward", (bound("forward", -0.4), 0.0, 0.0)),
-        ("walks to the left", (0.0, bound("left", 0.3), 0.0)),
-        ("turns to the left", (0.0, 0.0, bound("yaw", 0.5))),
-    ]
+    ])  # fmt: skip
 
 
-def _walk(file: Path, card: Card, command: tuple[float, float, float]) -> Trajectory:
+def _turns(card: Card) -> list[tuple[str, Asked]]:
+    """Commands of which the opposite one is within what a policy was trained on too."""
+
+    def bound(name: str, value: float) -> float:
+        low, high = card.command.get(name, (-value, value))
+        return 0.8 * min(value, high, -low) if name in card.command else value
+
+    return _real([
+        ("walks to the sides", (0.0, bound("left", 0.3), 0.0)),
+        ("turns to either side", (0.0, 0.0, bound("yaw", 0.5))),
+    ])  # fmt: skip
+
+
+def _real(commands: list[tuple[str, Asked]]) -> list[tuple[str, Asked]]:
+    """Those that ask for something: a policy may have been trained on none."""
+    return [(name, command) for name, command in commands if np.linalg.norm(command) > LEAST]
+
+
+def _opposite(command: Asked) -> Asked:
+    forward, left, yaw = command
+    return -forward, -left, -yaw
+
+
+def _walk(file: Path, card: Card, command: Asked) -> Trajectory:
     """A short run under a command."""
     return simulate(run_of(file, card, command))
 
 
-def run_of(file: Path, card: Card, command: tuple[float, float, float]) -> Run:
+def run_of(file: Path, card: Card, command: Asked) -> Run:
     """Returns a short run of a card under a command."""
     forward, left, yaw = command
     text = (f'law = "{file.name}"\nduration = {SECONDS}\n'
@@ -125,85 +162,33 @@ def reproduce(file: Path, tape: Tape, card: Card | None = None) -> list[Check]:
     return [Check(f"{name} as on the tape", gap < CLOSE, f"differs by at most {gap:.2g}") for name, gap in gaps.items()]
 
 
-def _followed(name: str, command: tuple[float, float, float], t: Trajectory) -> Check:
-    if t.end != "completed":
-        return Check(name, False, f"asked for ({', '.join(f'{value:g}' for value in command)}); {_end(t)}")
-    late = t.time > SETTLED
-    way, heading = headings(t)[late], np.diff(headings(t)[late]).mean() / t.tick
-    moved = np.diff(t.base[late, :2], axis=0) / t.tick
-    c, s = np.cos(way[:-1]), np.sin(way[:-1])
-    forward, left = float((c * moved[:, 0] + s * moved[:, 1]).mean()), float((c * moved[:, 1] - s * moved[:, 0]).mean())
-    done, asked = np.array([forward, left, heading]), np.array(command)
+def _followed(name: str, command: Asked, t: Trajectory, other: Trajectory | None = None) -> Check:
+    """Whether a command was done; with a run of the opposite one, by half of what they differ in, without any bias."""
+    for one in (t, other):
+        if one is not None and one.end != "completed":
+            return Check(name, False, f"asked for ({', '.join(f'{value:g}' for value in command)}); {_end(one)}")
+    done, asked = _velocity(t), np.array(command)
+    way = "did"
+    if other is not None:
+        done, way = 0.5 * (done - _velocity(other)), "or the opposite, did half a difference of"
     size = float(np.linalg.norm(asked))
     along = float(done @ asked) / size
     across = float(np.linalg.norm((done - along * asked / size)[:2]))
     words = ", ".join(f"{value:.2f}" for value in done)
     least = ALONG * size if size >= SMALL else -0.5 * size
     return Check(name, along > least and across < ACROSS,
-                 f"asked for ({', '.join(f'{value:g}' for value in command)}), did ({words})")  # fmt: skip
+                 f"asked for ({', '.join(f'{value:g}' for value in command)}), {way} ({words})")  # fmt: skip
+
+
+def _velocity(t: Trajectory) -> np.ndarray:
+    """(3,) mean velocity forward, to the left [m/s] and about z [rad/s]."""
+    late = t.time > SETTLED
+    way, turning = headings(t)[late], np.diff(headings(t)[late]).mean() / t.tick
+    moved = np.diff(t.base[late, :2], axis=0) / t.tick
+    c, s = np.cos(way[:-1]), np.sin(way[:-1])
+    forward, left = float((c * moved[:, 0] + s * moved[:, 1]).mean()), float((c * moved[:, 1] - s * moved[:, 0]).mean())
+    return np.array([forward, left, turning])
 
 
 def _end(t: Trajectory) -> str:
     return "stayed up" if t.end == "completed" else f"{t.end} at {float(t.time[-1]):.2f} s"
-
-
-class Fault(NamedTuple):
-    """An injected fault.
-
-    Attributes:
-        name: In words.
-        found: The check that failed; empty if none did.
-    """
-
-    name: str
-    found: str
-
-
-def inject(file: Path, tell: Tell) -> list[Fault]:
-    """Injects faults into a right card, one at a time, and notes which check finds each: first those of a tape.
-
-    Args:
-        file: The card's file.
-        tell: Told of each fault.
-    """
-    card, out = read_card(file), []
-    tape = record(run_of(file, card, _commands(card)[0][1]))
-    for name, wrong in faults_of(card):
-        tell(name)
-        failed = [one.name for one in reproduce(file, tape, wrong) if not one.passed]
-        failed = failed or [one.name for one in check(file, wrong, blind=False) if not one.passed]
-        out.append(Fault(name, failed[0] if failed else ""))
-    return out
-
-
-def faults_of(card: Card) -> list[tuple[str, Card]]:
-    """A right card with one thing wrong in it, for every kind of fault that it can have."""
-    replace, count, action = structs.replace, len(card.joints), card.action
-
-    def term(name: str, **change: Any) -> Card:
-        return replace(card, observation=tuple(replace(one, **change) if one.term == name else one
-                                               for one in card.observation))  # fmt: skip
-
-    def times(value: Numbers, factor: float) -> Numbers:
-        return tuple(factor * one for one in value) if isinstance(value, tuple) else factor * value
-
-    half = count // 2
-    default = per_joint(card.default, count)
-    seen = {one.term: one for one in card.observation}
-    out = [
-        ("joints in another order", replace(card, joints=(*card.joints[half:], *card.joints[:half]))),
-        ("actions with the other sign", replace(card, action=replace(action, scale=times(action.scale, -1.0)))),
-        ("actions three times as large", replace(card, action=replace(action, scale=times(action.scale, 3.0)))),
-        ("default pose of zeros", replace(card, default=0.0)),
-        ("default pose with the other sign", replace(card, default=times(default, -1.0))),
-        ("asked half as often", replace(card, rate=0.5 * card.rate)),
-        ("actions late by two calls", replace(card, action=replace(action, delay=2.0 / card.rate))),
-    ]
-    for name in ("gravity", "angular_velocity", "joint_position", "joint_velocity", "command"):
-        if name in seen:
-            out.append((f"{name} with the other sign", term(name, scale=times(seen[name].scale, -1.0))))
-    if "last_action" in seen:
-        out.append(("last action missing", term("last_action", scale=0.0)))
-    if action.stiffness is not None:
-        out.append(("stiffness halved", replace(card, action=replace(action, stiffness=times(action.stiffness, 0.5)))))
-    return out

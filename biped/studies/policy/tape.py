@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -89,6 +90,45 @@ def record(run: Run) -> Tape:
     return Tape(*(np.array(column, dtype=float) for column in zip(*rows, strict=True)))
 
 
+class Replay(NamedTuple):
+    """What a card makes of the states of a tape, call by call.
+
+    Attributes:
+        shown: (k,) each: what the network was shown.
+        acted: (m,) what it returned.
+        targets: (m,) what became of that.
+    """
+
+    shown: list[np.ndarray]
+    acted: list[np.ndarray]
+    targets: list[np.ndarray]
+
+
+def replay(plant: MujocoPlant, tape: Tape, opposite: bool = False) -> Replay:
+    """Has a policy decide in the states of a tape, of which each call is shown the tape's latest action.
+
+    Args:
+        plant: Of a run of its card, at its start.
+        tape: It.
+        opposite: Whether its clock is half a turn ahead: the other leg's.
+    """
+    law, data, sensed, out = plant.law.law, plant.data, plant.truth, Replay([], [], [])
+    assert isinstance(law, Walker)
+    if opposite and law.clock is not None:
+        law.clock.turn(math.pi)
+    for i, time in enumerate(tape.time):
+        data.qpos[:], data.qvel[:] = tape.qpos[i], tape.qvel[i]
+        mujoco.mj_forward(plant.model, data)
+        sensed.begin(float(time))
+        sensed.command_at = _Fixed(tape.command[i])  # type: ignore[assignment]
+        law.ask(sensed)
+        out.shown.append(law.observed)
+        out.acted.append(law.action)
+        out.targets.append(law.target)
+        law.action = tape.action[i].astype(np.float32)  # the next call is shown the tape's
+    return out
+
+
 def differences(run: Run, tape: Tape) -> dict[str, float]:
     """Largest differences between a tape and what a card makes of its states: by term, of actions, targets and times.
 
@@ -100,24 +140,13 @@ def differences(run: Run, tape: Tape) -> dict[str, float]:
         InputError: The tape is of another robot.
     """
     plant = MujocoPlant(run)
-    law, data, sensed = plant.law.law, plant.data, plant.truth
-    assert isinstance(law, Walker)
+    law: Any = plant.law.law
     for name, size in (("qpos", plant.model.nq), ("qvel", plant.model.nv)):
         if getattr(tape, name).shape[1:] != (size,):
             raise InputError(
                 f"tape: {name}: expected {size} numbers a call, as the model has, got {getattr(tape, name).shape}"
             )
-    shown, acted, targets = [], [], []
-    for i, time in enumerate(tape.time):
-        data.qpos[:], data.qvel[:] = tape.qpos[i], tape.qvel[i]
-        mujoco.mj_forward(plant.model, data)
-        sensed.begin(float(time))
-        sensed.command_at = _Fixed(tape.command[i])  # type: ignore[assignment]
-        law.ask(sensed)
-        shown.append(law.observed)
-        acted.append(law.action)
-        targets.append(law.target)
-        law.action = tape.action[i].astype(np.float32)  # the next call is shown the tape's
+    shown, acted, targets = replay(plant, tape)
     out = {}
     observed = np.array(shown)
     if observed.shape != tape.observation.shape:

@@ -1,0 +1,84 @@
+"""Faults that are put into a right card: how many of them its checks find is what the checks are worth."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from msgspec import structs
+
+from biped.scenario.card import Card, Numbers, per_joint
+from biped.scenario.card_file import read_card
+from biped.studies.policy.checks import check, commands_of, reproduce, run_of
+from biped.studies.policy.tape import record
+
+Tell = Callable[[str], None]
+
+
+class Fault(NamedTuple):
+    """An injected fault.
+
+    Attributes:
+        name: In words.
+        found: The check that failed; empty if none did.
+    """
+
+    name: str
+    found: str
+
+
+def inject(file: Path, tell: Tell) -> list[Fault]:
+    """Injects faults into a right card, one at a time, and notes which check finds each: first those of a tape.
+
+    Args:
+        file: The card's file.
+        tell: Told of each fault.
+    """
+    card, out = read_card(file), []
+    tape = record(run_of(file, card, commands_of(card)[0][1]))
+    for name, wrong in faults_of(card):
+        tell(name)
+        failed = [one.name for one in reproduce(file, tape, wrong) if not one.passed]
+        failed = failed or [one.name for one in check(file, wrong, blind=False) if not one.passed]
+        out.append(Fault(name, failed[0] if failed else ""))
+    return out
+
+
+def faults_of(card: Card) -> list[tuple[str, Card]]:
+    """A right card with one thing wrong in it, for every kind of fault that it can have."""
+    replace, count, action = structs.replace, len(card.joints), card.action
+
+    def term(name: str, **change: Any) -> Card:
+        return replace(card, observation=tuple(replace(one, **change) if one.term == name else one
+                                               for one in card.observation))  # fmt: skip
+
+    def times(value: Numbers, factor: float) -> Numbers:
+        return tuple(factor * one for one in value) if isinstance(value, tuple) else factor * value
+
+    half = count // 2
+    default = per_joint(card.default, count)
+    seen = {one.term: one for one in card.observation}
+    out = [
+        ("joints in another order", replace(card, joints=(*card.joints[half:], *card.joints[:half]))),
+        ("actions with the other sign", replace(card, action=replace(action, scale=times(action.scale, -1.0)))),
+        ("actions three times as large", replace(card, action=replace(action, scale=times(action.scale, 3.0)))),
+        ("default pose of zeros", replace(card, default=0.0)),
+        ("default pose with the other sign", replace(card, default=times(default, -1.0))),
+        ("asked half as often", replace(card, rate=0.5 * card.rate)),
+        ("actions late by two calls", replace(card, action=replace(action, delay=2.0 / card.rate))),
+    ]
+    for name in ("gravity", "angular_velocity", "joint_position", "joint_velocity", "command"):
+        if name in seen:
+            out.append((f"{name} with the other sign", term(name, scale=times(seen[name].scale, -1.0))))
+    if "angular_velocity" in seen:
+        degrees = times(seen["angular_velocity"].scale, math.degrees(1.0))
+        out.append(("angular_velocity in degrees", term("angular_velocity", scale=degrees)))
+    if "joint_position" in seen and any(default) and not seen["joint_position"].joints:
+        out.append(("joint_position not from the default", term("joint_position", offset=default)))
+    if "last_action" in seen:
+        out.append(("last action missing", term("last_action", scale=0.0)))
+    if action.stiffness is not None:
+        out.append(("stiffness halved", replace(card, action=replace(action, stiffness=times(action.stiffness, 0.5)))))
+    return out
