@@ -1,6 +1,6 @@
 """The policy of my_policy.toml in Python, for what no card can say: change `observe`, or what becomes of the action.
 
-    biped run policy/h1 --set law=my_policy.py:Law
+    biped run policy/h1 --set law=my_policy.py:MyPolicy
 
 Everything that it may read: docs/controllers.md.
 """
@@ -17,7 +17,7 @@ STIFFNESS, DAMPING = [150.0, 200.0, 200.0, 250.0, 40.0] * 2, [5.0, 6.0, 6.0, 6.0
 RATE, SCALE, STRIDES = 50.0, 0.5, 2.0  # Hz of calls, rad of an action of 1, Hz of the phase
 
 
-class Law:
+class MyPolicy:
     """Called once before every run, then at every tick for the torques of all actuators."""
 
     def __init__(self, setup):

@@ -111,7 +111,7 @@ def test_files_to_start_from_walk_alike_from_the_card_and_in_python(tmp_path, mo
     said = capsys.readouterr().out
     assert "biped policy mine.toml" in said
     rows = []
-    for law in ("mine.toml", "mine.py:Law"):
+    for law in ("mine.toml", "mine.py:MyPolicy"):
         assert f"--set law={law}" in said
         words = [
             "--set",

@@ -58,13 +58,13 @@ def _policy(file: Path) -> int:
     _write(network, shipped.with_suffix(".onnx").read_bytes())
     lines = [line for line in shipped.read_text(encoding="utf-8").splitlines(keepends=True) if not line.startswith("#")]
     _write(file, "".join(lines).replace("h1.onnx", network.name))
-    _write(law, start(POLICY).replace(f"{CALLED}.py:Law", f"{law}:Law").replace(CALLED, file.stem))
+    _write(law, start(POLICY).replace(f"{CALLED}.py:", f"{law}:").replace(CALLED, file.stem))
     print(
         f"{file}: a card, {network}: its network, {law}: the same in Python; docs/your-policy.md says what a card says"
     )
     print(f"  biped policy {file}")
     print(f"  biped run policy/h1 --set law={file} --out {file.stem}")
-    print(f"  biped run policy/h1 --set law={law}:Law --out {file.stem}_python")
+    print(f"  biped run policy/h1 --set law={law}:MyPolicy --out {file.stem}_python")
     return DONE
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from biped.base.errors import InputError
 from biped.base.files import label
 from biped.robot.robot import Robot
-from biped.studies.policy.terms import TERMS, shown
+from biped.studies.policy.terms import TERMS, term_of
 
 
 def of_yaml(path: Path, robot: Robot) -> dict[str, Any]:
@@ -42,7 +42,7 @@ def _of_deploy(data: dict[str, Any], name: str, robot: Robot) -> dict[str, Any]:
             "joints": [drives[i] for i in order],
             "default": data["default_joint_pos"],
             "action": {"scale": asked["scale"], "offset": asked["offset"], "stiffness": stiffness, "damping": damping},
-            "observation": [shown(term, name, about.get("scale"), about.get("history_length"))
+            "observation": [term_of(term, name, about.get("scale"), about.get("history_length"))
                             for term, about in observation.items()],
             "command": {ours: ranges[theirs] for ours, theirs in (
                 ("forward", "lin_vel_x"), ("left", "lin_vel_y"), ("yaw", "ang_vel_z")) if theirs in ranges},
@@ -77,7 +77,7 @@ def _of_descriptors(data: dict[str, Any], name: str, robot: Robot) -> dict[str, 
         observation = []
         for about in terms:
             more = about["overloads"]
-            one = shown(about["name"], name, more.get("scale"), more.get("history_length"))
+            one = term_of(about["name"], name, more.get("scale"), more.get("history_length"))
             if more.get("clip") is not None:
                 one["clip"] = more["clip"]
             if one["term"].startswith("joint") and about["joint_names"] != joints:

@@ -10,7 +10,7 @@ from biped.base.errors import InputError
 from biped.base.files import is_file, label, nearest
 from biped.control.network import metadata
 from biped.studies.policy.deployed import of_yaml
-from biped.studies.policy.terms import shown
+from biped.studies.policy.terms import term_of
 from biped.studies.robot import look
 
 
@@ -82,7 +82,7 @@ def _of_metadata(data: Mapping[str, str], name: str) -> dict[str, Any]:
         "default": numbers("default_joint_pos"),
         "action": action,
         "observation": [
-            shown(term, name, scale, length) for term, scale, length in zip(seen, scales, lengths, strict=True)
+            term_of(term, name, scale, length) for term, scale, length in zip(seen, scales, lengths, strict=True)
         ],
         "source": {"metadata": "of the ONNX file, as mjlab writes them: numbers of three decimals"},
     }

@@ -15,6 +15,8 @@ from biped.studies.policy.tape import Tape, replay
 
 NEAR, ALONG = 0.03, 0.9
 """[m] by which a joint may be beside the mirror image of its partner's; cosine between their axes."""
+OF_SPACE = 6
+"""Coordinates of a base that moves in space."""
 _OF_VECTOR, _OF_TURN = np.array([1.0, -1.0, 1.0]), np.array([-1.0, 1.0, -1.0])
 """What a mirror in the plane of walking does to a vector, and to an axis of rotation."""
 
@@ -47,7 +49,7 @@ class Mirror(NamedTuple):
 
 def mirror_of(model: mujoco.MjModel, robot: Robot) -> Mirror | None:
     """Returns the mirror image of a robot by places and axes of its joints; None if it has no such symmetry."""
-    if robot.planar or abs(robot.forward[0]) < ALONG or abs(robot.upright[2]) < ALONG:
+    if len(robot.base_columns) < OF_SPACE or abs(robot.forward[0]) < ALONG or abs(robot.upright[2]) < ALONG:
         return None
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)

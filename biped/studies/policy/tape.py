@@ -90,21 +90,21 @@ def record(run: Run) -> Tape:
     return Tape(*(np.array(column, dtype=float) for column in zip(*rows, strict=True)))
 
 
-class Replay(NamedTuple):
-    """What a card makes of the states of a tape, call by call.
+class Decisions(NamedTuple):
+    """A policy's decisions in the states of a tape, call by call.
 
     Attributes:
-        shown: (k,) each: what the network was shown.
-        acted: (m,) what it returned.
+        observed: (k,) each: the network's input.
+        acted: (m,) its output.
         targets: (m,) what became of that.
     """
 
-    shown: list[np.ndarray]
+    observed: list[np.ndarray]
     acted: list[np.ndarray]
     targets: list[np.ndarray]
 
 
-def replay(plant: MujocoPlant, tape: Tape, opposite: bool = False) -> Replay:
+def replay(plant: MujocoPlant, tape: Tape, opposite: bool = False) -> Decisions:
     """Has a policy decide in the states of a tape, of which each call is shown the tape's latest action.
 
     Args:
@@ -112,7 +112,7 @@ def replay(plant: MujocoPlant, tape: Tape, opposite: bool = False) -> Replay:
         tape: It.
         opposite: Whether its clock is half a turn ahead: the other leg's.
     """
-    law, data, sensed, out = plant.law.law, plant.data, plant.truth, Replay([], [], [])
+    law, data, sensed, out = plant.law.law, plant.data, plant.truth, Decisions([], [], [])
     assert isinstance(law, Walker)
     if opposite and law.clock is not None:
         law.clock.turn(math.pi)
@@ -122,7 +122,7 @@ def replay(plant: MujocoPlant, tape: Tape, opposite: bool = False) -> Replay:
         sensed.begin(float(time))
         sensed.command_at = _Fixed(tape.command[i])  # type: ignore[assignment]
         law.ask(sensed)
-        out.shown.append(law.observed)
+        out.observed.append(law.observed)
         out.acted.append(law.action)
         out.targets.append(law.target)
         law.action = tape.action[i].astype(np.float32)  # the next call is shown the tape's
@@ -146,9 +146,9 @@ def differences(run: Run, tape: Tape) -> dict[str, float]:
             raise InputError(
                 f"tape: {name}: expected {size} numbers a call, as the model has, got {getattr(tape, name).shape}"
             )
-    shown, acted, targets = replay(plant, tape)
+    replayed = replay(plant, tape)
     out = {}
-    observed = np.array(shown)
+    observed = np.array(replayed.observed)
     if observed.shape != tape.observation.shape:
         out["widths"] = float(abs(observed.shape[-1] - tape.observation.shape[1]))
     else:
@@ -156,7 +156,7 @@ def differences(run: Run, tape: Tape) -> dict[str, float]:
         for name, size in law.sizes:
             out[name] = max(out.get(name, 0.0), float(gap[first : first + size].max()))
             first += size
-    for name, ours, theirs in (("actions", acted, tape.action), ("targets", targets, tape.target)):
+    for name, ours, theirs in (("actions", replayed.acted, tape.action), ("targets", replayed.targets, tape.target)):
         out[name] = float(np.abs(np.array(ours) - theirs).max()) if np.shape(ours) == theirs.shape else np.inf
     before = 1 + law.late
     if len(tape.time) > before:

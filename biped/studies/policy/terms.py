@@ -17,7 +17,7 @@ TERMS = {
 """Names that trainers give to terms."""
 
 
-def shown(term: str, name: str, scale: Any, length: Any) -> dict[str, Any]:
+def term_of(term: str, name: str, scale: Any, length: Any) -> dict[str, Any]:
     """A term of a card's observation.
 
     Args:
