@@ -105,6 +105,7 @@ docs: setup ## write the pages that are made from the code
 	$(BIN)/python -m biped.show.standing
 	$(BIN)/python -m biped.show.readings
 	$(BIN)/python -m biped.show.certify
+	$(BIN)/python -m biped.show.walks
 
 site: $(SITE)/.installed ## the documentation as a site in build/site, to open from there or to publish
 	$(SITE)/bin/mkdocs build --strict --quiet

@@ -114,7 +114,9 @@ class MujocoPlant:
     def _compiled(self) -> SpacePlant | None:
         """The compiled loop's plant, where the law has one."""
         s = self.s
-        if s.law != SPATIAL or not self.split or self.sensors or self.uneven or self.watch or s.actuation.lag > 0.0:
+        if s.law != SPATIAL or not self.split or self.sensors or self.uneven or self.watch:
+            return None
+        if s.actuation.lag > 0.0 or s.actuation.assist > 0.0:
             return None
         if self.latency is not None:
             return None

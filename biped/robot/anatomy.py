@@ -8,7 +8,7 @@ at zero where the sole is square to the shank.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -100,6 +100,26 @@ def anatomy_of(model: mujoco.MjModel, robot: Robot) -> Anatomy:
     """
     if robot.planar:
         raise _fault(robot, "it moves in the plane; expected a free base")
+    key = robot, *(part.tobytes() for part in _geometry(model))
+    if key not in _known:
+        if len(_known) >= _MOST_KNOWN:
+            _known.clear()
+        _known[key] = _anatomy_of(model, robot)
+    return _known[key]
+
+
+_known: dict[tuple[Any, ...], Anatomy] = {}
+"""The latest: a run asks for its robot's five times, and a search has thousands of runs."""
+_MOST_KNOWN = 8
+
+
+def _geometry(model: mujoco.MjModel) -> tuple[np.ndarray, ...]:
+    """All of a model that an anatomy follows from, beside the robot."""
+    return (model.qpos0, model.body_parentid, model.body_pos, model.body_quat, model.jnt_type, model.jnt_bodyid,
+            model.jnt_pos, model.jnt_axis, model.geom_type, model.geom_pos, model.geom_size, model.eq_type)  # fmt: skip
+
+
+def _anatomy_of(model: mujoco.MjModel, robot: Robot) -> Anatomy:
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     base = robot.base_number

@@ -13,6 +13,7 @@ from biped.base.errors import InputError
 from biped.base.files import label, nearest
 from biped.robot.assets import find_assets, leave_out_idle
 from biped.robot.holding import let_go
+from biped.robot.rigid import stiffen
 from biped.scenario.keys import Simulation
 from biped.scenario.robot import Described
 
@@ -85,6 +86,8 @@ def read(path: Path, table: Described, notes: list[str] | None = None) -> mujoco
     leave_out_idle(spec, out)
     let_go(spec, out)
     complete(spec, table, is_urdf(path))
+    if table.rigid:
+        stiffen(spec, table)
     return spec
 
 

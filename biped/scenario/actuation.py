@@ -39,6 +39,8 @@ class Actuation(Section, frozen=True):
 
     Attributes:
         mode: `joint` torques by (3.15), or Q_d itself as `generalized` forces, which no robot can do.
+        assist: Share of Q_d itself that acts, the rest being joint torques: the way of a search from one to the other;
+            of a biped in space.
         contacts: Rows of A: candidates that pass the release test (`released`), or all that are `touching`; or ground
             that only pushes (`pushing`), with the torque limits inside the problem.
         pushing: What the last of these takes the ground for.
@@ -61,6 +63,7 @@ class Actuation(Section, frozen=True):
     """
 
     mode: Literal["joint", "generalized"] = "joint"
+    assist: Annotated[float, Meta(ge=0, le=1)] = 0.0
     contacts: Literal["released", "touching", "pushing"] = "released"
     pushing: Pushing = Pushing()
     release_force: NonNegative = 150.0

@@ -36,7 +36,7 @@ _SPATIAL: Keys = {
         "late_stance",
         "passing",
     ),
-    "actuation": ("mode", "contacts", "pushing"),
+    "actuation": ("mode", "assist", "contacts", "pushing"),
 }
 
 SPATIAL = "spatial"

@@ -9,7 +9,7 @@ from biped.base.text import safe
 from biped.scenario.engines import ENGINES
 from biped.scenario.expect import check_bounds
 from biped.scenario.keys import Scenario
-from biped.scenario.laws import own_law
+from biped.scenario.laws import SPATIAL, own_law
 from biped.scenario.metrics import METRICS
 from biped.scenario.pushing import MOST_PIECES, PIECE, count
 from biped.scenario.valid import Fail
@@ -83,6 +83,8 @@ def possible(s: Scenario, fail: Fail) -> None:
         raise fail("actuation.null_torque", "expected mode = 'joint': generalized forces leave nothing free")
     if s.actuation.motors and s.actuation.mode != "joint":
         raise fail("actuation.motors", "expected mode = 'joint': generalized forces come from no motor")
+    if s.actuation.assist and (s.law != SPATIAL or s.actuation.mode != "joint"):
+        raise fail("actuation.assist", "expected 0.0 but of joint torques of a biped in space (law = 'spatial')")
     if own_law(s.law) and s.actuation.mode != "joint":
         raise fail("actuation.mode", f"expected 'joint' with a law of one's own, which returns torques; got "
                    f"'{s.actuation.mode}'")  # fmt: skip

@@ -91,6 +91,7 @@ class Described(Section, frozen=True):
         foot: Its two feet; default: those that are recognised.
         actuators: What drives the joints.
         ground: The geom of the level plane; default: the only plane of the world, or one that is added.
+        rigid: Joints that are taken out of the file: what hung on them is stiff, as the start has it.
         start: The keyframe that `start.posture = ""` means; default: the file's first, or its coordinates at zero.
         leg: [m] length of a leg in the Froude number; default: hip to sole.
         walked: What counts as walking.
@@ -102,6 +103,7 @@ class Described(Section, frozen=True):
     foot: Annotated[tuple[Foot, ...], Meta(max_length=8)] = ()
     actuators: Actuators = Actuators()
     ground: Name = ""
+    rigid: Names = ()
     start: Name = ""
     leg: Positive | None = None
     walked: Walked = Walked(distance=0.1, speed=0.15)

@@ -16,6 +16,7 @@ from biped.base.errors import InputError
 from biped.base.files import description_of, label, layered, locate, read_toml
 from biped.base.text import echo
 from biped.scenario.actuation import Actuation
+from biped.scenario.general import HABITS
 from biped.scenario.ground import Ground
 from biped.scenario.keys import Backstep, Scenario, Sensing, Simulation, Start
 from biped.scenario.origin import Origin
@@ -139,6 +140,7 @@ def settings_on(model: Path, gait: Settings, reading: Settings) -> Settings:
 def gait_settings(s: Scenario) -> Settings:
     """The settings of a scenario that a gait found in it was made for: those that are not its robot's own."""
     habits, tables = habits_of(locate("models", s.model, "model")), {}
+    strangers = {} if s.robot is None else HABITS
     for name, kind in GAIT.items():
         defaults, mine = _usual(habits, name)[1], getattr(s, name)
         if mine is None:
@@ -146,7 +148,7 @@ def gait_settings(s: Scenario) -> Settings:
         own = {
             key: getattr(mine, key)
             for key in kind.__struct_fields__
-            if name in OPTIONAL or getattr(mine, key) != getattr(defaults, key)
+            if name in OPTIONAL or getattr(mine, key) != strangers.get(name, {}).get(key, getattr(defaults, key))
         }
         if own:
             tables[name] = own

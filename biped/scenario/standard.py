@@ -24,6 +24,7 @@ class Standard(Section, frozen=True):
             steps are a whole number of them.
         of: What values are multiples of: 1 (`si`), the robot's `weight` m g [N], or its `leg` length [m].
         legs: Other keys, and how many leg lengths they are set to.
+        weights: Other keys, and how many weights m g they are set to.
         times: What the value is multiplied by in the table, e.g. by a duration for an impulse.
         unit: Of that product.
         shows: Metrics, at the largest value that holds.
@@ -42,6 +43,7 @@ class Standard(Section, frozen=True):
     resolution: Positive = 1.0
     of: Literal["si", "weight", "leg"] = "si"
     legs: dict[str, Annotated[float, Meta(gt=0, le=LARGEST)]] = field(default_factory=dict)
+    weights: dict[str, Real] = field(default_factory=dict)
     times: Real = 1.0
     unit: Name = ""
     shows: tuple[Name, ...] = ()

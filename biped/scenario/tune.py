@@ -8,6 +8,8 @@ from msgspec import Meta, field
 
 from biped.scenario.section import Count, NonNegative, Positive, Real, Section
 
+Share = Annotated[float, Meta(gt=0, le=1)]
+
 
 class Range(Section, frozen=True):
     """Within what a search may change a number.
@@ -75,6 +77,7 @@ class Stage(Section, frozen=True):
         set: Part of a scenario that all of its conditions have.
         spread: First standard deviation; default: that of [tune].
         limits: Instead of those of [tune].
+        enough: Instead of that of [tune].
     """
 
     generations: Count | None = None
@@ -83,6 +86,7 @@ class Stage(Section, frozen=True):
     set: dict[str, Any] = field(default_factory=dict)
     spread: Positive | None = None
     limits: dict[str, Positive] | None = None
+    enough: Share | None = None
 
 
 class Tune(Section, frozen=True):
@@ -106,6 +110,8 @@ class Tune(Section, frozen=True):
         recheck: Generations between re-checks of the mean on fresh seeds.
         checks: Runs of each condition in a re-check.
         finalists: Best re-checked gaits among which the last comparison, on fresh seeds, decides.
+        enough: Share of runs of every condition in a re-check that reach their goal with which a stage ends before its
+            generations do; default: never.
         unseen: Runs of each condition on seeds no decision was made on.
         stages: Parts of the search, one after the other; default: one, with everything above.
     """
@@ -127,5 +133,6 @@ class Tune(Section, frozen=True):
     recheck: Count = 5
     checks: Count = 8
     finalists: Count = 3
+    enough: Share | None = None
     unseen: Count = 20
     stages: tuple[Stage, ...] = ()

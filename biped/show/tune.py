@@ -22,10 +22,10 @@ def show(tuned: Tuned) -> None:
 
 def show_trials(trials: Sequence[Trial], changes: Sequence[str]) -> None:
     """Prints how far shipped gaits came on a robot, and the changes that make the search one for it."""
-    print(f"{'gait':<12} {'forces':<12} {'s until it fell, from three starts':<36} m it came")
+    print(f"{'gait':<12} {'Q_d share':<12} {'s until it fell, from three starts':<36} m it came")
     for one in trials:
         times, ways = ("  ".join(f"{value:5.2f}" for value in values) for values in (one.times, one.distances))
-        print(f"{one.gait:<12} {one.mode:<12} {times:<36} {ways}")
+        print(f"{one.gait:<12} {one.assist:<12g} {times:<36} {ways}")
     print("searching: biped tune tune/any " + " ".join(f"--set '{change}'" for change in changes))
 
 

@@ -37,6 +37,7 @@ class ModelReport(NamedTuple):
         physics: What the file asks for and a run does otherwise by default; empty where they agree.
         parts: Torso, thighs, shanks, feet, soles and hinges of a biped in space, in words; empty of any other.
         stranger: Why the thesis's law in space cannot walk it; empty if it can.
+        held: Joints of such a biped that neither base nor legs need: arms, waist, head.
     """
 
     file: Path
@@ -49,6 +50,7 @@ class ModelReport(NamedTuple):
     physics: str
     parts: dict[str, str]
     stranger: str
+    held: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data, as `--json` prints it."""
@@ -84,19 +86,31 @@ def look(name: str) -> ModelReport:
         known_keys(data, Described, "", fail)
         table = convert(data, Described, fail)
     robot, faults, notes = looked_at(path, table)
-    laws, parts, stranger = tuple(name for name in BUILT_IN if name != SPATIAL), {}, ""
+    laws, parts, stranger, held = tuple(name for name in BUILT_IN if name != SPATIAL), {}, "", ()
     physics = "" if robot is None else differing(path, Simulation())
     if robot is None:
         laws = ()
     else:
         model = parsed(path, table)[1]
         try:
-            parts = _parts(model, anatomy_of(model, robot))
+            anatomy = anatomy_of(model, robot)
+            parts = _parts(model, anatomy)
+            held = tuple(model.joint(joint).name for joint in anatomy.trunk[: len(anatomy.trunk) - anatomy.shared])
             laws = (SPATIAL, *laws)
         except InputError as error:
             stranger = str(error)
     return ModelReport(
-        path, own if general else None, robot, faults, _planar(path, general), laws, notes, physics, parts, stranger
+        path,
+        own if general else None,
+        robot,
+        faults,
+        _planar(path, general),
+        laws,
+        notes,
+        physics,
+        parts,
+        stranger,
+        held,
     )
 
 

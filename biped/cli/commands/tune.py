@@ -30,7 +30,7 @@ def add(commands: Commands) -> None:
 
 
 def command(args: argparse.Namespace) -> int:
-    """Searches; how the search goes is drawn anew after every generation."""
+    """Searches; how the search goes is drawn anew after every re-check."""
     from biped.show.terminal import progress
     from biped.show.tune import show
     from biped.studies.tune.tuned import tune
@@ -80,4 +80,5 @@ def _draw_least(steps: list, folder: Path) -> None:
 def _draw(journal: list, folder: Path) -> None:
     from biped.show.figures.convergence import plot_search
 
-    plot_search(journal, folder / "convergence.png")
+    if "recheck" in journal[-1]:  # a figure costs as much as a few runs
+        plot_search(journal, folder / "convergence.png")

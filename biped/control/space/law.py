@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
+from biped.base.jit import bound
 from biped.control.blending import blend, changes_in, step_type
 from biped.control.law import Setup
 from biped.control.observation import Observation
@@ -18,6 +21,9 @@ from biped.scenario.keys import Scenario
 
 SIGNALS = ("right_state", "left_state", "right_placed", "left_placed", "at_limit")
 """Signals of the law: leg states 1 … 4, [rad] by which placement abducts a leg, whether a torque is at its limit."""
+
+_ticks: dict[np.dtype, Callable[..., None]] = {}
+"""The compiled tick by the record's type."""
 
 
 class Spatial:
@@ -42,29 +48,46 @@ class Spatial:
         )  # fmt: skip
         self._tick = setup.tick
         self.signals = dict.fromkeys(SIGNALS, 0.0)
-        self._generalized = bool(self.record["actuation"]["generalized"][0])
+        c = self.record[0]
+        mode = setup.scenario.actuation.mode
+        self._assist = 1.0 if mode == "generalized" else setup.scenario.actuation.assist
         self._mechanics: Mechanics | None = None
+        self._tick_once = spatial_tick
         order = order_of(setup.model, setup.robot, anatomy)
-        self._where = order.column if self._generalized else order.drive
-        self._there = self._where >= 0
-        self._out = np.zeros(setup.model.nv if self._generalized else len(setup.robot.drives))
+        self._moved, self._driven = np.flatnonzero(order.column >= 0), np.flatnonzero(order.drive >= 0)
+        self._columns, self._drives = order.column[self._moved], order.drive[self._driven]
+        self._of_drive = np.array([drive.column for drive in setup.robot.drives], int)[self._drives]
+        tick = c["tick"]
+        self._phase, self._placed, self._limited = c["memory"]["phase"], tick["placed"], self.record["tick"]["limited"]
+        self._Q_d, self._passive, self._u = tick["Q_d"], tick["passive"], tick["u"]
+        self._size = setup.model.nv if self._assist else len(setup.robot.drives)
 
     @staticmethod
     def command(scenario: Scenario) -> Command:
         """Returns the kind of command that `torques` returns."""
-        return "generalized" if scenario.actuation.mode == "generalized" else "torque"
+        actuation = scenario.actuation
+        return "generalized" if actuation.mode == "generalized" or actuation.assist else "torque"
 
     def torques(self, sensed: Observation) -> np.ndarray:
-        """(nu,) joint torques [N m]; or (nv,) Q_d, with what makes up for the joints' own damping."""
+        """(nu,) joint torques [N m]; or (nv,) Q_d, or a share of it, with what makes up for the joints' own damping."""
+        first = sensed.time == 0.0
         if self._mechanics is None:
             self._mechanics = mechanics_of(self.record[0], sensed._model, sensed._data)
+            sizes = self.record.dtype
+            if sizes not in _ticks:  # looking it up takes as long as a hundred ticks
+                _ticks[sizes] = bound(spatial_tick, self.record, self._mechanics, first)
+            self._tick_once = _ticks[sizes]
         if len(self.changes.steps):
             blend(self.changes, round(sensed.time / self._tick))
-        spatial_tick(self.record, self._mechanics, sensed.time == 0.0)
-        c = self.record[0]
-        tick = c["tick"]
-        values = (*(c["memory"]["phase"] + 1), *tick["placed"], tick["limited"])
-        self.signals = dict(zip(SIGNALS, (float(value) for value in values), strict=True))
-        out, where = self._out, self._where
-        out[where[self._there]] = (tick["Q_d"] + tick["passive"] if self._generalized else tick["u"])[self._there]
-        return out.copy()
+        self._tick_once(self.record, self._mechanics, first)
+        right, left = self._phase.tolist()
+        self.signals = dict(zip(SIGNALS, (right + 1.0, left + 1.0, *self._placed.tolist(), float(self._limited[0])),
+                                strict=True))  # fmt: skip
+        out, share = np.zeros(self._size), self._assist
+        if share:
+            out[self._columns] = share * (self._Q_d + self._passive)[self._moved]
+            if share < 1.0:
+                out[self._of_drive] += (1.0 - share) * self._u[self._driven]
+        else:
+            out[self._drives] = self._u[self._driven]
+        return out

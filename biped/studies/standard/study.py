@@ -117,11 +117,17 @@ class StandardTable(NamedTuple):
 def trials_of(asked: Sequence[str]) -> list[Trial]:
     """The tests that are asked for, in the order of the table; none: the shipped family.
 
+    Args:
+        asked: Names or paths; one that ends in / is all shipped tests below it.
+
     Raises:
         InputError: One is no test.
     """
-    found = [_test(name) for name in asked or [name for name in names("scenarios") if name.startswith(FAMILY)]]
-    return sorted(found, key=lambda test: test.standard.order)
+    shipped = names("scenarios")
+    words: list[str] = []
+    for name in asked or [FAMILY]:
+        words += [one for one in shipped if one.startswith(name)] if name.endswith("/") else [name]
+    return sorted((_test(word) for word in words), key=lambda test: test.standard.order)
 
 
 def _test(name: str) -> Trial:
@@ -219,9 +225,12 @@ def _plan(test: Trial, entrant: Entrant, changes: Sequence[str], value: float) -
     s = test.standard
     plain = plan_of(test.scenario, asked)
     asked += [f"{key}={_unit(plain, 'leg') * legs:.9g}" for key, legs in s.legs.items()]
-    if s.key is None:
-        return plan_of(test.scenario, asked) if s.legs else plain
-    return plan_of(test.scenario, [*asked, f'sweep={{"{s.key}"=[{_unit(plain, s.of) * value:.9g}]}}'])
+    values = {key: _unit(plain, "weight") * weights for key, weights in s.weights.items()}
+    if s.key is not None:
+        values[s.key] = _unit(plain, s.of) * value
+    if values:  # of a sweep, which reaches into lists
+        asked.append("sweep={" + ", ".join(f'"{key}"=[{one:.9g}]' for key, one in values.items()) + "}")
+    return plan_of(test.scenario, asked) if s.legs or values else plain
 
 
 def _unit(plan: Plan, of: str) -> float:

@@ -28,6 +28,9 @@ from biped.studies.tune.space import Candidate
 PLANS = 64
 """Most plans kept at a time."""
 
+_LATE = "actuation.pushing."
+"""Keys that nothing of a run follows from but its law: plans are shared between candidates that differ in them."""
+
 RUNS = 1_000_000
 """More runs than any condition asks for: which of them are made is the search's business."""
 
@@ -161,15 +164,18 @@ class Study:
 
     def _run(self, task: Task) -> Run:
         """The task's run; its draws do not depend on the gait, so plans are shared between candidates."""
-        key = task.condition, task.full, task.seed, task.candidate.keys
+        origin, drawn = ChangeOrigin("tune.keys"), self.condition(task.condition, task.full).randomise.draw
+        late = {name: value for name, value in task.candidate.keys if name.startswith(_LATE) and name not in drawn}
+        early = tuple(one for one in task.candidate.keys if one[0] not in late)
+        key = task.condition, task.full, task.seed, early
         if key not in self._plans:
             if len(self._plans) > PLANS:
                 self._plans.clear()
-            scenario = self.condition(task.condition, task.full)
-            scenario = with_values(scenario, dict(task.candidate.keys), ChangeOrigin("tune.keys"))
+            scenario = with_values(self.condition(task.condition, task.full), dict(early), origin)
             random = msgspec.structs.replace(scenario.randomise, runs=RUNS)
             self._plans[key] = Plan(msgspec.structs.replace(scenario, seed=task.seed, randomise=random), checked=True)
-        return replace(self._plans[key].run(task.number), gains=task.candidate.gains)
+        run = self._plans[key].run(task.number)
+        return replace(run, gains=task.candidate.gains, scenario=with_values(run.scenario, late, origin))
 
     def cost(self, outcomes: dict[str, list[GainOutcome]], distance: float) -> float:
         """The objective: weighted mean over conditions of their runs' mean cost, and the distance from the start.

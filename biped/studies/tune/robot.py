@@ -7,6 +7,8 @@ from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
+from msgspec import to_builtins
+
 from biped.base.errors import InputError
 from biped.base.files import URDF, locate
 from biped.base.progress import Progress, silent
@@ -14,6 +16,7 @@ from biped.ensemble import executor
 from biped.ensemble.backend import Jobs
 from biped.ensemble.campaign import run_one
 from biped.ensemble.plan import Plan
+from biped.scenario.inline import setting
 from biped.scenario.reading import read_scenario
 from biped.studies.robot import look
 
@@ -21,7 +24,10 @@ SCENARIO = "tune/any"
 GAITS = ("any/sure", "any/quick", "any/short", "any/long")
 """Gaits of the human in units of any walker."""
 POSTURES = ("heel_toe", "flat", "single")
-MODES = ("generalized", "joint")
+ASSISTS = (1.0, 0.5, 0.0)
+"""Shares of Q_d itself in what acts."""
+_FIRST = 0.5
+"""Of them in the first stage of the search, which begins at the gait that comes furthest so."""
 _SECONDS = 6.0
 """Of a trial."""
 
@@ -31,13 +37,13 @@ class Trial(NamedTuple):
 
     Attributes:
         gait: Its name.
-        mode: `generalized` or `joint`.
+        assist: Share of Q_d itself in what acts; the rest are joint torques.
         times: (3,) [s] until it fell, by posture.
         distances: (3,) [m] it came.
     """
 
     gait: str
-    mode: str
+    assist: float
     times: tuple[float, ...]
     distances: tuple[float, ...]
 
@@ -72,7 +78,7 @@ def search_of(
     if report.stranger:
         raise InputError(report.stranger, "law")
     model = f'model="{locate("models", name, "model").resolve()}"'
-    cases = list(product(MODES, GAITS, POSTURES))
+    cases = list(product(ASSISTS, GAITS, POSTURES))
     with executor.workers(_Shipped((model, *changes)), jobs) as carried_out, progress(name, len(cases), 0) as advance:
         found = []
         for one in carried_out(cases):
@@ -80,11 +86,22 @@ def search_of(
             advance()
     trials = []
     for i in range(0, len(cases), len(POSTURES)):
-        mode, gait, _ = cases[i]
+        assist, gait, _ = cases[i]
         times, distances = zip(*found[i : i + len(POSTURES)], strict=True)
-        trials.append(Trial(gait, mode, times, distances))
-    best = max((one for one in trials if one.mode == "joint"), key=lambda one: one.merit).gait
-    return [model, f'controller="{best}"', *changes], trials
+        trials.append(Trial(gait, assist, times, distances))
+    best = max((one for one in trials if one.assist == _FIRST), key=lambda one: one.merit).gait
+    return [model, f'controller="{best}"', *_stiff(report.held), *changes], trials
+
+
+def _stiff(joints: Sequence[str]) -> list[str]:
+    """The change that makes a robot's arms, waist and head stiff in the stages that ask for it: runs cost half."""
+    tune = read_scenario(SCENARIO).tune
+    stages = [] if tune is None else [{key: value for key, value in to_builtins(stage).items() if value}
+                                      for stage in tune.stages]  # fmt: skip
+    for stage in stages:
+        if "robot" in stage.get("set", {}):
+            stage["set"]["robot"] = {"rigid": list(joints)}
+    return [setting("tune.stages", stages)] if joints else []
 
 
 class _Shipped:
@@ -97,10 +114,10 @@ class _Shipped:
     def __init__(self, changes: tuple[str, ...]):
         self._changes = changes
 
-    def __call__(self, case: tuple[str, str, str]) -> tuple[float, float]:
+    def __call__(self, case: tuple[float, str, str]) -> tuple[float, float]:
         """[s] until a run fell, and [m] it came."""
-        mode, gait, posture = case
-        fixed = (f'controller="{gait}"', f"actuation.mode={mode}", f"start.posture={posture}", "start.jitter=0.0",
+        assist, gait, posture = case
+        fixed = (f'controller="{gait}"', f"actuation.assist={assist}", f"start.posture={posture}", "start.jitter=0.0",
                  f"duration={_SECONDS}", "randomise.draw={}")  # fmt: skip
         s = read_scenario(SCENARIO, [*fixed, *self._changes])
         row = run_one(Plan(s), 0)[1].as_dict()

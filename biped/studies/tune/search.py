@@ -205,6 +205,14 @@ class Search:
         return SearchResult(self.space.candidate(x), generation, cost, tallies, *self.score(origin, unseen, runs))
 
 
+def ended(journal: Sequence[Record], tune: Tune) -> bool:
+    """Whether a stage's generations are over, or its latest re-check was good enough."""
+    if len(journal) >= tune.generations:
+        return True
+    tallies = journal[-1].get("tallies", {}).values() if journal and tune.enough else ()
+    return bool(tallies) and all(walked >= (tune.enough or 0.0) * runs for walked, runs, *_ in tallies)
+
+
 def _distance(x: Sequence[float] | np.ndarray) -> float:
     return float(np.mean(np.square(x)))
 

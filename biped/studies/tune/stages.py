@@ -70,6 +70,7 @@ def _scenario_of(scenario: Scenario, number: int, stage: Stage) -> Scenario:
         generations=stage.generations or tune.generations,
         spread=stage.spread or tune.spread,
         limits=tune.limits if stage.limits is None else stage.limits,
+        enough=stage.enough or tune.enough,
     )
     whole = replace(scenario, tune=part)
     if stage.set:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -28,7 +29,7 @@ from biped.scenario.vary import ChangeOrigin, with_values
 from biped.studies.folders import folder_for
 from biped.studies.planned import title_of
 from biped.studies.tune.evaluate import Study, workers
-from biped.studies.tune.search import Record, Search, SearchResult, Tally, strategy
+from biped.studies.tune.search import Record, Search, SearchResult, Tally, ended, strategy
 from biped.studies.tune.space import Candidate, SearchSpace
 from biped.studies.tune.stages import studies, study_from
 
@@ -109,6 +110,7 @@ class Tuned(NamedTuple):
         keys: Settings of the scenario that the gait was found with.
         runs: Runs made now.
         seconds: Wall time.
+        cpu_seconds: Of this process and of those that it began, which have ended.
     """
 
     scenario: str
@@ -118,6 +120,7 @@ class Tuned(NamedTuple):
     keys: dict[str, float]
     runs: int
     seconds: float
+    cpu_seconds: float
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data, as `--json` prints it."""
@@ -134,6 +137,7 @@ class Tuned(NamedTuple):
             },
             "keys": self.keys,
             "runs": self.runs,
+            "cpu_seconds": self.cpu_seconds,
             "runs_per_second": self.runs / self.seconds,
         }
 
@@ -166,15 +170,20 @@ def tune(
     stages = studies(scenario)  # complaints come before anything is written
     title = title_of(name)
     strategy(SearchSpace(stages[0].scenario, stages[0].gains), stages[0].tune, scenario.seed)
-    began = time.perf_counter()
+    began, cpu = time.perf_counter(), _cpu()
     with folder_for(out, title, Plan(scenario), foreign=OF_RUNS) as folder:
         search, found, journal, made = _search(folder, scenario, stages, jobs, partial(progress, title), after, tell)
         seconds = time.perf_counter() - began
         path = folder.path / "gait.toml"
         folder.save_text(path.name, gait_text(title, search, found, journal))
-        tuned = Tuned(title, folder.path, path, found, dict(found.candidate.keys), made, seconds)
+        tuned = Tuned(title, folder.path, path, found, dict(found.candidate.keys), made, seconds, _cpu() - cpu)
         folder.save_text("result.json", dumps(tuned.as_dict(), indent=1))
     return tuned
+
+
+def _cpu() -> float:
+    """[s] of this process and of its children that have ended."""
+    return sum(os.times()[:4])
 
 
 def _search(
@@ -198,10 +207,11 @@ def _search(
     with progress(generations, len(told)) as advance:
         for number in range(len(stages)):
             study = study_from(scenario, number, candidate) if number else stages[0]
-            mine = told[len(journal) :][: study.tune.generations]
+            rest = told[len(journal) :]
+            mine = next((rest[:n] for n in range(len(rest)) if ended(rest[:n], study.tune)), rest)
             with workers(study, jobs) as evaluate:
                 search = Search(study, evaluate, mine, len(journal))
-                while len(search.journal) < study.tune.generations:
+                while not ended(search.journal, study.tune):
                     folder.note(search.generation())
                     after(journal + search.journal, folder.path)
                     advance()

@@ -77,6 +77,21 @@ def test_moments_on_bodies_are_projected_and_damping_is_made_up_for():
         assert scene.data.qfrc_passive == pytest.approx(-passive(scene), abs=1e-9)
 
 
+def test_a_share_of_Q_d_acts_and_torques_do_the_rest():
+    whole, none, some = h1(), h1(JOINT), h1(JOINT, "actuation.assist=0.3")
+    columns = [drive.column for drive in some.robot.drives]
+    for q, v in whole.states(3, seed=5):
+        out = []
+        for scene in (whole, none, some):
+            scene.put(q, v)
+            out.append(scene.torques())
+        Q, u, mixed = out
+        expected = 0.3 * Q
+        expected[columns] += 0.7 * u
+        assert np.abs(0.7 * u - 0.7 * Q[columns]).max() > 1.0, "torques do what Q_d does: the test would see no share"
+        assert mixed == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
+
+
 def test_places_are_mujocos():
     scene = h1(JOINT)
     for q, v in scene.states(4, seed=1):

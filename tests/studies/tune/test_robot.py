@@ -9,7 +9,7 @@ from biped.base.files import locate
 from biped.cli.main import main
 from biped.scenario.gains import MGL
 from biped.scenario.reading import read_scenario
-from biped.studies.tune.robot import GAITS, MODES, SCENARIO, Trial, is_model, search_of
+from biped.studies.tune.robot import ASSISTS, GAITS, SCENARIO, Trial, is_model, search_of
 from biped.studies.tune.stages import studies
 
 
@@ -20,24 +20,32 @@ def test_a_model_file_is_told_from_a_scenario():
     assert not is_model("mine.toml")
 
 
-def test_it_begins_at_the_gait_that_comes_furthest_with_joint_torques():
+def test_it_begins_at_the_gait_that_comes_furthest_with_half_of_Q_d():
     path = str(locate("models", "h1", "model"))
     changes, trials = search_of(path, ["duration=0.3", "seed=5"], 1)
-    assert [(one.mode, one.gait) for one in trials] == [(mode, gait) for mode in MODES for gait in GAITS]
+    assert [(one.assist, one.gait) for one in trials] == [(assist, gait) for assist in ASSISTS for gait in GAITS]
     for one in trials:
         assert len(one.times) == 3
         assert 0.0 < min(one.times) <= max(one.times) <= 0.3
     assert len({one.distances for one in trials}) > 4, "the gaits move it alike: the test would not see which is best"
-    best = max((one for one in trials if one.mode == "joint"), key=lambda one: one.merit)
+    best = max((one for one in trials if one.assist == 0.5), key=lambda one: one.merit)
+    stages = changes.pop(2)
     assert changes == [f'model="{path}"', f'controller="{best.gait}"', "duration=0.3", "seed=5"]
-    s = read_scenario(SCENARIO, [one for one in changes if not one.startswith("duration")])
+    s = read_scenario(SCENARIO, [stages, *(one for one in changes if not one.startswith("duration"))])
     assert s.model == "h1"
     assert s.seed == 5
-    assert len(studies(s)) == 3
+    assert s.robot is not None
+    assert s.tune is not None
+    parts = studies(s)
+    assert [one.base.actuation.assist for one in parts] == [0.5, 0.25, 0.1, 0.0, 0.0, 0.0]
+    assert [len(one.base.robot.rigid) for one in parts if one.base.robot] == [9, 9, 9, 9, 0, 0], "arms and waist"
+    shipped = read_scenario(SCENARIO).tune
+    assert shipped is not None
+    assert [one.generations for one in s.tune.stages] == [one.generations for one in shipped.stages]
 
 
 def test_a_trial_counts_its_three_starts_alike():
-    assert Trial("any/sure", "joint", (1.0, 2.0, 6.0), (0.1, 0.2, 0.3)).merit == pytest.approx(3.0)
+    assert Trial("any/sure", 0.0, (1.0, 2.0, 6.0), (0.1, 0.2, 0.3)).merit == pytest.approx(3.0)
 
 
 @pytest.mark.parametrize("gait", GAITS)

@@ -12,6 +12,9 @@ from biped.cli.main import main
 from biped.scenario.gains import Gains
 from biped.scenario.gait import read_gains
 from biped.scenario.reading import read_scenario
+from biped.scenario.tune import Tune
+from biped.studies.tune.evaluate import GainOutcome, Study
+from biped.studies.tune.search import ended
 from biped.studies.tune.space import Candidate, SearchSpace
 from biped.studies.tune.stages import studies, study_from
 
@@ -67,6 +70,34 @@ def test_each_stage_is_a_search_of_its_own(scenario_file):
     assert second.tune.spread == 0.2
     assert second.condition("level", True).actuation.release_force == 150.0
     assert "theta_b" in {axis.name for axis in SearchSpace(second.scenario, second.gains).axes}
+
+
+def test_a_stage_ends_with_a_recheck_that_is_good_enough():
+    tune = Tune(generations=4, enough=0.75)
+    good, poor = ({"tallies": {"level": [walked, 8, 0.7, 0.3], "uphill": [8, 8, 0.7, 0.3]}} for walked in (6, 5))
+    assert not ended([], tune)
+    assert not ended([{}, poor], tune)
+    assert not ended([good, {}], tune), "the generation after it has no say in whether it ends"
+    assert ended([{}, good], tune)
+    assert not ended([{}, good], Tune(generations=4))
+    assert ended([{}, {}, {}, poor], tune)
+
+
+def test_what_a_killed_search_had_found_good_enough_is_not_searched_on(scenario_file, tmp_path, capsys, monkeypatch):
+    """All runs count as walks: the first stage ends with its first re-check, and so it does when it is replayed."""
+    monkeypatch.setattr(Study, "outcome", lambda self, task: GainOutcome(0.1, True, 0.7, 0.3))
+    text = TEXT.replace("generations = 1\n", "generations = 3\nenough = 1.0\nspread = 0.1\n")
+    scenario_file.write_text(text.replace("checks = 1", "checks = 1\nrecheck = 2"), encoding="utf-8")
+    out = tmp_path / "out"
+    assert main(["tune", str(scenario_file), "--jobs", "1", "--out", str(out)]) == 0
+    lines = (out / "runs.jsonl").read_text(encoding="utf-8").splitlines()
+    assert len(lines) == 1 + 2 + 2, "a head, two generations instead of three, and two of the second stage"
+    gait = (out / "gait.toml").read_bytes()
+    for rest in (2, 3, 4):
+        (out / "runs.jsonl").write_text("\n".join(lines[:rest]) + "\n", encoding="utf-8")
+        assert main(["tune", str(scenario_file), "--jobs", "1", "--out", str(out)]) == 0
+        assert (out / "gait.toml").read_bytes() == gait
+    capsys.readouterr()
 
 
 def test_a_stage_starts_at_what_the_one_before_found(scenario_file):

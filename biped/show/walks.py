@@ -1,0 +1,108 @@
+"""Robots of others beside each other: tables of docs/any-biped.md, from results of the tests any/cells.
+
+`python -m biped.show.walks ROBOT=FOLDER[,SEARCH]…` takes results folders of `biped standard`, and of the `biped tune`
+that found the gait, into the page; without any, it writes the page anew.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from biped.base.json import dumps
+from biped.base.statistics import wilson
+from biped.base.writing import write_text
+from biped.show import markdown
+from biped.show.document import Document, Paragraph, Table
+from biped.show.standing import DOCS
+from biped.show.standing import FILE as STANDARD
+
+PAGE, TEMPLATE, DATA = DOCS / "any-biped.md", DOCS / "any-biped.in.md", DOCS / "any-biped.json"
+MARK = "<!-- tables -->"
+_NOTE = "Runs that walk of all, on seeds that no search has seen; in brackets the 95 % interval (Wilson)."
+_COLUMNS = "speed [m/s]", "absolute c_mt", "ticks at a limit", "gait", "runs of the search", "CPU s"
+_LEVEL = "level"
+"""Name of the test whose metrics are shown."""
+
+
+def document_of(found: Sequence[Mapping[str, Any]]) -> Document:
+    """Two tables: what each robot's gait walks through, and how it walks and was found.
+
+    Args:
+        found: By robot: its name, the gait's, rows of its tests, and its search.
+    """
+    titles = list(dict.fromkeys(test["title"] for one in found for test in one["tests"]))
+    cells = [(one["robot"], *(_count(one, title) for title in titles)) for one in found]
+    how = [(one["robot"], *_walk(one), *_search(one)) for one in found]
+    return (
+        Table(("robot", *titles), tuple(cells)),
+        Paragraph(_NOTE, note=True),
+        Table(("robot", *_COLUMNS), tuple(how)),
+    )  # fmt: skip
+
+
+def _count(one: Mapping[str, Any], title: str) -> str:
+    test = next((test for test in one["tests"] if test["title"] == title), None)
+    if test is None:
+        return "not run"
+    low, high = wilson(test["reached"], test["runs"])
+    return f"{test['reached']} of {test['runs']} ({100.0 * low:.0f} – {100.0 * high:.0f} %)"
+
+
+def _walk(one: Mapping[str, Any]) -> tuple[str, ...]:
+    level = next(test for test in one["tests"] if test["name"].endswith(_LEVEL))["numbers"]
+    shares = (f"{level['speed']:.2f}", f"{level['cost_of_transport_absolute']:.2f}", f"{level['saturation']:.1%}")
+    return *shares, f"`{one['gait']}`"
+
+
+def _search(one: Mapping[str, Any]) -> tuple[str, str]:
+    search = one["search"]
+    return ("–", "–") if search is None else (f"{search['runs']:,}", f"{search['cpu_seconds']:.0f}")
+
+
+def stored() -> list[dict[str, Any]]:
+    """The robots of docs/any-biped.md."""
+    return json.loads(DATA.read_bytes())
+
+
+def page(found: Sequence[Mapping[str, Any]]) -> str:
+    """The text of docs/any-biped.md."""
+    return TEMPLATE.read_text(encoding="utf-8").replace(MARK, markdown.text(document_of(found)).rstrip())
+
+
+def taken(robot: str, folder: Path, search: Path | None) -> dict[str, Any]:
+    """What is kept of results.
+
+    Args:
+        robot: Its name for people.
+        folder: Of `biped standard` with one gait.
+        search: Of `biped tune`.
+    """
+    found = json.loads((folder / STANDARD).read_bytes())
+    tests = []
+    for test, standing in zip(found["tests"], found["standings"], strict=True):
+        tried = standing["tried"][0]
+        numbers = {key: tried[key] for key in ("reached", "runs", "numbers")}
+        tests.append({"name": test["name"], "title": test["title"], **numbers})
+    of_search = None if search is None else json.loads((search / "result.json").read_bytes())
+    kept = None if of_search is None else {key: of_search[key] for key in ("runs", "cpu_seconds")}
+    return {"robot": robot, "gait": found["gaits"][0], "tests": tests, "search": kept}
+
+
+def main(argv: Sequence[str]) -> None:
+    """Takes results into the page; without any, writes the page anew."""
+    if argv:
+        robots = []
+        for word in argv:
+            robot, _, folders = word.partition("=")
+            folder, _, search = folders.partition(",")
+            robots.append(taken(robot, Path(folder), Path(search) if search else None))
+        write_text(DATA, dumps(robots))
+    write_text(PAGE, page(stored()))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,41 @@
+"""docs/any-biped.md is what its data and its template say."""
+
+from __future__ import annotations
+
+import json
+
+from biped.show import walks
+
+
+def result(folder, reached):
+    """Results of `biped standard` with one gait, and of the search that found it."""
+    numbers = {"speed": 0.634, "cost_of_transport_absolute": 0.751, "saturation": 0.0123}
+    tests = [{"name": "any/cells/level", "title": "10 s"}, {"name": "any/cells/long", "title": "60 s"}]
+    standings = [{"tried": [{"value": None, "reached": one, "runs": 20, "numbers": numbers}]} for one in reached]
+    folder.mkdir()
+    told = {"gaits": ["any/mine"], "tests": tests, "standings": standings}
+    (folder / "standard.json").write_text(json.dumps(told), encoding="utf-8")
+    (folder / "result.json").write_text(json.dumps({"runs": 1317, "cpu_seconds": 224.4}), encoding="utf-8")
+
+
+def test_the_page_is_what_the_data_say():
+    assert walks.PAGE.read_text(encoding="utf-8") == walks.page(walks.stored()), "make docs"
+
+
+def test_results_are_taken_in(tmp_path, monkeypatch):
+    result(tmp_path / "one", (19, 20))
+    result(tmp_path / "two", (7, 0))
+    for name in ("DATA", "PAGE"):
+        monkeypatch.setattr(walks, name, tmp_path / name)
+    walks.main([f"First={tmp_path / 'one'},{tmp_path / 'one'}", f"Second={tmp_path / 'two'}"])
+    page = (tmp_path / "PAGE").read_text(encoding="utf-8")
+    assert walks.MARK not in page
+    first, second = (next(line for line in page.splitlines() if line.startswith(f"| {name} | 1") or
+                          line.startswith(f"| {name} | 7")) for name in ("First", "Second"))  # fmt: skip
+    assert "19 of 20 (76 – 99 %)" in first
+    assert "20 of 20 (84 – 100 %)" in first
+    assert "0 of 20 (0 – 16 %)" in second
+    assert "| First | 0.63 | 0.75 | 1.2% | `any/mine` | 1,317 | 224 |" in page
+    assert "| Second | 0.63 | 0.75 | 1.2% | `any/mine` | – | – |" in page
+    walks.main([])
+    assert (tmp_path / "PAGE").read_text(encoding="utf-8") == page
