@@ -19,8 +19,9 @@ from biped.robot.anatomy import anatomy_of
 from biped.robot.build import Command
 from biped.scenario.keys import Scenario
 
-SIGNALS = ("right_state", "left_state", "right_placed", "left_placed", "at_limit")
-"""Signals of the law: leg states 1 … 4, [rad] by which placement abducts a leg, whether a torque is at its limit."""
+SIGNALS = ("right_state", "left_state", "right_placed", "left_placed", "at_limit", "given_up")
+"""Signals of the law: leg states 1 … 4, [rad] by which placement abducts a leg, whether a torque is at its limit, and
+whether a problem of the tick was given up: its forces are those of the last set that was tried."""
 
 _ticks: dict[np.dtype, Callable[..., None]] = {}
 """The compiled tick by the record's type."""
@@ -59,6 +60,7 @@ class Spatial:
         self._of_drive = np.array([drive.column for drive in setup.robot.drives], int)[self._drives]
         tick = c["tick"]
         self._phase, self._placed, self._limited = c["memory"]["phase"], tick["placed"], self.record["tick"]["limited"]
+        self._given_up = self.record["tick"]["given_up"]
         self._Q_d, self._passive, self._u = tick["Q_d"], tick["passive"], tick["u"]
         self._size = setup.model.nv if self._assist else len(setup.robot.drives)
 
@@ -81,8 +83,8 @@ class Spatial:
             blend(self.changes, round(sensed.time / self._tick))
         self._tick_once(self.record, self._mechanics, first)
         right, left = self._phase.tolist()
-        self.signals = dict(zip(SIGNALS, (right + 1.0, left + 1.0, *self._placed.tolist(), float(self._limited[0])),
-                                strict=True))  # fmt: skip
+        self.signals = dict(zip(SIGNALS, (right + 1.0, left + 1.0, *self._placed.tolist(), float(self._limited[0]),
+                                          float(self._given_up[0] > 0)), strict=True))  # fmt: skip
         out, share = np.zeros(self._size), self._assist
         if share:
             out[self._columns] = share * (self._Q_d + self._passive)[self._moved]

@@ -315,6 +315,7 @@ def pushing_torques(c, m):
         m: `biped.control.space.places.Mechanics`.
     """
     tick, limit = c["tick"], c["actuation"]["limit"]
+    tick["given_up"] = 0
     n = unilateral_rows(c, m)
     wanted_motion(c, m, n)
     _prices(c, n)

@@ -230,7 +230,7 @@ def walk(record, changes, plant, log, outside, signals, first, last):
         plant: `SpacePlant`.
         log: (n, width) of `biped.measure.columns`, zero where nothing is known yet.
         outside: (n, 9) of `Trajectory.outside`, likewise.
-        signals: (n, 5) of `biped.control.space.law`.
+        signals: (n, 6) of `biped.control.space.law`.
         first: First tick.
         last: One past the last.
 
@@ -255,6 +255,7 @@ def walk(record, changes, plant, log, outside, signals, first, last):
             signals[k, leg] = c["memory"]["phase"][leg] + 1
             signals[k, LEGS + leg] = c["tick"]["placed"][leg]
         signals[k, 2 * LEGS] = c["tick"]["limited"]
+        signals[k, 2 * LEGS + 1] = 1.0 if c["tick"]["given_up"] > 0 else 0.0
         if c["actuation"]["generalized"]:
             for j in range(m.v.size):
                 plant.applied[j] = c["tick"]["Q_d"][j] + c["tick"]["passive"][j]
