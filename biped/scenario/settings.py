@@ -140,15 +140,15 @@ def settings_on(model: Path, gait: Settings, reading: Settings) -> Settings:
 def gait_settings(s: Scenario) -> Settings:
     """The settings of a scenario that a gait found in it was made for: those that are not its robot's own."""
     habits, tables = habits_of(locate("models", s.model, "model")), {}
-    strangers = {} if s.robot is None else HABITS
     for name, kind in GAIT.items():
         defaults, mine = _usual(habits, name)[1], getattr(s, name)
         if mine is None:
             continue
+        unsaid = HABITS.get(name, {})  # of any robot: its own limits
         own = {
             key: getattr(mine, key)
             for key in kind.__struct_fields__
-            if name in OPTIONAL or getattr(mine, key) != strangers.get(name, {}).get(key, getattr(defaults, key))
+            if name in OPTIONAL or getattr(mine, key) not in (getattr(defaults, key), unsaid.get(key))
         }
         if own:
             tables[name] = own

@@ -23,7 +23,7 @@ from biped.show.standing import FILE as STANDARD
 PAGE, TEMPLATE, DATA = DOCS / "any-biped.md", DOCS / "any-biped.in.md", DOCS / "any-biped.json"
 MARK = "<!-- tables -->"
 _NOTE = "Runs that walk of all, on seeds that no search has seen; in brackets the 95 % interval (Wilson)."
-_COLUMNS = "speed [m/s]", "absolute c_mt", "ticks at a limit", "gait", "runs of the search", "CPU s"
+_COLUMNS = "speed, m/s", "absolute cost of transport", "ticks at a limit", "gait", "runs of the search", "CPU s"
 _LEVEL = "level"
 """Name of the test whose metrics are shown."""
 
@@ -55,7 +55,7 @@ def _count(one: Mapping[str, Any], title: str) -> str:
 def _walk(one: Mapping[str, Any]) -> tuple[str, ...]:
     level = next(test for test in one["tests"] if test["name"].endswith(_LEVEL))["numbers"]
     shares = (f"{level['speed']:.2f}", f"{level['cost_of_transport_absolute']:.2f}", f"{level['saturation']:.1%}")
-    return *shares, f"`{one['gait']}`"
+    return *shares, one["gait"]
 
 
 def _search(one: Mapping[str, Any]) -> tuple[str, str]:
@@ -74,7 +74,7 @@ def page(found: Sequence[Mapping[str, Any]]) -> str:
 
 
 def taken(robot: str, folder: Path, search: Path | None) -> dict[str, Any]:
-    """What is kept of results.
+    """The part of results that is kept.
 
     Args:
         robot: Its name for people.

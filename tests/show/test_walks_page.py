@@ -35,7 +35,7 @@ def test_results_are_taken_in(tmp_path, monkeypatch):
     assert "19 of 20 (76 – 99 %)" in first
     assert "20 of 20 (84 – 100 %)" in first
     assert "0 of 20 (0 – 16 %)" in second
-    assert "| First | 0.63 | 0.75 | 1.2% | `any/mine` | 1,317 | 224 |" in page
-    assert "| Second | 0.63 | 0.75 | 1.2% | `any/mine` | – | – |" in page
+    assert "| First | 0.63 | 0.75 | 1.2% | any/mine | 1,317 | 224 |" in page
+    assert "| Second | 0.63 | 0.75 | 1.2% | any/mine | – | – |" in page
     walks.main([])
     assert (tmp_path / "PAGE").read_text(encoding="utf-8") == page

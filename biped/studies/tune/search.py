@@ -187,6 +187,8 @@ class Search:
         """Compares the best re-checked means on fresh seeds; coordinates of the winner, and its generation."""
         tune = self.study.tune
         checked = sorted((r for r in self.journal if "recheck" in r), key=lambda r: r["recheck"])[: tune.finalists]
+        if len(checked) == 1:
+            return checked[0]["mean"], checked[0]["index"]
         seed = self.study.seed("final", self.before)
         final = [(self._scored(r["mean"], seed, 2 * tune.checks)[0], r["index"], r["mean"]) for r in checked]
         _, generation, x = min(final)
