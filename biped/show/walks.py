@@ -60,7 +60,10 @@ def _walk(one: Mapping[str, Any]) -> tuple[str, ...]:
 
 def _search(one: Mapping[str, Any]) -> tuple[str, str]:
     search = one["search"]
-    return ("–", "–") if search is None else (f"{search['runs']:,}", f"{search['cpu_seconds']:.0f}")
+    if search is None:
+        return "–", "–"
+    seconds = search["cpu_seconds"]  # of results of earlier versions nothing is known
+    return f"{search['runs']:,}", "–" if seconds is None else f"{seconds:.0f}"
 
 
 def stored() -> list[dict[str, Any]]:
@@ -88,7 +91,7 @@ def taken(robot: str, folder: Path, search: Path | None) -> dict[str, Any]:
         numbers = {key: tried[key] for key in ("reached", "runs", "numbers")}
         tests.append({"name": test["name"], "title": test["title"], **numbers})
     of_search = None if search is None else json.loads((search / "result.json").read_bytes())
-    kept = None if of_search is None else {key: of_search[key] for key in ("runs", "cpu_seconds")}
+    kept = None if of_search is None else {key: of_search.get(key) for key in ("runs", "cpu_seconds")}
     return {"robot": robot, "gait": found["gaits"][0], "tests": tests, "search": kept}
 
 

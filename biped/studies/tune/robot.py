@@ -89,19 +89,22 @@ def search_of(
         assist, gait, _ = cases[i]
         times, distances = zip(*found[i : i + len(POSTURES)], strict=True)
         trials.append(Trial(gait, assist, times, distances))
-    best = max((one for one in trials if one.assist == _FIRST), key=lambda one: one.merit).gait
-    return [model, f'controller="{best}"', *_stiff(report.held), *changes], trials
+    half, direct = (max((one for one in trials if one.assist == assist), key=lambda one: one.merit)
+                    for assist in (_FIRST, 0.0))  # fmt: skip
+    begins = direct if direct.merit >= 0.5 * _SECONDS else half
+    return [model, f'controller="{begins.gait}"', _stages(report.held, begins.assist), *changes], trials
 
 
-def _stiff(joints: Sequence[str]) -> list[str]:
-    """The change that makes a robot's arms, waist and head stiff in the stages that ask for it: runs cost half."""
+def _stages(joints: Sequence[str], assist: float) -> str:
+    """The change that begins with a share of Q_d, and has arms, waist and head stiff where a stage asks for it."""
     tune = read_scenario(SCENARIO).tune
     stages = [] if tune is None else [{key: value for key, value in to_builtins(stage).items() if value}
                                       for stage in tune.stages]  # fmt: skip
-    for stage in stages:
+    kept = [stage for stage in stages if stage.get("set", {}).get("actuation", {}).get("assist", 0.0) <= assist]
+    for stage in kept:
         if "robot" in stage.get("set", {}):
             stage["set"]["robot"] = {"rigid": list(joints)}
-    return [setting("tune.stages", stages)] if joints else []
+    return setting("tune.stages", kept)
 
 
 class _Shipped:

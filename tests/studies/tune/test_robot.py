@@ -9,7 +9,7 @@ from biped.base.files import locate
 from biped.cli.main import main
 from biped.scenario.gains import MGL
 from biped.scenario.reading import read_scenario
-from biped.studies.tune.robot import ASSISTS, GAITS, SCENARIO, Trial, is_model, search_of
+from biped.studies.tune.robot import ASSISTS, GAITS, SCENARIO, Trial, _Shipped, is_model, search_of
 from biped.studies.tune.stages import studies
 
 
@@ -37,11 +37,20 @@ def test_it_begins_at_the_gait_that_comes_furthest_with_half_of_Q_d():
     assert s.robot is not None
     assert s.tune is not None
     parts = studies(s)
-    assert [one.base.actuation.assist for one in parts] == [0.5, 0.25, 0.1, 0.0, 0.0, 0.0]
-    assert [len(one.base.robot.rigid) for one in parts if one.base.robot] == [9, 9, 9, 9, 0, 0], "arms and waist"
+    assert [one.base.actuation.assist for one in parts] == [0.5, 0.25, 0.18, 0.12, 0.06, 0.0, 0.0, 0.0]
+    assert [len(one.base.robot.rigid) for one in parts if one.base.robot] == [9, 9, 9, 9, 9, 9, 0, 0], "arms and waist"
     shipped = read_scenario(SCENARIO).tune
     assert shipped is not None
     assert [one.generations for one in s.tune.stages] == [one.generations for one in shipped.stages]
+
+
+def test_who_stays_up_with_joint_torques_alone_begins_with_these(monkeypatch):
+    """A made-up robot: `any/short` stays up for 4 s with joint torques, all others fall sooner."""
+    monkeypatch.setattr(_Shipped, "__call__", lambda self, case: (4.0 if case[:2] == (0.0, "any/short") else 2.0, 1.0))
+    changes, _ = search_of(str(locate("models", "h1", "model")), [], 1)
+    s = read_scenario(SCENARIO, changes)
+    assert s.controller == "any/short"
+    assert [one.base.actuation.assist for one in studies(s)] == [0.0, 0.0, 0.0]
 
 
 def test_a_trial_counts_its_three_starts_alike():
