@@ -25,7 +25,7 @@ class Move(Section, frozen=True):
     Attributes:
         seed: Of the fresh normals.
         beta: Their weight; of 1, nothing of those before is left.
-        keep: What is left of those before; default: √(1 − beta²).
+        keep: What is left of those before, or by what they are multiplied; default: √(1 − beta²).
         after: [s] from which it moves the numbers that processes draw for a time; other numbers move only where it
             is 0.
         before: [s] up to which it does; default: the end.
@@ -33,7 +33,7 @@ class Move(Section, frozen=True):
 
     seed: Annotated[int, Meta(ge=0, le=2**63 - 1)] = 0
     beta: Annotated[float, Meta(ge=0, le=1)] = 1.0
-    keep: Annotated[float, Meta(ge=0, le=1)] | None = None
+    keep: Annotated[float, Meta(ge=0, le=10)] | None = None
     after: NonNegative = 0.0
     before: NonNegative | None = None
 

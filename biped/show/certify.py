@@ -21,6 +21,7 @@ DOCS = Path(__file__).parents[2] / "docs"
 PAGE, TEMPLATE, DATA = DOCS / "certify.md", DOCS / "certify.in.md", DOCS / "certify.json"
 MARK = "<!-- tables -->"
 _SCORES = {
+    "learned": "log odds of a fall within some 1 s, learned from runs under stronger disturbances, above the usual",
     "margin": "how far the extrapolated centre of mass is beyond the feet that stand, above the usual, in leg lengths",
     "drop": "how far the centre of mass has come down, above the usual, in leg lengths",
     "lean": "lean of the base, above the usual, in rad",
@@ -129,6 +130,19 @@ def summary_of(found: Sequence[Mapping[str, Any]]) -> Document:
         for one in found
     )  # fmt: skip
     return (Table(heads, rows, (0, 1)),)
+
+
+def reference_document(found: Sequence[Mapping[str, Any]]) -> Document:
+    """How often intervals hold probabilities that are known."""
+    heads = ("", "known", "mean estimate", "intervals that hold it", "95 % interval", "below it", "runs", "factor",
+             "plain runs for the same / runs")  # fmt: skip
+    rows = tuple(
+        (one["name"], _number(one["known"]), _number(one["mean"]), f"{one['held']} of {one['repeats']}",
+         f"{100.0 * one['interval'][0]:.0f} – {100.0 * one['interval'][1]:.0f} %", str(one["below"]),
+         _number(one["runs"]), f"{one['factor']:.2f}", f"{one['saving']:,.3g}")
+        for one in found
+    )  # fmt: skip
+    return (Table(heads, rows, (0,)),)
 
 
 def page(kept: Sequence[Mapping[str, Any]]) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from biped.base.errors import InputError
 from biped.cli.common import DONE, UNDECIDED, changes_of, print_json, warn, workers_of
 from biped.cli.parser import Commands, command_parser, number, take_changes, take_json, take_trust, take_workers, whole
 
@@ -18,15 +19,17 @@ def add(commands: Commands) -> None:
         "interval: by counting plain runs or, where falls are rare, by splitting, whichever is cheaper. An "
         "interrupted command in --out is continued. Exit code 3: the interval is wider than asked for.",
     )  # fmt: skip
-    parser.add_argument("scenario", help="name in scenarios/, or path of a scenario file")
+    parser.add_argument("scenario", nargs="?", help="name in scenarios/, or path of a scenario file")
+    known = "estimate problems whose probability is known, each so many times (100: several minutes)"
+    parser.add_argument("--reference", type=whole, metavar="REPEATS", help=known)
     take_changes(parser)
     parser.add_argument("--engine", help="engine to run in")
     relative = "half the 95 %% interval over the probability, at which it stops (default: 0.3)"
     parser.add_argument("--relative", type=number, default=0.3, help=relative)
     parser.add_argument("--most", type=whole, default=20_000, help="runs at most (default: 20000)")
-    parser.add_argument("--size", type=whole, default=150, help="runs at each level of a sample (default: 150)")
-    score = "what levels are of: margin of the extrapolated centre of mass (default), drop or lean"
-    parser.add_argument("--score", default="margin", help=score)
+    parser.add_argument("--size", type=whole, default=100, help="runs at each level of a sample (default: 100)")
+    score = "what levels are of: learned from stronger disturbances (default), margin, drop or lean"
+    parser.add_argument("--score", default="learned", help=score)
     parser.add_argument("--method", choices=["counting", "splitting"], help="default: whichever is cheaper")
     parser.add_argument("--out", type=Path, help="results folder; an interrupted command in it is continued")
     take_trust(parser)
@@ -38,8 +41,13 @@ def command(args: argparse.Namespace) -> int:
     """Estimates the probability; what an interrupt leaves is gone on with by the same command."""
     from biped.show.certify import show, write
     from biped.show.terminal import progress
-    from biped.studies.certify.study import Accuracy, certify
+    from biped.studies.certify.estimation import Accuracy
+    from biped.studies.certify.study import certify
 
+    if (args.reference is None) == (args.scenario is None):
+        raise InputError("certify: expected a scenario, or --reference REPEATS alone")
+    if args.reference is not None:
+        return _reference(args)
     accuracy = Accuracy(args.relative, args.most, args.size, args.score, args.method)
     with workers_of(args) as jobs:
         found = certify(args.scenario, changes_of(args), jobs, args.out, accuracy, progress, warn)
@@ -49,3 +57,19 @@ def command(args: argparse.Namespace) -> int:
     else:
         show(found.as_dict())
     return DONE if found.reached else UNDECIDED
+
+
+def _reference(args: argparse.Namespace) -> int:
+    from biped.show.certify import reference_document
+    from biped.show.terminal import progress, show
+    from biped.studies.certify.reference import validate
+
+    if args.reference < 2:
+        raise InputError(f"--reference {args.reference}: expected at least 2 repeats")
+    with workers_of(args) as jobs:
+        found = [one.as_dict() for one in validate(args.reference, jobs, progress)]
+    if args.json:
+        print_json({"problems": found})
+    else:
+        show(reference_document(found))
+    return DONE

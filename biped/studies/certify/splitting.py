@@ -27,7 +27,7 @@ import numpy as np
 from biped.scenario.normals import Move, Normals
 from biped.scenario.section import LARGEST
 from biped.scenario.vary import stream
-from biped.studies.certify.precursors import RunOutcome
+from biped.studies.certify.outcome import RunOutcome
 
 SHARE = 0.25
 """Of a sample that reaches the next level."""
@@ -94,28 +94,33 @@ class Moving(NamedTuple):
     times: tuple[float, ...]
 
 
-def baseline_of(plain: Sequence[RunOutcome], precursors: int) -> tuple[float, ...]:
+def cost_of(levels: Levels) -> int:
+    """Runs that a sample takes for each run at a level."""
+    return 1 + MOVES * len(levels.values)
+
+
+def baseline_of(plain: Sequence[RunOutcome]) -> tuple[float, ...]:
     """Values that precursors usually stay below; of one that is the same in every run, which says nothing, infinity."""
+    precursors = 1 + max((which for outcome in plain for _, which, _ in outcome.rises), default=0)
     peaks = [[one.peak(number) for one in plain if math.isfinite(one.peak(number))] for number in range(precursors)]
     return tuple(float(np.quantile(each, USUAL)) if len(set(each)) > 1 else math.inf for each in peaks)
 
 
 def pilot(
-    seed: int, first: Sequence[Member], baseline: tuple[float, ...], moving: Moving, most: int
+    seed: int, first: Sequence[Member], moving: Moving, most: int
 ) -> Generator[list[Normals], list[RunOutcome], Levels | None]:
     """Finds levels from a plain sample onwards, each reached by a share of the runs that reached the one before.
 
     Args:
         seed: Of everything random in it.
         first: Plain runs.
-        baseline: Of every precursor.
         moving: How runs are moved.
         most: Runs at most.
 
     Returns:
         The levels; None where the score stopped rising before runs fell, or runs ran out.
     """
-    rng = stream(seed, "certify.pilot")
+    rng, baseline = stream(seed, "certify.pilot"), baseline_of([outcome for _, outcome in first])
     values: list[float] = []
     sample = list(first)
     while True:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Generator
 
 from biped.scenario.normals import Move, Normals
-from biped.studies.certify.precursors import RunOutcome
+from biped.studies.certify.outcome import RunOutcome
 from biped.studies.certify.splitting import EARLIEST, Member
 
 HALVINGS = 4

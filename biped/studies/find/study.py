@@ -21,16 +21,10 @@ from biped.scenario.expect import Bound
 from biped.scenario.normals import Move, Normals
 from biped.scenario.reading import to_toml
 from biped.scenario.vary import stream
-from biped.studies.certify.splitting import Member, Moving, baseline_of, pilot, sampled
-from biped.studies.certify.study import (
-    FIRST,
-    Accuracy,
-    MakingOutcomes,
-    Outcomes,
-    check_random,
-    journalled,
-    plain_sample,
-)
+from biped.studies.certify.estimation import FIRST, Accuracy, levels_of
+from biped.studies.certify.running import MakingOutcomes, Outcomes, journalled
+from biped.studies.certify.splitting import Member, Moving, sampled
+from biped.studies.certify.study import check_random
 from biped.studies.find.plainer import plainer
 from biped.studies.folders import folder_for
 from biped.studies.planned import plan_of, title_of
@@ -114,7 +108,7 @@ def find(
         raise InputError(f"--most {most}: expected at least {FIRST} runs")
     title = title_of(name)
     with folder_for(out, title, plan, foreign=OF_RUNS) as folder, \
-            workers(MakingOutcomes(plan, accuracy.score, other), jobs) as carried_out:  # fmt: skip
+            workers(MakingOutcomes(plan, other), jobs) as carried_out:  # fmt: skip
         outcomes, closing = journalled(folder, carried_out, {"find": True, "against": against, "most": most}, most,
                                        progress, title, tell)  # fmt: skip
         with closing:
@@ -138,17 +132,15 @@ def find(
 def _fallen(plan: Plan, outcomes: Outcomes, accuracy: Accuracy) -> tuple[list[Member], list[Member]]:
     """Plain runs, and runs that fell while the other law stood, if need be by splitting."""
     seed = plan.scenario.seed
-    plain = plain_sample(stream(seed, "find.plain"), outcomes, FIRST)
+    plain = outcomes.plain(stream(seed, "find.plain"), FIRST)
     fell = [one for one in plain if one[1].fell and one[1].stands]
     moving = Moving(tuple(piece_times(plan.scenario)))
-    number = 0
+    number, levels = 0, None
     while len(fell) < ENOUGH and outcomes.runs < accuracy.most:
         if number == 0:
-            precursors = 1 + max((which for _, outcome in plain for _, which, _ in outcome.rises), default=0)
-            baseline = baseline_of([outcome for _, outcome in plain], precursors)
-            (levels,) = outcomes.finish([pilot(seed, plain, baseline, moving, accuracy.most - outcomes.runs)])
+            levels = levels_of(seed, outcomes, plain, moving, accuracy)
         if levels is None:
-            more = plain_sample(stream(seed, f"find.plain.{number}"), outcomes, FIRST)
+            more = outcomes.plain(stream(seed, f"find.plain.{number}"), min(FIRST, accuracy.most - outcomes.runs))
             plain, fell = plain + more, fell + [one for one in more if one[1].fell and one[1].stands]
         else:
             (sample,) = outcomes.finish([sampled(seed, number, accuracy.size, levels, moving)])

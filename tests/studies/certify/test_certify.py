@@ -12,8 +12,10 @@ from biped.cli.main import main
 from biped.ensemble.campaign import simulate
 from biped.scenario.disturbed import piece_times
 from biped.scenario.normals import Move, Normals
-from biped.studies.certify.precursors import SCORES, outcome_of
-from biped.studies.certify.study import Accuracy, certify
+from biped.studies.certify.estimation import Accuracy
+from biped.studies.certify.outcome import outcome_of
+from biped.studies.certify.scores import SCORES
+from biped.studies.certify.study import certify
 from biped.studies.planned import plan_of
 
 FORCE = "disturbance={force=[120.0,0.0],correlation=0.2}"
@@ -55,7 +57,7 @@ def test_a_branch_is_the_same_run_to_the_last_bit_until_it_begins():
 def test_scores_of_a_fall_rise_to_its_end(score):
     plan = plan_of("upright/own", ["push=[{at=0.5,duration=0.3,force=[400.0,0.0]}]", "duration=3"])
     trajectory = simulate(plan.run(0))
-    outcome = outcome_of(trajectory, score)
+    outcome = outcome_of(trajectory, score, 3.0)
     assert outcome.fell
     assert outcome.end == pytest.approx(trajectory.time[-1])
     highest = max(outcome.rises, key=lambda rise: rise[2])
@@ -75,7 +77,7 @@ def test_an_interrupted_command_goes_on_where_it_was(tmp_path):
     again = certify("upright/own", changes, 1, cut, accuracy)
     assert again.probability == whole.probability
     assert (cut / "runs.jsonl").read_bytes() == b"".join(journal)
-    with pytest.raises(InputError, match="begun with size = 150, score = margin"):
+    with pytest.raises(InputError, match="begun with size = 100, score = learned"):
         certify("upright/own", changes, 1, cut, accuracy._replace(score="lean"))
 
 

@@ -10,24 +10,25 @@ import pytest
 
 from biped.cli.main import main
 from biped.scenario.normals import Normals
-from biped.studies.certify.study import Outcomes
+from biped.studies.certify.reference import Pendulum, Regulated
+from biped.studies.certify.running import Outcomes
 from biped.studies.find.plainer import plainer
-from tests.studies.certify.pendulum import Pendulum, Regulated, capture_deviation
 
 FORCE = "disturbance={force=[250.0,0.0],correlation=0.2}"
 
 
 @pytest.mark.parametrize("case", ["pendulum", "walk"])
 def test_a_failure_is_made_likelier_and_still_falls(case):
-    foot = 1.5 * capture_deviation(0.02)
-    problem, duration = {"pendulum": (Pendulum(0.02, foot), 0.6), "walk": (Regulated(3.0), 20.0)}[case]
+    problem, duration = {"pendulum": (Pendulum(1.5), 0.6), "walk": (Regulated(3.0), 20.0)}[case]
 
     def met(run):
         fresh = Normals(int(run), run.moves)
         return problem(fresh)._replace(squares=fresh.squares, way="forward")
 
     first = next((run, met(run)) for run in map(Normals, range(200)) if problem(run).fell)
-    outcomes = Outcomes(lambda runs: map(met, runs), {}, lambda _, outcome: outcome, lambda: None)
+    outcomes = Outcomes(
+        lambda requests: (met(request.run) for request in requests), {}, lambda _, outcome: outcome, lambda: None
+    )
     (found,) = outcomes.finish([plainer(first, duration)])
     run, outcome = found
     assert problem(run).fell

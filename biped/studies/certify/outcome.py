@@ -1,21 +1,18 @@
-"""Signals of a run that rise before it falls: what splitting takes its levels from.
-
-A precursor is a signal in every row of a trajectory, in natural units. Where it is highest says how close a run came to
-a fall; when it first reached a level is where another run may branch off.
-"""
+"""What a command remembers of a run: whether it fell, how, and how its score rose."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from biped.measure.metrics.space import extrapolated, headings
+from biped.measure.metrics.space import headings
 from biped.measure.trajectory import Trajectory
+from biped.studies.certify.scores import EVERY, SCORES, Score, horizon_of, states_of
 
-EVERY = 0.01
-"""[s] between the rows that are looked at."""
+LEARNT_EVERY = 5
+"""Of the rows that are looked at, those that a score is learned from: every 50 ms."""
 
 
 class RunOutcome(NamedTuple):
@@ -30,6 +27,7 @@ class RunOutcome(NamedTuple):
         way: How it fell: whither, on which foot, and when after its last strike; else empty.
         squares: Sum of the squares of the normals that it drew.
         stands: Whether another law stood what this one met; of a comparison.
+        states: States of the walk, and whether it falls soon (0 or 1): what a score is learned from.
     """
 
     fell: bool
@@ -40,6 +38,7 @@ class RunOutcome(NamedTuple):
     way: str = ""
     squares: float = 0.0
     stands: bool = True
+    states: tuple[tuple[float, ...], ...] = ()
 
     def peak(self, number: int) -> float:
         """The largest value of a precursor; minus infinity where it has none."""
@@ -57,51 +56,45 @@ class RunOutcome(NamedTuple):
         return min(times, default=self.end)
 
 
-def margins(t: Trajectory) -> np.ndarray:
-    """(n, 4) how far the extrapolated centre of mass is beyond the feet that stand, in leg lengths.
+def outcome_of(t: Trajectory, score: Score | None, duration: float, learns: bool = False) -> RunOutcome:
+    """The outcome of a run.
 
-    Columns: forward, back, to the left and to the right of where the base faces; in the plane the last two are zero. A
-    walk is beyond in every step (the other foot catches it): what counts is how far above the usual.
+    Args:
+        t: The run.
+        score: What rises; None: nothing does.
+        duration: [s] that it would take.
+        learns: Whether states are recorded, from which a score is learned.
     """
-    standing = t.down[:, t.robot.of_foot].astype(bool)
-    centre, place = extrapolated(t), t.point[:, :, :2]
-    angle, out = headings(t), []
-    forward, left = (np.cos(angle), np.sin(angle)), (-np.sin(angle), np.cos(angle))
-    for way in (np.stack(forward, axis=1), np.stack(left, axis=1)):
-        at, reach = (centre * way).sum(axis=1), (place * way[:, None]).sum(axis=2)
-        out += [at - np.where(standing, reach, -np.inf).max(axis=1), np.where(standing, reach, np.inf).min(axis=1) - at]
-    beyond = np.stack(out, axis=1)
-    beyond[~standing.any(axis=1)] = np.nan
-    return beyond / t.robot.leg
-
-
-def leans(t: Trajectory) -> np.ndarray:
-    """(n, 2) [rad] lean of the base forward and back: it does not grade, and stands here to be compared with."""
-    return np.stack([t.lean, -t.lean], axis=1)
-
-
-def drops(t: Trajectory) -> np.ndarray:
-    """(n, 1) how far the centre of mass is below where it began, in leg lengths."""
-    return (t.com[0, 2] - t.com[:, 2:]) / t.robot.leg
-
-
-SCORES: dict[str, Callable[[Trajectory], np.ndarray]] = {"margin": margins, "drop": drops, "lean": leans}
-"""Precursors by the name of the score that is made of them."""
-
-
-def outcome_of(t: Trajectory, score: str) -> RunOutcome:
-    """The outcome of a run by a score."""
-    every = max(1, round(EVERY / t.tick))
+    other = "" if t.end in ("fell", "completed") else t.end
+    end = round(float(t.time[-1]), 9)
     with np.errstate(all="ignore"):
-        signals = np.nan_to_num(SCORES[score](t)[::every], nan=-np.inf)
-    times, rises = t.time[::every], []
+        states = _labelled(t, duration) if learns else ()
+        out = RunOutcome(t.end == "fell", end, (), len(t.strikes), other, way_of(t), states=states)
+        if score is None:
+            return out
+        if isinstance(score, str):
+            signals = SCORES[score](t)[:: max(1, round(EVERY / t.tick))]
+        else:
+            signals = score(states_of(t, duration))[:, None]
+    signals = np.nan_to_num(signals, nan=-np.inf)
+    times, rises = t.time[:: max(1, round(EVERY / t.tick))], []
     for number, signal in enumerate(signals.T):
         highest = np.maximum.accumulate(signal)
         rows = np.flatnonzero(highest > np.append(-np.inf, highest[:-1]))
         rises += [(round(float(times[row]), 9), number, round(float(signal[row]), 6)) for row in rows]
-    other = "" if t.end in ("fell", "completed") else t.end
-    end = round(float(t.time[-1]), 9)
-    return RunOutcome(t.end == "fell", end, tuple(sorted(rises)), len(t.strikes), other, way_of(t))
+    return out._replace(rises=tuple(sorted(rises)))
+
+
+def _labelled(t: Trajectory, duration: float) -> tuple[tuple[float, ...], ...]:
+    """States of a walk, and of each whether it falls within the horizon."""
+    states = states_of(t, duration)[::LEARNT_EVERY]
+    times = np.arange(len(states)) * LEARNT_EVERY * max(1, round(EVERY / t.tick)) * t.tick
+    soon = (t.end == "fell") & (t.time[-1] - times < horizon_of(t))
+    sound = np.isfinite(states).all(axis=1)
+    return tuple(
+        (*(float(f"{number:.4g}") for number in state), float(label))
+        for state, label in zip(states[sound], soon[sound], strict=True)
+    )
 
 
 def way_of(t: Trajectory) -> str:

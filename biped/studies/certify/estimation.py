@@ -1,0 +1,190 @@
+"""The probability of a fall from outcomes of runs: by counting or by splitting, whichever is cheaper."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from biped.scenario.vary import stream
+from biped.studies.certify.estimate import LEAST_SAMPLES, Probability, combined, counted, plain_is_cheaper
+from biped.studies.certify.learning import AT_MOST, fitted, learned
+from biped.studies.certify.outcome import RunOutcome
+from biped.studies.certify.running import Outcomes
+from biped.studies.certify.scores import LEARNED
+from biped.studies.certify.splitting import (
+    SHARE,
+    Levels,
+    Member,
+    Moving,
+    Sample,
+    cost_of,
+    least_scatter,
+    pilot,
+    sampled,
+)
+
+COUNTING, SPLITTING = "counting", "splitting"
+FIRST = 200
+"""Plain runs that decide between counting and splitting."""
+WAVE = 5
+"""Samples that are drawn side by side."""
+LEAST_SIZE = 20
+"""Runs at each level of a sample at least."""
+LEAST_FALLS = 10
+"""Falls from which a count ends."""
+OTHERWISE = "margin"
+"""The score where none can be learned: nothing that is drawn has a time, or nothing falls."""
+
+
+class Accuracy(NamedTuple):
+    """When to stop.
+
+    Attributes:
+        relative: Half the 95 % interval over the probability.
+        most: Runs at most.
+        size: Runs at each level of a sample.
+        score: Of `SCORES`, or `LEARNED`.
+        method: `COUNTING` or `SPLITTING`; None: whichever is cheaper.
+    """
+
+    relative: float = 0.3
+    most: int = 100_000
+    size: int = 100
+    score: str = LEARNED
+    method: str | None = None
+
+
+class Found(NamedTuple):
+    """An estimate, and what it was made from.
+
+    Attributes:
+        probability: The estimate.
+        reached: Whether its interval is as narrow as asked for.
+        plain: Outcomes of runs that nothing selected.
+        samples: Through all levels; none of a count.
+        levels: Of the samples.
+        fell: Runs that fell.
+        doubt: What speaks against it.
+    """
+
+    probability: Probability
+    reached: bool
+    plain: Sequence[RunOutcome]
+    samples: Sequence[Sample]
+    levels: Levels | None
+    fell: Sequence[Member]
+    doubt: str
+
+
+def estimated(seed: int, outcomes: Outcomes, moving: Moving, accuracy: Accuracy) -> Found:
+    """Estimates the probability of a fall.
+
+    Args:
+        seed: Of everything random in it.
+        outcomes: Of runs.
+        moving: How runs are moved.
+        accuracy: When to stop.
+    """
+    rng = stream(seed, "certify.plain")
+    first = outcomes.plain(rng, min(FIRST, accuracy.most))
+    falls = sum(outcome.fell for _, outcome in first)
+    method = accuracy.method
+    if method is None:
+        method = COUNTING if plain_is_cheaper(falls, len(first), SHARE) else SPLITTING
+    if method == COUNTING:
+        return _counting(rng, outcomes, first, accuracy, "")
+    levels = levels_of(seed, outcomes, first, moving, accuracy)
+    size = 0 if levels is None else _size(levels, accuracy, accuracy.most - outcomes.runs)
+    if levels is None or size < LEAST_SIZE:
+        doubt = f"the score '{accuracy.score}' stopped rising before runs fell, or --most is too few: runs were counted"
+        return _counting(rng, outcomes, first, accuracy, doubt)
+    return _splitting(seed, outcomes, levels, moving, accuracy._replace(size=size))
+
+
+def _size(levels: Levels, accuracy: Accuracy, left: int) -> int:
+    """Runs at each level of a sample, fewer than asked for where an interval would take more runs than are left."""
+    return min(accuracy.size, left // (LEAST_SAMPLES * cost_of(levels)))
+
+
+def levels_of(
+    seed: int, outcomes: Outcomes, first: Sequence[Member], moving: Moving, accuracy: Accuracy
+) -> Levels | None:
+    """The levels that a pilot finds, of a score that is learned before where there is none.
+
+    Args:
+        seed: Of everything random in it.
+        outcomes: Of runs; their score is what was learned from then on.
+        first: Plain runs.
+        moving: How runs are moved.
+        accuracy: When to stop.
+
+    Returns:
+        The levels; None where the score stopped rising before runs fell, or runs ran out.
+    """
+    if outcomes.score is not None:
+        return _piloted(seed, outcomes, first[: accuracy.size], moving, accuracy)
+    if accuracy.most - outcomes.runs < AT_MOST + accuracy.size:
+        return None
+    score = learned(seed, outcomes, sum(outcome.fell for _, outcome in first)) if moving.times else None
+    outcomes.score, outcomes.learns = score or OTHERWISE, score is not None
+    first = outcomes.plain(stream(seed, "certify.first"), accuracy.size)
+    levels = _piloted(seed, outcomes, first, moving, accuracy)
+    if score is None or accuracy.most - outcomes.runs < accuracy.size:
+        return levels
+    # Walks that a pilot brought close to a fall say what the score has wrong: it is learned once more, with them.
+    outcomes.score, outcomes.learns = fitted(np.array(outcomes.states)), False
+    outcomes.states.clear()
+    first = outcomes.plain(stream(seed, "certify.second"), accuracy.size)
+    return _piloted(seed + 1, outcomes, first, moving, accuracy)
+
+
+def _piloted(
+    seed: int, outcomes: Outcomes, first: Sequence[Member], moving: Moving, accuracy: Accuracy
+) -> Levels | None:
+    (levels,) = outcomes.finish([pilot(seed, first, moving, accuracy.most - outcomes.runs)])
+    return levels
+
+
+def _counting(rng: np.random.Generator, outcomes: Outcomes, first: Sequence[Member], accuracy: Accuracy,
+              doubt: str) -> Found:  # fmt: skip
+    """Counts plain runs until the interval is narrow, looking whenever there are half as many again."""
+    outcomes.score, outcomes.learns = OTHERWISE, False  # nothing is learned from a count
+    sample = list(first)
+    while True:
+        falls = sum(outcome.fell for _, outcome in sample)
+        found = counted(falls, len(sample))
+        reached = falls >= LEAST_FALLS and found.relative <= accuracy.relative
+        left = accuracy.most - outcomes.runs
+        if reached or left <= 0:
+            fell = [one for one in sample if one[1].fell]
+            return Found(found, reached, [outcome for _, outcome in sample], (), None, fell, doubt)
+        sample += outcomes.plain(rng, min(left, max(FIRST, len(sample) // 2)))
+
+
+def _splitting(seed: int, outcomes: Outcomes, levels: Levels, moving: Moving, accuracy: Accuracy) -> Found:
+    samples: list[Sample] = []
+    cost = accuracy.size * cost_of(levels)
+    while True:
+        number = len(samples)
+        wave = range(number, number + WAVE)
+        samples += outcomes.finish([sampled(seed, i, accuracy.size, levels, moving) for i in wave])
+        found = combined([sample.probability for sample in samples], least_scatter(samples, accuracy.size))
+        reached = len(samples) >= 2 * LEAST_SAMPLES and found.relative <= accuracy.relative
+        if reached or outcomes.runs + WAVE * cost > accuracy.most:
+            break
+    plain = [outcome for sample in samples for outcome in sample.plain]
+    fell = [one for sample in samples for one in sample.fell]
+    return Found(found, reached, plain, samples, levels, fell, _disagreement(found, plain))
+
+
+def _disagreement(found: Probability, plain: Sequence[RunOutcome]) -> str:
+    """Whether plain runs, in which no level leads anywhere, say something else."""
+    falls = sum(outcome.fell for outcome in plain)
+    low, high = counted(falls, len(plain))[1:]
+    if low > found.high:
+        return f"{falls} of the {len(plain)} plain runs fell, more than the levels say: some falls come without them"
+    if high < found.low:
+        return f"{falls} of the {len(plain)} plain runs fell, fewer than the levels say"
+    return ""

@@ -1,0 +1,153 @@
+"""Outcomes of runs in the order in which they are asked for, wherever they are made, with a journal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
+from functools import partial
+from itertools import islice
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from biped.base.errors import InputError
+from biped.base.progress import Progress, Told
+from biped.ensemble.campaign import simulate
+from biped.ensemble.executor import Map
+from biped.ensemble.folder import Folder
+from biped.ensemble.plan import Plan
+from biped.scenario.normals import Normals
+from biped.studies.certify.outcome import RunOutcome, outcome_of
+from biped.studies.certify.scores import Score
+
+
+class Request(NamedTuple):
+    """A run that is asked for.
+
+    Attributes:
+        run: Its seed and the moves that were made from it.
+        score: What rises in it; None: nothing does.
+        learns: Whether its states are recorded.
+    """
+
+    run: Normals
+    score: Score | None
+    learns: bool
+
+
+class MakingOutcomes:
+    """The outcome of a run that has a seed of its own, wherever it is sent to.
+
+    Args:
+        plan: The ensemble.
+        against: Another plan, whose law meets what this one fell by; default: none.
+    """
+
+    def __init__(self, plan: Plan, against: Plan | None = None):
+        self._plan, self._against = plan, against
+
+    def __call__(self, request: Request) -> RunOutcome:
+        """Makes the run."""
+        seed = request.run
+        run = Normals(int(seed), seed.moves)
+        with np.errstate(all="ignore"):
+            trajectory, duration = simulate(self._plan.run_from(run)), self._plan.scenario.duration
+            outcome = outcome_of(trajectory, request.score, duration, request.learns)
+            stands = not outcome.fell or self._against is None or simulate(self._against.run_from(seed)).end != "fell"
+        return outcome._replace(squares=round(run.squares, 6), stands=stands)
+
+
+class Outcomes:
+    """Outcomes of runs in the order in which they are asked for, those that were noted without being made again.
+
+    Args:
+        carried_out: Makes runs.
+        noted: Outcomes of an earlier, interrupted command.
+        note: Called with the number of a run and its outcome.
+        advance: Called for every run.
+        score: What rises in them; None: what is learned of their states.
+
+    Attributes:
+        runs: How many were asked for.
+        score: As given, until it is learned.
+        learns: Whether their states are recorded.
+        states: Those that were.
+    """
+
+    def __init__(self, carried_out: Callable[[Iterator[Request]], Iterator[RunOutcome]], noted: dict[int, RunOutcome],
+                 note: Callable[[int, RunOutcome], RunOutcome], advance: Callable[..., None],
+                 score: Score | None = None):  # fmt: skip
+        self._carried_out, self._noted, self._note, self._advance = carried_out, noted, note, advance
+        self.runs, self.score, self.learns = 0, score, score is None
+        self.states: list[tuple[float, ...]] = []
+
+    def __call__(self, seeds: Sequence[Normals]) -> list[RunOutcome]:
+        """The outcomes of runs."""
+        numbers = range(self.runs, self.runs + len(seeds))
+        self.runs += len(seeds)
+        missing = [number for number in numbers if number not in self._noted]
+        made = self._carried_out(Request(seeds[number - numbers.start], self.score, self.learns) for number in missing)
+        for number, outcome in zip(missing, made, strict=True):
+            self._noted[number] = self._note(number, outcome)
+            self._advance()
+        found = [self._noted.pop(number) for number in numbers]
+        self.states += [state for outcome in found for state in outcome.states]
+        return [outcome._replace(states=()) for outcome in found]
+
+    def plain(self, rng: np.random.Generator, count: int) -> list[tuple[Normals, RunOutcome]]:
+        """Runs that nothing selects, with their outcomes."""
+        runs = [Normals(int(rng.integers(2**62))) for _ in range(count)]
+        return list(zip(runs, self(runs), strict=True))
+
+    def finish(self, samplings: Sequence[Any]) -> list[Any]:
+        """Carries out several samplings side by side; returns what each returns."""
+        found: dict[int, Any] = {}
+        wanted: dict[int, list[Normals]] = {}
+
+        def go_on(i: int, outcomes: list[RunOutcome] | None) -> None:
+            try:
+                wanted[i] = samplings[i].send(outcomes)
+            except StopIteration as stop:
+                found[i] = stop.value
+
+        for i in range(len(samplings)):
+            go_on(i, None)
+        while wanted:
+            outcomes = iter(self([seed for i in sorted(wanted) for seed in wanted[i]]))
+            for i in sorted(wanted):
+                go_on(i, list(islice(outcomes, len(wanted.pop(i)))))
+        return [found[i] for i in range(len(samplings))]
+
+
+def journalled(folder: Folder, carried_out: Map[Request, RunOutcome], settings: dict[str, Any], most: int,
+               progress: Progress, title: str, tell: Told,
+               score: Score | None = None) -> tuple[Outcomes, Any]:  # fmt: skip
+    """Outcomes with a journal in a folder, and what ends the progress that is shown.
+
+    Raises:
+        InputError: The journal was begun with other settings.
+    """
+    records = {record["index"]: record for record in folder.finished()}
+    for words in folder.notes:
+        tell(words)
+    begun = records.pop(-1, None)
+    if begun is not None and begun["settings"] != settings:
+        words = ", ".join(f"{key} = {value}" for key, value in begun["settings"].items())
+        raise InputError(f"--out {folder.path}: begun with {words}; expected the same, or another folder")
+    if begun is None:
+        folder.note({"index": -1, "settings": settings})
+    noted = {number: _read(record) for number, record in records.items()}
+
+    def note(number: int, outcome: RunOutcome) -> RunOutcome:
+        return _read(folder.note({"index": number, **outcome._asdict()}))
+
+    stack = ExitStack()
+    advance = stack.enter_context(progress(title, most, len(noted)))
+    return Outcomes(partial(carried_out, ordered=True), noted, note, advance, score), stack
+
+
+def _read(record: dict[str, Any]) -> RunOutcome:
+    rises = tuple((float(time), int(which), float(value)) for time, which, value in record["rises"])
+    return RunOutcome(bool(record["fell"]), float(record["end"]), rises, int(record["steps"]), str(record["other"]),
+                      str(record["way"]), float(record["squares"]), bool(record["stands"]),
+                      tuple(map(tuple, record["states"])))  # fmt: skip
