@@ -126,15 +126,17 @@ def levels_of(
     if outcomes.score is not None:
         return _piloted(seed, outcomes, first[: accuracy.size], moving, accuracy)
     if accuracy.most - outcomes.runs < AT_MOST + accuracy.size:
+        outcomes.score, outcomes.learns = OTHERWISE, False
         return None
     score = learned(seed, outcomes, sum(outcome.fell for _, outcome in first)) if moving.times else None
     outcomes.score, outcomes.learns = score or OTHERWISE, score is not None
     first = outcomes.plain(stream(seed, "certify.first"), accuracy.size)
     levels = _piloted(seed, outcomes, first, moving, accuracy)
+    outcomes.learns = False
     if score is None or accuracy.most - outcomes.runs < accuracy.size:
         return levels
     # Walks that a pilot brought close to a fall say what the score has wrong: it is learned once more, with them.
-    outcomes.score, outcomes.learns = fitted(np.array(outcomes.states)), False
+    outcomes.score = fitted(np.array(outcomes.states))
     outcomes.states.clear()
     first = outcomes.plain(stream(seed, "certify.second"), accuracy.size)
     return _piloted(seed + 1, outcomes, first, moving, accuracy)

@@ -1,4 +1,4 @@
-"""What a command remembers of a run: whether it fell, how, and how its score rose."""
+"""The record of a run: whether it fell, how, and how its score rose."""
 
 from __future__ import annotations
 
