@@ -10,6 +10,7 @@ import numpy as np
 from biped.engines.planar.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.measure.columns import COLUMNS, WIDTH
+from biped.measure.seven_links import PlanarTrajectory
 from biped.measure.trajectory import Trajectory
 from biped.robot.load import load_robot
 from biped.robot.planar.model import tree_at
@@ -63,7 +64,7 @@ def mirrored(t: Trajectory) -> Trajectory:
 def synthetic(seconds: float, **columns) -> Trajectory:
     """A run of made-up columns (arrays or constants); everything else is zero."""
     n = round(seconds * 1000)
-    t = Trajectory(
+    t = PlanarTrajectory(
         np.zeros((n, WIDTH)), 0.001, 0.0, False, (200.0,) * 6, (), "completed", "", {}, load_robot(HUMAN, None)
     )
     t.time[:] = np.arange(n) * 0.001

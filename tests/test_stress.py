@@ -12,7 +12,7 @@ import re
 import numpy as np
 import pytest
 
-from biped.control.planar.sensors import PlanarSensors
+from biped.control.planar.senses import PlanarSensors
 from biped.ensemble.campaign import simulate
 from biped.measure.metrics import assess
 from biped.measure.trajectory import Trajectory

@@ -19,9 +19,8 @@ from biped.base.text import safe
 from biped.base.trust import trusting
 from biped.cli import commands as folder
 from biped.cli.common import BAD_INPUT, FAILED, STOPPED
-from biped.cli.ending import DEBUG, complain
 from biped.cli.parser import Parser, commands_of
-from biped.cli.streams import safe_streams
+from biped.cli.streams import DEBUG, complain, safe_streams
 from biped.cli.windowless import SETTING, import_mujoco
 
 

@@ -9,6 +9,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from biped.base.errors import BipedError, InputError
+from biped.base.text import paragraph
+
 
 @contextmanager
 def safe_streams() -> Iterator[None]:
@@ -80,3 +83,38 @@ def _by_number(error: UnicodeError) -> tuple[str, int]:
         raise error
     units = error.object[error.start : error.end].encode("utf-16-be", "surrogatepass")
     return "".join(f"\\u{units[i]:02x}{units[i + 1]:02x}" for i in range(0, len(units), 2)), error.end
+
+
+DEBUG = "--debug"
+
+
+def complain(error: Exception, debug: bool) -> bool:
+    """Prints what went wrong.
+
+    Args:
+        error: What a command raised.
+        debug: Whether to show where.
+
+    Returns:
+        Whether it is the input's fault.
+    """
+    if debug:
+        import traceback
+
+        traceback.print_exception(error)
+    print(f"biped: {paragraph(_words(error))}", file=sys.stderr)
+    return isinstance(error, InputError)
+
+
+def _words(error: Exception) -> str:
+    if isinstance(error, BipedError):
+        return str(error)
+    if isinstance(error, MemoryError):
+        return f"out of memory: {error or 'expected'} a shorter run, a slower control rate or fewer --jobs"
+    if isinstance(error, OSError):
+        files = ", ".join(str(name) for name in (error.filename, error.filename2) if name is not None)
+        return f"{files or 'the system'}: {(error.strerror or str(error) or type(error).__name__).lower()}"
+    return (
+        f"a defect of biped, not of what you wrote: {type(error).__name__}: {error}; "
+        f"the same command with {DEBUG} shows where, for a report"
+    )

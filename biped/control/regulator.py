@@ -90,7 +90,7 @@ def _cost_to_go(A: np.ndarray, G: np.ndarray, H: np.ndarray) -> np.ndarray:
 
 def _balanced(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot) -> None:
     """Turns the robot and lets it down until the ground bears it without anything pushing its base."""
-    up, axis = (robot.base_columns[i] for i in ((1, 2) if robot.planar else (2, 4)))
+    up, axis = robot.moving_columns[-1], robot.pitch_column
     start, height, turn = data.qpos.copy(), height_of(model, robot), np.zeros(model.nv)
 
     def missing(x: np.ndarray) -> np.ndarray:

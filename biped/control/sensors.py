@@ -38,7 +38,7 @@ class CoordinateSensors:
         self.model, self.data = model, mujoco.MjData(model)
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
         place, turning, self._joints = _coordinates(model, robot)
-        self._about = np.array(robot.base_columns[-1:] if robot.planar else robot.base_columns[3:])
+        self._about = np.array(robot.turning_columns)
         # [m, rad] and [m/s, rad/s] of every velocity's coordinate and of its rate
         self._deviation = np.where(place, sensors.height_noise, np.where(turning, sensors.angle_noise, 0.0))
         self._rate_deviation = np.where(turning, sensors.rate_noise, 0.0)
@@ -104,6 +104,6 @@ def _coordinates(model: mujoco.MjModel, robot: Robot) -> tuple[np.ndarray, np.nd
     base = np.zeros(model.nv, dtype=bool)
     base[list(robot.base_columns)] = True
     along = np.zeros(model.nv, dtype=bool)
-    along[list(robot.base_columns[: 2 if robot.planar else 3])] = True
+    along[list(robot.moving_columns)] = True
     slides = kinds == mujoco.mjtJoint.mjJNT_SLIDE
     return along, ~along & ~slides, (kinds == _HINGE) & ~base

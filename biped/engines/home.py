@@ -20,7 +20,6 @@ from biped.engines.rigid.record import rigid_record
 from biped.engines.rigid.walk import log_impulses, log_work, walk_rigid
 from biped.measure.trajectory import Trajectory
 from biped.robot.planar.topology import BASE
-from biped.robot.robot import seven_links
 from biped.robot.run import Run
 
 
@@ -45,7 +44,7 @@ def simulate_with_ledger(run: Run) -> tuple[Trajectory, np.ndarray]:
     tick = 1.0 / s.simulation.control_rate
     steps = round(tick / s.simulation.timestep)
     q, v = np.array(run.q), np.array(run.v)
-    rigid = rigid_record(run.model, seven_links(run.robot), s.ground.slope, s.truth, run.profile)
+    rigid = rigid_record(run.home_tree, s.ground.slope, run.profile)
     w = rigid[0]
     touch_down(rigid, q, v)
     before = float(w["ledger"]["work"] - w["ledger"]["loss"])

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
-from msgspec import structs
 
 from biped.base.jit import bound, kernel
 from biped.control.card import Networked
@@ -25,15 +24,12 @@ from biped.engines.row import log_state, state_of
 from biped.engines.uneven import Uneven, own
 from biped.measure.columns import columns_of, width_of
 from biped.measure.trajectory import Trajectory
-from biped.robot.build import compiled
 from biped.robot.gravity import frame, gravity3
-from biped.robot.ground import levelled
 from biped.robot.run import Run
 from biped.scenario.command import COMMANDED
 from biped.scenario.laws import SPATIAL, own_law
 from biped.scenario.pushing import pieces
 from biped.scenario.senses import Sensors
-from biped.scenario.truth import Truth
 
 if TYPE_CHECKING:
     from biped.engines.space.walk import SpacePlant
@@ -67,7 +63,7 @@ class MujocoPlant:
         make, name, file = maker_of(run)
         self.command = command_of(make, s, name)
         servos = make.servos(self.robot) if isinstance(make, Networked) else None
-        self.model = compiled(run.model, s, self.command, servos)
+        self.model = run.stepped_model(self.command, servos)
         if own_law(s.law):
             self.model = copy.copy(self.model)  # what a law does to it behind what it is given is for this run alone
         if not self.profile.level:
@@ -76,9 +72,7 @@ class MujocoPlant:
         self.data.qpos[:], self.data.qvel[:] = run.q, run.v
         self.limits = np.array(run.torque_limits)
         size = self.model.nv if self.command == "generalized" else len(self.robot.drives)
-        # Of how the robot differs from its file a law knows nothing, nor what lies ahead on its way.
-        believed = structs.replace(s, truth=Truth(), ground=levelled(s.ground))
-        known = self.model if s == believed else compiled(run.model, believed, self.command, servos)
+        known = self.model if s == run.known_scenario else run.stepped_model(self.command, servos, known=True)
         setup = Setup(s, run.gains, self.robot, copy.copy(known), run.model, run.tick, self.limits.copy(),
                       run.q.copy(), run.v.copy())  # fmt: skip
         self.law = Commander(make, name, file, setup, size, run.ticks)

@@ -154,6 +154,36 @@ def _write_figure(s, figure):
     ride(s.turn[s.base[0]], s.place[s.base[0]], s.axes[2], figure[3 * N_JOINTS :])
 
 
+@inner_kernel
+def write_state(at, line, time, q, v, com, com_velocity, place, quaternion, energy):
+    """Writes what is MuJoCo's of a state into its row.
+
+    Args:
+        at: (15,) first columns of a trajectory's quantities.
+        line: The row.
+        time: [s].
+        q: (nq,) coordinates.
+        v: (nv,) velocities.
+        com: (3,) [m] centre of mass.
+        com_velocity: (3,) [m/s] of it.
+        place: (3,) [m] origin of the base.
+        quaternion: (4,) its orientation.
+        energy: (2,) [J] potential and kinetic.
+    """
+    line[at[TIME]] = time
+    for j in range(q.size):
+        line[at[Q] + j] = q[j]
+    for j in range(v.size):
+        line[at[V] + j] = v[j]
+    for i in range(3):
+        line[at[COM] + i] = com[i]
+        line[at[COM_VELOCITY] + i] = com_velocity[i]
+        line[at[BASE] + i] = place[i]
+    for i in range(4):
+        line[at[BASE] + 3 + i] = quaternion[i]
+    line[at[ENERGY]] = energy[0] + energy[1]
+
+
 @kernel
 def log_state(s, contacts, line, outside, time):
     """Judges a state and writes it into its row, all but the forces of the step that follows.
@@ -173,11 +203,8 @@ def log_state(s, contacts, line, outside, time):
         return status
     at, base = s.columns, s.base[0]
     points = s.body.size
-    line[at[TIME]] = time
-    for j in range(s.q.size):
-        line[at[Q] + j] = s.q[j]
-    for j in range(s.v.size):
-        line[at[V] + j] = s.v[j]
+    write_state(at, line, time, s.q, s.v, s.com[base], s.com_velocity[base], s.place[base], s.quaternion[base],
+                s.energy)  # fmt: skip
     for p in range(points):
         ride(s.turn[s.body[p]], s.place[s.body[p]], s.local[p], s.point[p])
         s.touching[p] = False
@@ -190,13 +217,6 @@ def log_state(s, contacts, line, outside, time):
         for i in range(3):
             line[at[POINT] + 3 * p + i] = s.point[p, i]
         line[at[CONTACT] + p] = 1.0 if s.touching[p] else 0.0
-    for i in range(3):
-        line[at[COM] + i] = s.com[base, i]
-        line[at[COM_VELOCITY] + i] = s.com_velocity[base, i]
-        line[at[BASE] + i] = s.place[base, i]
-    for i in range(4):
-        line[at[BASE] + 3 + i] = s.quaternion[base, i]
     _write_figure(s, line[at[FIGURE] :])
-    line[at[ENERGY]] = s.energy[0] + s.energy[1]
     write_spin(s.inertia, s.moving, outside)
     return status

@@ -21,6 +21,7 @@ from biped.ensemble.processes import FORKS
 from biped.ensemble.rows import FLAGS, LOST, Row
 from biped.measure.metrics import assess
 from biped.measure.trajectory import Trajectory
+from biped.robot.robot import seven_links
 from biped.robot.run import Run
 from biped.scenario.engines import ENGINES
 from biped.scenario.keys import Scenario
@@ -35,8 +36,7 @@ def simulate_planar(run: Run) -> Trajectory:
     Raises:
         InputError: It is one of a robot of another kind.
     """
-    if run.scenario.robot is not None:
-        raise InputError(f"model: expected a planar biped of seven links for this, got '{run.scenario.model}'", "model")
+    seven_links(run.robot)
     return simulate(run)
 
 

@@ -27,7 +27,7 @@ _MORE = ("scenario", "ensemble")
 def origin_of(plan: Plan) -> dict[str, str]:
     """Digest of the effective scenario and of every file that its runs read; versions; and platform."""
     state = blake2b(to_toml(plan.scenario).encode(), digest_size=8)
-    files = files_of(plan)
+    files = files_read_by(plan)
     for path in files:
         data = path.read_bytes()
         state.update(f"{path.name}\0{len(data)}\0".encode() + data)
@@ -41,7 +41,7 @@ def origin_of(plan: Plan) -> dict[str, str]:
     }
 
 
-def files_of(plan: Plan) -> list[Path]:
+def files_read_by(plan: Plan) -> list[Path]:
     """Files that runs of a plan read: models with what they include and their descriptions, gaits, and the law's.
 
     Gaits and readings count where they vary, or the speed of a family does; else they are written out in the scenario.

@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+import mujoco
 
 from biped.base.errors import InputError
 from biped.base.text import echo, safe
 from biped.ensemble.runs import Runs
 from biped.robot.law_factory import Factory
 from biped.robot.robot import Robot
-from biped.robot.run import Run
+from biped.robot.run import Run, visual_model
 from biped.robot.suitable import check_gait
 from biped.scenario.keys import Scenario
 from biped.scenario.normals import Normals
@@ -77,6 +78,11 @@ class Plan:
     def robot(self) -> Robot:
         """The robot of the scenario itself."""
         return self._runs.robot(self.scenario)
+
+    @property
+    def visual_model(self) -> mujoco.MjModel:
+        """The model that runs of the scenario itself are drawn with."""
+        return visual_model(self.model, self.scenario)
 
     def run(self, index: int) -> Run:
         """Run `index` of the campaign: run index % runs of the ensemble at point index // runs."""

@@ -39,7 +39,7 @@ def of_run(t: Trajectory) -> dict[str, Indicator]:
         "distance_travelled": Indicator(float(t.x[-1] - t.x[0])),
         "center_of_mass_avg_velocity": _spread(speed),
     }
-    if t.robot.seven_links is None:  # of others nothing is logged of each link
+    if t.link_speed is None:  # of whose links nothing is known
         return out
     if t.pushes:
         out["absorbed_energy"] = Indicator(push_work(t))
@@ -146,7 +146,7 @@ def gait_parameters(t: Trajectory) -> dict[str, float]:
     """EuroBench's gait parameters by label (its spelling), means over the run; one that does not exist is left out."""
     steps = t.strikes
     point = toes_and_heels(t)
-    b = balance(t) if t.flat and t.robot.seven_links is not None else None
+    b = balance(t) if t.flat and t.link_speed is not None else None
     out: dict[str, float] = {}
     for leg, side in ((1, "left"), (0, "right")):
         own = [row for row, which in steps if which == leg]

@@ -1,22 +1,18 @@
-"""Time series that people look at, derived from a trajectory; recordings and figures show the same ones.
-
-Joint angles are the thesis's: hip θ1 − θ, knee θ2 − θ1 and ankle θ3 − θ2 + π/2, anticlockwise seen from the right.
-Those of seven links are their coordinates; of other robots they are between trunk, thigh, shank and foot, as seen
-from the side.
-"""
+"""Time series that people look at, derived from a trajectory; recordings and figures show the same ones."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from biped.measure.contact import along_feet
+from biped.measure.joints import ends
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
 from biped.robot.leg_states import FIRST_IN_AIR
-from biped.robot.planar.topology import BASE, ENDS, LEGS, SEGMENTS
+from biped.robot.planar.topology import ENDS, LEGS, SEGMENTS
+from biped.scenario.section import LARGEST
 
 # Before this distance [m] the cost of transport is a number divided by almost nothing.
 _STARTED = 0.5
@@ -29,31 +25,13 @@ def finite(trajectory: Trajectory) -> Trajectory:
     return trajectory.rows(trajectory.sound)
 
 
-def ends(t: Trajectory, values: np.ndarray, of: Any = np.mean) -> np.ndarray:
-    """(n, 4, …) toe and heel of each foot: means, or what `of` makes, of values (n, P, …) of the halves of its points.
-
-    Args:
-        t: The run.
-        values: Of its contact points.
-        of: Reduces an array over its axis 1.
-    """
-    along, feet, parts = along_feet(t.robot), t.robot.of_foot, []
-    for foot in range(len(t.robot.feet)):
-        mine = feet == foot
-        front, rear = mine & (along >= 0.5), mine & (along < 0.5)
-        parts += [of(values[:, half if half.any() else mine], axis=1) for half in (front, rear)]
-    return np.stack(parts, axis=1)
-
-
 def toes_and_heels(t: Trajectory) -> np.ndarray:
     """(n, 4, 3) [m] in the slope's frame."""
-    return ends(t, t.point)
+    return ends(t.robot, t.point)
 
 
 def end_forces(t: Trajectory) -> np.ndarray:
     """(n, 4, 3) [N] ground forces on toes and heels."""
-    if t.robot.seven_links is not None:
-        return t.force
     along, feet = along_feet(t.robot) >= 0.5, t.robot.of_foot
     halves = [(feet == foot) & (along == front) for foot in range(LEGS) for front in (True, False)]
     return np.stack([t.force[:, half].sum(axis=1) for half in halves], axis=1)
@@ -100,71 +78,18 @@ def inferred_torso_angle(trajectory: Trajectory) -> np.ndarray | None:
     return trajectory.inferred[:, 0] + 0.5 * math.pi + math.radians(trajectory.slope)
 
 
-def joint_angles(t: Trajectory) -> np.ndarray:
-    """(n, 6) [rad] of hip, knee and ankle; right, then left."""
-    if t.robot.seven_links is not None:
-        return t.q[:, BASE:]
-    joint, point, _ = limbs(t)
-    trunk = -t.lean - math.radians(t.slope)
-    out = np.empty((len(t), LEGS * SEGMENTS))
-    for leg in range(LEGS):
-        hip, knee, ankle = (joint[:, 1 + SEGMENTS * leg + i] for i in range(SEGMENTS))
-        toe, heel = point[:, ENDS * leg], point[:, ENDS * leg + 1]
-        thigh, shank = _slant(hip - knee), _slant(knee - ankle)
-        foot = np.unwrap(np.arctan2((toe - heel)[:, 1], (toe - heel)[:, 0]))
-        first = SEGMENTS * leg
-        out[:, first], out[:, first + 1], out[:, first + 2] = thigh - trunk, shank - thigh, foot - shank
-    return out
-
-
-def _slant(along: np.ndarray) -> np.ndarray:
-    """(n,) [rad] of vectors (n, 2) from upright, anticlockwise positive."""
-    return np.unwrap(np.arctan2(-along[:, 0], along[:, 1]))
-
-
-def joint_rates(t: Trajectory) -> np.ndarray:
-    """(n, 6) [rad/s] of the joint angles."""
-    if t.robot.seven_links is not None:
-        return t.v[:, BASE:]
-    angles = joint_angles(t)
-    return np.gradient(angles, t.tick, axis=0) if len(t) > 1 else np.zeros_like(angles)
-
-
-def joint_torques(t: Trajectory) -> np.ndarray:
-    """(n, 6) [N m] that act on the joint angles: of the drives that turn hip, knee and ankle in the way's plane."""
-    if t.robot.seven_links is not None:
-        return t.applied[:, BASE:]
-    out = np.zeros((len(t), LEGS * SEGMENTS))
-    for column, drive in _pitching(t):
-        out[:, column] = t.robot.drives[drive].turns * t.u[:, drive]
-    return out
-
-
 def joint_limits(t: Trajectory) -> np.ndarray:
-    """(6,) [N m] limits of these torques; infinite where there is none."""
-    if t.robot.seven_links is not None:
-        return np.array(t.torque_limit)
+    """(6,) [N m] limits of the joint torques; infinite where there is none."""
     out = np.full(LEGS * SEGMENTS, math.inf)
-    for column, drive in _pitching(t):
-        if t.robot.drives[drive].limited:
-            out[column] = t.torque_limit[drive]
+    for joint, drive in t.robot.pitching_drives:
+        if t.torque_limit[drive] < LARGEST:
+            out[joint] = t.torque_limit[drive]
     return out
-
-
-def _pitching(t: Trajectory) -> list[tuple[int, int]]:
-    """(number among the six joints, number of the drive) of those that drive hip, knee and ankle."""
-    if t.generalized:
-        return []
-    return [
-        (SEGMENTS * leg + i, k)
-        for leg, foot in enumerate(t.robot.feet) for i, name in enumerate(foot.pitching)
-        for k, drive in enumerate(t.robot.drives) if drive.joint == name
-    ]  # fmt: skip
 
 
 def joint_power(t: Trajectory) -> np.ndarray:
     """(n, 6) [W] power into hip, knee and ankle; right, then left."""
-    return joint_torques(t) * joint_rates(t)
+    return t.joint_torques * t.joint_rates
 
 
 def cost_of_transport(t: Trajectory) -> np.ndarray:
@@ -172,11 +97,7 @@ def cost_of_transport(t: Trajectory) -> np.ndarray:
 
     Powers are of all that acts, the torso's share of generalized forces included; d is along the ground.
     """
-    if t.robot.seven_links is not None:
-        power = np.abs((t.applied * t.v).sum(axis=1))
-    else:
-        power = np.abs(t.input_work / t.tick if t.generalized else (t.u * t.rate).sum(axis=1))
-    work = np.concatenate([[0.0], np.cumsum(power[:-1])]) * t.tick
+    work = np.concatenate([[0.0], np.cumsum(np.abs(t.net_power[:-1]))]) * t.tick
     distance = np.abs(t.x - t.x[0])
     far = np.where(distance < _STARTED, np.nan, distance)
     return work / (t.mass * GRAVITY * far)

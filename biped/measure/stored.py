@@ -15,6 +15,7 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.base.typed import convert
 from biped.measure.columns import columns_of
+from biped.measure.seven_links import kind_of
 from biped.measure.trajectory import Trajectory
 from biped.robot.ground import profile_from
 from biped.robot.load import robot_from
@@ -43,7 +44,8 @@ def trajectory_from(
     about["pushes"] = tuple(tuple(push) for push in about["pushes"])
     for name in ("gravity", "torque_limit", "signal_names", "changes"):
         about[name] = tuple(about.get(name, ()))
-    found = Trajectory(log=log, inferred=inferred, seat_force=seat_force, account=account, outside=outside, **about)
+    parts = {"inferred": inferred, "seat_force": seat_force, "account": account, "outside": outside}
+    found = kind_of(about["robot"])(log=log, **parts, **about)
     shape = (len(log), found.width + len(found.signal_names))
     if log.shape != shape or log.dtype != np.float64 or len(log) == 0 or not found.tick > 0.0:
         raise ValueError(f"arrays of {log.shape}, {log.dtype}")

@@ -109,9 +109,9 @@ def first_too_fast(t: Trajectory) -> int | None:
 
     A number that is none is too fast.
     """
-    if t.robot.seven_links is None:
+    if t.link_speed is None:
         return None
-    bound, (squared, turning) = most(t), t.derived.speed
+    bound, (squared, turning) = most(t), t.link_speed
     least = math.sqrt(max(bound.level, 0.0)) + bound.pushed
     if 0.5 * max(bound.least_mass * squared.max(), bound.least_inertia * turning.max()) <= least * least:
         return None

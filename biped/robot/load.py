@@ -14,9 +14,8 @@ from biped.base.files import folder
 from biped.base.typed import convert
 from biped.robot.planar.description import PlanarDescription, description_at, version_of
 from biped.robot.planar.model import checked_model, tree_at
-from biped.robot.planar.seven_links import seven_links_of
 from biped.robot.planar.topology import BASE, ENDS, FOOT, LEGS, N_POINTS, SEGMENTS, TORSO
-from biped.robot.planar.tree import Tree
+from biped.robot.planar.tree import Tree, seven_links_of
 from biped.robot.robot import Drive, FootParts, Robot, planar_top
 from biped.scenario.keys import Scenario
 from biped.scenario.robot import Described

@@ -18,9 +18,8 @@ from biped.robot.holding import holds
 from biped.robot.legs import above, leg_length, pitching, places_of
 from biped.robot.robot import FootParts, Robot
 from biped.robot.safety import examine, packaged
-from biped.robot.sizes import check_sizes
 from biped.robot.soles import FLAT, pairs_of, points_of, touches
-from biped.robot.spec import parsed
+from biped.robot.spec import check_sizes, parsed
 from biped.robot.trial import tried
 from biped.scenario.robot import Described, Foot
 

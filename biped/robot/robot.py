@@ -9,9 +9,8 @@ from msgspec import structs
 
 from biped.base.errors import InputError
 from biped.robot.planar.description import Motor
-from biped.robot.planar.seven_links import SevenLinks, seven_links_of
-from biped.robot.planar.topology import THIGH, TORSO
-from biped.robot.planar.tree import Tree
+from biped.robot.planar.topology import SEGMENTS, THIGH, TORSO
+from biped.robot.planar.tree import SevenLinks, Tree, seven_links_of
 from biped.scenario.keys import Scenario
 from biped.scenario.robot import Appearance, Place, Walked
 from biped.scenario.section import LARGEST, Section
@@ -164,6 +163,44 @@ class Robot(Section, frozen=True):
     def stops(self) -> tuple[str, ...]:
         """Names of the joints with a stop at zero, leg by leg; of seven links alone."""
         return () if self.seven_links is None else self.seven_links.stops
+
+    @property
+    def drive_groups(self) -> dict[str, list[int]]:
+        """Numbers of the actuators that are reported together: of seven links both legs'; of others each alone."""
+        if self.seven_links is None:
+            return {name: [i] for i, name in enumerate(self.actuators)}
+        return {name: [i, SEGMENTS + i] for i, name in enumerate(("hip", "knee", "ankle"))}
+
+    @property
+    def pitching_drives(self) -> list[tuple[int, int]]:
+        """(number among hip, knee and ankle, right and left; number of its drive) of those that are driven."""
+        return [
+            (SEGMENTS * leg + i, k)
+            for leg, foot in enumerate(self.feet) for i, name in enumerate(foot.pitching)
+            for k, drive in enumerate(self.drives) if drive.joint == name
+        ]  # fmt: skip
+
+    @property
+    def moving_columns(self) -> tuple[int, ...]:
+        """Where the velocities that move the base along stand in v; the last is up."""
+        return self.base_columns[: 2 if self.planar else 3]
+
+    @property
+    def turning_columns(self) -> tuple[int, ...]:
+        """Where the velocities that turn the base stand in v: about y in the plane, about x, y and z in space."""
+        return self.base_columns[2 if self.planar else 3 :]
+
+    @property
+    def pitch_column(self) -> int:
+        """Where the velocity that turns the base about y stands in v."""
+        return self.base_columns[2 if self.planar else 4]
+
+    def heading(self, turn: np.ndarray) -> np.ndarray:
+        """(n,) [rad] heading of the base with axes (n, 3, 3), to the left positive, without jumps; 0 in the plane."""
+        if self.planar:
+            return np.zeros(len(turn))
+        way = turn @ np.array(self.forward)
+        return np.unwrap(np.arctan2(way[:, 1], way[:, 0]))
 
     @property
     def columns(self) -> np.ndarray:

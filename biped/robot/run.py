@@ -5,19 +5,29 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import mujoco
 import numpy as np
+from msgspec import structs
 
-from biped.robot.ground import Profile, profile_of
+from biped.robot.ground import Profile, levelled, profile_of
 from biped.robot.law_factory import Factory
+from biped.robot.planar.build import Foreign, compile_foreign
+from biped.robot.planar.controller_model import believed_model, pinocchio_tree
 from biped.robot.planar.tree import Tree
 from biped.robot.planar.truth import true_tree
 from biped.robot.robot import Robot, seven_links, torque_limits
 from biped.robot.truth import true_robot
 from biped.scenario.gains import Gains
-from biped.scenario.keys import Scenario
+from biped.scenario.keys import Scenario, Truth
 from biped.scenario.origin import UNKNOWN, Origin
+
+if TYPE_CHECKING:
+    import mujoco
+    import pinocchio
+
+    from biped.robot.build import Command, Servo
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,3 +103,54 @@ class Run:
     def true_robot(self) -> Robot:
         """The robot that walks: with its true masses, and of seven links its true lengths too."""
         return true_robot(self.scenario.truth, self.robot)
+
+    @property
+    def believed_model(self) -> pinocchio.Model:
+        """Pinocchio's model of seven links, which their law computes with; gravity as on the scenario's slope."""
+        return believed_model(self.model, self.scenario.ground.slope)
+
+    @property
+    def home_tree(self) -> Tree:
+        """Lengths and masses of the seven links that walk, as Pinocchio reads them: those of the home engine."""
+        read = pinocchio_tree(self.believed_model, seven_links(self.robot))
+        return true_tree(read, self.scenario.truth)
+
+    def planar_model(self, visuals: bool = False) -> Foreign:
+        """MuJoCo's model of seven links; runs that differ in nothing of it share one, which is not to be written to."""
+        return compile_foreign(self.model, self.scenario, visuals)
+
+    @cached_property
+    def known_scenario(self) -> Scenario:
+        """The scenario as the law knows it: the robot is the file's, and nothing lies ahead on its way."""
+        return structs.replace(self.scenario, truth=Truth(), ground=levelled(self.scenario.ground))
+
+    def stepped_model(
+        self, command: Command, servos: tuple[Servo | None, ...] | None = None, known: bool = False
+    ) -> mujoco.MjModel:
+        """MuJoCo's model of a robot of any kind, shared likewise.
+
+        Args:
+            command: What its law commands.
+            servos: Of the law; see `biped.robot.build.compiled`.
+            known: Whether it is the one that the law knows.
+        """
+        from biped.robot.build import compiled  # of which seven links need nothing
+
+        return compiled(self.model, self.known_scenario if known else self.scenario, command, servos)
+
+    @property
+    def visual_model(self) -> mujoco.MjModel:
+        """The model that the run is drawn with."""
+        return visual_model(self.model, self.scenario)
+
+
+def visual_model(path: Path, scenario: Scenario) -> mujoco.MjModel:
+    """A scenario's model with all that is only looked at; not to be written to."""
+    if scenario.robot is not None:
+        from biped.robot.build import compiled
+
+        # Heights along the way are drawn by themselves.
+        return compiled(path, structs.replace(scenario, ground=levelled(scenario.ground)), "torque")
+    from biped.robot.planar.build import compile_foreign
+
+    return compile_foreign(path, scenario, visuals=True).model

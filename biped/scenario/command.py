@@ -14,7 +14,7 @@ COMMANDED = tuple(f"command_{way}" for way in WAYS)
 """Signals of a run that a command is logged as."""
 
 
-class Piece(Section, frozen=True):
+class CommandPiece(Section, frozen=True):
     """A command that holds from a time on.
 
     Attributes:
@@ -45,7 +45,7 @@ class Command(Section, frozen=True):
     forward: Real = 0.0
     left: Real = 0.0
     yaw: Real = 0.0
-    piece: Annotated[tuple[Piece, ...], Meta(max_length=1000)] = ()
+    piece: Annotated[tuple[CommandPiece, ...], Meta(max_length=1000)] = ()
 
     def at(self, time: float) -> tuple[float, float, float]:
         """Forward, left [m/s] and yaw [rad/s] at a time [s]."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +13,7 @@ from biped.base.errors import InputError
 from biped.base.files import label, layered, locate
 from biped.scenario.gains import GAINS, NOT_NEEDED, OUT_OF_PLANE, Gains
 from biped.scenario.origin import Origin
+from biped.scenario.section import Positive
 from biped.scenario.settings import GAIT, Settings, typed
 from biped.scenario.valid import convert, known_keys
 
@@ -34,7 +37,7 @@ def read_gains(path: Path, override: Gains) -> Gains:
     known_keys(data, Gains, "", origin.fault)
     gains = convert(data, Gains, origin.fault)
     if override.speed is not None:
-        from biped.scenario.family import Knot, gains_at
+        from biped.scenario.gait import Knot, gains_at
 
         knots = convert(speeds, tuple[Knot, ...], lambda key, what: origin.fault(f"speeds{key}", what))
         gains = replace(gains, **gains_at(knots, override.speed, origin.fault))
@@ -66,7 +69,7 @@ def speeds_of(path: Path) -> tuple[float, float] | None:
     _, _, speeds, origin = _read(path)
     if not speeds:
         return None
-    from biped.scenario.family import Knot
+    from biped.scenario.gait import Knot
 
     knots = convert(speeds, tuple[Knot, ...], lambda key, what: origin.fault(f"speeds{key}", what))
     return min(knot.at for knot in knots), max(knot.at for knot in knots)
@@ -115,3 +118,51 @@ def read_settings(path: Path) -> tuple[Settings, Origin]:
     """
     _, tables, _, origin = _read(path)
     return typed(tables, GAIT, origin), origin
+
+
+Fail = Callable[[str, str], InputError]
+
+
+class Knot(Gains, frozen=True, kw_only=True):
+    """Gains that hold at one speed.
+
+    Attributes:
+        at: [m/s].
+    """
+
+    at: Positive
+
+
+def gains_at(knots: tuple[Knot, ...], speed: float, fail: Fail) -> dict[str, Any]:
+    """The family's gains at a speed, linear between its knots.
+
+    Args:
+        knots: What the gait file knows.
+        speed: [m/s] asked for.
+        fail: Makes the error of a key of the gait file.
+
+    Returns:
+        Gains by name, only those that the family changes.
+    """
+    if len(knots) < 2:
+        raise fail("speeds", f"expected at least two tables [[speeds]] to find a gait for gains.speed = {speed:g}")
+    knots = tuple(sorted(knots, key=lambda knot: knot.at))
+    names = [name for name in GAINS if any(getattr(knot, name) is not None for knot in knots)]
+    for knot in knots:
+        for name in names:
+            if getattr(knot, name) is None:
+                raise fail("speeds", f"expected {name} at {knot.at:g} m/s too, as at other speeds")
+    for below, above in pairwise(knots):
+        if below.at == above.at:
+            raise fail("speeds", f"expected different speeds, got {below.at:g} m/s twice")
+    if not knots[0].at <= speed <= knots[-1].at:
+        raise fail("speeds", f"expected gains.speed within {knots[0].at:g} … {knots[-1].at:g} m/s, got {speed:g}")
+    below, above = next((a, b) for a, b in pairwise(knots) if speed <= b.at)
+    share = (speed - below.at) / (above.at - below.at)
+    return {name: _between(getattr(below, name), getattr(above, name), share) for name in names}
+
+
+def _between(a: Any, b: Any, share: float) -> Any:
+    if isinstance(a, tuple):
+        return tuple(_between(x, y, share) for x, y in zip(a, b, strict=True))
+    return a + share * (b - a)

@@ -11,15 +11,14 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, field
 
-from biped.scenario.actuation import Actuation
-from biped.scenario.change import Change
+from biped.scenario.actuation import Actuation, Change
 from biped.scenario.command import Command
 from biped.scenario.engines import MUJOCO
 from biped.scenario.expect import Bound
 from biped.scenario.gains import Gains
 from biped.scenario.ground import Ground
 from biped.scenario.push import Disturbance, Push
-from biped.scenario.randomise import Failures, Randomise, Threshold
+from biped.scenario.randomise import FailureKeys, Randomise, Threshold
 from biped.scenario.robot import Described
 from biped.scenario.section import Degrees, Hold, Name, Nine, NonNegative, Positive, Real, Section
 from biped.scenario.senses import Estimator, Sensors
@@ -225,7 +224,7 @@ class Scenario(Section, frozen=True):
     randomise: Randomise = Randomise()
     sweep: dict[str, tuple[bool | float | str, ...]] = field(default_factory=dict)
     threshold: Threshold = Threshold()
-    failures: Failures = Failures()
+    failures: FailureKeys = FailureKeys()
     window: Window = Window()
     expect: dict[str, Bound] = field(default_factory=dict)
     thesis: dict[str, float] = field(default_factory=dict)

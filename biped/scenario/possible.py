@@ -22,8 +22,6 @@ MOST_RUNS = 1_000_000
 """Of a campaign: points of its sweep times runs of each."""
 MOST_DELAY = 100_000
 """Control ticks that sensors or commands may lag behind: each is kept."""
-LIMITS = 6
-"""Torque limits of seven links, where each has its own."""
 OF_ANY_KIND = (
     ("sensors", "zero_error"), ("truth", "part"), ("truth", "strength"), ("truth", "servo_stiffness"),
     ("truth", "servo_damping"), ("truth", "joint_friction"), ("truth", "armature"), ("actuation", "delay"),
@@ -76,9 +74,6 @@ def possible(s: Scenario, fail: Fail) -> None:
             f"expected 1/control_rate to be a whole number of time steps of {s.simulation.timestep} s, "
             f"got {steps:g} steps",
         )
-    limit = s.actuation.torque_limit
-    if s.robot is None and isinstance(limit, tuple) and len(limit) != LIMITS:
-        raise fail("actuation.torque_limit", f"expected a number, or {LIMITS} limits, got {len(limit)}")
     if s.actuation.null_torque is not None and s.actuation.mode != "joint":
         raise fail("actuation.null_torque", "expected mode = 'joint': generalized forces leave nothing free")
     if s.actuation.motors and s.actuation.mode != "joint":

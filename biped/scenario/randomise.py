@@ -47,7 +47,7 @@ class Randomise(Section, frozen=True):
     moves: Annotated[tuple[Move, ...], Meta(max_length=10_000)] | None = None
 
 
-class Failures(Section, frozen=True):
+class FailureKeys(Section, frozen=True):
     """Recording of the last seconds of runs that fell or are doubtful.
 
     Attributes:

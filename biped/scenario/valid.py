@@ -14,9 +14,9 @@ from biped.base import typed
 from biped.base.errors import InputError
 from biped.base.files import nearest
 from biped.base.text import echo, safe
+from biped.scenario.actuation import Change
 from biped.scenario.card import Term
-from biped.scenario.change import Change
-from biped.scenario.command import Piece
+from biped.scenario.command import CommandPiece
 from biped.scenario.expect import Bound
 from biped.scenario.metrics import METRICS
 from biped.scenario.normals import Move
@@ -33,7 +33,7 @@ LISTS: dict[str, type] = {
     "change": Change,
     "foot": Foot,
     "part": BodyTruth,
-    "piece": Piece,
+    "piece": CommandPiece,
     "observation": Term,
     "moves": Move,
 }

@@ -19,7 +19,7 @@ from biped.base.errors import InputError
 from biped.base.writing import reason, write_text
 from biped.measure.indicators import Indicator, gait_events, gait_parameters, of_campaign, of_run
 from biped.measure.metrics.pushed import impulses
-from biped.measure.signals import end_forces, joint_angles, joint_rates, joint_torques, toes_and_heels
+from biped.measure.signals import end_forces, toes_and_heels
 from biped.measure.trajectory import Trajectory
 from biped.robot.planar.topology import ENDS, LEGS
 from biped.scenario.keys import Scenario
@@ -93,9 +93,9 @@ def _prefix(index: int, rows: int, runs: int, points: int) -> str:
 def _of_run(t: Trajectory) -> dict[str, str]:
     """The files of one run: name to text."""
     force, feet = (each(t)[..., [0, 2]].reshape(len(t), LEGS, ENDS, 2) for each in (end_forces, toes_and_heels))
-    torques = joint_torques(t)
+    torques = t.joint_torques
     files = {
-        "jointStates.csv": _csv(t, _interleaved(JOINTS, {"pos": joint_angles(t), "vel": joint_rates(t)})),
+        "jointStates.csv": _csv(t, _interleaved(JOINTS, {"pos": t.joint_angles, "vel": t.joint_rates})),
         "jointTorques.csv": _csv(t, {f"{joint}_z": torques[:, i] for i, joint in enumerate(JOINTS)}),
         "com.csv": _csv(t, _com(t)),
         "grf.csv": _csv(t, _wrench(t, force.sum(axis=1), force, feet)),

@@ -12,16 +12,15 @@ import mujoco
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.engines.planar.mujoco import simulate
+from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.robot.ground import Profile, slabs
-from biped.robot.run import Run
 from biped.scenario.push import PLANE
-from biped.show.lighting import light_evenly
+from biped.show.spatial import light_evenly
 from biped.show.web import has_display
 
 if TYPE_CHECKING:
-    from biped.measure.trajectory import Trajectory
+    pass
 
 RATE = 60.0
 """[Hz] of pictures."""
@@ -96,18 +95,17 @@ def watch(
     launch = launch or _launcher()
     if tell is not None:
         tell(HANDS)
-    made, base, ground = _engine(run)
     opened: list[_Show] = []
 
     def after(model: mujoco.MjModel, data: mujoco.MjData, forces: np.ndarray) -> None:
         if not opened:
             viewer = launch(model, data, show_left_ui=False, show_right_ui=False)
-            _arrange(viewer, model, base, ground)
+            _arrange(viewer, model, run.robot.base, run.profile)
             opened.append(_Show(viewer, 1.0 / run.scenario.simulation.control_rate))
         opened[0](model, data, forces)
 
     try:
-        trajectory = made(run, after)
+        trajectory = simulate(run, after)
     except _Closed:
         show = opened[0]
         return WatchedRun("the window was closed", show.pushed, show.done * show.tick)
@@ -117,15 +115,6 @@ def watch(
         show.viewer.sync()
         time.sleep(1.0 / RATE)
     return WatchedRun(said, show.pushed, len(trajectory) * show.tick)
-
-
-def _engine(run: Run) -> tuple[Callable[..., Trajectory], str, Profile]:
-    """The simulation of a watched run, the body that the camera follows, and the line of the ground."""
-    if run.scenario.robot is None:
-        return simulate, run.robot.base, run.profile
-    from biped.engines.mujoco import simulate as general
-
-    return general, run.robot.base, run.profile
 
 
 def _launcher() -> Callable[..., Any]:

@@ -20,8 +20,7 @@ from biped.base.statistics import wilson
 from biped.base.writing import write_into, write_text
 from biped.show.markdown import replaced
 from biped.show.words import literal
-from biped.studies.readings.definition import Claim, Definition, definition
-from biped.studies.readings.score import Outcome
+from biped.studies.readings.definition import Claim, Definition, Outcome, definition
 from biped.studies.readings.search import TriedReading, as_dict, based, best, from_dict
 
 ROOT = Path(__file__).parents[2]

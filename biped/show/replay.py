@@ -18,7 +18,6 @@ from biped.ensemble.plan import Plan
 from biped.measure.trajectory import Trajectory
 from biped.scenario.laws import own_law
 from biped.scenario.reading import to_toml
-from biped.show.model import visual_model
 from biped.show.results_folder import ResultsFolder
 from biped.studies.folders import newest_recording
 
@@ -111,7 +110,7 @@ def _record(path: Path, plan: Plan, result: Mapping[str, Any], runs: Mapping[int
     """Writes a recording of those of the chosen runs whose trajectory is there."""
     from biped.show.recording import Recorded, record
 
-    model = visual_model(plan.model, plan.scenario)
+    model = plan.visual_model
     text = to_toml(plan.scenario)
     rows = result["runs"]
     checks = [dict(check) for check in result["checks"]]

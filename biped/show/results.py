@@ -6,11 +6,14 @@ import json
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from biped.base.replacing import Kind as FileKind
 from biped.base.statistics import wilson
+from biped.base.writing import write_text
 from biped.ensemble.checks import FAILED, NOTHING, PASSED, UNDECIDED, goal_of, judgement, sentence_of, word_of
 from biped.ensemble.columns import batches
 from biped.ensemble.sweeps import threshold_words
@@ -18,6 +21,7 @@ from biped.measure.metrics.gait import MOVED
 from biped.measure.metrics.walking import TOLD_BY, kind_of, outcome
 from biped.scenario.metrics import HEAD, METRICS, metrics_of_table
 from biped.show.document import Block, Document, Heading, Items, Kind, Line, Paragraph, Table, Words
+from biped.show.markdown import text
 
 STEPS_AFTER = ("first_step", "second_step", "third_step", "fourth_step")
 WARNED = 10
@@ -196,3 +200,40 @@ def nowhere(summary: Mapping[str, Any]) -> bool:
 def real(value: float | None) -> bool:
     """Whether a number exists."""
     return value is not None and math.isfinite(value)
+
+
+MARK = "<!-- written by biped check -->"
+KIND = FileKind("a summary of biped check", (), (MARK.encode(),))
+_HEADS = ("scenario", "metric", "value", "expected", "verdict")
+
+
+def summary_of(results: Sequence[Mapping[str, Any]]) -> str:
+    """The checks of several scenarios in Markdown: a verdict, and a row for each check.
+
+    Args:
+        results: Result objects as `--json` prints them.
+    """
+    words = [judgement(result) for result in results]
+    failed = words.count(FAILED)
+    verdict = f"{failed} of {len(words)} scenarios failed" if failed else f"{len(words)} scenarios, none failed"
+    rows: list[tuple[Line, ...]] = []
+    for result in results:
+        name, count = result["scenario"], len(result["runs"])
+        for check in result["checks"]:
+            word = word_of(check)
+            of = f" of {count}" if check["name"] in ("walked", "stood", "sat", "falls") else ""
+            row = (name, check["name"], f"{number(check['value'])}{of}", check["expected"], Words(word, KINDS[word]))
+            rows.append(row)
+        if not result["checks"]:
+            rows.append((name, "–", "–", "–", NOTHING))
+    blocks = (Heading("Does it walk?", 2), Paragraph(Words(verdict, "bad" if failed else "strong")))
+    return text((*blocks, Table(_HEADS, tuple(rows), (0, 1, 3, 4)))) + f"\n{MARK}\n"
+
+
+def write_summary(path: Path, results: Sequence[Mapping[str, Any]]) -> None:
+    """Writes it.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    write_text(path, summary_of(results))

@@ -21,7 +21,6 @@ from biped.ensemble.stored import of_plan
 from biped.measure.stored import load
 from biped.scenario.laws import own_law
 from biped.scenario.reading import read_scenario
-from biped.show.model import visual_model
 from biped.show.words import harmless
 from biped.studies.folders import results_at
 
@@ -84,8 +83,7 @@ class ResultsFolder:
 
     def model(self, index: int) -> mujoco.MjModel:
         """The model of a run's robot as it is drawn."""
-        run = self.plan.run(index)
-        return visual_model(run.model, run.scenario)
+        return self.plan.run(index).visual_model
 
     def ending(self, index: int) -> Trajectory | None:
         """The last seconds of a run that fell, where they were kept."""

@@ -4,36 +4,36 @@ from __future__ import annotations
 
 from biped.base.files import label
 from biped.base.text import plain
+from biped.robot.report import ModelReport
 from biped.robot.robot import Robot
 from biped.show.terminal import console, table
-from biped.studies.robot import ModelReport
 
 
 def show_robot(found: ModelReport) -> None:
     """Prints what a robot is, or what is wrong with it and what to write."""
-    out = console()
+    out, robot = console(), found.robot
     by = "" if found.description is None else f", described by {plain(label(found.description))}"
     out.print(f"[bold]{plain(label(found.file))}[/bold]{by}")
-    if found.robot is not None:
-        _show(found.robot, found.parts)
+    if robot is not None:
+        _show(robot, found.parts)
     for fault in found.faults:
         out.print(f"  [red]fault[/red]  {plain(fault)}", markup=True)
     for note in found.notes:
         out.print(f"  note       {plain(note)}", markup=True)
-    if found.robot is not None:
+    if robot is not None:
         _show_use(found)
 
 
 def _show_use(found: ModelReport) -> None:
     """Prints what a robot runs with, and a scenario to start from."""
     out = console()
-    if found.stranger:
-        out.print(f"  not with   {plain(found.stranger)}")
+    if found.not_spatial:
+        out.print(f"  not with   {plain(found.not_spatial)}")
     if found.physics:
         out.print(f"  physics    {plain(found.physics)}")
     laws = " or ".join(f"law = '{name}'" for name in found.laws)
     own = "a policy's card ('card.toml') or a law of one's own ('path.py:Class')"
-    if not found.planar:
+    if not found.not_planar:
         out.print("  runs with  the thesis's law walks it as a planar biped of seven links; as any robot with [robot], "
                   f"{laws}, {own}")  # fmt: skip
         return

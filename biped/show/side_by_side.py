@@ -57,7 +57,6 @@ def draw(comparison: Comparison, folder: Path) -> None:
     Raises:
         InputError: A file cannot be written.
     """
-    from biped.robot.planar.build import compile_foreign
     from biped.scenario.reading import to_toml
     from biped.show.figures import plot_overlay
     from biped.show.recording import Recorded, record
@@ -71,7 +70,7 @@ def draw(comparison: Comparison, folder: Path) -> None:
                 name=engine,
                 title=f"{comparison.scenario} in {engine}",
                 trajectory=comparison.first[engine],
-                model=compile_foreign(plan.model, plan.scenario, visuals=True).model,
+                model=plan.visual_model,
                 metrics=result["runs"][0],
                 checks=[dict(check) for check in result["checks"]],
                 scenario_text=to_toml(plan.scenario),

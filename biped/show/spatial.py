@@ -5,6 +5,7 @@ Everything is in the frame of the ground, in which gravity leans on a slope.
 
 from __future__ import annotations
 
+import mujoco
 import numpy as np
 
 from biped.measure.pushes import PushInterval, pushes_of
@@ -17,6 +18,11 @@ from biped.robot.planar.tree import motion
 def lift(planar: np.ndarray) -> np.ndarray:
     """(…, 3) of (…, 2): (x, z) becomes (x, 0, z)."""
     return np.stack([planar[..., 0], np.zeros(planar.shape[:-1]), planar[..., 1]], axis=-1)
+
+
+def beside(t: Trajectory, way: float) -> float:
+    """[m] by which what is drawn of a run stands aside: `way` in the plane, where limbs hide it, otherwise 0."""
+    return way if t.robot.planar else 0.0
 
 
 def plumb(t: Trajectory) -> np.ndarray:
@@ -50,3 +56,14 @@ def pushes(t: Trajectory) -> list[PushInterval]:
     turn = tilt(t)
     return [push._replace(force=(lift(push.force) if push.force.shape[1] == 2 else push.force) @ turn)
             for push in pushes_of(t)]  # fmt: skip
+
+
+def light_evenly(model: mujoco.MjModel) -> None:
+    """Lights a model from the camera and, dimly, by its own lamps as if far away: one at the start is soon left behind.
+
+    Args:
+        model: A compiled model, changed in what is for looking only.
+    """
+    model.vis.headlight.ambient[:], model.vis.headlight.diffuse[:] = 0.45, 0.5
+    model.light_type[:] = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL.value
+    model.light_diffuse[:] = 0.15

@@ -337,7 +337,7 @@ def test_every_actuator_may_have_a_limit_of_its_own(tmp_path):
     np.testing.assert_allclose(t.u, np.tile(limits, (5, 1)))
     with pytest.raises(InputError, match="one for each of 19 actuators, got 6"):
         plan_of(named("h1"), ("actuation.torque_limit=[1, 1, 1, 1, 1, 1]",))
-    with pytest.raises(InputError, match="expected a number, or 6 limits, got 5"):
+    with pytest.raises(InputError, match="one for each of 6 actuators, got 5"):
         plan_of("level_normal", ("actuation.torque_limit=[1, 1, 1, 1, 1]",))
 
 

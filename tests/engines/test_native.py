@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from biped.engines import layout, native
+from biped.engines import native
 from biped.engines.planar import mujoco as engine
 from biped.ensemble.plan import Plan
 from biped.robot.planar.build import compile_foreign
@@ -37,12 +37,12 @@ def test_compiled_code_can_step_here(foreign):
 
 def test_remembered_offsets_are_those_that_mujoco_describes():
     version = mujoco.mj_versionString()
-    assert native._OFFSETS[version] == layout.offsets(("nefc", "efc_force"))
+    assert native._OFFSETS[version] == native.offsets(("nefc", "efc_force"))
 
 
 def test_a_field_that_mujoco_does_not_describe():
     with pytest.raises(KeyError, match="efc_strength"):
-        layout.offsets(("nefc", "efc_strength"))
+        native.offsets(("nefc", "efc_strength"))
 
 
 def broken_offsets(patch):
@@ -52,7 +52,7 @@ def broken_offsets(patch):
 
 def unknown_version(patch):
     patch.delitem(native._OFFSETS, mujoco.mj_versionString())
-    patch.setattr(layout, "offsets", lambda names: (_ for _ in ()).throw(KeyError(names[0])))
+    patch.setattr(native, "offsets", lambda names: (_ for _ in ()).throw(KeyError(names[0])))
     native._library.cache_clear()
 
 

@@ -17,8 +17,8 @@ from biped.measure.metrics import assess
 from biped.measure.stored import load
 from biped.robot.build import compiled
 from biped.robot.ground import profile_of
+from biped.robot.run import visual_model
 from biped.scenario.ground import Ground, Steps
-from biped.show.model import visual_model
 from biped.studies.planned import plan_of
 from tests.engines.test_mujoco import law_of, named, stood
 

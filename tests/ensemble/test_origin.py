@@ -13,7 +13,7 @@ import msgspec
 import pytest
 
 import biped
-from biped.ensemble.origin import files_of, origin_of
+from biped.ensemble.origin import files_read_by, origin_of
 from biped.scenario.keys import Scenario
 from biped.scenario.law import digest
 from biped.scenario.reading import read_scenario, to_toml
@@ -101,7 +101,7 @@ def test_every_file_of_ones_own_is_in_the_origin(own):
     plan = plan_of("s.toml", [])
     first = origin_of(plan)["scenario"]
     names = {str(path.relative_to(own)) for path in own.rglob("*") if path.is_file()} - {"s.toml"}
-    assert names == {str(path.relative_to(own)) for path in files_of(plan)}
+    assert names == {str(path.relative_to(own)) for path in files_read_by(plan)}
     for name in sorted(names):
         path = own / name
         before = path.read_bytes()
@@ -121,7 +121,7 @@ def test_runs_open_nothing_that_is_not_in_the_origin(own):
     numbers = {path for path in mine if not any(map(path.is_relative_to, elsewhere))}
     numbers = {path for path in numbers if "__pycache__" not in path.parts}
     assert own / "gains.json" in numbers
-    assert numbers <= set(files_of(plan_of("s.toml", [])))
+    assert numbers <= set(files_read_by(plan_of("s.toml", [])))
 
 
 def leaves(value: Any, at: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:

@@ -143,7 +143,7 @@ def test_sensors_delay_quantise_and_leave_the_log_true():
     np.testing.assert_array_equal(clean.q[0], seen.q[0])  # the start itself is the same, and is logged truly
     assert np.abs(clean.u - seen.u).max() > 1e-3  # but the controller saw something else
 
-    from biped.control.planar.sensors import PlanarSensors as Instrument
+    from biped.control.planar.senses import PlanarSensors as Instrument
 
     q, v = np.zeros(9), np.zeros(9)
     run = Plan(replace(quiet, sensors=Sensors(delay=0.002, quantisation=0.5))).run(0)

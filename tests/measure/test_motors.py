@@ -9,8 +9,9 @@ from biped.base.files import folder
 from biped.measure import stored
 from biped.measure.columns import WIDTH, Q, U, V
 from biped.measure.metrics import measure
-from biped.measure.metrics.motors import load
-from biped.measure.metrics.posture import inferred
+from biped.measure.metrics.belief import inferred
+from biped.measure.metrics.energy import motor_load
+from biped.measure.seven_links import PlanarTrajectory
 from biped.measure.trajectory import Trajectory
 from biped.robot.load import load_robot
 from biped.robot.planar.topology import BASE, HIP, NU
@@ -29,7 +30,7 @@ def trajectory(u, rate, n: int = 1001, speed: float = 0.5, **changes) -> Traject
     plain = {"tick": 1e-3, "slope": 0.0, "generalized": False, "torque_limit": (20.0,) * NU,
              "pushes": (), "end": "completed", "cause": "", "warnings": {},
              "robot": load_robot(ROBOT, None)}  # fmt: skip
-    return Trajectory(log=log, **(plain | changes))
+    return PlanarTrajectory(log=log, **(plain | changes))
 
 
 def one(joint: int, value: float) -> np.ndarray:
@@ -37,7 +38,7 @@ def one(joint: int, value: float) -> np.ndarray:
 
 
 def test_a_hip_that_lifts_draws_copper_loss_and_work():
-    numbers = load(trajectory(one(0, 10.0), one(0, 2.0)), slice(None), DISTANCE)
+    numbers = motor_load(trajectory(one(0, 10.0), one(0, 2.0)), slice(None), DISTANCE)
     current = 10.0 / (21 * 0.0302 * 0.81)
     weight = 14.32 * 9.81 * 0.5  # W at 0.5 m/s
     heat = 0.299 * current**2
@@ -50,7 +51,7 @@ def test_a_hip_that_lifts_draws_copper_loss_and_work():
 
 
 def test_a_hip_that_brakes_fast_gives_nothing_back():
-    numbers = load(trajectory(one(0, 1.0), one(0, -20.0)), slice(None), DISTANCE)
+    numbers = motor_load(trajectory(one(0, 1.0), one(0, -20.0)), slice(None), DISTANCE)
     assert numbers["cost_of_transport_electrical"] == 0.0
     current = 0.81 / (21 * 0.0302)  # the gear's loss is on the joint's side
     assert numbers["cost_of_transport_heat"] == pytest.approx(0.299 * current**2 / (14.32 * 9.81 * 0.5), rel=2e-3)
@@ -59,19 +60,19 @@ def test_a_hip_that_brakes_fast_gives_nothing_back():
 @pytest.mark.parametrize(("rate", "beyond"), [(19.0, 0.0), (20.0, 1.0), (-20.0, 0.0)])
 def test_the_torque_speed_line(rate, beyond):
     """A hip of 41.3 N m and 37.8 rad/s gives 20 N m up to 19.5 rad/s, and any speed backwards."""
-    assert load(trajectory(one(3, 20.0), one(3, rate)), slice(None), DISTANCE)["beyond_line"] == beyond
+    assert motor_load(trajectory(one(3, 20.0), one(3, rate)), slice(None), DISTANCE)["beyond_line"] == beyond
 
 
 def test_half_of_the_time_beyond_the_gear():
     t = trajectory(one(2, 12.0), np.zeros(NU))
     t.log[500:, U : U + NU] = 0.0
-    assert load(t, slice(None), DISTANCE)["beyond_gear"] == pytest.approx(0.5, abs=1e-3)
+    assert motor_load(t, slice(None), DISTANCE)["beyond_gear"] == pytest.approx(0.5, abs=1e-3)
 
 
 def test_a_robot_without_motors_has_torques_alone():
     human = load_robot(folder("models") / "human.xml", None)
     t = trajectory(one(0, 3.0), np.zeros(NU), robot=human)
-    assert load(t, slice(None), DISTANCE) == {}
+    assert motor_load(t, slice(None), DISTANCE) == {}
     assert measure(t, (0.0, 1.0))["rms_torque"] == pytest.approx(3.0)
 
 

@@ -40,6 +40,20 @@ def test_round_trip(name, tmp_path):
         np.testing.assert_array_equal(mine, theirs)
 
 
+@pytest.mark.parametrize("name", ["walk", "slope"])
+def test_what_seven_links_know_otherwise_is_what_holds_for_every_robot(name):
+    """Lean, tilt, loads and joint angles from places and axes alone, as those of a robot of any kind are."""
+    t = made(name)
+    for quantity in ("x", "y"):
+        np.testing.assert_array_equal(getattr(t, quantity), getattr(Trajectory, quantity).fget(t))
+    np.testing.assert_array_equal(t.tilt, Trajectory.tilt.func(t))
+    for quantity in ("lean", "foot_force"):
+        theirs = getattr(Trajectory, quantity)
+        np.testing.assert_allclose(getattr(t, quantity), theirs.func(t), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(t.joint_angles[:, :2], Trajectory.joint_angles.fget(t)[:, :2], rtol=0, atol=1e-9)
+    np.testing.assert_array_equal(t.joint_torques, Trajectory.joint_torques.fget(t))
+
+
 def test_same_run_same_file(tmp_path):
     made("pushed").save(tmp_path / "a.npz")
     load(tmp_path / "a.npz").save(tmp_path / "b.npz")

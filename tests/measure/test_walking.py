@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from biped.measure.metrics import assess
-from biped.measure.metrics.outcome import outcome_of
-from biped.measure.metrics.walking import LEANING, SLIP, SUNK, outcome
+from biped.measure.metrics.walking import LEANING, SLIP, SUNK, outcome, outcome_of
 from biped.measure.trajectory import Trajectory
 from biped.measure.verdict import SOUND
 from tests.measure.made_up import WEIGHT, borne, lifted, standing, steady

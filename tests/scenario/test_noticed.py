@@ -17,7 +17,7 @@ from biped.engines.plant import MujocoPlant
 from biped.ensemble.plan import Plan
 from biped.robot.law_factory import factory_of
 from biped.scenario.actuation import Actuation
-from biped.scenario.command import Piece
+from biped.scenario.command import CommandPiece
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Change, Push, Scenario
 from biped.scenario.noticed import OWN
@@ -56,7 +56,7 @@ SWITCHES = {
 
 
 LIST: dict[str, Any] = {
-    "command.piece": lambda: Piece(at=0.01),
+    "command.piece": lambda: CommandPiece(at=0.01),
     "push": Push,
     "truth.part": BodyTruth,
     "change": lambda: Change(at=0.01),
@@ -138,7 +138,7 @@ def changed(s: Scenario, key: str, value: Any) -> Scenario:
     if key.startswith("change.") and not s.change:
         data["change"] = [msgspec.to_builtins(Change(at=0.01))]
     if key.startswith("command."):
-        data["command"] = {"piece": [msgspec.to_builtins(Piece(at=0.01))]}
+        data["command"] = {"piece": [msgspec.to_builtins(CommandPiece(at=0.01))]}
     for table, switch in SWITCHES.items():
         if key.startswith(table):
             for name, on in switch.items():

@@ -8,8 +8,8 @@ from scipy.spatial import ConvexHull
 
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
+from biped.robot.run import visual_model
 from biped.scenario.reading import read_scenario, to_toml
-from biped.show.model import visual_model
 from biped.show.recording import Recorded, record
 from biped.show.recording.layout import layout
 from biped.show.recording.recorded import place

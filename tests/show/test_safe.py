@@ -7,7 +7,7 @@ import io
 import pytest
 
 from biped.cli.main import main
-from biped.show.safe import SafeConsole
+from biped.show.terminal import SafeConsole
 from tests.cases import SHORT, write
 
 WORDS = ("[/nope]", "[link=http://x]y[/link]", "\\", "[bold", ":smile:", "[[x]]", "\\[x]", "[0, 1]", "[@click=a()]b")

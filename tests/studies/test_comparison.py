@@ -13,7 +13,7 @@ from biped.engines import home
 from biped.ensemble.plan import Plan
 from biped.scenario.metrics import METRICS
 from biped.scenario.reading import read_scenario
-from biped.show.figures.overlay import overlay
+from biped.show.figures.curves import overlay
 from biped.studies.comparison import ENGINES, PARTED, compare, gap, parted_at
 
 SHORT = ["duration=1.0", "window.start=0.2", "window.end=1.0"]

@@ -40,7 +40,7 @@ def command(args: argparse.Namespace) -> int:
 
 
 def _throughput(args: argparse.Namespace) -> int:
-    from biped.show.bench.throughput import show
+    from biped.show.bench import show_throughput
     from biped.show.replay import record_runs
     from biped.studies.bench.throughput import everything
 
@@ -48,12 +48,12 @@ def _throughput(args: argparse.Namespace) -> int:
     if args.json:
         print_json(measured.as_dict())
     else:
-        show(measured)
+        show_throughput(measured)
     return DONE
 
 
 def _walking(args: argparse.Namespace) -> int:
-    from biped.show.bench.walking import show
+    from biped.show.bench import show_walking
     from biped.studies.bench.walking import compare
 
     result = compare()
@@ -64,7 +64,7 @@ def _walking(args: argparse.Namespace) -> int:
     if args.json:
         print_json(result)
     else:
-        show(result)
+        show_walking(result)
     return DONE
 
 
@@ -76,26 +76,26 @@ def _chapter2(args: argparse.Namespace) -> int:
 
 
 def _campaigns(args: argparse.Namespace) -> int:
-    from biped.show.bench.campaigns import show
+    from biped.show.bench import show_campaigns
     from biped.studies.bench.campaigns import measure
 
     costs = measure(args.quick, warn)
     if args.json:
         print_json({"campaigns": [cost.as_dict() for cost in costs]})
     else:
-        show(costs)
+        show_campaigns(costs)
     return DONE if all(cost.same for cost in costs) else FAILED
 
 
 def _regress(args: argparse.Namespace) -> int:
-    from biped.show.bench.regress import show
+    from biped.show.bench import show_regress
     from biped.studies.bench.regress import guard
 
     guarded = guard(args.file, reason_of(args))
     if args.json:
         print_json(guarded.as_dict())
     else:
-        show(guarded)
+        show_regress(guarded)
     return DONE if guarded.passed else FAILED
 
 

@@ -29,9 +29,8 @@ def add(commands: Commands) -> None:
 def command(args: argparse.Namespace) -> int:
     """Checks scenarios; nothing is written but the files that are asked for."""
     from biped.ensemble.checks import JUNIT, write_junit
-    from biped.show.checked import KIND as SUMMARY
-    from biped.show.checked import write_summary
-    from biped.show.results import verdict_of
+    from biped.show.results import KIND as SUMMARY
+    from biped.show.results import verdict_of, write_summary
     from biped.show.terminal import progress, show
     from biped.studies.planned import plan_of
     from biped.studies.run import run

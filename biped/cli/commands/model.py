@@ -21,7 +21,7 @@ def add(commands: Commands) -> None:
 
 def command(args: argparse.Namespace) -> int:
     """Prints what the robot in a file is; the exit code says whether it can be run."""
-    from biped.studies.robot import look
+    from biped.robot.report import look
 
     found = look(args.file)
     if args.json:

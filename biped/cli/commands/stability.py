@@ -85,7 +85,7 @@ def _gait(args: argparse.Namespace) -> int:
         folder = new_folder(RUNS, f"{studied.scenario}-stability")
     plot_stability(studied, folder)
     if args.basin:
-        from biped.show.figures.basin import plot_basin
+        from biped.show.figures.stability import plot_basin
 
         plot_basin(studied, folder)
     with complaining(folder / "stability.json"):

@@ -72,13 +72,13 @@ def _least(args: argparse.Namespace) -> int:
 
 
 def _draw_least(steps: list, folder: Path) -> None:
-    from biped.show.figures.least import plot_least
+    from biped.show.figures.tuning import plot_least
 
     plot_least(steps, folder / "least.png")
 
 
 def _draw(journal: list, folder: Path) -> None:
-    from biped.show.figures.convergence import plot_search
+    from biped.show.figures.tuning import plot_search
 
     if "recheck" in journal[-1]:  # a figure costs as much as a few runs
         plot_search(journal, folder / "convergence.png")

@@ -30,7 +30,7 @@ def believed_forces(run: Run, t: Trajectory) -> np.ndarray | None:
     """
     s = run.scenario
     counted = s.actuation.contacts == "pushing" and s.actuation.mode == "joint" and s.law is None and run.law is None
-    if t.robot.seven_links is None or not counted or s.estimator is not None or s.sensors != Sensors():
+    if "Q_d" not in t.columns or not counted or s.estimator is not None or s.sensors != Sensors():
         return None
     out = np.zeros((len(t), N_POINTS, 2))
     _forces(controller_record(run, run.tree), *(np.array(a) for a in (t.q, t.v, t.Q_d)), out)

@@ -2,21 +2,45 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
+from typing import Protocol
 
 import numpy as np
 
 from biped.base.jit import bound
-from biped.control.law import NO_SIGNALS
+from biped.control.law import NO_SIGNALS, Signals
 from biped.control.planar.bounded import FOREIGN, foreign_torques
-from biped.control.planar.changes import bring_up_to_date, changes_of
-from biped.control.planar.law import Law, Tick
 from biped.control.planar.referee import agrees
-from biped.control.planar.setup import controller_record
+from biped.control.planar.setup import bring_up_to_date, changes_of, controller_record
 from biped.control.planar.tick import NOT_FINITE, log_tick, pushing_tick, pushing_tick_in, thesis_tick, thesis_tick_in
-from biped.robot.planar.controller_model import believed_model
 from biped.robot.planar.tree import Tree
 from biped.robot.run import Run
+
+Tick = Callable[[int, float], int]
+
+
+class PlanarLaw(Protocol):
+    """The protocol of a control law in an engine.
+
+    A law is bound to the measured coordinates of one run and ticks through it; what it wants is left in `u` and `Q_d`.
+
+    Attributes:
+        u: (6,) joint torques of the latest tick [N m].
+        Q_d: (9,) desired generalized forces of the latest tick.
+        record: (1,) `biped.control.planar.record.CONTROL`, which senses contacts and says what a fall is.
+        signals: What it logs of its own.
+    """
+
+    u: np.ndarray
+    Q_d: np.ndarray
+    record: np.ndarray
+    signals: Signals
+
+    @property
+    def tick(self) -> Tick:
+        """One control tick (k, time [s]) from bound measurements; returns a status of `biped.control.planar.tick`."""
+        ...
 
 
 class ThesisLaw:
@@ -90,7 +114,7 @@ def _from_pinocchio(
     """Pinocchio's M, live, and the tick that has it computed."""
     import pinocchio
 
-    model = believed_model(run.model, run.scenario.ground.slope)
+    model = run.believed_model
     data, crba, world = model.createData(), pinocchio.crba, pinocchio.Convention.WORLD
     M, J = data.M, data.J
     one = pushing_tick_in if record[0]["push"]["on"] else thesis_tick_in
@@ -113,7 +137,7 @@ def python_needed(run: Run, believed: Tree) -> str:
     return "" if agrees(run.model, believed) else "Pinocchio finds another mass matrix than the planar tree"
 
 
-def law_of(run: Run, believed: Tree, q: np.ndarray, v: np.ndarray, log: np.ndarray) -> Law:
+def law_of(run: Run, believed: Tree, q: np.ndarray, v: np.ndarray, log: np.ndarray) -> PlanarLaw:
     """The control law of a run, bound to its measurements and its log."""
     if run.scenario.law is None and run.law is None:
         return ThesisLaw(run, believed, q, v, log)

@@ -8,8 +8,8 @@ import numpy as np
 
 from biped.base.jit import inner_kernel
 from biped.control.blending import Changes
-from biped.control.planar.changes import bring_up_to_date
 from biped.control.planar.estimator import Inference, infer
+from biped.control.planar.setup import bring_up_to_date
 from biped.control.planar.tick import law_tick
 from biped.measure.columns import Q, U, V
 from biped.robot.planar.topology import BASE, NQ, NU, PITCH

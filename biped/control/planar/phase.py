@@ -1,36 +1,46 @@
-"""The four leg states (Fig 3.3): memoryless, from the believed contacts and the leg's configuration."""
+"""Leg states of seven links (Fig 3.3), and the step back: when a step is being lost, a leg comes down behind.
+
+The step back is not in the thesis, but made of its parts: a leg state from contacts and motion, and a couple of a
+spring and a damper.
+"""
 
 from __future__ import annotations
 
 import math
 
 from biped.base.jit import inner_kernel
-from biped.robot.leg_states import EXTENDED, PUSH_OFF, STANCE, SWING
-from biped.robot.planar.topology import HEEL, KNEE, LEGS, THIGH, TOE
+from biped.robot.gravity import GRAVITY
+from biped.robot.leg_states import EXTENDED, FIRST_IN_AIR, leg_state
+from biped.robot.planar.topology import HEEL, KNEE, LEGS, N_POINTS, THIGH, TOE, X, Z
 
 
 @inner_kernel
 def leg_states(c, q):
-    """Writes the state of the right and the left leg (an index of `biped.robot.leg_states`) into the record.
-
-    1 heel on the ground; 2 toe only; 3 in the air; 4 in the air with the knee extended and the thigh ahead of the
-    other by `ahead`. A toe-only leg whose thigh still points further forward than `late_stance` has only just landed:
-    state 1. One that has not, but passes the other by more than `passing`, drags its toe: state 3.
-    """
-    memory, sensing = c["memory"], c["sensing"]
-    angle = c["at"]["angle"]
+    """Writes the state of the right and the left leg (`biped.robot.leg_states.leg_state`) into the record."""
+    memory, angle = c["memory"], c["at"]["angle"]
     for leg in range(LEGS):
         toe, heel = memory["believed"][TOE[leg]], memory["believed"][HEEL[leg]]
         thigh, other = angle[THIGH[leg]], angle[THIGH[1 - leg]]
-        if heel:
-            state = STANCE
-        elif toe:
-            if thigh + 0.5 * math.pi + c["belief"]["tilt"] > sensing["late_stance"]:
-                state = STANCE
-            else:
-                state = SWING if thigh - other > sensing["passing"] else PUSH_OFF
-        elif q[KNEE[leg]] > -sensing["extended"] and thigh - other > sensing["ahead"]:
-            state = EXTENDED
-        else:
-            state = SWING
-        memory["phase"][leg] = state
+        forward = thigh + 0.5 * math.pi + c["belief"]["tilt"]
+        memory["phase"][leg] = leg_state(c["sensing"], toe, heel, thigh, other, forward, q[KNEE[leg]])
+
+
+@inner_kernel
+def step_back(c, q, v):
+    """Writes whether the walker falls back into the record, and if so the extended state for legs in the air.
+
+    It falls back while the torso's extrapolated centre of mass (Hof 2008), x + ẋ √(y/g) along the ground and taken
+    vertically below the torso, is behind the rearmost believed contact by more than `margin`. (Places count from the
+    torso's origin.)
+    """
+    memory = c["memory"]
+    rear = math.inf
+    for i in range(N_POINTS):
+        if memory["believed"][i]:
+            rear = min(rear, c["at"]["point"][i, 0])
+    ahead = -q[Z] * math.tan(c["belief"]["tilt"]) + v[X] * math.sqrt(max(q[Z], 0.0) / GRAVITY)
+    memory["back"] = ahead < rear - c["backstep"]["margin"] and rear < math.inf
+    if memory["back"]:
+        for leg in range(LEGS):
+            if memory["phase"][leg] >= FIRST_IN_AIR:
+                memory["phase"][leg] = EXTENDED

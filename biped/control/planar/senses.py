@@ -1,4 +1,4 @@
-"""The sensors and the estimator of a run; imported only by runs whose scenario has an estimator."""
+"""The sensors and the estimator of a run of seven links; imported only by runs whose scenario has either."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from biped.control.planar.estimator import ESTIMATOR, NOTED, Inference
-from biped.robot.planar.topology import LEGS, NU
+from biped.control.planar.loop import measure
+from biped.robot.planar.topology import LEGS, NQ, NU, PITCH
 from biped.robot.planar.tree import Tree
 from biped.robot.run import Run
 from biped.scenario.senses import Encoders, Estimator, Gyro, Switches
@@ -60,3 +61,41 @@ class Senses:
     def inference(self) -> Inference:
         """As loops take it."""
         return Inference(self.record, self.noise, self.noted, self.joints)
+
+
+class PlanarSensors:
+    """Measured coordinates of one run.
+
+    Args:
+        run: The run; its seed fixes the noise.
+        q: (9,) true joint coordinates, live.
+        v: (9,) true joint velocities, live.
+        count: Number of control ticks.
+
+    Attributes:
+        q: (9,) measured joint coordinates, live.
+        v: (9,) measured joint velocities, live.
+        noise: (2, count, 9) normal numbers of coordinates and velocities; by `deviation` they are what is added.
+        deviation: (2, 9) [m, rad; m/s, rad/s].
+        past: (delay + 1, 2, 9) latest true coordinates and velocities.
+        resolution: [rad] of the angles; 0: exact.
+    """
+
+    def __init__(self, run: Run, q: np.ndarray, v: np.ndarray, count: int):
+        s = run.scenario
+        sensors = s.sensors
+        self._true_q, self._true_v = q, v
+        self.q, self.v = np.array(q), np.array(v)
+        rng = stream(run.seed, "sensors")
+        self.noise = rng.standard_normal((2, count, 9))
+        self.deviation = np.array([
+            [sensors.height_noise] * PITCH + [sensors.angle_noise] * (NQ - PITCH),
+            [0.0] * PITCH + [sensors.rate_noise] * (NQ - PITCH),
+        ])  # fmt: skip
+        self.past = np.zeros((round(sensors.delay * s.simulation.control_rate) + 1, 2, 9))
+        self.resolution = float(sensors.quantisation)
+
+    def measure(self, k: int) -> None:
+        """Updates the measurements at control tick k."""
+        past, resolution = self.past, self.resolution
+        measure(k, self._true_q, self._true_v, self.noise, self.deviation, past, resolution, self.q, self.v)

@@ -15,7 +15,7 @@ def desired_forces(c, q, v):
 
     Torso and thighs are held to the inertial frame, knees and ankles to their neighbours. In joint coordinates a knee's
     or ankle's couple is just its joint's torque, a thigh's acts on hip and pitch, the torso's on pitch (virtual work).
-    A leg that steps back (`biped.control.planar.backstep`) has a thigh couple of its own.
+    A leg that steps back (`biped.control.planar.phase`) has a thigh couple of its own.
     """
     at, gait, memory, backstep = c["at"], c["gait"], c["memory"], c["backstep"]
     Q, angle, rate, k, b = c["tick"]["Q_d"], at["angle"], at["rate"], gait["k"], gait["b"]

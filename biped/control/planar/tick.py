@@ -9,10 +9,9 @@ import math
 
 from biped.base.jit import inner_kernel, kernel
 from biped.control.planar.allocation import joint_torques
-from biped.control.planar.backstep import step_back
 from biped.control.planar.bounded import EXACT, bounded_torques
 from biped.control.planar.floating import floating_torques
-from biped.control.planar.phase import leg_states
+from biped.control.planar.phase import leg_states, step_back
 from biped.control.planar.pushing import pushing_torques
 from biped.control.planar.sensing import believe_contacts, first_belief, sense_links, sense_links_in
 from biped.control.planar.springs import desired_forces

@@ -8,12 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio
 
+from biped.base.jit import kernel
 from biped.control.law import Commander, maker_of
-from biped.control.planar.offered import offer
+from biped.control.planar.constraints import candidates
 from biped.control.planar.setup import controller_record
+from biped.control.planar.springs import desired_forces
 from biped.control.planar.tick import NOT_FINITE, log_tick, sense_in
-from biped.robot.planar.controller_model import believed_model
-from biped.robot.planar.topology import N_POINTS, N_ROWS, N_STOPS, NQ, NU, STOP_ROW, TOE, UPRIGHT
+from biped.robot.planar.kinematics import point_row
+from biped.robot.planar.topology import KNEE, N_POINTS, N_ROWS, N_STOPS, NQ, NU, STOP_ROW, TOE, UPRIGHT
 from biped.robot.planar.tree import Tree
 from biped.robot.robot import Robot
 from biped.robot.run import Run
@@ -118,7 +120,7 @@ class UserLaw:
         self.record = controller_record(run, believed)
         self.c = self.record[0]
         self.u, self.Q_d = self.c["tick"]["u"], self.c["tick"]["Q_d"]
-        self._model = believed_model(run.model, s.ground.slope)
+        self._model = run.believed_model
         self._data = self._model.createData()
         self._q, self._v, self._log = _read_only(q), _read_only(v), log
         parts = {"rate": "at", "height": "tick", "believed": "memory"}
@@ -132,7 +134,7 @@ class UserLaw:
         self.signals = self._law.signals
 
     def tick(self, k: int, time: float) -> int:
-        """See `biped.control.planar.law.Law`.
+        """See `biped.control.planar.controller.PlanarLaw`.
 
         Raises:
             Raised: The user's law raised, or returned something other than six finite numbers.
@@ -164,3 +166,29 @@ def _read_only(array: np.ndarray) -> np.ndarray:
     view = array.view()
     view.flags.writeable = False
     return view
+
+
+@kernel
+def offer(record, q, v, J, b_v):
+    """Fills the rows of every constraint, touching or not; leaves Q_d and what touches in the record.
+
+    Args:
+        record: (1,) `biped.control.planar.record.CONTROL` with sensed links and leg states.
+        q: (9,) joint coordinates [m, rad].
+        v: (9,) joint velocities.
+        J: (10, 9) overwritten: normal and tangential row of each point, then the knees'.
+        b_v: (10,) overwritten: -J̇v.
+    """
+    c = record[0]
+    candidates(c, q)
+    desired_forces(c, q, v)
+    at = c["at"]
+    for i in range(N_POINTS):
+        for direction in range(2):
+            point_row(at, i, direction, J[2 * i + direction])
+            b_v[2 * i + direction] = -at["point_bias"][i, 1 - direction]
+    for leg in range(N_STOPS):
+        for j in range(NQ):
+            J[STOP_ROW + leg, j] = 0.0
+        J[STOP_ROW + leg, KNEE[leg]] = 1.0
+        b_v[STOP_ROW + leg] = 0.0

@@ -4,10 +4,21 @@ from __future__ import annotations
 
 from biped.base.jit import inner_kernel
 from biped.control.smoothing import smooth
-from biped.control.space.phase import leg_states
 from biped.control.space.places import believe_contacts, point_motion, sense_places
 from biped.control.space.pushing import pushing_torques
 from biped.control.space.springs import desired_forces, passive_forces
+from biped.control.space.topology import HEEL_END, KNEE, LEGS, TOE_END
+from biped.robot.leg_states import leg_state
+
+
+@inner_kernel
+def leg_states(c):
+    """Writes the states of both legs into the record: toe or heel is on the ground if any of its two points is."""
+    memory, angle, joint = c["memory"], c["at"]["angle"], c["at"]["joint"]
+    for leg in range(LEGS):
+        toe, heel = memory["believed"][2 * leg + TOE_END], memory["believed"][2 * leg + HEEL_END]
+        thigh, other = angle[leg, 0], angle[1 - leg, 0]
+        memory["phase"][leg] = leg_state(c["sensing"], toe, heel, thigh, other, thigh, joint[leg, KNEE])
 
 
 @inner_kernel

@@ -19,7 +19,7 @@ from biped.engines.planar.planes import lay, planes_of
 from biped.engines.planar.plant import Physics, PlanarPlant
 from biped.engines.planar.seat import log_seat, seated
 from biped.measure.trajectory import Trajectory
-from biped.robot.planar.build import Foreign, compile_foreign
+from biped.robot.planar.build import Foreign
 from biped.robot.robot import seven_links
 from biped.robot.run import Run
 
@@ -45,7 +45,7 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
         InputError: A push names a body the model lacks, or a user's law misbehaves.
     """
     s = run.scenario
-    foreign = foreign_of(run, visuals=watch is not None)
+    foreign = run.planar_model(visuals=watch is not None)
     order, robot = foreign.order, seven_links(run.robot)
     native = None if s.law is not None or watch is not None or not order.canonical else native_of(foreign.model, order)
     ground = run.profile
@@ -92,9 +92,9 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
     if order.canonical:
         walk = None
         if native is not None:
-            from biped.engines.planar.walk import Plant, walk_plant
+            from biped.engines.planar.walk import WalkPlant, walk_plant
 
-            plant = Plant(
+            plant = WalkPlant(
                 native.step, model._address, data._address, data._address + native.nefc, data._address + native.force,
                 substeps, data.qpos, data.qvel, applied, place, *where, pyramid, native.kinematics, planes, seat,
             )  # fmt: skip
@@ -118,11 +118,6 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
     for one in seat:
         trajectory = replace(trajectory, seat=s.ground.seat, seat_force=one.force[: len(trajectory)])
     return replace(trajectory, sampled=sampled)
-
-
-def foreign_of(run: Run, visuals: bool = False) -> Foreign:
-    """The compiled model of a run, in canonical order."""
-    return compile_foreign(run.model, run.scenario, visuals)
 
 
 def _data(foreign: Foreign) -> mujoco.MjData:

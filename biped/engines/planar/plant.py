@@ -10,15 +10,15 @@ import numpy as np
 
 from biped.base.jit import bound
 from biped.control.blending import Changes
-from biped.control.planar.controller import ThesisLaw, law_of
+from biped.control.planar.controller import ThesisLaw, Tick, law_of
 from biped.control.planar.estimator import infer
-from biped.control.planar.law import Tick
 from biped.control.planar.loop import Control, within_line
 from biped.control.smoothing import fraction
 from biped.engines.fall import GOING, LOW, fall_words
 from biped.engines.loop import Ending, in_python
 from biped.engines.planar.tick import fall_of, judge
 from biped.measure.columns import Q_D, WIDTH, Q, U, V
+from biped.measure.seven_links import PlanarTrajectory
 from biped.measure.trajectory import Trajectory
 from biped.robot.planar.topology import NQ, PITCH, X
 from biped.robot.planar.tree import Tree
@@ -28,8 +28,7 @@ from biped.scenario.keys import Sensors as SensorKeys
 from biped.scenario.pushing import pieces
 
 if TYPE_CHECKING:
-    from biped.control.planar.senses import Senses
-    from biped.control.planar.sensors import PlanarSensors
+    from biped.control.planar.senses import PlanarSensors, Senses
 
 NO_SENSORS = SensorKeys()
 NO_CHANGES = Changes(np.empty(0), np.empty(0))
@@ -152,7 +151,7 @@ class PlanarPlant:
         s, law, log = self.run.scenario, self.law, self.log[:rows]
         if law.signals.names:
             log = np.hstack([log, law.signals.values[:rows]])
-        return Trajectory(
+        return PlanarTrajectory(
             log=log,
             tick=self.run.tick,
             slope=s.ground.slope,
@@ -197,7 +196,7 @@ def _sensors(run: Run, physics: Physics) -> PlanarSensors | None:
     """The run's sensors, or None if the controller reads the state itself."""
     if run.scenario.sensors == NO_SENSORS or run.scenario.estimator is not None:
         return None
-    from biped.control.planar.sensors import PlanarSensors
+    from biped.control.planar.senses import PlanarSensors
 
     return PlanarSensors(run, physics.q, physics.v, run.ticks)
 

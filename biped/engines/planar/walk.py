@@ -14,7 +14,7 @@ from biped.engines.planar.seat import Seated, log_seat
 from biped.engines.planar.tick import tick
 
 
-class Plant(NamedTuple):
+class WalkPlant(NamedTuple):
     """MuJoCo as compiled loops take it; see `biped.engines.native`.
 
     Attributes:
@@ -63,7 +63,7 @@ def walk_plant(plant, control, fall, log, first, last):
     """Ticks first … last - 1 of a run.
 
     Args:
-        plant: `Plant`.
+        plant: `WalkPlant`.
         control: `biped.control.planar.loop.Control`.
         fall: (1,) `biped.engines.planar.tick.FALL`.
         log: (n, WIDTH) log.

@@ -9,10 +9,9 @@ from __future__ import annotations
 
 from biped.base.jit import entry_kernel, kernel
 from biped.engines.rigid.ground import add_impulse
-from biped.engines.rigid.locate import TOUCH, beyond_event, locate
+from biped.engines.rigid.locate import TOUCH, attempt, beyond_event, keep_stage, locate
 from biped.engines.rigid.motion import gaps, impact, land
 from biped.engines.rigid.release import release
-from biped.engines.rigid.step import attempt, keep_stage
 from biped.engines.rigid.tree import place
 from biped.robot.planar.topology import N_CONSTRAINTS, N_ROWS, NQ
 

@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
-import pinocchio
 
 from biped.numerics.lanes import FEW, LANES
 from biped.robot.gravity import gravity
 from biped.robot.ground import GROUND, LEVEL, Profile, set_ground
-from biped.robot.planar.controller_model import believed_model
-from biped.robot.planar.description import PlanarParts
 from biped.robot.planar.kinematics import PLACES, TREE
-from biped.robot.planar.topology import BASE, N_CONSTRAINTS, N_LINKS, N_POINTS, N_ROWS, NQ, NU
+from biped.robot.planar.topology import N_CONSTRAINTS, N_LINKS, N_POINTS, N_ROWS, NQ, NU
 from biped.robot.planar.tree import Tree
-from biped.robot.planar.truth import true_tree
-from biped.scenario.keys import Truth
 
 STAGES = 5
 """Evaluations of a Runge-Kutta step: four stages, and its end, which is the next one's start."""
@@ -118,43 +111,19 @@ RIGID = np.dtype(
 )  # fmt: skip
 
 
-def rigid_record(
-    path: Path, parts: PlanarParts, slope: float, truth: Truth | None = None, ground: Profile = LEVEL
-) -> np.ndarray:
+def rigid_record(tree: Tree, slope: float, ground: Profile = LEVEL) -> np.ndarray:
     """The record (1,) of the biped that walks on a slope [degrees].
 
     Args:
-        path: The model file; lengths, inertias and damping are Pinocchio's of that file.
-        parts: Names of its parts.
+        tree: Its lengths and masses.
         slope: Degrees, uphill positive.
-        truth: How the biped that walks differs from the file.
         ground: Heights along the slope.
     """
-    truth = Truth() if truth is None else truth
-    model = believed_model(path, slope)
     out = np.zeros(1, RIGID)
     w = out[0]
-    tree = true_tree(pinocchio_tree(model, parts), truth)
     for name, value in tree._asdict().items():
         w["tree"][name] = value
     w["gravity"] = gravity(slope)
     w["ledger"]["least_loss"] = np.inf
     set_ground(w["ground"], ground)
     return out
-
-
-def pinocchio_tree(model: pinocchio.Model, robot: PlanarParts) -> Tree:
-    """Lengths and masses of Pinocchio's model; bodies welded to a link are part of it."""
-    joints = [1, *(model.getJointId(name) for name in robot.joints[BASE:])]
-    frames = [model.frames[model.getFrameId(point)] for point in robot.points]
-    inertias = [model.inertias[joint] for joint in joints]
-    planar = [0, 2]
-    return Tree(
-        joint=np.array([[0.0, 0.0], *(model.jointPlacements[joint].translation[planar] for joint in joints[1:])]),
-        com=np.array([inertia.lever[planar] for inertia in inertias]),
-        mass=np.array([inertia.mass for inertia in inertias]),
-        inertia=np.array([inertia.inertia[1, 1] for inertia in inertias]),
-        armature=np.array(model.armature[BASE:]),
-        damping=np.array(model.damping[BASE:]),
-        point=np.array([frame.placement.translation[planar] for frame in frames]),
-    )

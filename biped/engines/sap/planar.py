@@ -9,7 +9,6 @@ import mujoco
 import numpy as np
 
 from biped.engines.loop import drive
-from biped.engines.planar.mujoco import foreign_of
 from biped.engines.planar.planes import lay, planes_of
 from biped.engines.planar.plant import Physics, PlanarPlant
 from biped.engines.sap.stepper import Stepper
@@ -23,7 +22,7 @@ from biped.robot.run import Run
 def simulate(run: Run) -> Trajectory:
     """Simulates a run; see `biped.engines.drake.simulate`."""
     s, ground = run.scenario, run.profile
-    foreign = foreign_of(run)
+    foreign = run.planar_model()
     order, robot = foreign.order, seven_links(run.robot)
     model = foreign.model if ground.level else copy(foreign.model)  # whose planes move
     stepper = Stepper(model, run.robot, ground.level, s.model)

@@ -15,23 +15,7 @@ from biped.control.space.tick import spatial_tick
 from biped.control.space.topology import BASE, KNEE, LEG, LEGS, N_POINTS
 from biped.engines.fall import GOING, LOW, NOT_FINITE, TILTED
 from biped.engines.forces import add_moment, write_spin
-from biped.engines.row import BASE as BASE_COLUMN
-from biped.engines.row import (
-    COM,
-    COM_VELOCITY,
-    CONTACT,
-    ENERGY,
-    FIGURE,
-    FORCE,
-    GIVEN,
-    GROUND_FORCE,
-    POINT,
-    TIME,
-    WORK,
-    Q,
-    U,
-    V,
-)
+from biped.engines.row import CONTACT, FIGURE, FORCE, GIVEN, GROUND_FORCE, POINT, WORK, U, write_state
 
 
 class SpacePlant(NamedTuple):
@@ -126,21 +110,12 @@ def _status(plant):
 def _note(plant, c, line, outside, time):
     """Writes the state at a tick into its row."""
     m, at = plant.mechanics, plant.columns
-    line[at[TIME]] = time
-    for j in range(m.q.size):
-        line[at[Q] + j] = m.q[j]
-    for j in range(m.v.size):
-        line[at[V] + j] = m.v[j]
+    write_state(at, line, time, m.q, m.v, c["at"]["com"], c["at"]["com_velocity"], plant.place[1], plant.turned[1],
+                plant.energy)  # fmt: skip
     for p in range(N_POINTS):
         for i in range(3):
             line[at[POINT] + 3 * p + i] = plant.geoms[plant.points[p], i]
         line[at[CONTACT] + p] = 1.0 if plant.geoms[plant.points[p], 2] < plant.radius else 0.0
-    for i in range(3):
-        line[at[COM] + i] = c["at"]["com"][i]
-        line[at[COM_VELOCITY] + i] = c["at"]["com_velocity"][i]
-        line[at[BASE_COLUMN] + i] = plant.place[1, i]
-    for i in range(4):
-        line[at[BASE_COLUMN] + 3 + i] = plant.turned[1, i]
     for k in range(plant.anchors.size):
         for i in range(3):
             line[at[FIGURE] + 3 * k + i] = plant.anchor[plant.anchors[k], i]
@@ -149,7 +124,6 @@ def _note(plant, c, line, outside, time):
         top[i] = plant.place[1, i]
         for j in range(3):
             top[i] += R[3 * i + j] * plant.top[j]
-    line[at[ENERGY]] = plant.energy[0] + plant.energy[1]
     write_spin(plant.inertia, plant.moving, outside)
 
 

@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from biped.measure import verdict
-from biped.measure.metrics import belief, commanded, energy, gait, ground, motors, posture, pushed, space
-from biped.measure.metrics.outcome import outcome_of, spread, stopped
+from biped.measure.metrics import belief, energy, gait, ground, pushed, space
 from biped.measure.metrics.totals import Totals
+from biped.measure.metrics.walking import outcome_of, spread, stopped
 from biped.measure.momentum import Unexplained, unexplained
 from biped.measure.trajectory import Trajectory
 from biped.scenario.metrics import METRICS
@@ -83,17 +83,17 @@ def _numbers(t: Trajectory, window: tuple[float, float], left: Unexplained) -> d
     out["unexplained_force"], out["unexplained_moment"] = left.force[0].share, left.moment[0].share
     out["penetration"] = max(0.0, -float(t.above.min()))
     out["peak_force"] = float(t.force[:, :, 2].max())
-    if not t.generalized or t.robot.seven_links is not None:
+    if t.has_torques:
         out["peak_torque"] = max(float(t.u.max()), -float(t.u.min()))
-    if t.robot.seven_links is not None:
-        out["link_speed"] = math.sqrt(float(t.derived.speed[0].max()))
+    if t.link_speed is not None:
+        out["link_speed"] = math.sqrt(float(t.link_speed[0].max()))
     if t.pushes:
         out |= pushed.pushed(t)
     span = span_of(t, window)
     if span is not None:
         out |= gait.stride(t, span) | energy.transport(t, span) | ground.contact(t, span) | belief.switches(t, span)
-        out |= posture.inferred(t, span) | motors.load(t, span, gait.travelled(t, span))
-        out |= commanded.tracking(t, span)
+        out |= belief.inferred(t, span) | energy.motor_load(t, span, gait.travelled(t, span))
+        out |= gait.tracking(t, span)
         if not t.robot.planar:
             out |= space.sideways(t, span)
         if (states := t.believed_states) is not None:

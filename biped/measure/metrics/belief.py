@@ -43,3 +43,20 @@ def commonest_cycle(states: np.ndarray) -> dict[str, object]:
         return {"cycle": "-".join(map(str, current)), "share": 1.0}
     cycle, count = cycles.most_common(1)[0]
     return {"cycle": cycle, "share": count / cycles.total()}
+
+
+def inferred(t: Trajectory, span: slice) -> dict[str, float]:
+    """Errors of the inferred torso angle over a span of rows, and what it rested on; nothing without an estimator."""
+    if t.inferred is None:
+        return {}
+    pitch, _, gyro, clipped = t.inferred[span].T
+    error = np.degrees(pitch - t.q[span, t.robot.base_columns[-1]])
+    edges = np.diff(np.concatenate([[0], (gyro > 0.0).astype(int), [0]]))
+    gaps = np.flatnonzero(edges < 0) - np.flatnonzero(edges > 0)
+    return {
+        "torso_error": math.sqrt(float((error**2).mean())),
+        "torso_error_worst": float(np.abs(error).max()),
+        "underactuated": float(gyro.mean()),
+        "longest_gap": float(gaps.max(initial=0)) * t.tick,
+        "gyro_clipped": float(clipped.mean()),
+    }

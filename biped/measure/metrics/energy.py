@@ -11,7 +11,7 @@ from biped.measure.metrics.gait import travelled
 from biped.measure.metrics.sums import Driven, driven
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY, frame
-from biped.robot.planar.topology import ANKLE, BASE, HIP, KNEE, LEGS, PITCH, THIGH, TORSO
+from biped.robot.planar.topology import ANKLE, BASE, HIP, KNEE, PITCH, THIGH, TORSO
 from biped.robot.planar.tree import motion
 
 LEAST_TIME = 0.1
@@ -24,7 +24,7 @@ def transport(t: Trajectory, span: slice) -> dict[str, Any]:
     The thesis's c_mt matches |sum of joint powers|; the other two are what hardware pays.
     """
     weight = t.mass * GRAVITY * travelled(t, span)
-    if t.generalized and t.robot.seven_links is None:
+    if not t.has_torques:
         return {"cost_of_transport": float(np.abs(t.input_work[span][:-1]).sum() / weight), "per_joint": {}}
     sums, energy = driven(t, span), t.tick / weight
     rows, net, absolute, positive, peak = span.stop - span.start, sums.net, sums.absolute, sums.positive, sums.power
@@ -56,16 +56,14 @@ def _spring_powers(t: Trajectory, span: slice) -> np.ndarray:
 
 
 def _per_joint(t: Trajectory, sums: Driven, rows: int) -> dict[str, dict[str, float]]:
-    """Peak and mean |torque| [N m] and peak |power| [W] of each actuator; of seven links of both legs' together."""
-    names, legs = (t.robot.actuators, 1) if t.robot.seven_links is None else (("hip", "knee", "ankle"), LEGS)
-    most, torque, power = (values.reshape(legs, -1) for values in (sums.most, sums.torque, sums.power))
+    """Peak and mean |torque| [N m] and peak |power| [W] of the actuators, group by group."""
     return {
         name: {
-            "peak_torque": float(most[:, i].max()),
-            "mean_torque": float(torque[:, i].sum()) / (legs * rows),
-            "peak_power": float(power[:, i].max()),
+            "peak_torque": float(sums.most[drives].max()),
+            "mean_torque": float(sums.torque[drives].sum()) / (len(drives) * rows),
+            "peak_power": float(sums.power[drives].max()),
         }
-        for i, name in enumerate(names)
+        for name, drives in t.robot.drive_groups.items()
     }
 
 
@@ -78,8 +76,7 @@ def residual(t: Trajectory) -> float:
     if len(t) < 2:
         return 0.0
     left = t.energy[-1] - t.energy[0] - t.work[:-1].sum()
-    spent = np.abs(t.input_work) if t.robot.seven_links is None else t.derived.spent
-    return float(abs(left) / max(spent[:-1].sum(), _moving(t), 1e-2 * abs(t.energy[0])))
+    return float(abs(left) / max(t.spent[:-1].sum(), t.moving_energy.max(), 1e-2 * abs(t.energy[0])))
 
 
 def from_nowhere(t: Trajectory) -> float:
@@ -96,14 +93,8 @@ def from_nowhere(t: Trajectory) -> float:
         return 0.0
     beyond = t.energy[1:] - t.energy[0] - np.cumsum(t.input_work[:-1])
     most = max(float(beyond.max()), 0.0)
-    return most / max(float(np.abs(t.input_work[:-1]).sum()), _moving(t), 0.1 * abs(float(t.energy[0])))
-
-
-def _moving(t: Trajectory) -> float:
-    """[J] largest kinetic energy of what moves: the links, where they are known, otherwise the whole mass."""
-    if t.robot.seven_links is not None:
-        return float(t.derived.moving.max())
-    return 0.5 * t.mass * float(np.einsum("ij,ij->i", t.com_velocity, t.com_velocity).max())
+    put_in = float(np.abs(t.input_work[:-1]).sum())
+    return most / max(put_in, float(t.moving_energy.max()), 0.1 * abs(float(t.energy[0])))
 
 
 def momentum_residual(t: Trajectory) -> float:
@@ -138,3 +129,29 @@ def loss_per_step(t: Trajectory, window: tuple[float, float]) -> float:
     steps = sum(first < row <= last for row, _ in t.strikes)
     lost = float(t.input_work[first:last].sum()) - damped - float(t.energy[last] - t.energy[first])
     return lost / steps if steps else math.nan
+
+
+def motor_load(t: Trajectory, span: slice, distance: float) -> dict[str, float]:
+    """Loads and electrical costs over a span of rows and a distance [m]; nothing of a robot without motors.
+
+    The joint torques are what the gears deliver; the rotors' inertia and the joints' friction are the model's, so that
+    the motors' torque is u / n, with the gear's loss on whichever side drives.
+    """
+    u, rate = t.u[span], t.rate[span]
+    motor = t.robot.motor
+    if motor is None or t.generalized:
+        return {}
+    rms = np.sqrt((u**2).mean(axis=0))
+    current = motor.current(u, rate)
+    heat = motor.resistance * current**2
+    drawn = np.maximum(heat + motor.torque_constant * motor.ratio * rate * current, 0.0)
+    weight = t.mass * GRAVITY * distance / t.tick
+    line = motor.stall * (1.0 - np.sign(u) * rate / motor.free)
+    return {
+        "motor_load": float((rms / motor.rated).max()),
+        "gear_load": float(np.abs(u).max() / motor.gear_peak),
+        "beyond_gear": float((np.abs(u) > motor.gear_peak).any(axis=1).mean()),
+        "beyond_line": float((np.abs(u) > line + 1e-9).any(axis=1).mean()),
+        "cost_of_transport_heat": float(heat.sum() / weight),
+        "cost_of_transport_electrical": float(drawn.sum() / weight),
+    }

@@ -10,6 +10,7 @@ import numpy as np
 from biped.measure.contact import along_feet
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
+from biped.scenario.command import COMMANDED
 
 MOVED = 0.1
 """[m] that must be travelled in the window for numbers per distance."""
@@ -20,9 +21,7 @@ def travelled(t: Trajectory, span: slice) -> float:
 
     A robot that stands has no cost of transport: what it spends over the centimetres that it sways is no number.
     """
-    far = abs(float(t.x[span.stop - 1] - t.x[span.start]))
-    if not t.robot.planar:
-        far = math.hypot(far, float(t.base[span.stop - 1, 1] - t.base[span.start, 1]))
+    far = math.hypot(*(float(way[span.stop - 1] - way[span.start]) for way in (t.x, t.y)))
     return far if far >= MOVED else math.nan
 
 
@@ -35,13 +34,10 @@ def heels(t: Trajectory, rows: np.ndarray) -> np.ndarray:
 
 def stride(t: Trajectory, span: slice) -> dict[str, float]:
     """Speed, Froude number, steps, support phases and lean over a span of rows."""
-    x, time, moving, lean = t.x[span], t.time[span], t.forward_speed[span], np.degrees(t.lean[span])
+    x, y, time, moving, lean = t.x[span], t.y[span], t.time[span], t.forward_speed[span], np.degrees(t.lean[span])
     seconds = float(time[-1] - time[0]) or math.nan  # a run that ended in its first tick has no rates
     speed = float(x[-1] - x[0]) / seconds
-    strayed = (x - x.mean()) ** 2
-    if not t.robot.planar:
-        y = t.base[span, 1]
-        strayed += (y - y.mean()) ** 2
+    strayed = (x - x.mean()) ** 2 + (y - y.mean()) ** 2
     return {
         "speed": speed,
         "speed_std": float(moving.std()),
@@ -74,3 +70,35 @@ def _steps(t: Trajectory, span: slice, seconds: float) -> dict[str, float]:
 def mean_of(values: Sequence[float] | np.ndarray) -> float:
     """The mean of some numbers; nan of none."""
     return float(np.mean(values)) if len(values) else math.nan
+
+
+SECOND = 1.0
+"""[s] over which velocities are averaged: within a step they go to and fro."""
+
+
+def tracking(t: Trajectory, span: slice) -> dict[str, float]:
+    """Velocity that was asked for and errors of what came of it, over a span of rows; nothing if none was asked for.
+
+    The base's velocity, in the direction that it faces, and its turning are means over pieces of a second; errors are
+    root mean squares over these.
+
+    Args:
+        t: The run.
+        span: Rows.
+    """
+    if COMMANDED[0] not in t.signals:
+        return {}
+    asked = np.stack([t.signals[name][span] for name in COMMANDED], axis=1)
+    place, turn = t.base[span, :2], t.robot.heading(t.turn)[span]
+    moved = np.diff(place, axis=0) / t.tick
+    c, s = np.cos(turn[:-1]), np.sin(turn[:-1])
+    done = np.stack(
+        [c * moved[:, 0] + s * moved[:, 1], c * moved[:, 1] - s * moved[:, 0], np.diff(turn) / t.tick], axis=1
+    )
+    pieces = np.array_split(done - asked[:-1], max(1, round(len(done) * t.tick / SECOND)))
+    off = np.array([piece.mean(axis=0) for piece in pieces])
+    return {
+        "commanded": float(np.linalg.norm(asked[:, :2], axis=1).mean()),
+        "command_error": float(np.sqrt((off[:, :2] ** 2).sum(axis=1).mean())),
+        "yaw_error": float(np.sqrt((off[:, 2] ** 2).mean())),
+    }

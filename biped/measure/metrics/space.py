@@ -21,8 +21,7 @@ def foot_places(t: Trajectory) -> np.ndarray:
 
 def headings(t: Trajectory) -> np.ndarray:
     """(n,) [rad] heading of the base, to the left positive, without jumps."""
-    way = t.turn @ np.array(t.robot.forward)
-    return np.unwrap(np.arctan2(way[:, 1], way[:, 0]))
+    return t.robot.heading(t.turn)
 
 
 def courses(t: Trajectory) -> np.ndarray:

@@ -13,7 +13,7 @@ BLOCK = 1 << 16
 """Numbers that are added up at a time."""
 
 
-class Mean:
+class RunningMean:
     """The mean of numbers that come in pieces, without those that do not exist.
 
     Its digits depend on the numbers in their order, not on where the pieces end: blocks of a fixed length are added up
@@ -61,8 +61,8 @@ class Totals:
         self._names = [metric.name for metric in metrics]
         self._counts = {metric.name: 0 for metric in metrics if metric.kind == "count"} | {"walked": 0}
         means = [metric.name for metric in metrics if metric.kind != "count"]
-        self._walkers = {name: Mean() for name in means}
-        self._all = {name: Mean() for name in means}
+        self._walkers = {name: RunningMean() for name in means}
+        self._all = {name: RunningMean() for name in means}
         self.runs = 0
 
     def add(self, columns: Mapping[str, np.ndarray]) -> None:

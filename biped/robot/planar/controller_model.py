@@ -13,6 +13,7 @@ from biped.base.files import label
 from biped.robot.gravity import gravity
 from biped.robot.planar.description import PlanarParts, description_at, version_of
 from biped.robot.planar.topology import BASE
+from biped.robot.planar.tree import Tree
 
 if TYPE_CHECKING:
     import pinocchio
@@ -69,3 +70,20 @@ def believed_model(path: Path, slope: float) -> pinocchio.Model:
     g = gravity(slope)
     model.gravity.linear = np.array([g[0], 0.0, g[1]])
     return model
+
+
+def pinocchio_tree(model: pinocchio.Model, robot: PlanarParts) -> Tree:
+    """Lengths and masses of Pinocchio's model; bodies welded to a link are part of it."""
+    joints = [1, *(model.getJointId(name) for name in robot.joints[BASE:])]
+    frames = [model.frames[model.getFrameId(point)] for point in robot.points]
+    inertias = [model.inertias[joint] for joint in joints]
+    planar = [0, 2]
+    return Tree(
+        joint=np.array([[0.0, 0.0], *(model.jointPlacements[joint].translation[planar] for joint in joints[1:])]),
+        com=np.array([inertia.lever[planar] for inertia in inertias]),
+        mass=np.array([inertia.mass for inertia in inertias]),
+        inertia=np.array([inertia.inertia[1, 1] for inertia in inertias]),
+        armature=np.array(model.armature[BASE:]),
+        damping=np.array(model.damping[BASE:]),
+        point=np.array([frame.placement.translation[planar] for frame in frames]),
+    )

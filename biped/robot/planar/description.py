@@ -61,7 +61,7 @@ class Leg(Section, frozen=True):
     stops: tuple[Name, ...]
 
 
-class Contact(Section, frozen=True):
+class ContactParts(Section, frozen=True):
     """How the feet meet the ground.
 
     Attributes:
@@ -135,7 +135,7 @@ class PlanarParts(Section, frozen=True, kw_only=True):
 
     base: Torso
     leg: Annotated[tuple[Leg, ...], Meta(min_length=LEGS, max_length=LEGS)]
-    contact: Contact = Contact()
+    contact: ContactParts = ContactParts()
 
     @property
     def links(self) -> tuple[str, ...]:

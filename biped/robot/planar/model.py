@@ -22,8 +22,7 @@ from biped.robot.planar.description import description_at, version_of
 from biped.robot.planar.order import order_of
 from biped.robot.planar.tree import Tree, tree_of
 from biped.robot.safety import examine, packaged
-from biped.robot.sizes import check_sizes
-from biped.robot.spec import compiled_spec, no_keyframe
+from biped.robot.spec import check_sizes, compiled_spec, no_keyframe
 from biped.robot.trial import tried
 
 

@@ -6,12 +6,14 @@ counter-clockwise.
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.jit import entry_kernel
+from biped.base.typed import convert
 from biped.robot.planar.description import PlanarParts
 from biped.robot.planar.kinematics import PLACES, TREE, forward
 from biped.robot.planar.topology import (
@@ -180,3 +182,40 @@ def _forward(tree, q, v, work, joint, com, com_velocity, point, point_velocity, 
             for axis in range(2):
                 point[row, i, axis] = at["point"][i, axis]
                 point_velocity[row, i, axis] = at["point_velocity"][i, axis]
+
+
+Pair = tuple[float, float]
+
+
+class SevenLinks(PlanarParts, frozen=True, kw_only=True, dict=True):
+    """A torso with two legs of three links.
+
+    Attributes:
+        joint: [m] position of each link's joint in its parent's frame.
+        com: [m] centre of mass of each link.
+        mass: [kg] of each link.
+        inertia: [kg m²] of each link about its centre of mass.
+        armature: [kg m²] reflected actuator inertia of hip, knee, ankle; leg by leg.
+        damping: [N m s/rad] viscous damping of the same joints.
+        point: [m] toe and heel of each foot.
+    """
+
+    joint: tuple[Pair, ...]
+    com: tuple[Pair, ...]
+    mass: tuple[float, ...]
+    inertia: tuple[float, ...]
+    armature: tuple[float, ...]
+    damping: tuple[float, ...]
+    point: tuple[Pair, ...]
+
+    @cached_property
+    def tree(self) -> Tree:
+        """The numbers as arrays, which are not to be written to."""
+        return Tree(**{name: np.array(getattr(self, name), dtype=float) for name in Tree._fields})
+
+
+def seven_links_of(parts: PlanarParts, tree: Tree) -> SevenLinks:
+    """The seven links of these names and these numbers."""
+    numbers = {name: value.tolist() for name, value in tree._asdict().items()}
+    named = {name: getattr(parts, name) for name in PlanarParts.__struct_fields__}
+    return convert(named | numbers, SevenLinks)

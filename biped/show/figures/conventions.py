@@ -14,11 +14,11 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Arc
 
 from biped.base.files import folder
-from biped.robot.planar.description import PlanarParts, description_at
-from biped.robot.planar.model import posture_of, tree_at
-from biped.robot.planar.posture import project
+from biped.ensemble.plan import Plan
 from biped.robot.planar.topology import FOOT, HEEL, NQ, PITCH, SHANK, THIGH, TOE, TORSO, X
 from biped.robot.planar.tree import ABSOLUTE_OFFSET, Motion, Tree, motion
+from biped.robot.robot import Robot
+from biped.scenario.keys import Scenario, Start
 from biped.show.figures.style import LEFT, QUIET, RIGHT, SETTINGS, TRUNK, figure, save
 
 PAGE = folder("models").parent / "docs" / "figures" / "conventions.png"
@@ -33,18 +33,16 @@ def plot_conventions(path: Path) -> Path:
     Raises:
         InputError: The file cannot be written.
     """
-    model = folder("models") / "human.xml"
-    tree, robot = tree_at(model), description_at(model)
-    q, contacts = posture_of(model, "heel_toe")
-    q = project(tree, q, contacts, robot.points)
+    run = Plan(Scenario(start=Start(posture="heel_toe"))).run(0)
+    q = run.q.copy()
     q[X] = 0.0
-    at = motion(tree, q, np.zeros(NQ))
+    at = motion(run.tree, q, np.zeros(NQ))
     with matplotlib.rc_context(SETTINGS):
         page = figure(12.0, 6.4)
         left, middle, right = page.subplots(1, 3)
-        _absolute(left, tree, at)
+        _absolute(left, run.tree, at)
         _joints(middle, at)
-        _rows(right, at, robot)
+        _rows(right, at, run.robot)
         return save(page, path)
 
 
@@ -125,7 +123,7 @@ def _joints(axes: Axes, at: Motion) -> None:
     axes.text(-0.72, -0.17, "upright, feet flat: all 0. A positive torque drives its angle up", fontsize=8)
 
 
-def _rows(axes: Axes, at: Motion, robot: PlanarParts) -> None:
+def _rows(axes: Axes, at: Motion, robot: Robot) -> None:
     _body(axes, at, "rows of J: normal, then tangential")
     for i, name in enumerate(robot.points):
         colour, place = _LEGS[i // 2], at.point[i]

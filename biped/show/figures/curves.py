@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,9 +15,6 @@ from biped.measure.signals import (
     every,
     inferred_torso_angle,
     inside,
-    joint_angles,
-    joint_rates,
-    joint_torques,
     leg_states,
     smooth,
     torso_angle,
@@ -73,7 +70,7 @@ def phase(trajectory: Trajectory, title: str, window: Window) -> Figure:
     """Phase portraits of the right hip, knee and ankle (Fig 3.12): the window over the whole run."""
     drawn = figure(9.5, 3.4)
     rows = inside(trajectory, window)
-    angle, rate = np.degrees(joint_angles(trajectory)), np.degrees(joint_rates(trajectory))
+    angle, rate = np.degrees(trajectory.joint_angles), np.degrees(trajectory.joint_rates)
     symbols = {"hip": "θ1 − θ", "knee": "θ2 − θ1", "ankle": "θ3 − θ2 + π/2"}
     for i, (axes, (joint, symbol)) in enumerate(zip(drawn.subplots(1, 3), symbols.items(), strict=True)):
         axes.plot(angle[:, i], rate[:, i], color=QUIET, linewidth=0.4, alpha=0.6, label="whole run")
@@ -103,7 +100,7 @@ def loads(trajectory: Trajectory, title: str, window: Window) -> Figure:
     drawn = figure(9.5, 9.6)
     *joints, force, lanes = drawn.subplots(5, 1, sharex=True, height_ratios=[1.0, 1.0, 1.0, 1.1, 0.6])
     rows = inside(trajectory, window)
-    time, applied = trajectory.time[rows], joint_torques(trajectory)
+    time, applied = trajectory.time[rows], trajectory.joint_torques
     legs = list(zip(trajectory.robot.legs, (RIGHT, LEFT), strict=True))
     for joint, (axes, name) in enumerate(zip(joints, ("hip", "knee", "ankle"), strict=True)):
         for leg, (side, colour) in enumerate(legs):
@@ -174,3 +171,31 @@ def _lanes(axes: Axes, trajectory: Trajectory, rows: np.ndarray) -> None:
     axes.set_ylabel("leg state")
     axes.grid(False)
     legend_above(axes, 4)
+
+
+_COLOURS = (LEFT, RIGHT)
+_LAST = 3.0
+"""[s] of joint angles shown: at the end, where the gait is steady."""
+
+
+def overlay(walkers: Mapping[str, Trajectory], title: str) -> Figure:
+    """Velocity over the whole run, and the right leg's joint angles over its last seconds.
+
+    Args:
+        walkers: Two trajectories by the name of their engine.
+        title: The scenario's name.
+    """
+    drawn = figure(8.0, 8.0)
+    velocity, *joints = drawn.subplots(4, 1)
+    timed(velocity, f"{title}: forward velocity of the torso", "velocity [m/s]")
+    end = min(float(t.time[-1]) for t in walkers.values())
+    for (engine, t), colour in zip(walkers.items(), _COLOURS, strict=True):
+        velocity.plot(t.time, smooth(t.v[:, 0], t.tick), color=colour, label=engine, alpha=0.8)
+        shown = (t.time >= end - _LAST) & (t.time <= end)
+        for i, (name, axes) in enumerate(zip(("hip", "knee", "ankle"), joints, strict=True)):
+            timed(axes, f"right {name}", "angle [°]")
+            axes.plot(t.time[shown], np.degrees(t.q[shown, 3 + i]), color=colour, alpha=0.8)
+    velocity.legend(loc="lower right")
+    for axes in (velocity, *joints[:-1]):
+        axes.set_xlabel("")
+    return drawn

@@ -14,7 +14,7 @@ from biped.base.errors import InputError
 from biped.show.film.camera import camera_of
 from biped.show.film.canvas import Canvas, off_screen
 from biped.show.film.reel import check, wind
-from biped.show.film.stage import FilmStage, Walker, walkers
+from biped.show.film.stage import FilmedWalker, FilmStage, walkers
 from biped.show.picked import run_of
 
 SHAPE = 16 / 9
@@ -87,7 +87,7 @@ def film(results: Sequence[Path], out: Path, cut: Cut, only: int | None = None) 
     return len(times)
 
 
-def _frames(scenes: Sequence[tuple[list[Walker], FilmStage, Canvas]], times: np.ndarray) -> Iterator[np.ndarray]:
+def _frames(scenes: Sequence[tuple[list[FilmedWalker], FilmStage, Canvas]], times: np.ndarray) -> Iterator[np.ndarray]:
     """Pictures side by side at every time; valid until the next."""
     short = len(scenes) > 1 or scenes[0][2].height < _ROOMY
     for time in times:
@@ -96,7 +96,7 @@ def _frames(scenes: Sequence[tuple[list[Walker], FilmStage, Canvas]], times: np.
         yield drawn[0] if len(drawn) == 1 else np.concatenate(drawn, axis=1)
 
 
-def _words(shown: Sequence[Walker], time: float, short: bool) -> tuple[str, str]:
+def _words(shown: Sequence[FilmedWalker], time: float, short: bool) -> tuple[str, str]:
     """Names and values in the corner of a picture, which may have little room."""
     first = shown[0]
     row = int(np.clip(round((time - first.run.time[0]) / first.run.tick), 0, len(first.run) - 1))

@@ -17,7 +17,7 @@ from biped.robot.ground import slabs
 from biped.show import spatial
 from biped.show.film.camera import Camera, aim, distance, height_of, path_of
 from biped.show.film.falling import fallen
-from biped.show.lighting import light_evenly
+from biped.show.spatial import light_evenly
 
 LANE = 1.3
 """[m] from walker to walker side by side."""
@@ -40,7 +40,7 @@ _UPRIGHT = np.eye(3).ravel()
 _ASIDE = -0.12
 
 
-class Walker(NamedTuple):
+class FilmedWalker(NamedTuple):
     """A run on the stage.
 
     Attributes:
@@ -67,7 +67,7 @@ class Walker(NamedTuple):
         return float(self.run.time[0]) + (len(self.q) - 1) * self.run.tick
 
 
-def walkers(runs: Sequence[tuple[str, Trajectory, mujoco.MjModel]], ghost: bool) -> list[Walker]:
+def walkers(runs: Sequence[tuple[str, Trajectory, mujoco.MjModel]], ghost: bool) -> list[FilmedWalker]:
     """Runs side by side, or the second as a ghost over the first."""
     out = []
     for i, (name, whole, model) in enumerate(runs):
@@ -76,7 +76,7 @@ def walkers(runs: Sequence[tuple[str, Trajectory, mujoco.MjModel]], ghost: bool)
         q = run.qpos(model)
         if run.end == "fell":
             q = np.concatenate([q, fallen(run, model, q, _AFTER)])
-        out.append(Walker(name, run, model, *place, q, run.forward_speed))
+        out.append(FilmedWalker(name, run, model, *place, q, run.forward_speed))
     return out
 
 
@@ -90,7 +90,7 @@ class FilmStage:
         shape: Width of the frame over its height.
     """
 
-    def __init__(self, shown: Sequence[Walker], rate: float, camera: Camera, shape: float):
+    def __init__(self, shown: Sequence[FilmedWalker], rate: float, camera: Camera, shape: float):
         self._shown = shown
         # One of its own: models of a scenario are shared.
         self.model = copy(shown[0].model)
@@ -136,7 +136,7 @@ class FilmStage:
         return self.scene
 
     @staticmethod
-    def _row(walker: Walker, time: float) -> int:
+    def _row(walker: FilmedWalker, time: float) -> int:
         return int(np.clip(round((time - walker.run.time[0]) / walker.run.tick), 0, len(walker.q) - 1))
 
     def _add(self, kind: mujoco.mjtGeom, size: Sequence[float] | np.ndarray, place: np.ndarray, colour: Sequence[float],
@@ -185,19 +185,19 @@ class FilmStage:
         self._add(box, (40.0, 0.01, 40.0), np.array([along, across, 0.0]) + _FAR * back, _WALL, turn=turn)
         self.scene.geoms[self.scene.ngeom - 1].emission = 1.0
 
-    def _forces(self, walker: Walker, row: int, each: int) -> None:
+    def _forces(self, walker: FilmedWalker, row: int, each: int) -> None:
         """Ground forces, means over a frame."""
         run = walker.run
         force = means(run.force[row : row + each], np.array([0]))[0] / (run.mass * GRAVITY)
         for point, vector in zip(run.point[row], force, strict=True):
-            start = point + np.array([0.0, walker.lane + (_ASIDE if run.robot.planar else 0.0), 0.0])
+            start = point + np.array([0.0, walker.lane + spatial.beside(run, _ASIDE), 0.0])
             self._arrow(start, start + _WEIGHT * vector, 0.02, _FORCE)
         place, seated = spatial.seated(run, np.array([row]))
         for point, vector in zip(place[0], means(seated[row : row + each], np.array([0]))[0], strict=True):
             start = point + np.array([0.0, walker.lane + _ASIDE, 0.0])
             self._arrow(start, start + _WEIGHT / (run.mass * GRAVITY) * vector, 0.02, _FORCE)
 
-    def _pushes(self, walker: Walker, data: mujoco.MjData, row: int) -> None:
+    def _pushes(self, walker: FilmedWalker, data: mujoco.MjData, row: int) -> None:
         """Pushes that act now or did a moment ago, as arrows whose heads end beside the pushed body."""
         time = float(walker.run.time[row])
         for push in spatial.pushes(walker.run):

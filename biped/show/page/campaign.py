@@ -14,9 +14,8 @@ from biped.measure.trajectory import Trajectory
 from biped.scenario.laws import own_law
 from biped.show.page import claims, ensembles, motion, sweeps
 from biped.show.page.frames import frames_of
-from biped.show.page.html import Markup, card, table, tag
+from biped.show.page.html import Markup, card, judged, key_words, setting, table, tag, value_of
 from biped.show.page.player import PlayedRun, walks
-from biped.show.page.words import judged, key_words, setting, value_of
 from biped.show.picked import chosen
 from biped.show.replay import of_numbers, spread
 from biped.show.results import failures

@@ -12,8 +12,7 @@ from biped.base.statistics import POWER, Z95, enough_for, smallest_drop, wilson
 from biped.ensemble.checks import word_of
 from biped.measure.metrics.walking import outcome
 from biped.scenario.metrics import METRICS, metrics_of_table
-from biped.show.page.html import Markup, join, table, tag
-from biped.show.page.words import between, judged, metric_text, percent
+from biped.show.page.html import Markup, between, join, judged, metric_text, percent, table, tag
 from biped.show.results import number
 
 Rows = Sequence[Mapping[str, Any]]

@@ -16,11 +16,10 @@ from biped.scenario.laws import own_law
 from biped.scenario.metrics import metrics_of_table
 from biped.scenario.reading import read_scenario
 from biped.show.page.frames import frames_of
-from biped.show.page.html import Markup, card, table, tag
+from biped.show.page.html import Markup, between, card, chip, percent, table, tag
 from biped.show.page.motion import charts
 from biped.show.page.player import PlayedRun, walks
 from biped.show.page.read import read_as
-from biped.show.page.words import between, chip, percent
 from biped.studies.comparison import ENGINES, PARTED
 
 Number = int | float | None

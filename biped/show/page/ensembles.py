@@ -9,9 +9,8 @@ from typing import Any
 from biped.base.statistics import wilson
 from biped.ensemble.checks import GOALS
 from biped.measure.metrics.walking import kind_of
-from biped.show.page.html import Markup, card, tag
+from biped.show.page.html import Markup, between, card, key_words, tag
 from biped.show.page.plot import Frame, around, legend
-from biped.show.page.words import between, key_words
 from biped.studies.sensitivity import LEAST, Share
 
 Rows = Sequence[Mapping[str, Any]]

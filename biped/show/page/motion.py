@@ -12,19 +12,15 @@ from biped.measure.signals import (
     every,
     finite,
     inside,
-    joint_angles,
     joint_limits,
-    joint_rates,
-    joint_torques,
     leg_states,
     smooth,
 )
 from biped.measure.trajectory import Trajectory
 from biped.robot.planar.topology import LEGS, SEGMENTS
-from biped.show.page.html import Markup, card, tag
+from biped.show.page.html import Markup, card, percent, tag
 from biped.show.page.player import SIDES, state_legend
 from biped.show.page.plot import Frame, around, legend
-from biped.show.page.words import percent
 from biped.show.words import leg_words
 
 Window = tuple[float, float]
@@ -100,7 +96,7 @@ def _spans(values: np.ndarray) -> list[tuple[int, int, int]]:
 
 
 def _phase(run: Trajectory, rows: np.ndarray) -> list[Markup]:
-    cards, angles, rates = [], joint_angles(run), joint_rates(run)
+    cards, angles, rates = [], run.joint_angles, run.joint_rates
     for joint, name in enumerate(_JOINTS):
         curves = []
         for leg in range(LEGS):
@@ -121,7 +117,7 @@ def _torque(run: Trajectory, rows: np.ndarray) -> list[Markup]:
     first = int(np.argmax(rows))
     last = min(int(len(rows) - np.argmax(rows[::-1])), first + round(_SHOWN / run.tick))
     span = slice(first, max(last, first + 2))
-    cards, limits, torques = [], joint_limits(run), joint_torques(run)
+    cards, limits, torques = [], joint_limits(run), run.joint_torques
     for joint, name in enumerate(_JOINTS):
         limit = float(max(limits[joint], limits[joint + SEGMENTS]))
         torque = [torques[:, SEGMENTS * leg + joint] for leg in range(LEGS)]

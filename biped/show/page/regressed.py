@@ -9,10 +9,9 @@ from typing import Any
 import msgspec
 
 from biped.scenario.metrics import METRICS
-from biped.show.page.html import Markup, card, table, tag
+from biped.show.page.html import Markup, card, chip, table, tag
 from biped.show.page.plot import Frame
 from biped.show.page.read import read_as
-from biped.show.page.words import chip
 from biped.studies.regress.compare import DIGITS, GONE, NEW, PHYSICS, RUNS, SAME, UNLIKELY
 
 Number = int | float | None

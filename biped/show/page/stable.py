@@ -9,10 +9,9 @@ from typing import Any
 
 import msgspec
 
-from biped.show.page.html import Markup, card, table, tag
+from biped.show.page.html import Markup, card, chip, table, tag
 from biped.show.page.plot import Frame, legend
 from biped.show.page.read import read_as
-from biped.show.page.words import chip
 from biped.show.results import number
 from biped.studies.stability.basin import FELL, RETURNED, WALKS
 

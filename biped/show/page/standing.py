@@ -56,7 +56,7 @@ class _Standing(msgspec.Struct):
     limit: _Limit | None
 
 
-class _Found(msgspec.Struct):
+class _StandingFile(msgspec.Struct):
     gaits: list[str]
     changes: list[str]
     tests: list[_Test]
@@ -69,7 +69,7 @@ def section(folder: Path) -> Markup:
     Raises:
         InputError: It is broken.
     """
-    found = read_as(folder / FILE, _Found, "what biped standard writes", "biped standard GAIT…")
+    found = read_as(folder / FILE, _StandingFile, "what biped standard writes", "biped standard GAIT…")
     searched = [test for test in found["tests"] if test["key"] is not None]
     cards = [_curves(found, test) for test in searched]
     return tag(

@@ -9,9 +9,8 @@ from typing import Any
 from biped.ensemble.sweeps import threshold_words
 from biped.scenario.metrics import HEAD, METRICS
 from biped.show.page.claims import enough_words
-from biped.show.page.html import Markup, card, table, tag
+from biped.show.page.html import Markup, between, card, key_words, percent, setting, table, tag, value_of
 from biped.show.page.plot import Frame, around, legend, shade
-from biped.show.page.words import between, key_words, percent, setting, value_of
 
 Points = Sequence[Mapping[str, Any]]
 MAP_FROM = 16

@@ -12,10 +12,9 @@ import msgspec
 from biped.base.errors import InputError
 from biped.base.statistics import same_rate, wilson
 from biped.base.typed import convert
-from biped.show.page.html import Markup, card, join, table, tag
+from biped.show.page.html import Markup, between, card, chip, join, table, tag
 from biped.show.page.plot import Frame, around, legend
 from biped.show.page.read import read_as
-from biped.show.page.words import between, chip
 from biped.show.results import number
 
 Number = int | float | None

@@ -132,8 +132,7 @@ def _log_centre(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray)
     """The centre of mass above the ground, and its trail up to now."""
     trajectory = placed.run.trajectory
     place = trajectory.com[rows]
-    if trajectory.robot.planar:
-        place[:, 1] += _ASIDE
+    place[:, 1] += spatial.beside(trajectory, _ASIDE)
     # Straight down is where gravity points, not where the slope's normal does.
     below = place - place[:, 2:] * spatial.plumb(trajectory)
     below[:, 2] += trajectory.ground.height(below[:, 0])

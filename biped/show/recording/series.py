@@ -12,9 +12,7 @@ from biped.measure.signals import (
     ends,
     every,
     inferred_torso_angle,
-    joint_angles,
     joint_power,
-    joint_torques,
     leg_states,
     means,
     torso_angle,
@@ -96,8 +94,8 @@ def curves(placed: Placed) -> list[Curves]:
         single("velocity", "Forward velocity of the torso [m/s]", "velocity", trajectory.forward_speed),
         torso,
         single("cost", "Cost of transport so far [-]", "net cost", cost_of_transport(trajectory)),
-        joints("angle", angles, np.degrees(joint_angles(trajectory))),
-        joints("torque", "Joint torques [N m], colours as above", joint_torques(trajectory)),
+        joints("angle", angles, np.degrees(trajectory.joint_angles)),
+        joints("torque", "Joint torques [N m], colours as above", trajectory.joint_torques),
         joints("power", "Joint powers [W], colours as above", joint_power(trajectory)),
         Curves(
             "force", "Normal force under each foot [N]", legs, (RIGHT, LEFT), trajectory.foot_force,
@@ -139,7 +137,9 @@ def log_states(recording: rr.RecordingStream, placed: Placed) -> None:
     # The viewer names lanes by their path and sorts them by it: each leg's contacts come under its state.
     for leg, side in enumerate(robot.legs):
         _lane(recording, placed.entity("states", f"{side} leg"), time, end, phase[:, leg], LEG_STATES[leg])
-    touching = trajectory.believed if "believed" in trajectory.columns else ends(trajectory, trajectory.contact, np.max)
+    touching = (
+        trajectory.believed if "believed" in trajectory.columns else ends(trajectory.robot, trajectory.contact, np.max)
+    )
     for i, (side, point) in enumerate((leg, end) for leg in robot.legs for end in ("toe", "heel")):
         lane = placed.entity("states", f"{side} leg, {point}")
         _lane(recording, lane, time, end, touching[:, i].astype(int), _ON)

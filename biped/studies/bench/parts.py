@@ -17,14 +17,13 @@ import msgspec
 import mujoco
 import numpy as np
 
+from biped.engines.loop import push_spans
 from biped.engines.native import native as native_of
 from biped.engines.native import without_clock
 from biped.engines.planar.mujoco import simulate
 from biped.engines.planar.plant import turned
-from biped.engines.spans import push_spans
 from biped.measure.metrics import measure
 from biped.measure.trajectory import Trajectory
-from biped.robot.planar.build import compile_foreign
 from biped.robot.run import Run
 
 REPEATS = 7
@@ -63,7 +62,7 @@ class _Again(NamedTuple):
 
 def _again(run: Run, trajectory: Trajectory) -> _Again:
     s = run.scenario
-    model = compile_foreign(run.model, s).model
+    model = run.planar_model().model
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = run.q, run.v
     taken = data.qfrc_applied if trajectory.generalized else data.ctrl
@@ -99,7 +98,7 @@ def bare(run: Run, trajectory: Trajectory) -> float:
 
 def strict(run: Run, trajectory: Trajectory) -> float | None:
     """CPU seconds of the same steps in one compiled loop, MuJoCo's clock off; None where that is not possible."""
-    foreign = compile_foreign(run.model, run.scenario)
+    foreign = run.planar_model()
     native = native_of(foreign.model, foreign.order)
     if native is None:
         return None
@@ -182,7 +181,7 @@ def contact_costs(run: Run, trajectory: Trajectory) -> dict[int, float]:
         run: A run in MuJoCo.
         trajectory: What it left behind.
     """
-    model = compile_foreign(run.model, run.scenario).model
+    model = run.planar_model().model
     data = mujoco.MjData(model)
     touching = (trajectory.force[..., 2] > 0.0).sum(axis=1)
     out = {}

@@ -16,7 +16,6 @@ from biped.engines.rigid.respond import respond, solve_motion
 from biped.engines.rigid.tree import mass_and_bias, place
 from biped.measure.trajectory import Trajectory
 from biped.robot.planar.topology import N_CONSTRAINTS, N_POINTS
-from biped.robot.robot import seven_links
 from biped.robot.run import Run
 from biped.studies.bench.inner import Inner
 from biped.studies.bench.parts import clock
@@ -107,9 +106,7 @@ def rigid_parts(run: Run, repeats: int = REPEATS) -> dict[str, float]:
 def _states(run: Run, t: Trajectory) -> np.ndarray:
     """Records of states along a run, with the forces and contacts that it had there."""
     at = np.arange(1, len(t), STRIDE)
-    records = np.repeat(
-        rigid_record(run.model, seven_links(run.robot), run.scenario.ground.slope, run.scenario.truth), len(at)
-    )
+    records = np.repeat(rigid_record(run.home_tree, run.scenario.ground.slope), len(at))
     records["state"]["q0"], records["state"]["v0"] = t.q[at], t.v[at]
     records["acting"]["Q"] = t.applied[at]
     records["contact"]["active"][:, :N_POINTS] = t.force[at, :, 2] > 0.0

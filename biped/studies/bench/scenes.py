@@ -13,7 +13,6 @@ from biped.engines.native import reason
 from biped.engines.planar.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure
-from biped.robot.planar.build import compile_foreign
 from biped.robot.run import Run
 from biped.scenario.reading import read_scenario
 from biped.studies.bench.parts import clock, replay, strict
@@ -70,7 +69,7 @@ class SceneCost(NamedTuple):
 
 def loop_of(run: Run) -> str:
     """How a run's ticks are looped over: compiled, or in Python and why."""
-    foreign = compile_foreign(run.model, run.scenario)
+    foreign = run.planar_model()
     why = python_needed(run, run.tree) or reason(foreign.model, foreign.order)
     return f"in Python: {why}" if why else "compiled"
 

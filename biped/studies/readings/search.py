@@ -16,8 +16,7 @@ from biped.ensemble.origin import origin_of
 from biped.scenario.inline import setting
 from biped.scenario.vary import stream
 from biped.studies.planned import plan_of
-from biped.studies.readings.definition import Claim, Definition, Value, definition, digest
-from biped.studies.readings.score import Outcome, outcome_of, score
+from biped.studies.readings.definition import Claim, Definition, Outcome, Value, definition, digest, outcome_of, score
 from biped.studies.run import run_plan
 
 POSTURES = 'randomise.draw={"start.posture"={grid=["heel_toe","flat","single"]}}'

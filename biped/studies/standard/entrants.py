@@ -56,7 +56,7 @@ class Entrant(NamedTuple):
         """
         if not self.law:
             begun = read_scenario(test, changes)
-            reads = begun.robot is None or "controller" in read_by(begun.law)[""]  # others walk without a gait
+            reads = "controller" in read_by(begun.law)[""]  # others walk without a gait
             return [*changes, *([setting("controller", self.word)] if reads else [])]
         begun = read_scenario(test)
         draws = {key: {name: getattr(draw, name) for name in draw.__struct_fields__ if getattr(draw, name) is not None}

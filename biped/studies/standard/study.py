@@ -29,7 +29,7 @@ FAMILY = "standard/"
 """Where the shipped tests are, below scenarios/."""
 
 
-class Trial(NamedTuple):
+class StandardTrial(NamedTuple):
     """A test of the family.
 
     Attributes:
@@ -92,7 +92,7 @@ class StandardTable(NamedTuple):
         standings: By test, then by gait.
     """
 
-    tests: list[Trial]
+    tests: list[StandardTrial]
     gaits: list[str]
     changes: list[str]
     standings: list[StandardResult]
@@ -114,7 +114,7 @@ class StandardTable(NamedTuple):
         }  # fmt: skip
 
 
-def trials_of(asked: Sequence[str]) -> list[Trial]:
+def trials_of(asked: Sequence[str]) -> list[StandardTrial]:
     """The tests that are asked for, in the order of the table; none: the shipped family.
 
     Args:
@@ -130,12 +130,12 @@ def trials_of(asked: Sequence[str]) -> list[Trial]:
     return sorted((_test(word) for word in words), key=lambda test: test.standard.order)
 
 
-def _test(name: str) -> Trial:
+def _test(name: str) -> StandardTrial:
     word = FAMILY + name if FAMILY + name in names("scenarios") else name
     scenario = read_scenario(word)
     if scenario.standard is None:
         raise InputError(f"{safe(name)}: not a standard test; expected a scenario with a table [standard]")
-    return Trial(title_of(word), word, scenario.standard, scenario.threshold.rate, scenario.description)
+    return StandardTrial(title_of(word), word, scenario.standard, scenario.threshold.rate, scenario.description)
 
 
 def standard(
@@ -177,7 +177,7 @@ def standard(
     return StandardTable(tests, shown, list(changes), standings)
 
 
-def _required_of(trial: Trial, entrant: Entrant, changes: Sequence[str]) -> Standard | None:
+def _required_of(trial: StandardTrial, entrant: Entrant, changes: Sequence[str]) -> Standard | None:
     """The requirements of a test, of a family no speed that the entrant lacks; None if it is not for the entrant."""
     test = trial.standard
     if test.gaits and entrant.name not in test.gaits:
@@ -196,7 +196,7 @@ def _required_of(trial: Trial, entrant: Entrant, changes: Sequence[str]) -> Stan
     return None if last < first else replace(test, first=round(first, 12), last=round(last, 12))
 
 
-def _stand(test: Trial, entrant: Entrant, changes: Sequence[str], made: Any) -> StandardResult:
+def _stand(test: StandardTrial, entrant: Entrant, changes: Sequence[str], made: Any) -> StandardResult:
     s, gait = _required_of(test, entrant, changes), entrant.name
     if s is None:
         return StandardResult(test.name, gait, [], None, 1.0)
@@ -219,7 +219,7 @@ def _stand(test: Trial, entrant: Entrant, changes: Sequence[str], made: Any) -> 
     return StandardResult(test.name, gait, tried, limit(tried, test.rate), scale)
 
 
-def _plan(test: Trial, entrant: Entrant, changes: Sequence[str], value: float) -> Plan:
+def _plan(test: StandardTrial, entrant: Entrant, changes: Sequence[str], value: float) -> Plan:
     """A test's plan with an entrant, at a value of its key in multiples of what the test says."""
     asked = entrant.all_changes(test.scenario, changes)
     s = test.standard

@@ -16,9 +16,9 @@ from biped.ensemble import executor
 from biped.ensemble.backend import Jobs
 from biped.ensemble.campaign import run_one
 from biped.ensemble.plan import Plan
+from biped.robot.report import look
 from biped.scenario.inline import setting
 from biped.scenario.reading import read_scenario
-from biped.studies.robot import look
 
 SCENARIO = "tune/any"
 GAITS = ("any/sure", "any/quick", "any/short", "any/long")
@@ -75,8 +75,8 @@ def search_of(
     report = look(name)
     if report.faults:
         raise InputError(f"{name}: {report.faults[0]}", "model")
-    if report.stranger:
-        raise InputError(report.stranger, "law")
+    if report.not_spatial:
+        raise InputError(report.not_spatial, "law")
     model = f'model="{locate("models", name, "model").resolve()}"'
     cases = list(product(ASSISTS, GAITS, POSTURES))
     with executor.workers(_Shipped((model, *changes)), jobs) as carried_out, progress(name, len(cases), 0) as advance:

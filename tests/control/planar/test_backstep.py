@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from biped.control.planar.backstep import step_back
+from biped.control.planar.phase import step_back
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.scenario.actuation import Actuation

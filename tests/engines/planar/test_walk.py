@@ -9,8 +9,7 @@ import pytest
 from biped.engines import home
 from biped.engines.planar import mujoco as engine
 from biped.ensemble.plan import Plan
-from biped.scenario.actuation import Actuation, Pushing
-from biped.scenario.change import ActuationChange, Change
+from biped.scenario.actuation import Actuation, ActuationChange, Change, Pushing
 from biped.scenario.gains import Gains
 from biped.scenario.ground import Ground, Tiles
 from biped.scenario.keys import Backstep, Fall, Scenario, Sensors, Simulation, Start, Truth

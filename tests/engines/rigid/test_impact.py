@@ -15,7 +15,7 @@ from biped.engines.rigid.motion import active_rows, evaluate, impact, prepare
 from biped.engines.rigid.record import rigid_record
 from biped.engines.rigid.release import release
 from biped.engines.rigid.tree import mass_and_bias, place
-from biped.robot.planar.description import description_at
+from biped.robot.planar.model import tree_at
 
 HUMAN = locate("models", "human", "test")
 
@@ -23,7 +23,7 @@ HUMAN = locate("models", "human", "test")
 def new(seed):
     """A record at a random posture that is near standing, its active set, and a velocity towards the ground."""
     rng = np.random.default_rng(seed)
-    w = rigid_record(HUMAN, description_at(HUMAN), 0.0)[0]
+    w = rigid_record(tree_at(HUMAN), 0.0)[0]
     q = rng.uniform(-0.6, 0.6, 9)
     q[[4, 7]] = -np.abs(q[[4, 7]]) * (rng.random(2) < 0.7)
     v = rng.uniform(-3.0, 3.0, 9)
@@ -195,7 +195,7 @@ def test_release_lets_go_what_would_pull_and_keeps_what_pushes():
 
 def test_release_on_redundant_rows_is_decided_by_the_motion():
     """Both feet flat, legs parallel, knees straight: ten rows of rank eight, and standing under gravity."""
-    w = rigid_record(HUMAN, description_at(HUMAN), 0.0)[0]
+    w = rigid_record(tree_at(HUMAN), 0.0)[0]
     q, v = np.zeros(9), np.zeros(9)
     w["contact"]["active"] = 1
     place(w, q, v)

@@ -6,12 +6,12 @@ import pytest
 
 from biped.base.files import locate
 from biped.engines.rigid.motion import active_rows, gaps
-from biped.engines.rigid.record import pinocchio_tree, rigid_record
+from biped.engines.rigid.record import rigid_record
 from biped.engines.rigid.tree import applied_forces, mass_and_bias, place
-from biped.robot.planar.controller_model import believed_model
+from biped.robot.planar.controller_model import believed_model, pinocchio_tree
 from biped.robot.planar.description import description_at
 from biped.robot.planar.model import tree_at
-from biped.robot.planar.tree import motion
+from biped.robot.planar.tree import Tree, motion
 from biped.robot.planar.truth import true_tree
 from biped.scenario.keys import Truth
 from tests.energy import energy
@@ -19,6 +19,11 @@ from tests.energy import energy
 HUMAN = locate("models", "human", "test")
 SLOPE = 7.0
 CASES = 200
+
+
+def human() -> Tree:
+    """Lengths and masses as Pinocchio reads them."""
+    return pinocchio_tree(believed_model(HUMAN, SLOPE), description_at(HUMAN))
 
 
 def configurations():
@@ -31,7 +36,7 @@ def configurations():
 
 @pytest.fixture(scope="module")
 def record():
-    return rigid_record(HUMAN, description_at(HUMAN), SLOPE)
+    return rigid_record(human(), SLOPE)
 
 
 @pytest.fixture(scope="module")
@@ -105,9 +110,9 @@ def test_true_biped_has_the_energy_of_its_true_tree():
     truth = Truth(
         mass=(1.1, 0.9, 1.0, 1.2, 1.0, 0.8, 1.0), length=(1.0, 1.1, 1.0, 0.9, 1.0, 1.0, 1.0), joint_damping=0.3
     )
-    w = rigid_record(HUMAN, description_at(HUMAN), SLOPE, truth)[0]
+    w = rigid_record(true_tree(human(), truth), SLOPE)[0]
     tree = true_tree(tree_at(HUMAN), truth)
-    for name, mine in pinocchio_tree(believed_model(HUMAN, 0.0), description_at(HUMAN))._asdict().items():
+    for name, mine in human()._asdict().items():
         np.testing.assert_allclose(mine, getattr(tree_at(HUMAN), name), rtol=0, atol=1e-14)
     np.testing.assert_array_equal(w["tree"]["damping"], 0.3)
     for q, v in list(configurations())[:20]:

@@ -11,7 +11,7 @@ from biped.base.trust import trusting
 from biped.engines import home
 from biped.engines.planar import mujoco as foreign
 from biped.engines.rigid.motion import active_rows
-from biped.engines.rigid.record import pinocchio_tree, rigid_record
+from biped.engines.rigid.record import rigid_record
 from biped.engines.rigid.tree import mass_and_bias, place
 from biped.ensemble.plan import Plan
 from biped.measure.columns import COLUMNS
@@ -21,7 +21,7 @@ from biped.measure.stored import load
 from biped.measure.trajectory import Trajectory
 from biped.robot.load import load_robot
 from biped.robot.planar.build import compile_foreign
-from biped.robot.planar.controller_model import believed_model
+from biped.robot.planar.controller_model import believed_model, pinocchio_tree
 from biped.robot.planar.description import description_at
 from biped.robot.planar.model import posture_of, tree_at
 from biped.robot.planar.topology import N_CONSTRAINTS, N_POINTS, NQ
@@ -62,7 +62,7 @@ def test_three_libraries_agree_on_mass_bias_and_rows(make_model, tmp_path):
     theirs, order, *_ = compile_foreign(path, scenario(path, f"ground.slope = {SLOPE}"))
     data = mujoco.MjData(theirs)
     model = believed_model(path, SLOPE)
-    work, w = model.createData(), rigid_record(path, description_at(path), SLOPE)[0]
+    work, w = model.createData(), rigid_record(pinocchio_tree(model, description_at(path)), SLOPE)[0]
     rng = np.random.default_rng(3)
     for _ in range(100):
         q, v = rng.uniform(-2.0, 2.0, NQ), rng.uniform(-5.0, 5.0, NQ)

@@ -15,8 +15,8 @@ from biped.cli.main import main
 from biped.ensemble.checks import goal_of
 from biped.scenario.reference import unit_of
 from biped.show.page.frames import UNIT, Frames, frames_of
+from biped.show.page.html import key_words, setting
 from biped.show.page.player import VIEWS
-from biped.show.page.words import key_words, setting
 from biped.show.results_folder import ResultsFolder
 from tests.show.page.browser import MISSING, browser
 

@@ -77,7 +77,7 @@ def test_a_step_with_more_contacts_is_told_apart(walked):
 
 # What each feature needs of biped's own and of other packages; nothing else may load it.
 NEEDS = {
-    "sensor noise": ("biped.control.planar.sensors",),
+    "sensor noise": ("biped.control.planar.senses",),
     "torque limit by OSQP": ("qpsolvers", "osqp"),
     "home engine": ("biped.engines.home", "biped.engines.rigid.events"),
     "recording": ("biped.show.recording", "rerun"),

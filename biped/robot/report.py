@@ -31,12 +31,12 @@ class ModelReport(NamedTuple):
         description: The file that describes it; None: everything was recognised.
         robot: What it is; None if it cannot be run.
         faults: All that is wrong, and what to write.
-        planar: Why the thesis's law cannot walk it; empty if it can.
+        not_planar: Why the thesis's law cannot walk it in the plane; empty if it can.
         laws: The laws of this package that it runs with, beside a law of one's own.
         notes: What of the file was left out, without harm.
         physics: What the file asks for and a run does otherwise by default; empty where they agree.
         parts: Torso, thighs, shanks, feet, soles and hinges of a biped in space, in words; empty of any other.
-        stranger: Why the thesis's law in space cannot walk it; empty if it can.
+        not_spatial: Why the thesis's law in space cannot walk it; empty if it can.
         held: Joints of such a biped that neither base nor legs need: arms, waist, head.
     """
 
@@ -44,21 +44,21 @@ class ModelReport(NamedTuple):
     description: Path | None
     robot: Robot | None
     faults: tuple[str, ...]
-    planar: str
+    not_planar: str
     laws: tuple[str, ...]
     notes: tuple[str, ...]
     physics: str
     parts: dict[str, str]
-    stranger: str
+    not_spatial: str
     held: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data, as `--json` prints it."""
         return {
             "file": label(self.file), "description": None if self.description is None else label(self.description),
-            "faults": list(self.faults), "seven_links": not self.planar, "laws": list(self.laws),
+            "faults": list(self.faults), "seven_links": not self.not_planar, "laws": list(self.laws),
             "notes": list(self.notes), "physics": self.physics,
-            "parts": self.parts, "not_spatial": self.stranger,
+            "parts": self.parts, "not_spatial": self.not_spatial,
             "robot": None if self.robot is None else msgspec.to_builtins(self.robot) | {"mass": self.robot.mass},
         }  # fmt: skip
 
@@ -86,7 +86,7 @@ def look(name: str) -> ModelReport:
         known_keys(data, Described, "", fail)
         table = convert(data, Described, fail)
     robot, faults, notes = looked_at(path, table)
-    laws, parts, stranger, held = tuple(name for name in BUILT_IN if name != SPATIAL), {}, "", ()
+    laws, parts, not_spatial, held = tuple(name for name in BUILT_IN if name != SPATIAL), {}, "", ()
     physics = "" if robot is None else differing(path, Simulation())
     if robot is None:
         laws = ()
@@ -98,7 +98,7 @@ def look(name: str) -> ModelReport:
             held = tuple(model.joint(joint).name for joint in anatomy.trunk[: len(anatomy.trunk) - anatomy.shared])
             laws = (SPATIAL, *laws)
         except InputError as error:
-            stranger = str(error)
+            not_spatial = str(error)
     return ModelReport(
         path,
         own if general else None,
@@ -109,7 +109,7 @@ def look(name: str) -> ModelReport:
         notes,
         physics,
         parts,
-        stranger,
+        not_spatial,
         held,
     )
 
