@@ -19,7 +19,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 LOCK = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
 	--custom-compile-command 'make lock'
 
-.PHONY: docs gallery fuzz help setup tools run view test test-all stress coverage check regress bench lint format lock site clean
+.PHONY: boundscheck docs gallery fuzz help setup tools run view test test-all stress coverage check regress bench lint format lock site clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -57,6 +57,9 @@ stress: tools ## extremes: steps, contacts, masses, starts, pushes, sensors; ran
 
 fuzz: tools ## ten thousand hostile scenarios, gaits, models, command lines, results folders and journals
 	$(BIN)/python -m tests.fuzz
+
+boundscheck: tools ## a second of every shipped scenario with kernels that check every index
+	$(BIN)/python -m tests.boundscheck
 
 coverage: tools ## the default tests, those of kernels once more as plain Python; fails below 90 % of lines
 	$(BIN)/coverage erase

@@ -223,6 +223,9 @@ KINDS = (
 
 def case(seed: int, number: int) -> tuple[str, Case]:
     """Case `number` and the name of its kind."""
+    from tests.fuzz.families import FAMILIES
+
     r = random.Random(f"{seed}-{number}")
-    kind = KINDS[number % len(KINDS)]
+    kinds = (*KINDS, *FAMILIES)
+    kind = kinds[number % len(kinds)]
     return kind.__name__, kind(r)

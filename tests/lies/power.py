@@ -1,6 +1,6 @@
 """The weakest help that is caught, of two hundred kinds: what acts, where, how long, on which robot.
 
-Each kind has a strength, which is halved from 1 on for as long as every run at it is caught. Every run is one of a
+Each kind has a strength, and the weakest power of one half that is caught is found by halving. Every run is one of a
 robot that stands through a small push by the law that is for any.
 """
 
@@ -17,6 +17,7 @@ ROBOTS = {"walker2d": True, "human": True, "h1": False}
 """Robots, and whether they live in the plane."""
 HALVES = 10
 """Strengths down to 1/1024."""
+CAUGHT = ("held", "doubtful", "diverged")
 
 
 class Help(NamedTuple):
@@ -114,12 +115,17 @@ class Law:
 
 
 def weakest(number: int) -> Judged:
-    """The weakest strength of a kind of help that is caught, and all above it are; `idle` if it never acts at all."""
-    helped, caught, found = KINDS_OF_HELP[number], 0.0, ""
-    for halves in range(HALVES + 1):
-        found = helped_by(helped.robot, law_of(helped, 0.5**halves))
-        if found not in ("held", "doubtful", "diverged"):
-            break
-        caught = 0.5**halves
-    word = "caught" if caught else "idle" if found == "idle" else "missed"
-    return Judged(helped.group, word, {"weakest": caught, "unit": helped.unit})
+    """The weakest strength of a kind of help that is caught, by halving; `idle` if all of it changes nothing."""
+    helped = KINDS_OF_HELP[number]
+    found = helped_by(helped.robot, law_of(helped, 1.0))
+    if found not in CAUGHT:
+        word = "idle" if found == "idle" else "missed"
+        return Judged(helped.group, word, {"weakest": 0.0, "unit": helped.unit})
+    caught, missed = 0, HALVES + 1
+    while missed - caught > 1:
+        middle = (caught + missed) // 2
+        if helped_by(helped.robot, law_of(helped, 0.5**middle)) in CAUGHT:
+            caught = middle
+        else:
+            missed = middle
+    return Judged(helped.group, "caught", {"weakest": 0.5**caught, "unit": helped.unit})
