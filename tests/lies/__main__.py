@@ -20,6 +20,7 @@ from tests.lies.judge import FALSE, HONEST, KINDS, Judged, judged
 from tests.lies.power import KINDS_OF_HELP, weakest
 from tests.lies.tables import Noted, confusion, floor, honest, power, sums, write
 
+OF_A_POLICY = 10
 AHEAD = 16
 """Cases on their way: what a kill of the command costs."""
 
@@ -31,14 +32,17 @@ def _main() -> int:
     parser.add_argument("--policies", nargs="+", default=[], help="scenarios of policies, by path; ten runs of each")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--journal", type=Path)
+    parser.add_argument("--noted", action="store_true", help="carry out nothing: the tables of what is noted")
     parser.add_argument("--write", action="store_true", help="put the tables into docs/")
     args = parser.parse_args()
     policies = tuple(str(Path(path).resolve()) for path in args.policies)
-    counts = {"shipped": len(every_run()) if "shipped" in args.kinds else 0, "policy": 10 * len(policies),
+    counts = {"shipped": len(every_run()) if "shipped" in args.kinds else 0, "policy": OF_A_POLICY * len(policies),
               "power": len(KINDS_OF_HELP)}  # fmt: skip
     most = {kind: counts.get(kind, args.of_each) for kind in args.kinds}
     wanted = [(kind, number) for number in range(max(most.values())) for kind in args.kinds if number < most[kind]]
     noted = {} if args.journal is None else _read(args.journal)
+    if args.noted:
+        wanted = [one for one in wanted if one in noted]
     todo = iter([one for one in wanted if one not in noted])
     with ProcessPoolExecutor(args.jobs) as pool:
         while some := list(islice(todo, AHEAD)):

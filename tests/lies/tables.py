@@ -72,7 +72,7 @@ def floor(found: Noted) -> str:
     rows = []
     for kind, group, sampled in sorted(most, key=lambda key: (_place(*key[:2]), key[2])):
         cells = most[kind, group, sampled]
-        means = (", ".join(f"{1000.0 * cells[f'{mean} {long}']:.2g}" for long in ("short", "long")) for mean in MEANS)
+        means = (", ".join(f"{1000.0 * cells[f'{mean} {long}']:.3g}" for long in ("short", "long")) for mean in MEANS)
         rows.append((kind, group + (", sampled" if sampled else ""), count[kind, group, sampled], *means))
     return _table(("of", "group", "runs", "force", "moment", "speed"), rows)
 
