@@ -10,6 +10,7 @@ from biped.base.text import plain
 from biped.show.terminal import console, table
 from biped.studies.policy.checks import Check
 from biped.studies.policy.faults import Fault
+from biped.studies.policy.measure import Measured
 
 
 def show_checks(file: Path, checks: Sequence[Check]) -> None:
@@ -32,3 +33,14 @@ def show_faults(file: Path, faults: Sequence[Fault]) -> None:
     out.print(f"[bold]{plain(label(file))}[/bold]")
     out.print(page)
     out.print(f"  {sum(bool(one.found) for one in faults)} of {len(faults)} found")
+
+
+def show_measured(file: Path, row: Measured) -> None:
+    """Prints a policy's speed and cost, and what it walks through."""
+    out, page = console(), table(("measured", "value"), ("measured", "value"))
+    page.add_row(f"speed, {row.asked:g} m/s asked for", f"{row.speed:.3f} m/s" if row.lasted else "fell")
+    page.add_row("cost of transport", f"{row.cost:.3f}")
+    for one in row.limits:
+        page.add_row(one.name, f"{'>= ' if one.most else ''}{one.value:.3g} {one.unit}")
+    out.print(f"[bold]{plain(label(file))}[/bold]")
+    out.print(page)

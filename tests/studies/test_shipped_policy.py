@@ -159,3 +159,19 @@ def test_a_mirrored_state_gives_the_mirrored_action():
     np.testing.assert_allclose(feet[1], np.array(feet[0])[::-1] * [1.0, -1.0, 1.0], atol=1e-9)
     wrong = structs.replace(card, action=structs.replace(card.action, scale=(0.5,) * 8 + (-0.5, 0.5)))
     assert likeness(run_of(CARD, wrong, (0.4, 0.0, 0.0)), tape) < 0.8
+
+
+def test_what_it_stands_is_searched_upward_to_the_first_fall(monkeypatch, capsys):
+    """Half a second late it falls; a level beyond a fall is not tried."""
+    for name, value in (
+        ("SECONDS", 2.5), ("BEGIN", 1.0), ("MOMENTS", (1.0,)), ("IMPULSES", (0.02,)), ("SLOPES", (1.0,)),
+        ("DELAYS", (0.0, 0.2, 0.01)),
+    ):  # fmt: skip
+        monkeypatch.setattr(f"biped.studies.policy.measure.{name}", value)
+    code, row = case(capsys, "policy", str(CARD), "--measure")
+    assert code == 0
+    assert row["lasted"]
+    assert row["speed"] == pytest.approx(0.45, abs=0.1)
+    found = {one["name"]: (one["value"], one["most"]) for one in row["limits"]}
+    assert found.pop("latency") == (0.0, False)
+    assert set(found.values()) == {(0.02, True), (1.0, True)}

@@ -37,13 +37,16 @@ def add(commands: Commands) -> None:
     parser.add_argument("--clock", type=number, help="Hz of the phase that the network sees, likewise")
     parser.add_argument("--tape", type=Path, help="states, observations and actions that the card must reproduce, .npz")
     parser.add_argument("--faults", action="store_true", help="inject faults into the card and see which are found")
+    parser.add_argument(
+        "--measure", action="store_true", help="speed, cost, and the pushes, slopes and latency it stands"
+    )
     take_trust(parser)
     take_json(parser)
 
 
 def command(args: argparse.Namespace) -> int:
     """Writes a card if there is none, checks it, and says what came of it."""
-    from biped.show.policy import show_checks, show_faults
+    from biped.show.policy import show_checks, show_faults, show_measured
     from biped.studies.policy.checks import check, reproduce
     from biped.studies.policy.faults import inject
     from biped.studies.policy.tape import read_tape
@@ -63,6 +66,15 @@ def command(args: argparse.Namespace) -> int:
             print_json({"card": str(file), "faults": [one._asdict() for one in found]})
         else:
             show_faults(file, found)
+        return DONE
+    if args.measure:
+        from biped.studies.policy.measure import measure
+
+        row = measure(file, lambda name: None)
+        if args.json:
+            print_json({"card": str(file), **row._asdict(), "limits": [one._asdict() for one in row.limits]})
+        else:
+            show_measured(file, row)
         return DONE
     checks = ([] if args.tape is None else reproduce(file, read_tape(args.tape))) + check(file)
     if args.json:

@@ -1,0 +1,116 @@
+"""Measurements of a policy from its card: speed, cost, and the largest pushes, slopes and latency that it stands.
+
+Each limit is searched upward, level by level, and ends below the first at which a run falls.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from biped.control.card import Networked
+from biped.engines.mujoco import simulate
+from biped.ensemble.plan import Plan
+from biped.measure.metrics import assess
+from biped.robot.gravity import GRAVITY
+from biped.robot.law_factory import Factory
+from biped.scenario.card import Card
+from biped.scenario.card_file import read_card
+from biped.scenario.reading import from_text
+from biped.studies.policy.checks import commands_of
+
+SECONDS, BEGIN = 8.0, 2.0
+"""[s] of a run, and from when on means are taken."""
+MOMENTS, PUSHED = (3.0, 3.15, 3.3), 0.2
+"""[s] at which pushes come, in a run each, and for how long."""
+IMPULSES = tuple(0.05 * i for i in range(1, 17))
+"""In m √(g l)."""
+SLOPES = tuple(float(i) for i in range(2, 21, 2))
+"""Degrees."""
+DELAYS = tuple(0.01 * i for i in range(1, 11))
+"""[s] by which commands act late."""
+
+
+class Limit(NamedTuple):
+    """The largest level that a policy walks through.
+
+    Attributes:
+        name: In words.
+        unit: Of the level.
+        value: It; 0 if the first is too much.
+        most: Whether no larger one was tried.
+    """
+
+    name: str
+    unit: str
+    value: float
+    most: bool
+
+
+class Measured(NamedTuple):
+    """A policy's row.
+
+    Attributes:
+        asked: [m/s] forward.
+        speed: [m/s].
+        cost: Net cost of transport.
+        lasted: Whether it stayed up.
+        limits: Of what it walks through.
+    """
+
+    asked: float
+    speed: float
+    cost: float
+    lasted: bool
+    limits: tuple[Limit, ...]
+
+
+def measure(file: Path, tell: Callable[[str], None]) -> Measured:
+    """Measures a policy on its card's first command.
+
+    Args:
+        file: Its card.
+        tell: Told of every limit that is searched.
+    """
+    card = read_card(file)
+    (_, (forward, _, _)), *_ = commands_of(card)
+    plan = _plan(file, card, forward, "")
+    run = plan.run(0)
+    unit = run.robot.mass * math.sqrt(GRAVITY * run.robot.leg) / PUSHED
+    level = simulate(run)
+    numbers = assess(level, (BEGIN, SECONDS)).numbers
+
+    def largest(name: str, of: str, levels: Sequence[float], changes: Callable[[float], Sequence[str]]) -> Limit:
+        tell(name)
+        last = 0.0
+        for one in levels:
+            if any(simulate(_plan(file, card, forward, text).run(0)).end != "completed" for text in changes(one)):
+                return Limit(name, of, last, False)
+            last = one
+        return Limit(name, of, last, True)
+
+    def pushes(x: float, y: float) -> Callable[[float], Sequence[str]]:
+        def changes(one: float) -> Sequence[str]:
+            force = [one * unit * x, one * unit * y, 0.0]
+            return [f"push = [{{ at = {at}, duration = {PUSHED}, force = {force} }}]\n" for at in MOMENTS]
+
+        return changes
+
+    limits = (
+        largest("push forward", "J/(m√(g l))", IMPULSES, pushes(1.0, 0.0)),
+        largest("push backward", "J/(m√(g l))", IMPULSES, pushes(-1.0, 0.0)),
+        largest("push to the left", "J/(m√(g l))", IMPULSES, pushes(0.0, 1.0)),
+        largest("slope up", "degrees", SLOPES, lambda one: [f"ground = {{ slope = {one} }}\n"]),
+        largest("slope down", "degrees", SLOPES, lambda one: [f"ground = {{ slope = {-one} }}\n"]),
+        largest("latency", "s", DELAYS, lambda one: [f"actuation = {{ delay = {one} }}\n"]),
+    )
+    return Measured(forward, numbers["speed"], numbers["cost_of_transport"], level.end == "completed", limits)
+
+
+def _plan(file: Path, card: Card, forward: float, more: str) -> Plan:
+    """A run of a card with more in its scenario."""
+    text = f'law = "{file.name}"\nduration = {SECONDS}\ncommand = {{ forward = {forward} }}\n{more}'
+    scenario = from_text(text, file.parent / "measure.toml")
+    return Plan(scenario, law=Factory(Networked(card, file), scenario.law or "", str(file)))
