@@ -17,6 +17,7 @@ from biped.base.files import folder, read_toml
 from biped.cli.main import main
 from biped.engines.plant import MujocoPlant
 from biped.scenario.card_file import read_card
+from biped.studies.bench.policy import policy_cost
 from biped.studies.policy.checks import check, reproduce, run_of
 from biped.studies.policy.describe import describe
 from biped.studies.policy.faults import faults_of, inject
@@ -175,3 +176,10 @@ def test_what_it_stands_is_searched_upward_to_the_first_fall(monkeypatch, capsys
     found = {one["name"]: (one["value"], one["most"]) for one in row["limits"]}
     assert found.pop("latency") == (0.0, False)
     assert set(found.values()) == {(0.02, True), (1.0, True)}
+
+
+def test_what_its_loop_costs_is_held_against_bare_steps_and_calls():
+    cost = policy_cost(CARD, quick=True, repeats=1, seconds=0.4)
+    assert min(cost.steps, cost.network, cost.loop, cost.sparse) > 0.0
+    assert cost.ratio(cost.loop) > 1.0
+    assert (cost.one, cost.two) == (None, None)

@@ -17,17 +17,22 @@ def add(commands: Commands) -> None:
     what = (
         "what to measure; tolerances: error of adaptive steps of mechanisms against what they were asked for; robot: "
         "the bench experiments of Figs 4.7 and 4.8; campaigns: processes here against a cluster, by the clock; "
-        "regress: whether a recorded result or cost changed"
+        "policy: a learned policy against bare steps and network calls; regress: whether a recorded result or cost "
+        "changed"
     )
     parser.add_argument("what", choices=list(BENCHES), help=what)
     parser.add_argument("--out", type=Path, help="walking, mechanisms, tolerances, robot: folder for figures")
     quick = (
-        "mechanisms: fewer repeats and settings; throughput: no scenes and no prices of features; campaigns: fewer runs"
+        "mechanisms: fewer repeats and settings; throughput: no scenes and no prices of features; campaigns: fewer runs; "
+        "policy: no many runs"
     )
     parser.add_argument("--quick", action="store_true", help=quick)
     parser.add_argument("--update", action="store_true", help="regress: record the costs measured now")
     parser.add_argument("--reason", help="regress: why costs changed (needed by --update)")
-    file = "regress: file of references (default: that of the shipped scenarios)"
+    file = (
+        "regress: file of references (default: that of the shipped scenarios); policy: a card (default: that of the "
+        "shipped policy)"
+    )
     parser.add_argument("--file", type=Path, help=file)
     take_json(parser)
 
@@ -87,6 +92,19 @@ def _campaigns(args: argparse.Namespace) -> int:
     return DONE if all(cost.same for cost in costs) else FAILED
 
 
+def _policy(args: argparse.Namespace) -> int:
+    from biped.show.bench.policy import show
+    from biped.studies.bench.policy import SHIPPED, policy_cost
+
+    card = SHIPPED if args.file is None else args.file
+    cost = policy_cost(card, args.quick)
+    if args.json:
+        print_json({"card": str(card), **cost._asdict()})
+    else:
+        show(card, cost)
+    return DONE
+
+
 def _regress(args: argparse.Namespace) -> int:
     from biped.show.bench import show_regress
     from biped.studies.bench.regress import guard
@@ -106,6 +124,7 @@ BENCHES = {
     "tolerances": _chapter2,
     "robot": _chapter2,
     "campaigns": _campaigns,
+    "policy": _policy,
     "regress": _regress,
 }
 """Benchmarks by name, and the functions that run them."""

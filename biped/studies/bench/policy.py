@@ -1,0 +1,99 @@
+"""Cost of a learned policy's closed loop, as a ratio to its bare steps of MuJoCo and its bare network calls."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from time import perf_counter
+from typing import NamedTuple
+
+import numpy as np
+
+from biped.base.files import folder
+from biped.control.network import Network
+from biped.engines.mujoco import simulate
+from biped.ensemble.campaign import simulate as one_of
+from biped.ensemble.executor import mapped
+from biped.ensemble.plan import Plan
+from biped.scenario.card_file import read_card
+from biped.scenario.reading import from_text
+from biped.studies.bench.general import replay_of, replayed
+from biped.studies.bench.parts import clock
+
+SECONDS, REPEATS, RUNS = 10.0, 3, 100
+SHIPPED = folder("controllers") / "policy" / "h1.toml"
+
+
+class PolicyCost(NamedTuple):
+    """Costs of one policy, in seconds of one core unless said otherwise.
+
+    Attributes:
+        seconds: [s] of a run.
+        steps: Bare steps of the same run, from Python.
+        network: Bare calls of the network, as often as the run asks it.
+        loop: The run, logged at every step.
+        sparse: The same, logged at the calls of the network alone.
+        one: [s] by the clock of many short runs in one process; None: not measured.
+        two: The same in two.
+    """
+
+    seconds: float
+    steps: float
+    network: float
+    loop: float
+    sparse: float
+    one: float | None
+    two: float | None
+
+    def ratio(self, loop: float) -> float:
+        """A loop's cost / that of steps and calls."""
+        return loop / (self.steps + self.network)
+
+
+def policy_cost(file: Path, quick: bool, repeats: int = REPEATS, seconds: float = SECONDS) -> PolicyCost:
+    """Measures a policy; least times of interleaved repeats.
+
+    Args:
+        file: Its card.
+        quick: Whether to leave out many runs.
+        repeats: Of which the least times count.
+        seconds: [s] of a run.
+
+    Raises:
+        InputError: Card, network and model do not fit one another.
+    """
+    card = read_card(file)
+    run = _plan(file, seconds, "").run(0)
+    sparse = _plan(file, seconds, f"simulation = {{ control_rate = {card.rate} }}\n").run(0)
+    network, replay = Network(file.parent / card.network), replay_of(run)
+    observed, calls = np.zeros(network.size or 1, np.float32), round(seconds * card.rate)
+
+    def ask() -> None:
+        for _ in range(calls):
+            network.ask(observed)
+
+    rows = [[clock(part) for part in (lambda: replayed(replay), ask, partial(simulate, run), partial(simulate, sparse))]
+            for _ in range(repeats)]  # fmt: skip
+    steps, network_cost, loop, few = np.min(rows, axis=0).tolist()
+    one = two = None
+    if not quick:
+        one, two = (_many(file, jobs) for jobs in (1, 2))
+    return PolicyCost(seconds, steps, network_cost, loop, few, one, two)
+
+
+def _many(file: Path, jobs: int) -> float:
+    """[s] by the clock of runs that differ in their start."""
+    plan = _plan(file, 2.0, f"start = {{ jitter = 0.002 }}\nrandomise = {{ runs = {RUNS} }}\n")
+    begun = perf_counter()
+    mapped(partial(_end, plan), list(range(RUNS)), jobs)
+    return perf_counter() - begun
+
+
+def _end(plan: Plan, index: int) -> str:
+    return one_of(plan.run(index)).end
+
+
+def _plan(file: Path, seconds: float, more: str) -> Plan:
+    forward = 0.8 * min(0.5, read_card(file).command.get("forward", (0.0, 0.5))[1])
+    text = f'law = "{file.name}"\nduration = {seconds}\ncommand = {{ forward = {forward} }}\n{more}'
+    return Plan(from_text(text, file.parent / "bench.toml"))
