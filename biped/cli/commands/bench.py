@@ -23,7 +23,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("what", choices=list(BENCHES), help=what)
     parser.add_argument("--out", type=Path, help="walking, mechanisms, tolerances, robot: folder for figures")
     quick = (
-        "mechanisms: fewer repeats and settings; throughput: no scenes and no prices of features; campaigns: fewer runs; "
+        "mechanisms: fewer repeats and settings; throughput: no scenes, no prices of features; campaigns: fewer runs; "
         "policy: no many runs"
     )
     parser.add_argument("--quick", action="store_true", help=quick)
