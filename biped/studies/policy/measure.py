@@ -33,7 +33,7 @@ DELAYS = tuple(0.01 * i for i in range(1, 11))
 """[s] by which commands act late."""
 
 
-class Limit(NamedTuple):
+class Bearable(NamedTuple):
     """The largest level that a policy walks through.
 
     Attributes:
@@ -64,7 +64,7 @@ class Measured(NamedTuple):
     speed: float
     cost: float
     lasted: bool
-    limits: tuple[Limit, ...]
+    limits: tuple[Bearable, ...]
 
 
 def measure(file: Path, tell: Callable[[str], None]) -> Measured:
@@ -82,14 +82,14 @@ def measure(file: Path, tell: Callable[[str], None]) -> Measured:
     level = simulate(run)
     numbers = assess(level, (BEGIN, SECONDS)).numbers
 
-    def largest(name: str, of: str, levels: Sequence[float], changes: Callable[[float], Sequence[str]]) -> Limit:
+    def largest(name: str, of: str, levels: Sequence[float], changes: Callable[[float], Sequence[str]]) -> Bearable:
         tell(name)
         last = 0.0
         for one in levels:
             if any(simulate(_plan(file, card, forward, text).run(0)).end != "completed" for text in changes(one)):
-                return Limit(name, of, last, False)
+                return Bearable(name, of, last, False)
             last = one
-        return Limit(name, of, last, True)
+        return Bearable(name, of, last, True)
 
     def pushes(x: float, y: float) -> Callable[[float], Sequence[str]]:
         def changes(one: float) -> Sequence[str]:
