@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from biped.base.text import plain
 from biped.show.results import number
 from biped.show.terminal import console, table
 
 if TYPE_CHECKING:
     from biped.studies.bench.campaigns import CampaignCost
+    from biped.studies.bench.policy import PolicyCost
     from biped.studies.bench.regress import Guarded
     from biped.studies.bench.throughput import Throughput
 
@@ -109,3 +111,17 @@ def show_regress(guarded: Guarded) -> None:
             f"[yellow]slower by {one.slower:.0%}[/yellow]" if one.slower > SLOWER else "",
         )  # fmt: skip
     console().print(rows)
+
+
+def show_policy(file: object, cost: PolicyCost) -> None:
+    """Prints seconds of one core, and ratios to bare steps and network calls."""
+    page, rows = console(), table((f"of {cost.seconds:g} s", "core [s]", "ratio"), (f"of {cost.seconds:g} s",))
+    page.print(f"[bold]{plain(str(file))}[/bold]")
+    rows.add_row("bare steps of MuJoCo, from Python", f"{cost.steps:.3f}", "")
+    rows.add_row("bare calls of the network", f"{cost.network:.3f}", "")
+    for name, loop in (("the run", cost.loop), ("the run, logged at the network's calls", cost.sparse)):
+        rows.add_row(name, f"{loop:.3f}", f"{cost.ratio(loop):.2f}")
+    page.print(rows)
+    if cost.one is not None and cost.two is not None:
+        page.print(f"  {cost.runs} runs of 2 s by the clock: {cost.one:.1f} s in one process, {cost.two:.1f} s in two "
+                   f"({cost.two / cost.one:.2f})")  # fmt: skip

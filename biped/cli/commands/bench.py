@@ -93,7 +93,7 @@ def _campaigns(args: argparse.Namespace) -> int:
 
 
 def _policy(args: argparse.Namespace) -> int:
-    from biped.show.bench.policy import show
+    from biped.show.bench import show_policy
     from biped.studies.bench.policy import SHIPPED, policy_cost
 
     card = SHIPPED if args.file is None else args.file
@@ -101,7 +101,7 @@ def _policy(args: argparse.Namespace) -> int:
     if args.json:
         print_json({"card": str(card), **cost._asdict()})
     else:
-        show(card, cost)
+        show_policy(card, cost)
     return DONE
 
 

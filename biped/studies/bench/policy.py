@@ -35,6 +35,7 @@ class PolicyCost(NamedTuple):
         sparse: The same, logged at the calls of the network alone.
         one: [s] by the clock of many short runs in one process; None: not measured.
         two: The same in two.
+        runs: How many these are.
     """
 
     seconds: float
@@ -44,6 +45,7 @@ class PolicyCost(NamedTuple):
     sparse: float
     one: float | None
     two: float | None
+    runs: int = RUNS
 
     def ratio(self, loop: float) -> float:
         """A loop's cost / that of steps and calls."""
