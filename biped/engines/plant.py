@@ -50,10 +50,7 @@ class MujocoPlant:
 
     Attributes:
         compiled: The law's compiled loop, if it has one that suits the run.
-        explains: Whether moments of all that acts from outside are written down.
     """
-
-    explains = True
 
     def __init__(self, run: Run, watch: Watch | None = None):
         s = run.scenario
@@ -72,7 +69,8 @@ class MujocoPlant:
         self.data.qpos[:], self.data.qvel[:] = run.q, run.v
         self.limits = np.array(run.torque_limits)
         size = self.model.nv if self.command == "generalized" else len(self.robot.drives)
-        known = self.model if s == run.known_scenario else run.stepped_model(self.command, servos, known=True)
+        same = s == run.known_scenario and run.edit is None
+        known = self.model if same else run.stepped_model(self.command, servos, known=True)
         setup = Setup(s, run.gains, self.robot, copy.copy(known), run.model, run.tick, self.limits.copy(),
                       run.q.copy(), run.v.copy())  # fmt: skip
         self.law = Commander(make, name, file, setup, size, run.ticks)
@@ -306,7 +304,7 @@ class MujocoPlant:
             cause=ending.cause,
             warnings=ending.warnings,
             robot=self.run.true_robot,
-            outside=self.outside[:rows] if self.explains else None,
+            outside=self.outside[:rows],
             ground=self.profile,
             changes=tuple(change.at for change in s.change),
             sampled=not self.split,

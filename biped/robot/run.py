@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -48,6 +50,8 @@ class Run:
         row_factor: (10, 9) elementwise factors of the controller's A, or None.
         origin: Where the keys of its scenario were written.
         law: Makes the run's own law where one was handed over as an object (`biped.robot.law_factory`).
+        edit: Changes the compiled MuJoCo model that engines but home's step, of which the law knows nothing; for
+            studies of causes that no key of a scenario names.
     """
 
     scenario: Scenario
@@ -63,6 +67,7 @@ class Run:
     row_factor: np.ndarray | None = None
     origin: Origin = UNKNOWN
     law: Factory | None = None
+    edit: Callable[[mujoco.MjModel], None] | None = None
 
     @property
     def tick(self) -> float:
@@ -78,6 +83,14 @@ class Run:
     def substeps(self) -> int:
         """Number of steps of the physics in a tick."""
         return round(self.tick / self.scenario.simulation.timestep)
+
+    def edited(self, model: mujoco.MjModel) -> mujoco.MjModel:
+        """A model as the run's `edit` leaves a copy of it; the same one without an edit."""
+        if self.edit is None:
+            return model
+        out = copy(model)
+        self.edit(out)
+        return out
 
     @cached_property
     def profile(self) -> Profile:
@@ -117,7 +130,8 @@ class Run:
 
     def planar_model(self, visuals: bool = False) -> Foreign:
         """MuJoCo's model of seven links; runs that differ in nothing of it share one, which is not to be written to."""
-        return compile_foreign(self.model, self.scenario, visuals)
+        out = compile_foreign(self.model, self.scenario, visuals)
+        return out if self.edit is None else out._replace(model=self.edited(out.model), spare=[])
 
     @cached_property
     def known_scenario(self) -> Scenario:
@@ -136,7 +150,9 @@ class Run:
         """
         from biped.robot.build import compiled  # of which seven links need nothing
 
-        return compiled(self.model, self.known_scenario if known else self.scenario, command, servos)
+        if known:
+            return compiled(self.model, self.known_scenario, command, servos)
+        return self.edited(compiled(self.model, self.scenario, command, servos))
 
     @property
     def visual_model(self) -> mujoco.MjModel:

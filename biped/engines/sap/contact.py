@@ -46,13 +46,12 @@ class Meeting(NamedTuple):
     """Shapes that were built of geoms.
 
     Attributes:
-        ground: Drake's shapes that are ground.
-        part: MuJoCo's geom that a shape of the robot stands for, by the shape.
+        part: MuJoCo's geom that a shape of the robot stands for, by the shape's number; shapes that are ground have
+            none.
         planes: (geom, frame) of planes that are moved; none where the ground is level.
     """
 
-    ground: frozenset[GeometryId]
-    part: dict[GeometryId, int]
+    part: dict[int, int]
     planes: list[tuple[int, FixedOffsetFrame]]
 
 
@@ -90,7 +89,7 @@ class Builder:
             for one, other in allow:
                 filters.AllowBetween(GeometrySet(one), GeometrySet(other))
             scenes.collision_filter_manager().Apply(filters)
-        return Meeting(frozenset(plane_ids), self._part, self._planes)
+        return Meeting({shape.get_value(): geom for shape, geom in self._part.items()}, self._planes)
 
     def _of(self, geom: int, on_ground: bool) -> list[GeometryId]:
         """The shapes of a geom, as it meets the ground or another part."""

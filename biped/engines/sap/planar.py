@@ -35,27 +35,32 @@ def simulate(run: Run) -> Trajectory:
     acts = joints if generalized else joints[BASE:]
     limits = np.full(NQ, np.inf) if generalized else np.array(run.torque_limits)
     columns = {int(geom): FORCE + 2 * point for point, geom in enumerate(order.points)}
-    substeps, account = run.substeps, np.zeros(run.ticks)
+    substeps, account, forces = run.substeps, np.zeros(run.ticks), np.zeros((model.nbody - 1, 3))
+    share, stops = 1.0 / substeps, [(STOP + leg, int(joints[KNEE[leg]])) for leg in range(N_STOPS)]
+    bounded = np.empty(applied.size)
 
-    def push(forces: np.ndarray) -> None:
-        stepper.pushing[:, 0], stepper.pushing[:, 2] = forces[:, 0], forces[:, 1]
+    def push(pushes: np.ndarray) -> None:
+        forces[:, [0, 2]] = pushes
+        stepper.push(forces)
 
     def step(k: int, log: np.ndarray) -> None:
         line = log[k]
         line[FORCE : STOP + N_STOPS] = 0.0
-        stepper.applied[acts] = np.clip(applied, -limits, limits)
+        np.minimum(applied, limits, out=bounded)
+        stepper.applied[acts] = np.maximum(bounded, -limits, out=bounded)
         stepper.work = stepper.given = 0.0
         for _ in range(substeps):
             if mirror is not None:
                 mirror.qpos[:] = stepper.q
                 mujoco.mj_kinematics(model, mirror)
                 lay(planes, mirror.geom_xpos, order.points)
-            for contact in stepper.step():
-                at = columns[contact.part]
-                line[at] += contact.force[0] / substeps
-                line[at + 1] += contact.force[2] / substeps
-            for leg in range(N_STOPS):
-                line[STOP + leg] += stepper.stop[joints[KNEE[leg]]] / substeps
+            for part, _, force in stepper.step():
+                at = columns[part]
+                line[at] += share * force[0]
+                line[at + 1] += share * force[2]
+            if stepper.stopped:
+                for column, joint in stops:
+                    line[column] += share * stepper.stop[joint]
         account[k] = stepper.work
         q[:], v[:] = stepper.q[joints], stepper.v[joints]
 

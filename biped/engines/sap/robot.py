@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import mujoco
 import numpy as np
 
 from biped.base.jit import bound
 from biped.engines.forces import Contacts, Solved, add_forces
 from biped.engines.loop import drive
 from biped.engines.plant import MujocoPlant
-from biped.engines.sap.stepper import Contact, Stepper
+from biped.engines.sap.stepper import PointForce, Stepper
 from biped.robot.run import Run
 
 _MOST = 256
@@ -30,14 +31,17 @@ class DrakePlant(MujocoPlant):
         run: The run.
     """
 
-    explains = False
-
     def __init__(self, run: Run):
         super().__init__(run)
         self.split = True  # nothing of MuJoCo's is integrated
         self.stepper = stepper = Stepper(self.model, run.robot, run.profile.level, run.scenario.model)
         stepper.q[:], stepper.v[:] = run.q, run.v
         self._energy, _ = self.columns["energy"]
+
+    def push(self, forces: np.ndarray) -> None:
+        """Has forces (bodies, 3) [N] act."""
+        super().push(forces)
+        self.stepper.push(forces)
 
     def _compiled(self) -> None:
         return None
@@ -46,7 +50,9 @@ class DrakePlant(MujocoPlant):
         stepper, data, robot, state, uneven = self.stepper, self.data, self.robot, self.state, self.uneven
         generalized, direct, columns = self.command == "generalized", self.command == "torque", robot.columns
         found = _Found(self.contacts.now())
-        forces, total, com = np.zeros_like(state.point), np.zeros(6), data.subtree_com[robot.base_number]
+        forces, total, acting = np.zeros_like(state.point), np.zeros(6), np.zeros(6)
+        model, com = self.model, data.subtree_com[robot.base_number]
+        target = data.qfrc_applied if generalized else data.ctrl
         spare = np.zeros((len(forces) + 2, 3)), np.zeros(6)
         add = bound(add_forces, state.point, state.foot, *found.first(2), False, com, *spare, forces, total)
         driven = self.model.actuator_trnid[:, 0]
@@ -54,25 +60,31 @@ class DrakePlant(MujocoPlant):
         span = np.where(limited, self.model.actuator_ctrlrange.T, [[-np.inf], [np.inf]])
 
         def step(k: int) -> None:
-            forces[:], total[:], torque[:] = 0.0, 0.0, 0.0
-            self.log[k, self._energy] = stepper.energy()
+            forces[:], total[:], torque[:], acting[:] = 0.0, 0.0, 0.0, 0.0
             if generalized:
                 stepper.applied[:] = data.qfrc_applied
             elif direct:
                 stepper.applied[columns] = data.ctrl
             else:
                 np.clip(data.ctrl, *span, out=stepper.target)
-            stepper.pushing[:] = self.pushing
             stepper.work = stepper.given = 0.0
             for substep in range(self.run.substeps):
-                if substep and uneven is not None:
+                if substep:
                     data.qpos[:] = stepper.q
-                    uneven.lay()
-                add(state.point, state.foot, *found.of(stepper.step()), False, com, *spare, forces, total)
+                    mujoco.mj_kinematics(model, data)
+                    mujoco.mj_comPos(model, data)  # which moments are about
+                    if uneven is not None:
+                        uneven.lay()
+                touching = found.of(stepper.step(measured=substep == 0))
+                add(state.point, state.foot, *touching, False, com, *spare, forces, total)
+                self._declare(target, acting)
                 if not generalized:
                     np.add(torque, data.ctrl if direct else stepper.torque[driven], torque)
+                if substep == 0:
+                    self.log[k, self._energy] = stepper.energy
             data.qpos[:], data.qvel[:] = stepper.q, stepper.v
             self.log_step(k, forces, total[:3], torque, (stepper.work, stepper.given))
+            self.outside[k, 3:] = (total + acting) / self.run.substeps
 
         return step
 
@@ -94,7 +106,7 @@ class _Found:
         self._ground, self._foot = example.is_ground, example.foot
         self._geoms[:, 0] = int(np.flatnonzero(self._ground)[0])
 
-    def of(self, contacts: list[Contact]) -> tuple[Contacts, Solved]:
+    def of(self, contacts: list[PointForce]) -> tuple[Contacts, Solved]:
         """Contacts and their forces, along the world's axes."""
         for i, (part, place, force) in enumerate(contacts):
             self._geoms[i, 1], self._place[i] = part, place

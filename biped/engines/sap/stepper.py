@@ -25,8 +25,8 @@ _NEAR = 1e-6
 """[m, rad] from a stop within which it may push, whatever the speed."""
 
 
-class Contact(NamedTuple):
-    """A contact with the ground in the latest step.
+class PointForce(NamedTuple):
+    """The ground's force at a contact in the latest step.
 
     Attributes:
         part: MuJoCo's number of the robot's geom.
@@ -53,11 +53,12 @@ class Stepper:
         v: (nv,) velocities, likewise.
         applied: (nv,) generalized forces that act, likewise.
         target: (nu,) what actuators that are servos are told.
-        pushing: (nbody - 1, 3) [N] at the bodies' centres of mass.
         torque: (njnt,) torques of servos at their joints in the latest step.
         stop: (nv,) forces of the stops in it.
+        stopped: Whether there were any.
         work: [J] of everything but gravity and springs, summed until it is set back.
         given: [J] of actuators and pushes alone, likewise.
+        energy: [J] at the start of the latest step that was measured.
 
     Raises:
         InputError: The model has what Drake has not.
@@ -82,8 +83,10 @@ class Stepper:
         self._bodies, self.coordinates = tree.bodies, Coordinates(plant, m, tree.joints)
         self.q, self.v, self.applied = np.array(m.qpos0), np.zeros(m.nv), np.zeros(m.nv)
         self.target, self.torque, self.stop = np.zeros(m.nu), np.zeros(m.njnt), np.zeros(m.nv)
-        self.pushing = np.zeros((m.nbody - 1, 3))
-        self.work = self.given = 0.0
+        self.work = self.given = self.energy = 0.0
+        self._pushes: list[tuple[int, np.ndarray]] = []
+        self._nq = plant.num_positions()
+        self._before, self._mean, self._given = (np.zeros(plant.num_velocities()) for _ in range(3))
         port = plant.get_applied_generalized_force_input_port()
         self._fixed = port.FixValue(context, np.zeros(plant.num_velocities()))
         self._contacts = plant.get_contact_results_output_port()
@@ -94,10 +97,11 @@ class Stepper:
         damping = m.dof_damping if m.dof_damping.ndim == 1 else m.dof_damping[:, 0]
         self._damping = np.zeros(plant.num_velocities())
         self._damping[self.coordinates.column] = damping[self.coordinates.v]
+        self._damped = bool(self._damping.any())
         # Of each joint with stops: its places in q, in v and in Drake's velocities, and its range.
         self._stops = [(int(m.jnt_qposadr[j]), int(m.jnt_dofadr[j]), tree.joints[j].velocity_start(),
                         *m.jnt_range[j].tolist()) for j in np.flatnonzero(m.jnt_limited)]  # fmt: skip
-        self._stop_v, self._stop_forces = [v for _, v, *_ in self._stops], np.zeros(plant.num_velocities())
+        self.stopped, self._stop_forces = False, np.zeros(plant.num_velocities())
         context.SetDiscreteState(self.coordinates.state(self.q, self.v))
 
     def _springs(self) -> None:
@@ -106,43 +110,53 @@ class Stepper:
         self._stiffness, self._rest = stiffness[m.dof_jntid[c.v]], m.qpos_spring[c.q]
         self._sprung = bool(self._stiffness.any())
 
-    def step(self) -> list[Contact]:
-        """Takes a step; returns its contacts with the ground."""
+    def push(self, forces: np.ndarray) -> None:
+        """Has forces (nbody - 1, 3) [N] act at the bodies' centres of mass from now on."""
+        self._pushes = [(int(b) + 1, np.array(forces[b])) for b in np.flatnonzero(np.any(forces, axis=1))]
+
+    def step(self, measured: bool = False) -> list[PointForce]:
+        """Takes a step; returns its contacts with the ground.
+
+        Args:
+            measured: Whether `energy` is to be that of its start.
+        """
         plant, context, c, m = self.plant, self.context, self.coordinates, self.model
-        nq = plant.num_positions()
-        context.SetDiscreteState(c.state(self.q, self.v))  # without it Drake steps on the forces of the step before
+        state, before, step, given = c.state(self.q, self.v), self._before, self._mean, self._given
+        before[:] = state[self._nq :]
+        context.SetDiscreteState(state)  # without it Drake steps on the forces of the step before
+        if measured:
+            self.energy = self._energy()
         for geom, frame in self._meeting.planes:
             frame.SetPoseInParentFrame(context, pose(m.geom_pos[geom], m.geom_quat[geom]))
-        given = c.forces(self.q, self.applied).copy()
-        if self.pushing.any():
-            for b in np.flatnonzero(self.pushing.any(axis=1)):
-                given += self._jacobian(int(b) + 1).T @ self.pushing[b]
+        given[:] = c.forces(self.q, self.applied)
+        for body, force in self._pushes:
+            given += force @ self._jacobian(body)
         acting = given.copy()
         if self._sprung:
             acting[c.column] -= self._stiffness * (self.q[c.q] - self._rest)
         self._fixed.GetMutableData().get_mutable_value().SetFromVector(acting)
         self._servos.command(context, self.target)
-        after = plant.EvalUniquePeriodicDiscreteUpdate(context).get_vector().get_value().copy()
-        before, now = context.get_discrete_state_vector().get_value()[nq:].copy(), after[nq:]
+        after = plant.EvalUniquePeriodicDiscreteUpdate(context).get_vector().get_value()
+        now = after[self._nq :]
         touching = self._contact_forces.Eval(context)
-        given += self._servos.read(context, self.torque)
-        step = 0.5 * self._dt * (before + now)
-        self._find_stops(after, before, acting, touching)
-        done = float(given @ step)
-        stops = self._stop_forces
-        self.given += done
-        self.work += done + float((touching + stops - self._damping * now) @ step)
+        given += self._servos.read(context, self.torque) if self._servos.any else 0.0
+        np.add(before, now, step)
+        step *= 0.5 * self._dt
+        self.given += (done := float(given @ step))
+        self.work += done + float(touching @ step)
+        if self._find_stops(after, before, acting, touching):
+            self.work += float(self._stop_forces @ step)
+        if self._damped:
+            self.work -= float((self._damping * now) @ step)
         out = self._ground_contacts()
         c.read(after, self.q, self.v)
         return out
 
-    def energy(self) -> float:
-        """[J] kinetic, potential, and of springs, at the present state, by Drake's own M."""
-        plant, context, c = self.plant, self.context, self.coordinates
-        context.SetDiscreteState(c.state(self.q, self.v))
-        out = plant.CalcKineticEnergy(context) + plant.CalcPotentialEnergy(context)
+    def _energy(self) -> float:
+        """[J] kinetic, potential, and of springs, at the context's state, by Drake's own M."""
+        out = self.plant.CalcKineticEnergy(self.context) + self.plant.CalcPotentialEnergy(self.context)
         if self._sprung:
-            out += 0.5 * float(self._stiffness @ (self.q[c.q] - self._rest) ** 2)
+            out += 0.5 * float(self._stiffness @ (self.q[self.coordinates.q] - self._rest) ** 2)
         return float(out)
 
     def _jacobian(self, body: int) -> np.ndarray:
@@ -155,21 +169,26 @@ class Stepper:
             world, world,
         )  # fmt: skip
 
-    def _find_stops(self, after: np.ndarray, before: np.ndarray, acting: np.ndarray, touching: np.ndarray) -> None:
-        """Finds the stops' forces, which are in no port of Drake's: what is left of the equations of motion."""
-        self._stop_forces[:] = 0.0
-        self.stop[self._stop_v] = 0.0
-        rates = after[len(after) - len(before) :]
-        pushing = []
+    def _find_stops(self, after: np.ndarray, before: np.ndarray, acting: np.ndarray, touching: np.ndarray) -> bool:
+        """Finds the stops' forces, which are in no port of Drake's: what is left of the equations of motion.
+
+        Returns:
+            Whether any stop pushes.
+        """
+        places, rates, dt, pushing = self.q.tolist(), after.tolist(), self._dt, []
         for q, v, column, low, high in self._stops:
-            now = float(self.q[q])
-            then = now + self._dt * float(rates[column])
+            now = places[q]
+            then = now + dt * rates[self._nq + column]
             if min(then - low, high - then) <= max(0.6 * min(now - low, high - now), _NEAR):
                 pushing.append((v, column))
+        if self.stopped:
+            self._stop_forces[:] = self.stop[:] = 0.0
+        self.stopped = bool(pushing)
         if pushing:
             left = self.residual(after, before, acting, touching)
             for v, column in pushing:
                 self.stop[v] = self._stop_forces[column] = left[column]
+        return self.stopped
 
     def residual(self, after: np.ndarray, before: np.ndarray, acting: np.ndarray, touching: np.ndarray) -> np.ndarray:
         """(nv,) what M Δv/Δt + C v − τ_g leaves after all that has a port: stops, and otherwise nothing.
@@ -187,16 +206,16 @@ class Stepper:
         out = M @ ((now - before) / self._dt) + bias - acting - touching + self._damping * now
         return out - self._servos.forces
 
-    def _ground_contacts(self) -> list[Contact]:
-        found, ground, part = self._contacts.Eval(self.context), self._meeting.ground, self._meeting.part
-        out = []
+    def _ground_contacts(self) -> list[PointForce]:
+        found, part, out = self._contacts.Eval(self.context), self._meeting.part, []
         for i in range(found.num_point_pair_contacts()):
             info = found.point_pair_contact_info(i)
             pair = info.point_pair()
-            if pair.id_A in ground:
-                out.append(Contact(part[pair.id_B], info.contact_point(), info.contact_force()))
-            elif pair.id_B in ground:
-                out.append(Contact(part[pair.id_A], info.contact_point(), -info.contact_force()))
+            first, second = part.get(pair.id_A.get_value()), part.get(pair.id_B.get_value())
+            if first is None and second is not None:  # the ground is no part of the robot
+                out.append(PointForce(second, info.contact_point(), info.contact_force()))
+            elif first is not None and second is None:
+                out.append(PointForce(first, info.contact_point(), -info.contact_force()))
         return out
 
 
@@ -204,11 +223,12 @@ class _Servos:
     """Actuators that hold their joints at a target, within Drake's solver.
 
     Attributes:
+        any: Whether there are any.
         forces: (nv,) generalized forces of them in the latest step.
     """
 
     def __init__(self, plant, m: mujoco.MjModel, servos: list[tuple[int, int]], instance):
-        self._any, self.forces = bool(servos), np.zeros(plant.num_velocities())
+        self.any, self.forces = bool(servos), np.zeros(plant.num_velocities())
         if not servos:
             return
         self._actuator = np.array([a for a, _ in servos])
@@ -225,7 +245,7 @@ class _Servos:
 
     def command(self, context, target: np.ndarray) -> None:
         """Tells servos their targets."""
-        if not self._any:
+        if not self.any:
             return
         told, n = target[self._actuator], len(self._order)
         self._values[self._order] = np.where(self._places, told - self._reference, 0.0)
@@ -234,8 +254,7 @@ class _Servos:
 
     def read(self, context, torque: np.ndarray) -> np.ndarray:
         """(nv,) generalized forces that they gave; their torques are written into (njnt,)."""
-        if self._any:
-            found = self._net.Eval(context)[self._index]
-            torque[self._joint] = found
-            self.forces[self._columns] = found
+        found = self._net.Eval(context)[self._index]
+        torque[self._joint] = found
+        self.forces[self._columns] = found
         return self.forces

@@ -29,7 +29,7 @@ from pydrake.multibody.tree import (
 _FREE, _HINGE = mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_HINGE
 
 
-class Tree(NamedTuple):
+class PlantParts(NamedTuple):
     """Bodies and joints that were built.
 
     Attributes:
@@ -43,7 +43,7 @@ class Tree(NamedTuple):
     servos: list[tuple[int, int]]
 
 
-def add_tree(plant: MultibodyPlant, m: mujoco.MjModel) -> Tree:
+def add_tree(plant: MultibodyPlant, m: mujoco.MjModel) -> PlantParts:
     """Adds a model's bodies, joints, rotors and servos to a plant.
 
     Args:
@@ -57,7 +57,7 @@ def add_tree(plant: MultibodyPlant, m: mujoco.MjModel) -> Tree:
         body, own = _add_body(plant, m, b, bodies[m.body_parentid[b]])
         bodies.append(body)
         joints += own
-    return Tree(bodies, joints, _add_actuators(plant, m, joints))
+    return PlantParts(bodies, joints, _add_actuators(plant, m, joints))
 
 
 def pose(place: np.ndarray, quaternion: np.ndarray) -> RigidTransform:
