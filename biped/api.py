@@ -339,7 +339,7 @@ def sweep(
 
 
 class Compared:
-    """One scenario in both engines.
+    """One scenario in several engines.
 
     Args:
         found: As from `biped.studies.comparison`.
@@ -348,7 +348,8 @@ class Compared:
         passed: Whether no run diverged.
         results: The result object of each engine, by name.
         trajectories: Trajectory of the first run in each engine, by name.
-        parted_at: [s] when the two walkers first differ by 0.05 m or rad; nan if they never do.
+        parted_at: [s] when base or legs of two of the walkers first differ by 0.05 m; nan if they never do.
+        verdict: One sentence: whether the engines agree, or who differs, in what, and from when on.
     """
 
     def __init__(self, found: comparison.Comparison):
@@ -358,14 +359,15 @@ class Compared:
         self.results: dict[str, dict[str, Any]] = found.results
         self.trajectories: dict[str, Trajectory] = found.first
         self.parted_at: float = told["parted_at"]
+        self.verdict: str = told["verdict"]
 
     @cached_property
     def metrics(self) -> pyarrow.Table:
-        """A row per metric: its value in each engine, the relative gap, and the thesis's number where it has one."""
+        """A row per metric: its value and interval in each engine, their spread, and the thesis's number if any."""
         return table_of([{"metric": name, "thesis": None, **row} for name, row in self._found.metrics().items()])
 
     def save(self, folder: str | Path) -> Path:
-        """Writes comparison.json, the overlay figure and a recording, as `biped compare` does; returns the folder."""
+        """Writes comparison.json, figures and a recording, as `biped compare` does; returns the folder."""
         from biped.show.side_by_side import draw
 
         comparison.write(self._found, Path(folder))
@@ -373,19 +375,25 @@ class Compared:
         return Path(folder)
 
     def show(self) -> None:
-        """Opens a recording in the rerun viewer: MuJoCo's walker, and home's as a ghost."""
+        """Opens a recording in the rerun viewer: MuJoCo's walker, and the last engine's as a ghost."""
         from biped.show.recording.viewer import open_viewer
 
         open_viewer(self.save(tempfile.mkdtemp(prefix="biped-")) / "recording.rrd")
 
 
 def compare(
-    name: str | Path | Loaded, *, jobs: int | None = None, cluster: str | None = None, **changes: Any
+    name: str | Path | Loaded,
+    *,
+    engines: Sequence[str] = comparison.DEFAULT,
+    jobs: int | None = None,
+    cluster: str | None = None,
+    **changes: Any,
 ) -> Compared:
-    """Runs a scenario in both engines.
+    """Runs a scenario in several engines.
 
     Args:
         name: Name, path, or as from `load`.
+        engines: Names of at least two engines.
         jobs: Number of processes of an ensemble; default: all cores.
         cluster: See `run`.
         **changes: See `load`.
@@ -397,4 +405,4 @@ def compare(
     if loaded.law is not None:
         raise InputError("compare: law: expected in a file (law = 'path.py:Class'), got a Python object")
     with campaign.workers_at(jobs, cluster, False, _tell) as workers:
-        return Compared(comparison.compare(loaded.name, title_of(loaded.name), loaded.changes, workers))
+        return Compared(comparison.compare(loaded.name, title_of(loaded.name), loaded.changes, workers, engines))

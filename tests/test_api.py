@@ -39,7 +39,7 @@ def test_the_page_runs_as_printed():
     assert np.array_equal(names["again"].time, names["ensemble"].replay(0).time)
     assert [point["values"]["ground.slope"] for point in names["swept"].points] == [-1, 0, 1]
     assert len(names["table"]) == 4
-    assert {"home", "mujoco", "gap"} <= set(names["both"].metrics.column_names)
+    assert {"home", "mujoco", "spread"} <= set(names["both"].metrics.column_names)
     assert names["standing"].trajectory.end == "completed"
     assert Path("slow/recording.rrd").stat().st_size > 10_000
 

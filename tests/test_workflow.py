@@ -1,4 +1,4 @@
-"""The workflow that users copy: its commands can be typed, its scenario is there, its metrics are metrics."""
+"""Workflows: commands can be typed; of the one that users copy the scenario is there and metrics are metrics."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from biped.base.files import locate
 from biped.cli.main import parsed
 from biped.scenario.metrics import METRICS
 
-TEXT = (Path(__file__).parents[1] / ".github" / "workflows" / "biped.yml").read_text(encoding="utf-8")
+FOLDER = Path(__file__).parents[1] / ".github" / "workflows"
+TEXT = (FOLDER / "biped.yml").read_text(encoding="utf-8")
 SET = dict(re.findall(r"^  ([A-Z]+): (.+)$", TEXT, re.MULTILINE))
 
 
@@ -26,3 +27,10 @@ def test_its_commands_can_be_typed():
         words = shlex.split(re.sub(r'"?\$(\w+)"?', lambda found: SET.get(found[1], "0"), line))
         parsed(words)
     assert {line.split()[0] for line in lines} >= {"check", "run", "diff"}
+
+
+def test_commands_of_the_job_with_drake_can_be_typed():
+    lines = re.findall(r"\.venv/bin/biped (.+)$", (FOLDER / "drake.yml").read_text(encoding="utf-8"), re.MULTILINE)
+    assert {line.split()[0] for line in lines} == {"check"}
+    for line in lines:
+        parsed(shlex.split(line.replace("$GITHUB_STEP_SUMMARY", "0")))

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from biped.base.errors import InputError
+from biped.base.text import safe
+
 MUJOCO, HOME, DRAKE = "mujoco", "home", "drake"
 
 
@@ -32,3 +35,17 @@ ENGINES: dict[str, Engine] = {
     HOME: Engine("biped.engines.home", "the thesis's own rigid contacts", any_robot=False, rigid=True),
     DRAKE: Engine("biped.engines.drake", "Drake's compliant contacts (SAP), which no gait here was searched in"),
 }
+
+
+def engines_named(text: str) -> list[str]:
+    """Reads names of engines with commas between them, of the option `--engines`.
+
+    Raises:
+        InputError: One is unknown, or named twice.
+    """
+    names = text.split(",")
+    if not set(names) <= set(ENGINES) or len(set(names)) < len(names):
+        raise InputError(
+            f"--engines: expected different ones of {', '.join(ENGINES)}, with commas between them; got '{safe(text)}'"
+        )
+    return names

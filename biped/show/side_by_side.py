@@ -1,4 +1,4 @@
-"""Comparisons: the thesis, home and MuJoCo in three columns; one walker as a ghost over the other."""
+"""Comparisons: the thesis and every engine in columns; one walker as a ghost over another."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from biped.measure.metrics.walking import outcome
-from biped.scenario.metrics import HEAD, METRICS, metrics_of_table
+from biped.scenario.engines import MUJOCO
+from biped.scenario.metrics import HEAD, METRICS, Metric, metrics_of_table
 from biped.show.results import failures
 from biped.show.terminal import console, table
-from biped.studies.comparison import ENGINES, PARTED, Comparison, parted_at
+from biped.studies.comparison import PARTED, Comparison
 
 _SHORT = (*HEAD, "step_length", "step_frequency")
 
@@ -19,24 +20,38 @@ def show(comparisons: Sequence[Comparison]) -> None:
     """Prints one scenario in full, several in one short table."""
     out = console()
     short = len(comparisons) > 1
-    page = table(("scenario", "metric", "thesis", "home", "MuJoCo", "gap"), ("scenario", "metric"))
+    engines = comparisons[0].engines
+    page = table(("scenario", "metric", "thesis", *map(name_of, engines), "spread"), ("scenario", "metric"))
     page.add_column("meaning", overflow="fold")
     for c in comparisons:
         out.print(f"[bold]{c.scenario}[/bold]: {c.description}")
-        for engine in ENGINES:
+        for engine in engines:
             out.print(f"  {engine:<7} {_ending(c, engine)}")
-        at = parted_at(*(c.first[engine] for engine in ENGINES))
-        when = f"parted after {at:.2f} s" if math.isfinite(at) else "together to the end"
-        out.print(f"  {when} (a coordinate differs by {PARTED} m or rad)")
+        for (a, b), at in c.parted().items():
+            when = f"parted after {at:.2f} s" if math.isfinite(at) else "together to the end"
+            out.print(f"  {a} and {b}: {when} (base or legs differ by {PARTED} m)")
+        out.print(f"  [bold]{c.verdict()}[/bold]")
         metrics = c.metrics()
         for i, metric in enumerate([METRICS[name] for name in _SHORT] if short else metrics_of_table("engines")):
             row = metrics[metric.name]
             thesis = metric.text(row["thesis"]) if "thesis" in row else ""
-            gap = f"{row['gap']:+.1%}" if math.isfinite(row["gap"]) else "–"
+            spread = f"{row['spread']:.1%}" if math.isfinite(row["spread"]) else "–"
             title = c.scenario if short and i == 0 else ""
-            values = (metric.text(row[engine]) for engine in ENGINES)
-            page.add_row(title, metric.name, thesis, *values, gap, metric.explained)
+            values = (with_interval(metric, row[engine], row["intervals"].get(engine)) for engine in engines)
+            page.add_row(title, metric.name, thesis, *values, spread, metric.explained)
     out.print(page)
+
+
+def name_of(engine: str) -> str:
+    """The name of an engine for people."""
+    return {"mujoco": "MuJoCo", "drake": "Drake"}.get(engine, engine)
+
+
+def with_interval(metric: Metric, value: float | None, interval: Sequence[float] | None) -> str:
+    """A metric's value, with half of its interval where it has one."""
+    if interval is None or metric.kind == "count":
+        return metric.text(value)
+    return f"{metric.text(value)} ± {metric.text(0.5 * (interval[1] - interval[0]))}"
 
 
 def _ending(c: Comparison, engine: str) -> str:
@@ -48,7 +63,9 @@ def _ending(c: Comparison, engine: str) -> str:
 
 
 def draw(comparison: Comparison, folder: Path) -> None:
-    """Writes the overlay figure and a recording in which the home walker is a ghost over MuJoCo's.
+    """Writes the overlay, the first strike, and a recording in which the last engine's walker is a ghost over another.
+
+    That is MuJoCo's where there is one.
 
     Args:
         comparison: What to draw.
@@ -58,12 +75,15 @@ def draw(comparison: Comparison, folder: Path) -> None:
         InputError: A file cannot be written.
     """
     from biped.scenario.reading import to_toml
-    from biped.show.figures import plot_overlay
+    from biped.show.figures import plot_overlay, plot_strike
     from biped.show.recording import Recorded, record
 
     plot_overlay(comparison.first, folder / "overlay.png", comparison.scenario)
+    plot_strike(comparison.first, folder / "strike.png", comparison.scenario)
+    solid = MUJOCO if MUJOCO in comparison.engines else comparison.engines[0]
+    ghost = next(engine for engine in reversed(comparison.engines) if engine != solid)
     recorded = []
-    for engine in ("mujoco", "home"):
+    for engine in (solid, ghost):
         plan, result = comparison.plans[engine], comparison.results[engine]
         recorded.append(
             Recorded(
@@ -74,7 +94,8 @@ def draw(comparison: Comparison, folder: Path) -> None:
                 metrics=result["runs"][0],
                 checks=[dict(check) for check in result["checks"]],
                 scenario_text=to_toml(plan.scenario),
-                ghost=engine == "home",
+                ghost=engine == ghost,
             )
         )
-    record(folder / "recording.rrd", recorded, title=f"{comparison.scenario}: MuJoCo, and home as a ghost")
+    title = f"{comparison.scenario}: {name_of(solid)}, and {name_of(ghost)} as a ghost"
+    record(folder / "recording.rrd", recorded, title=title)

@@ -131,7 +131,9 @@ def main(argv: Sequence[str]) -> None:
             title, _, folder = word.partition("=")
             one = json.loads((Path(folder) / FILE).read_bytes())
             sets = "".join(f" --set {change}" for change in one["changes"])
-            found.append(one | {"title": title, "command": f"biped standard {' '.join(one['gaits'])}{sets}"})
+            engines = f" --engines {','.join(one['engines'])}" if one.get("engines") else ""
+            gaits = " ".join(one.get("asked", one["gaits"]))
+            found.append(one | {"title": title, "command": f"biped standard {gaits}{sets}{engines}"})
         write_text(DATA, dumps(found))
     write_text(PAGE, page(stored()))
 

@@ -1,4 +1,4 @@
-"""Both engines side by side: the numbers, the files and the command."""
+"""Engines side by side: the numbers, the verdict, the files and the command."""
 
 import dataclasses
 import json
@@ -14,7 +14,7 @@ from biped.ensemble.plan import Plan
 from biped.scenario.metrics import METRICS
 from biped.scenario.reading import read_scenario
 from biped.show.figures.curves import overlay
-from biped.studies.comparison import ENGINES, PARTED, compare, gap, parted_at
+from biped.studies.comparison import DEFAULT, PARTED, compare, parted_at, spread
 
 SHORT = ["duration=1.0", "window.start=0.2", "window.end=1.0"]
 
@@ -32,18 +32,18 @@ def test_what_one_engine_cannot_do_is_said_of_the_engine():
         compare("level_normal", "level_normal", ("duration=-1",), 1)
 
 
-def test_gap_is_relative_to_home():
-    assert gap(0.8, 0.9) == pytest.approx(0.125)
-    assert gap(-2.0, -3.0) == pytest.approx(-0.5)
-    assert math.isnan(gap(1e-12, 1e-3))
-    assert math.isnan(gap(math.nan, 1.0))
+def test_spread_is_relative_to_the_largest():
+    assert spread([0.8, 0.9, 1.0]) == pytest.approx(0.2)
+    assert spread([-2.0, -4.0]) == pytest.approx(0.5)
+    assert math.isnan(spread([1e-12, 1e-11]))
+    assert math.isnan(spread([math.nan, 1.0]))
 
 
 def test_every_metric_is_there_from_both_engines_and_the_thesis(comparison):
     metrics = comparison.metrics()
     assert list(metrics) == list(METRICS)
     for name, row in metrics.items():
-        for engine in ENGINES:
+        for engine in DEFAULT:
             np.testing.assert_equal(row[engine], comparison.results[engine]["summary"][name])
     thesis = comparison.plans["home"].scenario.thesis
     assert metrics["speed"]["thesis"] == thesis["speed"] == 0.81
@@ -63,10 +63,28 @@ def test_walkers_part_when_a_coordinate_differs(comparison):
     assert math.isnan(parted_at(here, dataclasses.replace(here, log=here.log[:100])))
 
 
+def test_who_differs_is_said_with_what_and_when(comparison):
+    """Of three engines, two of which are one: the third differs from both."""
+    home, mujoco = comparison.results["home"], comparison.results["mujoco"]
+    runs = [run | {"speed": 1.2 * run["speed"]} for run in mujoco["runs"]]
+    faster = mujoco | {"runs": runs, "summary": mujoco["summary"] | {"speed": runs[0]["speed"]}}
+    c = comparison._replace(
+        plans={"a": comparison.plans["home"], "b": comparison.plans["home"], "c": comparison.plans["mujoco"]},
+        results={"a": home, "b": home, "c": faster},
+        first={"a": comparison.first["home"], "b": comparison.first["home"], "c": comparison.first["mujoco"]},
+    )
+    assert {one.engines for one in c.disagreements()} == {("a", "c"), ("b", "c")}
+    assert c.verdict().startswith("differ: c from a and b, in ")
+    assert f"speed {METRICS['speed'].text(runs[0]['speed'])} in c" in c.verdict()
+    same = c._replace(results={"a": home, "b": home, "c": home})
+    assert not same.disagreements()
+    assert same.verdict().startswith("agree: ")
+
+
 def test_ensembles_are_compared_by_their_means():
     changes = [*SHORT, "randomise.runs=3", "start.jitter=0.002"]
     made = compare("level_normal_generalized", "x", changes, 1)
-    for engine in ENGINES:
+    for engine in DEFAULT:
         runs = made.results[engine]["runs"]
         assert [run["index"] for run in runs] == [0, 1, 2]
     single = home.simulate(Plan(read_scenario("level_normal_generalized", [*changes, "engine=home"])).run(0))
@@ -80,7 +98,7 @@ def test_overlay_draws_both_walkers(comparison):
         lines = each.get_lines()
         assert len(lines) == 2
         assert not np.array_equal(lines[0].get_ydata(), lines[1].get_ydata())
-    assert [text.get_text() for text in axes[0].get_legend().get_texts()] == list(ENGINES)
+    assert [text.get_text() for text in axes[0].get_legend().get_texts()] == list(DEFAULT)
     knee = np.degrees(comparison.first["home"].q[:, 4])
     np.testing.assert_array_equal(axes[2].get_lines()[0].get_ydata(), knee)
 
@@ -93,11 +111,11 @@ def test_command_prints_one_object_and_leaves_figure_recording_and_numbers(tmp_p
     assert status == 0
     assert printed == json.loads((out / "comparison.json").read_text())
     assert printed["scenario"] == "level_normal_generalized"
-    assert set(printed["results"]) == set(ENGINES)
-    for engine in ENGINES:
+    assert set(printed["results"]) == set(DEFAULT)
+    for engine in DEFAULT:
         assert printed["results"][engine]["engine"] == engine
     assert {path.name for path in out.iterdir()} == {
-        "comparison.json", "overlay.png", "recording.rrd", "scenario.toml"
+        "comparison.json", "overlay.png", "recording.rrd", "scenario.toml", "strike.png"
     }  # fmt: skip
     assert all(path.stat().st_size > 1000 for path in out.iterdir())
 
@@ -109,7 +127,7 @@ def test_several_scenarios_share_one_table_with_three_columns(tmp_path, monkeypa
     assert cli.main(["compare", *names, *changes]) == 0
     text = capsys.readouterr().out
     (header,) = [line for line in text.splitlines() if line.startswith("scenario ")]
-    assert header.split() == ["scenario", "metric", "thesis", "home", "MuJoCo", "gap", "meaning"]
+    assert header.split() == ["scenario", "metric", "thesis", "home", "MuJoCo", "spread", "meaning"]
     for name in names:
         (row,) = [line for line in text.splitlines() if line.startswith(name + " ")]
         assert row.split()[1] == "speed"
@@ -120,7 +138,10 @@ def test_several_scenarios_share_one_table_with_three_columns(tmp_path, monkeypa
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--engine", "home"], "compare runs both engines"),
+        (["--engine", "home"], "expected --engines"),
+        (["--engines", "home"], "at least two engines"),
+        (["--engines", "home,hom"], "expected different ones of mujoco, home, drake"),
+        (["--against", "ground.friction=1", "--engines", "home,mujoco"], "without --engines"),
         (["level_slow", "--out", "x"], "one scenario only"),
     ],
 )
@@ -135,9 +156,10 @@ def test_joint_torques_for_ground_that_only_pushes_walk_alike_in_both_engines():
     """Where published joint torques walk in one engine and fall in the other, these agree (docs/pushing.md)."""
     changes = ["randomise.runs=3", 'randomise.draw={"start.posture"={grid=["heel_toe","flat","single"]}}']
     made = compare("calm/own", "calm/own", changes, 1)
-    for engine in ENGINES:
+    for engine in DEFAULT:
         assert made.results[engine]["summary"]["walked"] == 3
     rows = made.metrics()
-    assert abs(rows["speed"]["gap"]) < 0.01
-    assert abs(rows["cost_of_transport"]["gap"]) < 0.02
-    assert abs(rows["torso_lean"]["gap"]) < 0.02
+    assert rows["speed"]["spread"] < 0.01
+    assert rows["cost_of_transport"]["spread"] < 0.02
+    assert rows["torso_lean"]["spread"] < 0.02
+    assert made.verdict().startswith("agree: walked 3 of 3 in home and 3 of 3 in mujoco; speed within 0.")

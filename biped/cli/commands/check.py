@@ -9,11 +9,10 @@ from time import perf_counter
 
 from biped.base.errors import InputError
 from biped.base.replacing import may_write
-from biped.base.text import safe
 from biped.base.writing import reason
 from biped.cli.common import changes_of, code_of, print_all, warn, workers_of
 from biped.cli.parser import Commands, command_parser, take_same_platform, take_scenarios
-from biped.scenario.engines import ENGINES
+from biped.scenario.engines import engines_named
 
 
 def add(commands: Commands) -> None:
@@ -81,9 +80,4 @@ def _engines(args: argparse.Namespace) -> list[list[str]]:
         return [[]]
     if args.engine is not None:
         raise InputError("--engines: expected without --engine, which names one")
-    names = args.engines.split(",")
-    for i, name in enumerate(names):
-        if name not in ENGINES or name in names[:i]:
-            raise InputError(f"--engines: expected different ones of {', '.join(ENGINES)}, with commas between them; "
-                             f"got '{safe(args.engines)}'")  # fmt: skip
-    return [[f"engine={name}"] for name in names]
+    return [[f"engine={name}"] for name in engines_named(args.engines)]

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from biped.cli.common import DONE, FAILED, print_json, reason_of, workers_of
 from biped.cli.parser import Commands, command_parser, take_json, take_trust, take_workers
+from biped.scenario.engines import ENGINES
 
 
 def add(commands: Commands) -> None:
@@ -19,6 +20,8 @@ def add(commands: Commands) -> None:
     parser.add_argument("scenario", nargs="*", help="name in scenarios/, or path (default: every shipped scenario)")
     parser.add_argument("--update", action="store_true", help="record what differs as the new reference")
     parser.add_argument("--reason", help="why results changed; kept in the file (needed by --update)")
+    engine = "run all in this engine, whose references are in a file of their own (default: each in its own)"
+    parser.add_argument("--engine", choices=list(ENGINES), help=engine)
     parser.add_argument("--file", type=Path, help="file of references (default: that of the shipped scenarios)")
     parser.add_argument("--markdown", action="store_true", help="print what moved as Markdown, sorted by the cause")
     take_trust(parser)
@@ -33,7 +36,7 @@ def command(args: argparse.Namespace) -> int:
     from biped.studies.regress.guard import regress
 
     with workers_of(args) as jobs:
-        outcome = regress(args.scenario, jobs, args.file, reason_of(args), progress)
+        outcome = regress(args.scenario, jobs, args.file, reason_of(args), progress, args.engine)
     if args.json:
         print_json(outcome.as_dict())
     elif args.markdown:

@@ -8,6 +8,7 @@ from pathlib import Path
 from biped.base.errors import InputError
 from biped.cli.common import DONE, FAILED, changes_of, print_json, workers_of
 from biped.cli.parser import Commands, command_parser, take_changes, take_json, take_trust, take_workers
+from biped.scenario.engines import ENGINES, HOME, MUJOCO
 
 
 def add(commands: Commands) -> None:
@@ -18,7 +19,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--reference", action="store_true", help="solve the walkers whose multipliers are known")
     take_changes(parser)
     take_trust(parser)
-    parser.add_argument("--engine", choices=["mujoco", "home"], help="the only engine (default: both)")
+    parser.add_argument("--engine", choices=list(ENGINES), help="the only engine (default: mujoco, then home)")
     parser.add_argument("--basin", action="store_true", help="also cut the basin of attraction: lean and speed")
     growth = "only how pushes of one tick grow from stride to stride: any robot, law and engine"
     parser.add_argument("--growth", action="store_true", help=growth)
@@ -72,11 +73,11 @@ def _gait(args: argparse.Namespace) -> int:
     from biped.show.figures.stability import plot_stability
     from biped.show.stability import show
     from biped.studies.folders import RUNS
-    from biped.studies.stability.study import ENGINES, study
+    from biped.studies.stability.study import study
 
     if args.out is not None:
         may_fill(args.out, "--out", ("stability.json",))
-    engines = ENGINES if args.engine is None else (args.engine,)
+    engines = (MUJOCO, HOME) if args.engine is None else (args.engine,)
     with workers_of(args) as jobs:
         studied = study(args.scenario, args.changes, engines, jobs, args.basin)
     result = studied.as_dict()

@@ -5,9 +5,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from biped.base.errors import InputError
 from biped.base.files import label
 from biped.cli.common import DONE, changes_of, print_json, workers_of
 from biped.cli.parser import Commands, command_parser, take_changes, take_json, take_trust, take_workers
+from biped.scenario.engines import engines_named
 
 
 def add(commands: Commands) -> None:
@@ -23,6 +25,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--test", metavar="NAME", action="append", default=[], help=test)
     take_changes(parser, "change a key of all tests, e.g. model=robot (repeatable)")
     parser.add_argument("--engine", help="engine to run in")
+    parser.add_argument("--engines", metavar="E,E", help="engines, a column for each gait in each of them")
     parser.add_argument("--out", type=Path, help="folder for standard.json and standard.md (default: below runs/)")
     take_trust(parser)
     take_workers(parser)
@@ -37,9 +40,12 @@ def command(args: argparse.Namespace) -> int:
     from biped.studies.folders import RUNS
     from biped.studies.standard.study import standard
 
+    if args.engines is not None and args.engine is not None:
+        raise InputError("--engines: expected without --engine, which names one")
+    engines = () if args.engines is None else engines_named(args.engines)
     out: Path = args.out or new_folder(RUNS, "standard")
     with workers_of(args) as jobs:
-        found = standard(args.gait, args.test, changes_of(args), jobs, out, progress).as_dict()
+        found = standard(args.gait, args.test, changes_of(args), jobs, out, progress, engines).as_dict()
     write(found, out)
     if args.json:
         print_json(found)

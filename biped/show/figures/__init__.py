@@ -12,10 +12,11 @@ from biped.measure.signals import finite
 from biped.measure.trajectory import Trajectory
 from biped.show.figures import campaign, curves
 from biped.show.figures.curves import overlay
+from biped.show.figures.strike import strike
 from biped.show.figures.strobe import strobe
 from biped.show.figures.style import SETTINGS, make_folder, save
 
-__all__ = ["plot_campaign", "plot_ensemble", "plot_overlay", "plot_run"]
+__all__ = ["plot_campaign", "plot_ensemble", "plot_overlay", "plot_run", "plot_strike"]
 
 MAP_FROM = 16
 """Points of a two-dimensional sweep above which it is drawn as a map."""
@@ -52,10 +53,10 @@ def plot_run(trajectory: Trajectory, folder: Path, *, title: str, window: tuple[
 
 
 def plot_overlay(walkers: Mapping[str, Trajectory], path: Path, title: str) -> None:
-    """Draws two walkers of one scenario over each other.
+    """Draws walkers of one scenario over each other.
 
     Args:
-        walkers: Two trajectories by the name of their engine.
+        walkers: Trajectories by the name of their engine.
         path: The PNG file.
         title: Of the scenario.
 
@@ -64,6 +65,21 @@ def plot_overlay(walkers: Mapping[str, Trajectory], path: Path, title: str) -> N
     """
     with matplotlib.rc_context(SETTINGS):
         save(overlay({name: finite(walker) for name, walker in walkers.items()}, title), path)
+
+
+def plot_strike(walkers: Mapping[str, Trajectory], path: Path, title: str) -> None:
+    """Draws the first strike of each of several walkers of one scenario.
+
+    Args:
+        walkers: Trajectories by the name of their engine.
+        path: The PNG file.
+        title: Of the scenario.
+
+    Raises:
+        InputError: The file cannot be written.
+    """
+    with matplotlib.rc_context(SETTINGS):
+        save(strike({name: finite(walker) for name, walker in walkers.items()}, title), path)
 
 
 def plot_ensemble(trajectories: Sequence[Trajectory], path: Path, title: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -173,28 +174,28 @@ def _lanes(axes: Axes, trajectory: Trajectory, rows: np.ndarray) -> None:
     legend_above(axes, 4)
 
 
-_COLOURS = (LEFT, RIGHT)
+_COLOURS = (LEFT, RIGHT, "tab:green", "tab:purple", "tab:brown")
 _LAST = 3.0
 """[s] of joint angles shown: at the end, where the gait is steady."""
 
 
 def overlay(walkers: Mapping[str, Trajectory], title: str) -> Figure:
-    """Velocity over the whole run, and the right leg's joint angles over its last seconds.
+    """Velocity over the whole run, and angles of the first three driven joints over its last seconds.
 
     Args:
-        walkers: Two trajectories by the name of their engine.
+        walkers: Trajectories of one robot by the name of their engine.
         title: The scenario's name.
     """
     drawn = figure(8.0, 8.0)
     velocity, *joints = drawn.subplots(4, 1)
-    timed(velocity, f"{title}: forward velocity of the torso", "velocity [m/s]")
+    timed(velocity, f"{title}: forward velocity of the base", "velocity [m/s]")
     end = min(float(t.time[-1]) for t in walkers.values())
-    for (engine, t), colour in zip(walkers.items(), _COLOURS, strict=True):
-        velocity.plot(t.time, smooth(t.v[:, 0], t.tick), color=colour, label=engine, alpha=0.8)
+    for (engine, t), colour in zip(walkers.items(), cycle(_COLOURS)):
+        velocity.plot(t.time, smooth(t.forward_speed, t.tick), color=colour, label=engine, alpha=0.8)
         shown = (t.time >= end - _LAST) & (t.time <= end)
-        for i, (name, axes) in enumerate(zip(("hip", "knee", "ankle"), joints, strict=True)):
-            timed(axes, f"right {name}", "angle [°]")
-            axes.plot(t.time[shown], np.degrees(t.q[shown, 3 + i]), color=colour, alpha=0.8)
+        for drive, axes in zip(t.robot.drives, joints):  # noqa: B905 – the first three
+            timed(axes, drive.name.replace("_", " "), "angle [°]")
+            axes.plot(t.time[shown], np.degrees(t.q[shown, drive.place]), color=colour, alpha=0.8)
     velocity.legend(loc="lower right")
     for axes in (velocity, *joints[:-1]):
         axes.set_xlabel("")

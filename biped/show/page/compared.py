@@ -1,8 +1,9 @@
-"""The section of `biped compare`: the same scenario at home and in MuJoCo, every metric with its gap."""
+"""The section of `biped compare`: the same scenario in several engines, every metric with its spread."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from biped.base.statistics import same_rate, wilson
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.measure.metrics.walking import outcome
+from biped.scenario.engines import HOME, MUJOCO
 from biped.scenario.laws import own_law
 from biped.scenario.metrics import metrics_of_table
 from biped.scenario.reading import read_scenario
@@ -20,10 +22,10 @@ from biped.show.page.html import Markup, between, card, chip, percent, table, ta
 from biped.show.page.motion import charts
 from biped.show.page.player import PlayedRun, walks
 from biped.show.page.read import read_as
-from biped.studies.comparison import ENGINES, PARTED
+from biped.show.side_by_side import name_of, with_interval
+from biped.studies.comparison import PARTED
 
 Number = int | float | None
-_NAMES = {"home": "home", "mujoco": "MuJoCo"}
 
 
 class _ComparedRun(msgspec.Struct):
@@ -45,8 +47,9 @@ class _Comparison(msgspec.Struct):
     scenario: str
     passed: bool
     parted_at: Number
-    metrics: dict[str, dict[str, Number]]
+    metrics: dict[str, dict[str, Any]]
     results: dict[str, _ComparedResult]
+    verdict: str = ""
 
 
 def section(folder: Path) -> Markup:
@@ -57,72 +60,77 @@ def section(folder: Path) -> Markup:
     """
     file = folder / "comparison.json"
     found = read_as(file, _Comparison, "what biped compare writes", "biped compare SCENARIO")
-    runs = {engine: found["results"].get(engine, {}).get("runs", []) for engine in ENGINES}
-    walked = {engine: sum(run["walked"] for run in runs[engine]) for engine in ENGINES}
+    runs = {engine: result.get("runs", []) for engine, result in found["results"].items()}
+    walked = {engine: sum(run["walked"] for run in rows) for engine, rows in runs.items()}
+    names = list(map(name_of, runs))
     head = [
-        tag("h2", f"{found['scenario']}: home and MuJoCo"),
+        tag("h2", f"{found['scenario']}: {', '.join(names[:-1])} and {names[-1]}" if names else found["scenario"]),
         tag("p", chip(found["passed"], "✓ comparable", "✗ a run diverged"), _verdict(runs, walked), class_="verdict"),
+        tag("p", f"The engines {found['verdict']}.", class_="about") if found.get("verdict") else None,
         tag("p", _parted(found["parted_at"]), class_="about"),
     ]
     return tag("section", *head, _rates(runs, walked), *_walkers(folder, runs), tag("h4", "Every metric"),
-               _metrics(found["metrics"]))  # fmt: skip
+               _metrics(found["metrics"], list(runs)))  # fmt: skip
 
 
 def _verdict(runs: Mapping[str, Any], walked: Mapping[str, int]) -> str:
-    home, foreign = (len(runs[engine]) for engine in ENGINES)
-    if not home or not foreign:
+    if not all(runs.values()) or len(runs) < 2:
         return "One of the engines has no runs."
-    if home == foreign == 1:
-        return "; ".join(f"{_NAMES[engine]}: {outcome(runs[engine][0])}" for engine in ENGINES) + "."
-    p = same_rate(walked["home"], walked["mujoco"], home, foreign)
+    if all(len(rows) == 1 for rows in runs.values()):
+        return "; ".join(f"{name_of(engine)}: {outcome(rows[0])}" for engine, rows in runs.items()) + "."
+    places = {engine: "at home" if engine == HOME else f"in {name_of(engine)}" for engine in runs}
+    counts = " and ".join(f"{walked[engine]} of {len(rows)} {places[engine]}" for engine, rows in runs.items())
+    p = min(same_rate(walked[a], walked[b], len(runs[a]), len(runs[b])) for a, b in combinations(runs, 2))
     same = "the same rate as far as these runs can tell" if p >= 0.05 else "different rates"
-    return (f"Walked {walked['home']} of {home} at home and {walked['mujoco']} of {foreign} in MuJoCo: {same} "
-            f"(Fisher p = {p:.2g}).")  # fmt: skip
+    return f"Walked {counts}: {same} (Fisher p = {p:.2g})."
 
 
 def _parted(at: float | None) -> str:
     first = "The first walkers"
     if at is None:
-        return f"{first} stay together to the end (no coordinate differs by {PARTED} m or rad)."
-    return f"{first} part after {at:.2f} s, when a coordinate differs by {PARTED} m or rad."
+        return f"{first} stay together to the end (base and legs never differ by {PARTED} m)."
+    return f"{first} part after {at:.2f} s, when base or legs differ by {PARTED} m."
 
 
 def _rates(runs: Mapping[str, Any], walked: Mapping[str, int]) -> Markup | None:
-    if not all(len(runs[engine]) > 1 for engine in ENGINES):
+    if not all(len(rows) > 1 for rows in runs.values()):
         return None
-    lines = [(_NAMES[engine], f"{walked[engine]} of {len(runs[engine])}", percent(walked[engine] / len(runs[engine])),
-              between(*wilson(walked[engine], len(runs[engine])))) for engine in ENGINES]  # fmt: skip
+    lines = [(name_of(engine), f"{walked[engine]} of {len(rows)}", percent(walked[engine] / len(rows)),
+              between(*wilson(walked[engine], len(rows)))) for engine, rows in runs.items()]  # fmt: skip
     return table(("engine", "walked", "", "95 % interval"), lines)
 
 
-def _metrics(metrics: Mapping[str, Mapping[str, float | None]]) -> Markup:
-    lines = []
+def _metrics(metrics: Mapping[str, Mapping[str, Any]], engines: Sequence[str]) -> Markup:
+    lines, n = [], len(engines)
     for metric in metrics_of_table("engines"):
         row = metrics.get(metric.name)
         if row is None or metric.kind == "count":
             continue
-        gap = row.get("gap")
-        lines.append((tag("span", metric.words, title=metric.meaning), metric.text(row.get("home")),
-                      metric.text(row.get("mujoco")), "–" if gap is None else f"{100 * gap:+.1f} %",
+        spread, intervals = row.get("spread"), row.get("intervals", {})
+        values = (with_interval(metric, row.get(engine), intervals.get(engine)) for engine in engines)
+        lines.append((tag("span", metric.words, title=metric.meaning), *values,
+                      "–" if spread is None else f"{100 * spread:.1f} %",
                       metric.text(row["thesis"]) if "thesis" in row else "", metric.unit, metric.meaning))  # fmt: skip
-    return table(("", "home", "MuJoCo", "gap", "thesis", "", ""), lines, words=(0, 5, 6), more=6)
+    return table(("", *map(name_of, engines), "spread", "thesis", "", ""), lines, words=(0, n + 3, n + 4), more=n + 4)
 
 
 def _walkers(folder: Path, runs: Mapping[str, Any]) -> list[Markup]:
-    """Both first walkers; only where the scenario lies beside the numbers and needs nobody's law."""
+    """Two first walkers, MuJoCo's and a ghost; only where the scenario lies there and needs nobody's law."""
     if not (folder / "scenario.toml").is_file():
         return []
     shown, first = [], None
-    for engine in ("mujoco", "home"):
+    solid = MUJOCO if MUJOCO in runs else next(iter(runs), "")
+    ghost = next((engine for engine in reversed(list(runs)) if engine != solid), "")
+    for engine in (solid, ghost):
         plan = Plan(read_scenario(str(folder / "scenario.toml"), [f"engine={engine}"], looking=True))
         if own_law(plan.scenario.law) or not runs[engine]:
             return []
         trajectory = campaign.run_one(plan, 0)[0]
         first = first or (trajectory, plan.scenario.interval)
-        name = _NAMES[engine]
+        name = name_of(engine)
         shown.append(PlayedRun(name, f"{name}, run 0: {outcome(runs[engine][0])}.", frames_of(trajectory)))
     assert first is not None
     return [
         tag("h4", "The walk"), tag("div", card("", walks(shown), wide=True), class_="cards"),
-        tag("h4", "Inside the run in MuJoCo"), *charts(*first),
+        tag("h4", f"Inside the run in {name_of(solid)}"), *charts(*first),
     ]  # fmt: skip

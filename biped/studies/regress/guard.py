@@ -66,8 +66,9 @@ class ScenarioOutcome(NamedTuple):
 
 
 def regress(
-    scenarios: Sequence[str], jobs: Jobs, file: Path | None, reason: str | None, progress: Progress = silent
-) -> ScenarioOutcome:
+    scenarios: Sequence[str], jobs: Jobs, file: Path | None, reason: str | None, progress: Progress = silent,
+    engine: str | None = None,
+) -> ScenarioOutcome:  # fmt: skip
     """Runs scenarios and compares them with their references.
 
     Args:
@@ -77,15 +78,20 @@ def regress(
         reason: Why results changed: what differs from its reference is recorded as the new one. None: nothing is
             written. What was finished when an update is interrupted is kept.
         progress: Told of every finished run.
+        engine: To run all in, instead of each in its own; then the default is the scenarios of that engine's file.
 
     Raises:
         InputError: A scenario or the file cannot be used.
     """
-    path = shipped() if file is None else file
+    path = shipped(engine) if file is None else file
     references = read(path)
+    if engine is not None:
+        scenarios = scenarios or list(references.scenarios)
+        if not scenarios:
+            raise InputError(f"--engine {engine}: has no references yet; expected names of scenarios, and --update")
     if reason is not None and not path.absolute().parent.is_dir():
         raise InputError(f"--file {path}: cannot be written: expected a file in a folder that exists")
-    plans = _plans(scenarios or _that_run_here())
+    plans = _plans(scenarios or _that_run_here(), () if engine is None else (f"engine={engine}",))
     here = platform.here()
     update = None if reason is None else _Update(path, references, here, reason, None if scenarios else set(plans))
     verdicts: list[ScenarioComparison] = []
@@ -109,13 +115,13 @@ def _that_run_here() -> list[str]:
     return [name for name in names("scenarios") if not name.startswith(LEARNED) or find_spec("onnxruntime")]
 
 
-def _plans(scenarios: Sequence[str]) -> dict[str, Plan]:
+def _plans(scenarios: Sequence[str], changes: Sequence[str]) -> dict[str, Plan]:
     plans: dict[str, Plan] = {}
     for name in scenarios:
         title = title_of(name)
         if title in plans:
             raise InputError(f"{name}: a scenario '{title}' was named before; expected scenarios of different names")
-        plans[title] = ensemble(plan_of(name, ()))
+        plans[title] = ensemble(plan_of(name, changes))
     return plans
 
 

@@ -97,9 +97,9 @@ class References(Struct, forbid_unknown_fields=True):
     scenarios: dict[str, RecordedScenario] = field(default_factory=dict)
 
 
-def shipped() -> Path:
-    """The file of the shipped scenarios."""
-    return folder("scenarios") / "references.json"
+def shipped(engine: str | None = None) -> Path:
+    """The file of the shipped scenarios; of those that have references in another engine than their own, that file."""
+    return folder("scenarios") / ("references.json" if engine is None else f"references_{engine}.json")
 
 
 def read(path: Path) -> References:

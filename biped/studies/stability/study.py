@@ -13,6 +13,7 @@ from biped.ensemble.campaign import simulate_planar
 from biped.ensemble.executor import mapped
 from biped.ensemble.plan import Plan
 from biped.robot.ground import first_of, is_level
+from biped.scenario.engines import HOME, MUJOCO
 from biped.scenario.vary import stream
 from biped.studies.planned import plan_of, title_of
 from biped.studies.stability.basin import basin, floor, shrinking
@@ -21,8 +22,6 @@ from biped.studies.stability.gait import Gait, KickedFit, MeasuredGait, Studied
 from biped.studies.stability.kicks import Kicks
 from biped.studies.stability.orbit import Exponent, Orbit, exponent, find_orbit
 from biped.studies.stability.section import PoincareSection, crossings
-
-ENGINES = ("mujoco", "home")
 
 SETTLING = 4
 """Strides that a walk is given to forget its start."""
@@ -165,7 +164,7 @@ def measure(plan: Plan, jobs: Jobs, slices: bool) -> MeasuredGait:
 
 
 def study(
-    name: str, changes: Sequence[str], engines: Sequence[str] = ENGINES, jobs: Jobs = 1, slices: bool = False
+    name: str, changes: Sequence[str], engines: Sequence[str] = (MUJOCO, HOME), jobs: Jobs = 1, slices: bool = False
 ) -> Studied:
     """Measures a gait in engines, at the scenario's time step and at half of it; the control rate is part of the gait.
 

@@ -90,18 +90,24 @@ class StandardTable(NamedTuple):
         gaits: Columns.
         changes: `--set` changes, of every run.
         standings: By test, then by gait.
+        asked: Gaits as they were named.
+        engines: In which each was tested; none: in the tests' own.
     """
 
     tests: list[StandardTrial]
     gaits: list[str]
     changes: list[str]
     standings: list[StandardResult]
+    asked: list[str]
+    engines: list[str]
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data, as `--json` prints it and standard.json holds it."""
         return {
             "gaits": self.gaits,
             "changes": self.changes,
+            "asked": self.asked,
+            "engines": self.engines,
             "tests": [
                 {
                     "name": test.name, "title": test.standard.title, "description": test.description,
@@ -140,7 +146,7 @@ def _test(name: str) -> StandardTrial:
 
 def standard(
     gaits: Sequence[str], asked: Sequence[str], changes: Sequence[str], jobs: Jobs, out: Path,
-    progress: Progress = silent,
+    progress: Progress = silent, engines: Sequence[str] = (),
 ) -> StandardTable:  # fmt: skip
     """Puts gaits to the tests.
 
@@ -151,6 +157,7 @@ def standard(
         jobs: Number of processes, or a cluster.
         out: Folder in which ensembles are kept; one that is there is gone on with.
         progress: Told of every finished run.
+        engines: In each of which every gait is tested; none: the tests' own.
 
     Raises:
         InputError: Something the user wrote cannot be used; said before the first run.
@@ -163,18 +170,22 @@ def standard(
     if not asked:
         there = {entrant.in_space(changes) for entrant in entrants}
         tests = [test for test in tests if test.standard.space in there]
+    columns = [(entrant, entrant.name, [*changes]) for entrant in entrants]
+    if engines:
+        columns = [(entrant, f"{name} in {engine}", [*changes, f"engine={engine}"])
+                   for entrant, name, _ in columns for engine in engines]  # fmt: skip
     for test in tests:
-        for entrant in entrants:
-            s = _required_of(test, entrant, changes)
+        for entrant, _, own in columns:
+            s = _required_of(test, entrant, own)
             if s is not None:
-                _plan(test, entrant, changes, s.first)
+                _plan(test, entrant, own, s.first)
     kept = StoredMeasurements(out)
     standings = [
-        _stand(test, entrant, changes, partial(_measure, kept, jobs, progress))
+        _stand(test, entrant, own, partial(_measure, kept, jobs, progress))._replace(gait=name)
         for test in tests
-        for entrant in entrants
+        for entrant, name, own in columns
     ]
-    return StandardTable(tests, shown, list(changes), standings)
+    return StandardTable(tests, [name for _, name, _ in columns], list(changes), standings, list(gaits), list(engines))
 
 
 def _required_of(trial: StandardTrial, entrant: Entrant, changes: Sequence[str]) -> Standard | None:

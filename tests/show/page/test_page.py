@@ -162,7 +162,7 @@ def test_a_search_a_study_a_comparison_and_a_regression_have_sections(tmp_path, 
         "scenario": "c",
         "passed": True,
         "parted_at": None,
-        "metrics": {"speed": {"home": 0.8, "mujoco": 0.7, "gap": -0.125, "thesis": 0.81}},
+        "metrics": {"speed": {"home": 0.8, "mujoco": 0.7, "spread": 0.125, "thesis": 0.81}},
         "results": {"home": {"runs": [run] * 20}, "mujoco": {"runs": [run | {"walked": False}] * 20}},
     }
     moved = {"old": 0.8, "new": 0.7, "change": -0.125, "within": False}
@@ -195,7 +195,7 @@ def test_a_search_a_study_a_comparison_and_a_regression_have_sections(tmp_path, 
     assert "stable limit cycle" in words
     assert "none" in words
     assert "Walked 20 of 20 at home and 0 of 20 in MuJoCo: different rates" in words
-    assert "-12.5 %" in words
+    assert "12.5 %" in words
     assert "12 → 2" in words
     for name, file in (("t", "result.json"), ("s", "stability.json"), ("c", "comparison.json")):
         (Path(name) / file).write_text('{"conditions": 3, "runs": 1}', encoding="utf-8")

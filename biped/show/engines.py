@@ -1,0 +1,58 @@
+"""The table of docs/engines.md: `python -m biped.show.engines FOLDER [SCENARIO…]` makes its runs and writes it.
+
+What an earlier call finished in the folder is not repeated. Scenarios that are named come on top of those of
+`biped.studies.engine_table`: of public policies, for instance, which nobody may ship.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from biped.base.trust import trusting
+from biped.scenario.engines import ENGINES
+from biped.show.markdown import replaced
+from biped.studies.engine_table import SCENARIOS, Cell, ScenarioCells, cells_of
+
+PAGE = Path(__file__).parents[2] / "docs" / "engines.md"
+
+
+def table(rows: Sequence[ScenarioCells], engines: Sequence[str]) -> str:
+    """The table in Markdown: of each scenario and engine how many reached the goal, its interval, and the speed."""
+    lines = [
+        "| scenario | goal | " + " | ".join(f"`{name}`" for name in engines) + " |",
+        "|---" * (len(engines) + 2) + "|",
+    ]
+    for row in rows:
+        cells = (_words(row.cells[name]) for name in engines)
+        lines.append(f"| `{row.scenario}` | {row.goal} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def _words(cell: Cell | str) -> str:
+    if isinstance(cell, str):
+        return "–"
+    low, high = (round(100.0 * share) for share in cell.interval)
+    value, half = cell.speed
+    error = f" ± {half:.3f}" if math.isfinite(half) else ""
+    speed = f"; {value:.3f}{error} m/s" if math.isfinite(value) and abs(value) > 0.05 else ""
+    return f"{cell.reached} of {cell.runs} ({low} – {high} %){speed}"
+
+
+def main(folder: Path, more: Sequence[str]) -> None:
+    """Makes the runs and writes the table; says what became of runs that failed."""
+    engines, rows = tuple(ENGINES), []
+    with trusting(everything=True):
+        for name in (*SCENARIOS, *more):
+            rows.append(cells_of(name, engines, 1, folder))
+            for engine, cell in rows[-1].cells.items():
+                print(f"{name} {engine}: {cell if isinstance(cell, str) else _words(cell)}", flush=True)
+                for failure in () if isinstance(cell, str) else cell.failures:
+                    print(f"    {failure}", flush=True)
+    PAGE.write_text(replaced(PAGE.read_text(encoding="utf-8"), "table", table(rows, engines)), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), sys.argv[2:])

@@ -1,0 +1,100 @@
+"""How many of so many runs of each scenario walk or stand in each engine: the table of docs/engines.md."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from biped.base.errors import InputError
+from biped.base.paired import means
+from biped.base.progress import Progress, silent
+from biped.base.statistics import wilson
+from biped.ensemble.backend import Jobs
+from biped.studies.planned import plan_of, title_of
+from biped.studies.run import run
+
+RUNS = 20
+"""Of each scenario in each engine, at least."""
+SCENARIOS = (
+    "upright/level", "upright/push", "upright/slope", "upright/model_error", "upright/control_rate",
+    "robot/level", "spatial/level", "any/walk", "any/h1_walk", "any/h1", "any/humanoid", "any/human", "any/robot",
+    "any/walker2d",
+)  # fmt: skip
+"""Scenarios of the table, besides those of public policies, which are nobody's to ship."""
+
+
+class Cell(NamedTuple):
+    """A scenario in an engine.
+
+    Attributes:
+        reached: Runs that walked; where the scenario asks for standing, that stood.
+        runs: All runs.
+        interval: 95 % of the share that reached it.
+        speed: [m/s] mean of those that walked, and half of its 95 % interval; nan where there is none.
+        failures: What became of the others: point or seed, end and cause.
+    """
+
+    reached: int
+    runs: int
+    interval: tuple[float, float]
+    speed: tuple[float, float]
+    failures: list[str]
+
+
+class ScenarioCells(NamedTuple):
+    """A row of the table.
+
+    Attributes:
+        scenario: Its name.
+        goal: `walked` or `stood`.
+        cells: By engine; in words where one cannot simulate it.
+    """
+
+    scenario: str
+    goal: str
+    cells: dict[str, Cell | str]
+
+
+def cells_of(
+    name: str, engines: Sequence[str], jobs: Jobs, folder: Path, runs: int = RUNS, progress: Progress = silent
+) -> ScenarioCells:
+    """Runs a scenario in engines; what an earlier call finished in the folder is not repeated.
+
+    Args:
+        name: Name or path of the scenario; of a sweep each point has a share of the runs.
+        engines: Names of engines.
+        jobs: Number of processes.
+        folder: Where results folders go, one for each cell.
+        runs: At least so many of each cell.
+        progress: Told of every finished run.
+
+    Raises:
+        InputError: The scenario cannot be used in any engine.
+    """
+    plain, title = plan_of(name, ()), title_of(name)
+    points = len(plain) // plain.scenario.randomise.runs
+    goal = "stood" if "stood" in plain.scenario.expect and "walked" not in plain.scenario.expect else "walked"
+    cells: dict[str, Cell | str] = {}
+    for engine in engines:
+        changes = [f"engine={engine}", f"randomise.runs={math.ceil(runs / points)}"]
+        try:
+            plan_of(name, changes)
+        except InputError as error:
+            cells[engine] = str(error)
+            continue
+        done = run(name, changes, jobs, folder / title.replace("/", "-") / engine, progress=progress)
+        cells[engine] = _cell(done.result["runs"], goal)
+    return ScenarioCells(title, goal, cells)
+
+
+def _cell(rows: Sequence[dict[str, Any]], goal: str) -> Cell:
+    reached = [row for row in rows if row[goal]]
+    speed = means([row["speed"] for row in reached if math.isfinite(row["speed"])])
+    failures = [
+        f"{row['values'] or row['seed']}: {row['end']} {row['cause'] or row.get('doubt', '')}"
+        for row in rows if not row[goal]
+    ]  # fmt: skip
+    return Cell(len(reached), len(rows), wilson(len(reached), len(rows)), (speed.change, speed.high - speed.change),
+                failures)  # fmt: skip
