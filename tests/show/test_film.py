@@ -13,10 +13,10 @@ from PIL import Image
 
 from biped.base.errors import InputError
 from biped.cli.main import main
-from biped.show import film
 from biped.show.film import canvas as canvases
 from biped.show.film import reel
 from biped.show.film.stage import walkers
+from biped.show.picked import run_of
 from tests.cases import command, write
 
 try:
@@ -139,7 +139,7 @@ def test_after_a_fall_the_clip_goes_on_and_the_robot_lies_down(here, capsys):
     push = "push=[{at=0.2,duration=0.3,force=[-400.0,0.0]}]"
     short = ["--set", "duration=3.0", "--set", "window.start=0.5", "--set", "window.end=3.0", "--set", push]
     assert main(["run", "level_normal", *short, "--out", "down"]) == 1
-    name, run, model = film._run(Path("down"), None)
+    name, run, model = run_of(Path("down"), None)
     (walker,) = walkers([(name, run, model)], False)
     assert run.end == "fell"
     assert walker.end == pytest.approx(run.time[-1] + 1.0)

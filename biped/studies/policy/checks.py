@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from msgspec import structs
 
+from biped.base.errors import InputError
 from biped.control.card import Networked
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
@@ -90,11 +91,14 @@ def check(file: Path, card: Card | None = None, blind: bool = True) -> list[Chec
 
 def _mirrored(file: Path, card: Card) -> list[Check]:
     """Whether mirrored states give mirrored actions; nothing of a robot that is not its own mirror image."""
-    run = run_of(file, card, commands_of(card)[0][1])
-    alike = likeness(run, record(run))
+    run, name = run_of(file, card, commands_of(card)[0][1]), "mirrored states give mirrored actions"
+    try:
+        alike = likeness(run, record(run))
+    except InputError as error:
+        return [Check(name, False, str(error))]
     if alike is None:
         return []
-    return [Check("mirrored states give mirrored actions", alike > ALIKE, f"correlation {alike:.2f}, least {ALIKE}")]
+    return [Check(name, alike > ALIKE, f"correlation {alike:.2f}, least {ALIKE}")]
 
 
 def commands_of(card: Card) -> list[tuple[str, Asked]]:

@@ -70,7 +70,11 @@ def read_tape(path: Path) -> Tape:
 
 
 def record(run: Run) -> Tape:
-    """Returns the tape of a run: what its policy was shown and did at every call."""
+    """Returns the tape of a run: what its policy was shown and did at every call.
+
+    Raises:
+        InputError: It failed in the first call.
+    """
     plant = MujocoPlant(run)
     law: Any = plant.law.law
     rows: list[tuple[np.ndarray, ...]] = []
@@ -87,6 +91,8 @@ def record(run: Run) -> Tape:
 
     law.torques = torques
     plant.advance(0, run.ticks)
+    if not rows:
+        raise InputError(f"{run.scenario.law}: the policy fails in its first call, so there is no tape of it")
     return Tape(*(np.array(column, dtype=float) for column in zip(*rows, strict=True)))
 
 

@@ -101,7 +101,7 @@ def regress(
     except KeyboardInterrupt:
         stopped = True
     if not scenarios and not stopped:
-        for name in sorted(references.scenarios.keys() - set(names("scenarios"))):
+        for name in sorted(references.scenarios.keys() - {title_of(name) for name in names("scenarios")}):
             verdicts.append(missing(name, GONE, 0))
             if update is not None:
                 update.record(name, None)
