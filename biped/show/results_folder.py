@@ -81,6 +81,11 @@ class ResultsFolder:
             return campaign.run_one(self.plan, index)[0]
         return self.ending(index)
 
+    @property
+    def space(self) -> bool:
+        """Whether its robot moves in space."""
+        return not self.plan.robot.planar
+
     def model(self, index: int) -> mujoco.MjModel:
         """The model of a run's robot as it is drawn."""
         return self.plan.run(index).visual_model

@@ -75,11 +75,10 @@ def draw(comparison: Comparison, folder: Path) -> None:
         InputError: A file cannot be written.
     """
     from biped.scenario.reading import to_toml
-    from biped.show.figures import plot_overlay, plot_strike
+    from biped.show.figures import plot_together
     from biped.show.recording import Recorded, record
 
-    plot_overlay(comparison.first, folder / "overlay.png", comparison.scenario)
-    plot_strike(comparison.first, folder / "strike.png", comparison.scenario)
+    plot_together(comparison.first, folder, comparison.scenario)
     solid = MUJOCO if MUJOCO in comparison.engines else comparison.engines[0]
     ghost = next(engine for engine in reversed(comparison.engines) if engine != solid)
     recorded = []

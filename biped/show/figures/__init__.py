@@ -16,7 +16,7 @@ from biped.show.figures.strike import strike
 from biped.show.figures.strobe import strobe
 from biped.show.figures.style import SETTINGS, make_folder, save
 
-__all__ = ["plot_campaign", "plot_ensemble", "plot_overlay", "plot_run", "plot_strike"]
+__all__ = ["plot_campaign", "plot_ensemble", "plot_run", "plot_together"]
 
 MAP_FROM = 16
 """Points of a two-dimensional sweep above which it is drawn as a map."""
@@ -52,34 +52,21 @@ def plot_run(trajectory: Trajectory, folder: Path, *, title: str, window: tuple[
         return [save(figure, folder / f"{name}.png") for name, figure in drawn.items()]
 
 
-def plot_overlay(walkers: Mapping[str, Trajectory], path: Path, title: str) -> None:
-    """Draws walkers of one scenario over each other.
+def plot_together(walkers: Mapping[str, Trajectory], folder: Path, title: str) -> None:
+    """Draws walkers of one scenario over each other, and the first strike of each.
 
     Args:
         walkers: Trajectories by the name of their engine.
-        path: The PNG file.
+        folder: Where overlay.png and strike.png are written.
         title: Of the scenario.
 
     Raises:
-        InputError: The file cannot be written.
+        InputError: A file cannot be written.
     """
+    shown = {name: finite(walker) for name, walker in walkers.items()}
     with matplotlib.rc_context(SETTINGS):
-        save(overlay({name: finite(walker) for name, walker in walkers.items()}, title), path)
-
-
-def plot_strike(walkers: Mapping[str, Trajectory], path: Path, title: str) -> None:
-    """Draws the first strike of each of several walkers of one scenario.
-
-    Args:
-        walkers: Trajectories by the name of their engine.
-        path: The PNG file.
-        title: Of the scenario.
-
-    Raises:
-        InputError: The file cannot be written.
-    """
-    with matplotlib.rc_context(SETTINGS):
-        save(strike({name: finite(walker) for name, walker in walkers.items()}, title), path)
+        save(overlay(shown, title), folder / "overlay.png")
+        save(strike(shown, title), folder / "strike.png")
 
 
 def plot_ensemble(trajectories: Sequence[Trajectory], path: Path, title: str) -> None:

@@ -41,7 +41,7 @@ def section(folder: Path) -> Markup:
     made = len(result["runs"])
     goal, space, alone, path = (
         goal_of(result),
-        not kept.plan.robot.planar,
+        kept.space,
         made == 1,
         shlex.quote(label(folder / "scenario.toml")),
     )
@@ -120,9 +120,7 @@ def _played(kept: ResultsFolder, rows: list[Mapping[str, Any]]) -> list[tuple[Pl
         trajectory = kept.trajectory(row["index"])
         if trajectory is None:
             continue
-        values = ", ".join(
-            setting(key, value, not kept.plan.robot.planar) for key, value in row.get("values", {}).items()
-        )
+        values = ", ".join(setting(key, value, kept.space) for key, value in row.get("values", {}).items())
         index, became = row["index"], outcome(row) + (f"; {values}" if values else "")
         frames = frames_of(trajectory, kept.model(index))
         out.append((PlayedRun(name, f"Run {index}: {became}.", frames), trajectory, index))
@@ -145,7 +143,7 @@ def _failed(folder: Path, kept: ResultsFolder, rows: list[Mapping[str, Any]], go
     head = (
         "run",
         "what became of it",
-        *(key_words(key, not kept.plan.robot.planar) for key in keys),
+        *(key_words(key, kept.space) for key in keys),
         "to see it again",
     )
     words = (1, len(head) - 1)

@@ -109,7 +109,7 @@ PROBLEMS: dict[str, Callable[[], Any]] = {
     "regulated walk, 1e-3": partial(Regulated, 6.55),
     "regulated walk, 1e-5": partial(Regulated, 8.25),
 }
-"""What is estimated, by name."""
+"""Problems whose probability is known, by name."""
 
 
 class Validation(NamedTuple):

@@ -18,7 +18,7 @@ NEAR, ALONG = 0.03, 0.9
 OF_SPACE = 6
 """Coordinates of a base that moves in space."""
 _OF_VECTOR, _OF_TURN = np.array([1.0, -1.0, 1.0]), np.array([-1.0, 1.0, -1.0])
-"""What a mirror in the plane of walking does to a vector, and to an axis of rotation."""
+"""Signs by which a mirror in the plane of walking multiplies a vector, and an axis of rotation."""
 
 
 class Mirror(NamedTuple):
