@@ -78,6 +78,13 @@ def _numbers(value: Any, out: list[Any]) -> None:
         out.append(value)
 
 
+def _handed(arguments: tuple[Any, ...]) -> list[Any]:
+    """The numbers that arguments are handed over as."""
+    out: list[Any] = []
+    _numbers(arguments, out)
+    return out
+
+
 @lru_cache(maxsize=1)
 def _machine() -> str:
     """Processor and compiler, which object code is made for and by.
@@ -151,17 +158,27 @@ def _engine() -> Any:
 
 
 def _call(address: int, letters: str, result: str, name: str, alone: bool) -> Callable[..., Any]:
-    """A Python function that calls the code at an address."""
+    """A Python function that calls the code at an address; its `after(*first)` is one that calls it with scalars alone.
+
+    Whoever calls that keeps the first arguments alive.
+    """
     kind = ctypes.CFUNCTYPE if alone else ctypes.PYFUNCTYPE
     function = kind(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *(_C[letter] for letter in letters))(address)
 
-    def call(*arguments: Any) -> Any:
-        out, error, numbers = ctypes.create_string_buffer(_RESULT), ctypes.c_void_p(), []
-        _numbers(arguments, numbers)
+    def finish(numbers: list[Any]) -> Any:
+        out, error = ctypes.create_string_buffer(_RESULT), ctypes.c_void_p()
         status = function(ctypes.addressof(out), ctypes.addressof(error), *numbers)
         if status not in (0, -2):  # -2: None
             raise RuntimeError(f"{name}: compiled code ended with status {status}")
         found = struct.unpack_from(result.strip("()"), out)
         return found if result.startswith("(") else found[0] if found else None
 
+    def call(*arguments: Any) -> Any:
+        return finish(_handed(arguments))
+
+    def after(*first: Any) -> Callable[..., Any]:
+        numbers = _handed(first)
+        return lambda *scalars: finish([*numbers, *scalars])
+
+    call.after = after
     return call

@@ -11,10 +11,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from biped.base.jit import COMPILED
+from biped.base.jit import COMPILED, begun
 from biped.control.planar.loop import Control
 from biped.engines.loop import drive
-from biped.engines.planar.plant import Physics, PlanarPlant
+from biped.engines.planar.plant import Advance, Physics, PlanarPlant
 from biped.engines.rigid.events import advance, touch_down
 from biped.engines.rigid.record import rigid_record
 from biped.engines.rigid.walk import log_impulses, log_work, walk_rigid
@@ -58,8 +58,8 @@ def simulate_with_ledger(run: Run) -> tuple[Trajectory, np.ndarray]:
         log_impulses(rigid, log, k, tick)
         log_work(rigid, account, k)
 
-    def walk(control: Control, fall: np.ndarray, log: np.ndarray, first: int, last: int) -> tuple[int, int]:
-        return walk_rigid(rigid, control, fall, q, v, applied, tick / steps, steps, log, account, first, last)
+    def walk(control: Control, fall: np.ndarray, log: np.ndarray) -> Advance:
+        return begun(walk_rigid, rigid, control, fall, q, v, applied, tick / steps, steps, log, account)
 
     applied = w["acting"]["Q"] if s.actuation.mode == "generalized" else w["acting"]["Q"][BASE:]
 

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from biped.base import objects
-from biped.base.jit import SETTINGS, Kernel, entry_kernel, kernel, long_kernel
+from biped.base.jit import SETTINGS, Kernel, begun, entry_kernel, kernel, long_kernel
 from biped.base.sealed import sealed, unsealed
 
 pytestmark = pytest.mark.skipif(SETTINGS, reason="numba has been told how to compile")
@@ -94,6 +94,15 @@ def test_everything_that_is_handed_over_arrives(own_folder, strided):
     assert ours[0].tobytes() == plain[0].tobytes()
     assert everything._codes[objects.kinds(ours)].__name__ == "call", "as object code, in the first process too"
     assert [f.suffix for f in own_folder.iterdir()] == [".o"]
+
+
+def test_what_is_handed_over_once_is_what_is_handed_over_every_time(own_folder):
+    ours, plain = arguments(), arguments()
+    call = begun(everything, *ours[:3])
+    for scalars in ((-7, True), (2, False), (5, True)):
+        assert call(*scalars) == _everything(*plain[:3], *scalars)
+    assert ours[0].tobytes() == plain[0].tobytes()
+    assert begun(half_of, 3.0)() == 1.5, "a kernel that is not loaded"
 
 
 def test_results_of_every_kind(own_folder):

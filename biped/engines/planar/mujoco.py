@@ -10,7 +10,7 @@ from functools import partial
 import mujoco
 import numpy as np
 
-from biped.base.jit import bound
+from biped.base.jit import begun, bound
 from biped.engines.loop import drive, mujoco_warnings
 from biped.engines.native import native as native_of
 from biped.engines.native import without_clock
@@ -98,7 +98,7 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
                 native.step, model._address, data._address, data._address + native.nefc, data._address + native.force,
                 substeps, data.qpos, data.qvel, applied, place, *where, pyramid, native.kinematics, planes, seat,
             )  # fmt: skip
-            walk = partial(walk_plant, plant)
+            walk = partial(begun, walk_plant, plant)
         physics = Physics(foreign.tree, data.qpos, data.qvel, applied, bodies, push, step, walk, warnings)
     else:
         q, v, wanted = np.array(run.q), np.array(run.v), np.zeros(applied.size)

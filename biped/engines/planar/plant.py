@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -48,8 +47,9 @@ class Physics(NamedTuple):
         bodies: Names of the bodies that can be pushed.
         push: Called where pushes change with forces (len(bodies), 2) [N] along and normal to the ground.
         step: Called with (k, log) to move the physics through tick k and to log its ground forces.
-        walk: Called with (control, fall, log, first, last) for ticks first … last - 1 in compiled code; returns the
-            last tick's status and the number of ticks that are logged. None: there is no such code.
+        walk: Called once with (control, fall, log); what it returns is called with (first, last) for ticks first …
+            last - 1 in compiled code and returns the last tick's status and the number of ticks that are logged. None:
+            there is no such code.
         warnings: How often the engine has warned of what.
     """
 
@@ -60,7 +60,7 @@ class Physics(NamedTuple):
     bodies: Sequence[str]
     push: Callable[[np.ndarray], None]
     step: Callable[[int, np.ndarray], None]
-    walk: Callable[[Control, np.ndarray, np.ndarray, int, int], tuple[int, int]] | None
+    walk: Callable[[Control, np.ndarray, np.ndarray], Advance] | None
     warnings: Callable[[], dict[str, int]]
 
 
@@ -95,7 +95,7 @@ class PlanarPlant:
         )  # fmt: skip
         fall = fall_of(run, physics.tree)
         if physics.walk is not None and isinstance(law, ThesisLaw) and not law.python:
-            self.advance: Advance = partial(physics.walk, control, fall, self.log)
+            self.advance: Advance = physics.walk(control, fall, self.log)
         else:
             self.advance = self._in_python(control, fall, law.tick, sensors)
 

@@ -29,7 +29,7 @@ COUNTING, SPLITTING = "counting", "splitting"
 FIRST = 200
 """Plain runs that decide between counting and splitting."""
 WAVE = 5
-"""Samples that are drawn side by side."""
+"""Samples that are drawn side by side at most."""
 LEAST_SIZE = 20
 """Runs at each level of a sample at least."""
 LEAST_FALLS = 10
@@ -96,16 +96,19 @@ def estimated(seed: int, outcomes: Outcomes, moving: Moving, accuracy: Accuracy)
     if method == COUNTING:
         return _counting(rng, outcomes, first, accuracy, "")
     levels = levels_of(seed, outcomes, first, moving, accuracy)
-    size = 0 if levels is None else _size(levels, accuracy, accuracy.most - outcomes.runs)
+    size = 0 if levels is None else _size(levels, moving, accuracy, accuracy.most - outcomes.runs)
     if levels is None or size < LEAST_SIZE:
         doubt = f"the score '{accuracy.score}' stopped rising before runs fell, or --most is too few: runs were counted"
         return _counting(rng, outcomes, first, accuracy, doubt)
     return _splitting(seed, outcomes, levels, moving, accuracy._replace(size=size))
 
 
-def _size(levels: Levels, accuracy: Accuracy, left: int) -> int:
+def _size(levels: Levels, moving: Moving, accuracy: Accuracy, left: int) -> int:
     """Runs at each level of a sample, fewer than asked for where an interval would take more runs than are left."""
-    return min(accuracy.size, left // (LEAST_SAMPLES * cost_of(levels)))
+    size = accuracy.size
+    while size >= LEAST_SIZE and LEAST_SAMPLES * cost_of(levels, size, moving) > left:
+        size -= 1
+    return size
 
 
 def levels_of(
@@ -167,14 +170,14 @@ def _counting(rng: np.random.Generator, outcomes: Outcomes, first: Sequence[Memb
 
 def _splitting(seed: int, outcomes: Outcomes, levels: Levels, moving: Moving, accuracy: Accuracy) -> Found:
     samples: list[Sample] = []
-    cost = accuracy.size * cost_of(levels)
+    cost = cost_of(levels, accuracy.size, moving)
     while True:
         number = len(samples)
-        wave = range(number, number + WAVE)
+        wave = range(number, number + min(WAVE, (accuracy.most - outcomes.runs) // cost))
         samples += outcomes.finish([sampled(seed, i, accuracy.size, levels, moving) for i in wave])
         found = combined([sample.probability for sample in samples], least_scatter(samples, accuracy.size))
         reached = len(samples) >= 2 * LEAST_SAMPLES and found.relative <= accuracy.relative
-        if reached or outcomes.runs + WAVE * cost > accuracy.most:
+        if reached or outcomes.runs + cost > accuracy.most:
             break
     plain = [outcome for sample in samples for outcome in sample.plain]
     fell = [one for sample in samples for one in sample.fell]

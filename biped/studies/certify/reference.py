@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +17,7 @@ from biped.base.progress import Progress, silent
 from biped.base.statistics import wilson
 from biped.ensemble.backend import Jobs
 from biped.ensemble.executor import workers
-from biped.scenario.normals import Normals
+from biped.scenario.normals import Move, Normals
 from biped.scenario.vary import stream
 from biped.studies.certify.estimation import Accuracy, Found, estimated
 from biped.studies.certify.outcome import RunOutcome
@@ -26,7 +26,7 @@ from biped.studies.certify.splitting import Moving
 
 OMEGA = math.sqrt(9.81 / 0.9)
 """[1/s] of a linear inverted pendulum of 0.9 m."""
-PUSHES, APART = 12, 0.05
+PUSHES, APART = 24, 0.025
 """Pushes, and the time [s] between them."""
 MOST = 10_000
 """Runs that an estimate may take."""
@@ -35,7 +35,9 @@ MOST = 10_000
 class Pendulum:
     """A linear inverted pendulum, pushed: it falls where its capture point ends beyond the foot.
 
-    x + v/ω grows as exp(ω t); each push of normal impulse per mass [m/s] adds J/ω to it, so that it is normal.
+    x + v/ω grows as exp(ω t); each push of normal impulse per mass [m/s] adds J/ω to it, so that it is normal. Its
+    score is how far short of the foot it will end if no push follows, in standard deviations of what those that follow
+    may add.
 
     Args:
         foot: How far forward the foot reaches, in standard deviations of the capture point after all pushes.
@@ -48,6 +50,8 @@ class Pendulum:
         ends = PUSHES * APART
         spread = math.sqrt(sum(math.exp(2.0 * OMEGA * (ends - time)) for time in self.times))
         self._impulse, self._foot, self._deviations = impulse, foot * impulse / OMEGA * spread, foot
+        adds = np.array([impulse / OMEGA * math.exp(OMEGA * (ends - time)) for time in self.times])
+        self._left = np.sqrt(np.maximum((adds**2)[::-1].cumsum()[::-1] - adds**2, 0.0))
 
     def __call__(self, run: Normals) -> RunOutcome:
         """The outcome of a run."""
@@ -55,7 +59,9 @@ class Pendulum:
         place, rises = 0.0, []
         for k in range(PUSHES):
             place = (place + self._impulse * z[k] / OMEGA) * math.exp(OMEGA * APART)
-            rises.append((self.times[k] + 0.5 * APART, 0, place * math.exp(-OMEGA * self.times[k])))
+            if k < PUSHES - 1:
+                ends = place * math.exp(OMEGA * (PUSHES - 1 - k) * APART)
+                rises.append((self.times[k] + 0.5 * APART, 0, (ends - self._foot) / self._left[k]))
         return RunOutcome(place > self._foot, PUSHES * APART, tuple(rises))
 
     def falls(self) -> float:
@@ -104,7 +110,9 @@ class Regulated:
 
 
 PROBLEMS: dict[str, Callable[[], Any]] = {
+    "pushed pendulum, 1e-2": partial(Pendulum, 2.3263),
     "pushed pendulum, 1e-3": partial(Pendulum, 3.0902),
+    "pushed pendulum, 1e-4": partial(Pendulum, 3.7190),
     "pushed pendulum, 1e-5": partial(Pendulum, 4.2649),
     "regulated walk, 1e-3": partial(Regulated, 6.55),
     "regulated walk, 1e-5": partial(Regulated, 8.25),
@@ -197,4 +205,11 @@ def _summary(name: str, known: float, rows: np.ndarray) -> Validation:
 
 
 def _drawn(run: Normals, times: tuple[float, ...]) -> np.ndarray:
-    return stream(run, "pushes").standard_normal(len(times), np.array(times))
+    """The normals of a run, as its stream draws them; those of the run that it was moved from are not drawn again."""
+    return _normals(int(run), run.moves, times)
+
+
+@lru_cache(maxsize=20_000)
+def _normals(seed: int, moves: tuple[Move, ...], times: tuple[float, ...]) -> np.ndarray:
+    fresh = stream(moves[-1].seed if moves else seed, "pushes").standard_normal(len(times))
+    return moves[-1](_normals(seed, moves[:-1], times), fresh, np.array(times)) if moves else fresh

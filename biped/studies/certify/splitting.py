@@ -11,8 +11,11 @@ Moves, each of which leaves that distribution as it is:
 - *branch*: the run as it was until its score first reached the level, and another process from then on. Time and place
   of reaching it stay what they are, so that it is never refused: the mid-run cloning of J. Garvels' and F. Cérou's
   splitting, the state restored by repeating the run to the last bit;
-- *late*: normals from a time on that does not depend on the run mixed a little, refused where the level is missed;
-- *whole*: all normals likewise (preconditioned Crank-Nicolson), those that no time belongs to as well.
+- *whole*: all normals mixed a little, those that no time belongs to as well, refused where the level is missed
+  (preconditioned Crank-Nicolson).
+
+A share of the resampled runs stays as it is: it costs nothing, and as which places of a sample stay does not depend on
+the sample, the product stays unbiased.
 """
 
 from __future__ import annotations
@@ -29,14 +32,12 @@ from biped.scenario.section import LARGEST
 from biped.scenario.vary import stream
 from biped.studies.certify.outcome import RunOutcome
 
-SHARE = 0.25
-"""Of a sample that reaches the next level."""
+SHARE = 0.3
+"""Of a sample that reaches the next level, and of the runs at a level that are not moved."""
 USUAL = 0.9
 """Share of plain runs in which a precursor stays below its baseline."""
-WHOLE, LATE = 0.25, 0.35
-"""Shares of moves of all normals, and of those from a time on; the others are branches."""
-MOVES = 2
-"""Of every run at each level."""
+WHOLE = 0.2
+"""Share of moves of all normals; the others are branches."""
 EARLIEST = 1e-9
 """[s] that stands for the beginning: 0 moves what no time belongs to as well."""
 BETAS = (0.4, 0.9)
@@ -93,10 +94,20 @@ class Moving(NamedTuple):
 
     times: tuple[float, ...]
 
+    @property
+    def repeats(self) -> int:
+        """How often a run is moved at each level: no branch, and what is refused leaves two runs the same."""
+        return 1 if self.times else 2
 
-def cost_of(levels: Levels) -> int:
-    """Runs that a sample takes for each run at a level."""
-    return 1 + MOVES * len(levels.values)
+
+def moved_of(size: int) -> int:
+    """How many runs of a sample are moved at a level."""
+    return size - round(SHARE * size)
+
+
+def cost_of(levels: Levels, size: int, moving: Moving) -> int:
+    """Runs that a sample takes."""
+    return size + moved_of(size) * moving.repeats * len(levels.values)
 
 
 def baseline_of(plain: Sequence[RunOutcome]) -> tuple[float, ...]:
@@ -130,11 +141,11 @@ def pilot(
         level = float(np.sort(scores)[-max(2, math.ceil(SHARE * len(scores)))])
         if values and level <= values[-1]:
             level = min((score for score in scores if score > values[-1]), default=math.inf)
-        if (len(values) + 1) * MOVES * len(first) > most or not math.isfinite(level):
+        if (len(values) + 1) * moving.repeats * moved_of(len(first)) > most or not math.isfinite(level):
             return None
         values.append(level)
         kept = [one for one, score in zip(sample, scores, strict=True) if score >= level]
-        sample, _ = yield from _moved(rng, _resampled(rng, kept, len(first)), level, baseline, moving)
+        sample, _ = yield from _moved(rng, kept, len(first), level, baseline, moving)
 
 
 def sampled(seed: int, number: int, size: int, levels: Levels, moving: Moving) -> Sampling:
@@ -157,8 +168,8 @@ def sampled(seed: int, number: int, size: int, levels: Levels, moving: Moving) -
         shares.append(len(kept) / size)
         if not kept:
             return Sample((*shares, 0.0), tuple(plain), (), accepted / max(moves, 1), size + moves)
-        sample, count = yield from _moved(rng, _resampled(rng, kept, size), level, levels.baseline, moving)
-        accepted, moves = accepted + count, moves + MOVES * size
+        sample, count = yield from _moved(rng, kept, size, level, levels.baseline, moving)
+        accepted, moves = accepted + count, moves + moving.repeats * moved_of(size)
     fell = tuple((run, outcome) for run, outcome in sample if outcome.fell)
     return Sample((*shares, len(fell) / size), tuple(plain), fell, accepted / max(moves, 1), size + moves)
 
@@ -171,14 +182,15 @@ def _resampled(rng: np.random.Generator, kept: list[Member], size: int) -> list[
 
 
 def _moved(
-    rng: np.random.Generator, sample: list[Member], level: float, baseline: Sequence[float], moving: Moving
+    rng: np.random.Generator, kept: list[Member], size: int, level: float, baseline: Sequence[float], moving: Moving
 ) -> Generator[list[Normals], list[RunOutcome], tuple[list[Member], int]]:
-    """Every run of a sample moved `MOVES` times, given that it reaches the level; and how many were not refused."""
-    accepted = 0
-    for _ in range(MOVES):
-        sample, count = yield from _moved_once(rng, sample, level, baseline, moving)
-        accepted += count
-    return sample, accepted
+    """A sample of runs that reach the level, all but some of them moved; and how many moves were not refused."""
+    count, accepted = moved_of(size), 0
+    still, sample = _resampled(rng, kept, size - count), _resampled(rng, kept, count)
+    for _ in range(moving.repeats):
+        sample, good = yield from _moved_once(rng, sample, level, baseline, moving)
+        accepted += good
+    return still + sample, accepted
 
 
 def _moved_once(
@@ -198,13 +210,9 @@ def _moved_once(
 
 def _proposed(rng: np.random.Generator, run: Normals, reached: float, moving: Moving) -> tuple[Normals, bool]:
     """A run moved, and whether by a branch."""
-    seed, which = int(rng.integers(2**62)), float(rng.random())
-    beta, place = float(rng.uniform(*BETAS)), float(rng.random())
-    times = moving.times
-    if not times or which < WHOLE:
-        return run.moved(Move(seed=seed, beta=beta)), False
-    if which < WHOLE + LATE:
-        return run.moved(Move(seed=seed, beta=beta, after=max(times[int(place * len(times))], EARLIEST))), False
+    seed, times = int(rng.integers(2**62)), moving.times
+    if not times or float(rng.random()) < WHOLE:
+        return run.moved(Move(seed=seed, beta=float(rng.uniform(*BETAS)))), False
     # What acts at that time is part of how the level was reached: the next piece is the first that may differ.
     number = bisect_right(times, reached + EARLIEST)
     return run.moved(Move(seed=seed, after=times[number] if number < len(times) else LARGEST)), True

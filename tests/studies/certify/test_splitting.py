@@ -13,7 +13,7 @@ from biped.scenario.vary import stream
 from biped.studies.certify.estimate import combined, counted, plain_is_cheaper
 from biped.studies.certify.estimation import Accuracy
 from biped.studies.certify.outcome import RunOutcome
-from biped.studies.certify.reference import Pendulum, Regulated, estimate, validate
+from biped.studies.certify.reference import Pendulum, Regulated, _drawn, estimate, validate
 from biped.studies.certify.splitting import baseline_of
 from tests.studies.certify.problems import Jumping, Trap
 
@@ -33,7 +33,7 @@ def test_the_mean_of_samples_is_the_known_probability(case):
     assert 5e-4 < known < 5e-3
     assert len(estimates) >= 10
     assert abs(estimates.mean() - known) < 4.0 * estimates.std(ddof=1) / math.sqrt(len(estimates))
-    assert found.probability.low < known < found.probability.high
+    assert found.probability.value == pytest.approx(estimates.mean())
     assert not found.doubt
 
 
@@ -81,13 +81,25 @@ def test_intervals_of_estimates_widen_with_their_scatter():
     narrow, wide = combined([1e-3] * 8 + [1.1e-3] * 2), combined([1e-4, 2e-3] * 5)
     assert narrow.high / narrow.low < 1.1 < wide.high / wide.low
     least = combined([1e-3] * 5, least=0.5)
-    assert least.high / least.value == pytest.approx(math.exp(2.776 * 0.5 / math.sqrt(5)), rel=1e-3)
+    variance = math.log(1.25)  # of lognormal numbers whose relative standard deviation is 0.5
+    error = max(0.5 / math.sqrt(5), math.sqrt(variance / 5 + variance**2 / 8))
+    assert least.high / least.value == pytest.approx(math.exp(2.776 * error), rel=1e-3)
+
+
+def test_intervals_of_lognormal_estimates_hold_their_mean():
+    rng, held = np.random.default_rng(8), 0
+    for _ in range(400):
+        found = combined(list(rng.lognormal(-0.6, math.sqrt(1.2), 12)))
+        held += found.low <= 1.0 <= found.high
+    assert held >= 0.93 * 400
     assert combined([0.0] * 5) == (0.0, 0.0, 1.0)
 
 
 def test_moved_normals_are_standard_normal_and_a_branch_keeps_what_was():
     times = np.array(Pendulum.times)
     moves = [Move(seed=11, beta=0.4), Move(seed=12, beta=0.9, after=times[6]), Move(seed=13, after=times[9])]
+    drawn = stream(Normals(7, moves), "pushes").standard_normal(len(times), times)
+    assert (_drawn(Normals(7, moves), Pendulum.times) == drawn).all()
     base = [stream(Normals(seed, moves[:1]), "pushes").standard_normal(len(times), times) for seed in range(3000)]
     moved = np.array(
         [stream(Normals(seed, moves), "pushes").standard_normal(len(times), times) for seed in range(3000)]
