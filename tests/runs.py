@@ -17,7 +17,7 @@ from biped.robot.planar.model import tree_at
 from biped.robot.planar.tree import Tree
 from biped.scenario.actuation import Actuation
 from biped.scenario.ground import Ground
-from biped.scenario.keys import Scenario, Simulation, Start
+from biped.scenario.keys import Fall, Scenario, Simulation, Start
 from biped.scenario.push import Push
 from tests.ticks import HUMAN
 
@@ -36,6 +36,11 @@ SCENARIOS = {
         duration=1.0, start=Start(posture="heel_toe"), actuation=Actuation(mode="generalized")
     ),
     "pyramidal": Scenario(duration=1.0, start=Start(posture="heel_toe"), simulation=Simulation(cone="pyramidal")),
+    "folded": Scenario(  # in the air, a knee that is bent as far as it can be
+        duration=0.4,
+        start=Start(posture="flat", q=(0.0, 2.5, 1.57, 3.1, 3.0, 0.0, 3.1, 0.6, 0.0), v=(0.0,) * 7 + (-10.0, 0.0),
+                    contacts=()), fall=Fall(height=0.01),
+    ),
     "substeps": Scenario(duration=1.0, start=Start(posture="heel_toe"), simulation=Simulation(timestep=5e-4)),
 }  # fmt: skip
 

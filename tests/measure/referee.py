@@ -67,7 +67,7 @@ def residual(t: Trajectory, whole: Motion) -> float:
     work = t.tick * ((actuators + pushes + stops).sum() + damping + ground)
     put_in = t.tick * (np.abs(actuators) + np.abs(pushes)).sum()
     moving = 0.5 * ((whole.com_velocity**2).sum(axis=-1) @ t.tree.mass).max()
-    return float(abs(e[1] - e[0] - work) / max(put_in, moving, abs(e[0]) * 1e-2))
+    return float(abs(e[1] - e[0] - work) / max(put_in, moving, t.tree.mass.sum() * GRAVITY * t.tree.leg))
 
 
 def given(t: Trajectory, whole: Motion) -> np.ndarray:

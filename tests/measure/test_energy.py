@@ -40,7 +40,7 @@ def test_energy_is_mujocos():
             assert t.energy[0] == pytest.approx(data.energy.sum(), abs=1e-9)
 
 
-@pytest.mark.parametrize("name", ["walk", "slope", "slippery", "pushed", "generalized", "pyramidal"])
+@pytest.mark.parametrize("name", ["walk", "slope", "slippery", "pushed", "generalized", "pyramidal", "folded"])
 def test_energy_is_accounted_for(name):
     assert residual(made(name)) < 0.02
 

@@ -9,7 +9,7 @@ from biped.robot.planar.topology import KNEE
 
 
 @inner_kernel
-def log_forces(log, k, efc_force, place, points, radius, contacts, stops, pyramid, planes):
+def log_forces(log, k, efc_force, place, points, radius, contacts, stops, bent, pyramid, planes):
     """Writes the forces of ground and knee stops in the physics step that began at row k.
 
     MuJoCo lists joint limits first, then the contacts that exist in pair order. An elliptic cone has three rows each:
@@ -25,6 +25,7 @@ def log_forces(log, k, efc_force, place, points, radius, contacts, stops, pyrami
         radius: [m] of those geoms.
         contacts: (4,) points in the order in which MuJoCo lists contacts.
         stops: (2,) stops in the order in which MuJoCo lists joint limits.
+        bent: (2,) [rad] the other ends of their ranges.
         pyramid: Coefficient of friction of a pyramidal cone; 0 for an elliptic one.
         planes: `biped.engines.planar.planes.Planes`, of the same step.
     """
@@ -37,8 +38,9 @@ def log_forces(log, k, efc_force, place, points, radius, contacts, stops, pyrami
     limit = 0
     for leg in stops:
         log[k, STOP + leg] = 0.0
-        if log[k, Q + KNEE[leg]] > 0.0 and limit < at:
-            log[k, STOP + leg] = -efc_force[limit]
+        angle = log[k, Q + KNEE[leg]]
+        if limit < at and not bent[leg] <= angle <= 0.0:
+            log[k, STOP + leg] = -efc_force[limit] if angle > 0.0 else efc_force[limit]
             limit += 1
     for i in contacts:
         log[k, FORCE + 2 * i] = 0.0

@@ -55,7 +55,7 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
     data.qpos[order.joints], data.qvel[order.joints] = run.q, run.v
     substeps = round(1.0 / s.simulation.control_rate / s.simulation.timestep)
     place, mj_step = data.geom_xpos, mujoco.mj_step
-    where = order.points, robot.contact.radius, order.contacts, order.stops
+    where = order.points, robot.contact.radius, order.contacts, order.stops, order.bent
     pyramid = max(s.ground.friction or 0.0, _LEAST_FRICTION) if s.simulation.cone == "pyramidal" else 0.0
 
     seat = (seated(data, order, round(s.duration * s.simulation.control_rate)),) if s.ground.seat.height > 0.0 else ()
@@ -80,8 +80,8 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
             log_of_step = bound(log_forces, log, 0, data.efc_force, place, *where, pyramid, planes)
         log_of_step(log, k, data.efc_force, place, *where, pyramid, planes)
         if seat:
-            log_seat(seat, log, k, data.efc_force, place, order.points, robot.contact.radius, order.stops, pyramid,
-                     planes)  # fmt: skip
+            log_seat(seat, log, k, data.efc_force, place, order.points, robot.contact.radius, order.stops, order.bent,
+                     pyramid, planes)  # fmt: skip
         if watch is not None:
             watch(model, data, pushing)
 

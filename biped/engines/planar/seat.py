@@ -41,7 +41,7 @@ def seated(data: mujoco.MjData, order: Order, ticks: int) -> Seated:
 
 
 @kernel
-def log_seat(seat, log, k, efc_force, place, points, radius, stops, pyramid, planes):
+def log_seat(seat, log, k, efc_force, place, points, radius, stops, bent, pyramid, planes):
     """Writes the seat's force, where there is one, in the physics step whose other forces row k of the log has by now.
 
     Args:
@@ -53,6 +53,7 @@ def log_seat(seat, log, k, efc_force, place, points, radius, stops, pyramid, pla
         points: Likewise.
         radius: Likewise.
         stops: Likewise.
+        bent: Likewise.
         pyramid: Likewise.
         planes: Likewise.
     """
@@ -61,7 +62,7 @@ def log_seat(seat, log, k, efc_force, place, points, radius, stops, pyramid, pla
     line, out, everything = log[k], seat[0].force[k], seat[0].all
     rows = efc_force.size
     for leg in stops:
-        if line[Q + KNEE[leg]] > 0.0:
+        if not bent[leg] <= line[Q + KNEE[leg]] <= 0.0:
             rows -= 1
     for i in range(N_POINTS):
         if above(planes, place, points, i) < radius:

@@ -32,6 +32,7 @@ class WalkPlant(NamedTuple):
         radius: [m] of those geoms.
         contacts: (4,) points in the order in which MuJoCo lists contacts.
         stops: (2,) stops in the order in which MuJoCo lists joint limits.
+        bent: (2,) [rad] the other ends of their ranges.
         pyramid: Coefficient of friction of a pyramidal cone; 0 for an elliptic one.
         kinematics: Address of mj_kinematics.
         planes: The ground below the points.
@@ -52,6 +53,7 @@ class WalkPlant(NamedTuple):
     radius: float
     contacts: np.ndarray
     stops: np.ndarray
+    bent: np.ndarray
     pyramid: float
     kinematics: int
     planes: Planes
@@ -83,8 +85,8 @@ def walk_plant(plant, control, fall, log, first, last):
                 lay(plant.planes, plant.place, plant.points)
             call(plant.step, plant.model, plant.data)
         force = doubles_at(plant.force, int32_at(plant.nefc))
-        log_forces(log, k, force, plant.place, plant.points, plant.radius, plant.contacts, plant.stops, plant.pyramid,
-                   plant.planes)  # fmt: skip
-        log_seat(plant.seat, log, k, force, plant.place, plant.points, plant.radius, plant.stops, plant.pyramid,
-                 plant.planes)  # fmt: skip
+        log_forces(log, k, force, plant.place, plant.points, plant.radius, plant.contacts, plant.stops, plant.bent,
+                   plant.pyramid, plant.planes)  # fmt: skip
+        log_seat(plant.seat, log, k, force, plant.place, plant.points, plant.radius, plant.stops, plant.bent,
+                 plant.pyramid, plant.planes)  # fmt: skip
     return 0, last

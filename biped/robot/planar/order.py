@@ -24,6 +24,7 @@ class Order(NamedTuple):
         points: (4,) of the contact points' geoms.
         contacts: (4,) canonical numbers of the points, in the order in which MuJoCo lists contacts.
         stops: (2,) canonical numbers of the stops, in the order in which MuJoCo lists joint limits.
+        bent: (2,) [rad] the other ends of their ranges, where a leg is bent as far as it can be; by canonical number.
     """
 
     joints: np.ndarray
@@ -31,6 +32,7 @@ class Order(NamedTuple):
     points: np.ndarray
     contacts: np.ndarray
     stops: np.ndarray
+    bent: np.ndarray
 
     @property
     def canonical(self) -> bool:
@@ -48,4 +50,5 @@ def order_of(model: mujoco.MjModel, robot: PlanarParts) -> Order:
         points=np.array([model.geom(point).id for point in robot.points]),
         contacts=np.array(pairs),
         stops=np.argsort([model.joint(stop).dofadr[0] for stop in robot.stops]),
+        bent=np.array([model.joint(stop).range[0] for stop in robot.stops]),
     )

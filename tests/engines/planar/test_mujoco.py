@@ -35,7 +35,7 @@ def again(name: str):
         yield k, model, data
 
 
-@pytest.mark.parametrize("name", ["walk", "slope", "slippery", "pushed", "generalized", "pyramidal"])
+@pytest.mark.parametrize("name", ["walk", "slope", "slippery", "pushed", "generalized", "pyramidal", "folded"])
 def test_logged_forces_are_all_of_mujocos_constraint_forces(name):
     """Jᵀ(ground forces) + knee stops = qfrc_constraint in all nine coordinates, at every row."""
     t = made(name)
@@ -54,8 +54,9 @@ def test_logged_forces_are_all_of_mujocos_constraint_forces(name):
             total, data.qfrc_constraint, atol=1e-4 * max(1.0, np.abs(total).max()), err_msg=f"{k}"
         )
         touched, stopped = touched + (t.column("force")[k] != 0.0).any(), stopped + (t.stop[k] != 0.0).any()
-    assert touched > 200
+    assert touched > 200 or name == "folded"
     assert stopped > 20 or name in ("pushed", "slippery")
+    assert name != "folded" or t.stop.max() > 50.0, "a knee that is bent as far as it can be is pushed the other way"
 
 
 @pytest.mark.parametrize("name", ["walk", "pushed", "generalized"])
