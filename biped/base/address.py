@@ -14,5 +14,9 @@ call = intrinsic(_CODE, "call")
 """(function, first, second): calls `void function(void*, void*)`."""
 int32_at = intrinsic(_CODE, "int32_at")
 """(address): the int32 there."""
+rows_at = intrinsic(_CODE, "rows_at")
+"""(address, rows, width): (rows, width) doubles whose own address is kept there, as an array that owns nothing."""
+int32_rows_at = intrinsic(_CODE, "int32_rows_at")
+"""The same of int32."""
 doubles_at = intrinsic(_CODE, "doubles_at")
 """(address, count): the `count` doubles whose own address is kept there, as an array that owns nothing."""

@@ -39,16 +39,41 @@ def int32_at(_, address):
     return int64(types.int64), code
 
 
-@intrinsic
-def doubles_at(_, address, count):
-    """See `biped.base.address.doubles_at`; numba's `carray` is refused where there are no reference counts."""
-    kind = types.Array(types.float64, 1, "C")
+def _array_at(number: Any, item: Any, bytes_each: int, rank: int) -> Any:
+    """Code and type of an array whose own address is kept at an address.
+
+    numba's `carray` is refused where there are no reference counts.
+    """
+    kind = types.Array(number, rank, "C")
 
     def code(context, builder, signature, arguments):
-        place = builder.inttoptr(arguments[0], ir.DoubleType().as_pointer().as_pointer())
+        place = builder.inttoptr(arguments[0], item.as_pointer().as_pointer())
         array = context.make_array(kind)(context, builder)
-        size = context.get_constant(types.intp, 8)
-        populate_array(array, builder.load(place), [arguments[1]], [size], size, None)
+        sizes = arguments[1:]
+        each = context.get_constant(types.intp, bytes_each)
+        strides = [each] if rank == 1 else [builder.mul(sizes[1], each), each]
+        populate_array(array, builder.load(place), sizes, strides, each, None)
         return array._getvalue()
 
+    return code, kind
+
+
+@intrinsic
+def doubles_at(_, address, count):
+    """See `biped.base.address.doubles_at`."""
+    code, kind = _array_at(types.float64, ir.DoubleType(), 8, 1)
     return kind(types.int64, types.int64), code
+
+
+@intrinsic
+def rows_at(_, address, rows, width):
+    """See `biped.base.address.rows_at`."""
+    code, kind = _array_at(types.float64, ir.DoubleType(), 8, 2)
+    return kind(types.int64, types.int64, types.int64), code
+
+
+@intrinsic
+def int32_rows_at(_, address, rows, width):
+    """See `biped.base.address.int32_rows_at`."""
+    code, kind = _array_at(types.int32, ir.IntType(32), 4, 2)
+    return kind(types.int64, types.int64, types.int64), code

@@ -93,30 +93,33 @@ class Walker:
         clock: Its phases; None: it has none.
         places: (n,) where its joints stand in q, in the network's order.
         position: Whether its targets are positions, not torques.
+        servo: Of a policy that computes its servos itself: stiffness, damping and effort (n,) of each; None of others.
+        columns: (n,) where its joints' velocities stand in v, likewise.
+        driven: (n,) its joints' actuators.
 
     Raises:
         InputError: Network, card and robot do not fit one another.
     """
 
     def __init__(self, card: Card, file: Path, setup: Setup, drives: Sequence[int]):
-        self._card, self._drives = card, np.array(drives, dtype=int)
+        self._card, self.driven = card, np.array(drives, dtype=int)
         count, robot, action = len(card.joints), setup.robot, card.action
         self._every = _whole(1.0 / (card.rate * setup.tick), file, "rate", f"a whole part of {1.0 / setup.tick:g} Hz")
         self._first = _whole(card.start / setup.tick, file, "start", f"a whole number of ticks of {setup.tick:g} s")
         late = _whole(action.delay / setup.tick, file, "action.delay", f"a whole number of ticks of {setup.tick:g} s")
-        self.places = np.array(robot.places, dtype=int)[self._drives]
-        self._columns = np.array(robot.columns, dtype=int)[self._drives]
+        self.places = np.array(robot.places, dtype=int)[self.driven]
+        self.columns = np.array(robot.columns, dtype=int)[self.driven]
         self._default = np.array(per_joint(card.default, count))
         torque = action.kind == "torque"
         self.position = not torque
         offset = action.offset if action.offset is not None else (0.0 if torque else tuple(self._default.tolist()))
         self._scale, self._offset = np.array(per_joint(action.scale, count)), np.array(per_joint(offset, count))
-        self._explicit = None
+        self.servo = None
         if action.servo == "law" and action.stiffness is not None and action.damping is not None:
             effort = np.array(per_joint(LARGEST if action.effort is None else action.effort, count))
             k, b = (np.array(per_joint(value, count)) for value in (action.stiffness, action.damping))
-            self._explicit = k, b, effort
-        self._rest = np.zeros(len(robot.drives)) if self._explicit or torque else setup.q[list(robot.places)].copy()
+            self.servo = k, b, effort
+        self._rest = np.zeros(len(robot.drives)) if self.servo or torque else setup.q[list(robot.places)].copy()
         self._hold = np.zeros(count) if torque else self._default
         self._targets = deque([self._command(self._hold)] * (late + 1), maxlen=late + 1)
         self.action, self.target, self.rate = np.zeros(count, dtype=np.float32), np.zeros(count), card.rate
@@ -138,22 +141,39 @@ class Walker:
         elif len(self._targets) > 1:
             self._targets.append(self._targets[-1])
         self._ticks += 1
-        if self._explicit is None:
+        if self.servo is None:
             return self._targets[0]
-        k, b, effort = self._explicit
-        u = k * (self._targets[0][self._drives] - sensed.q[self.places]) - b * sensed.v[self._columns]
+        k, b, effort = self.servo
+        u = k * (self._targets[0][self.driven] - sensed.q[self.places]) - b * sensed.v[self.columns]
         out = np.zeros(len(self._rest))
-        out[self._drives] = np.clip(u, -effort, effort)
+        out[self.driven] = np.clip(u, -effort, effort)
+        return out
+
+    def hold(self, most: int) -> np.ndarray:
+        """(k, nu) what its actuators are held to at this tick, and until the network's next call or the most ticks.
+
+        Args:
+            most: Ticks. `torques` has been called at this one, and is not called at the others.
+        """
+        since = self._ticks - 1 - self._first
+        count = min(most, -since if since < 0 else self._every - since % self._every)
+        out = np.empty((count, len(self._rest)))
+        out[:] = self._targets[0]
+        self._ticks += count - 1
+        if len(self._targets) > 1:
+            for row in out[1:]:
+                self._targets.append(self._targets[-1])
+                row[:] = self._targets[0]
         return out
 
     def _command(self, values: np.ndarray) -> np.ndarray:
         out = self._rest.copy()
-        out[self._drives] = values
+        out[self.driven] = values
         return out
 
     def ask(self, sensed: Observation) -> np.ndarray:
         """(n,) targets [rad] or torques [N m] of the joints, in the network's order: a call of the network."""
-        self.applied = self._targets[0][self._drives]
+        self.applied = self._targets[0][self.driven]
         if self.clock is not None:
             self.clock.begin(sensed.command)
         parts = [term.show(sensed) for term in self._terms]
@@ -203,7 +223,7 @@ class Walker:
                     raise fail(f"observation[{i}].{key}", f"expected one number, or {size}, got {len(numbers)}")
             sizes.append(term.history * size)
         self.sizes = [(term.term, size) for term, size in zip(self._card.observation, sizes, strict=True)]
-        network, count = self._network, len(self._drives)
+        network, count = self._network, len(self.driven)
         if network.size not in (None, sum(sizes)):
             terms = ", ".join(f"{term.term} {size}" for term, size in zip(self._card.observation, sizes, strict=True))
             raise fail(
@@ -215,7 +235,7 @@ class Walker:
     def _measure(self, term: Term, robot: Robot) -> Measure:
         """Returns the function that measures a term."""
         which = [self._card.joints.index(name) for name in term.joints] or slice(None)
-        places, columns, default = self.places[which], self._columns[which], self._default[which]
+        places, columns, default = self.places[which], self.columns[which], self._default[which]
         match term.term:
             case "joint_position":
                 return lambda sensed: sensed.q[places] - default

@@ -17,7 +17,8 @@ class Contacts(NamedTuple):
     Attributes:
         geoms: (n, 2) numbers of geoms.
         place: (n, 3) [m].
-        gap: (n,) [m] between the geoms beyond the margin within which they push each other.
+        gap: (n,) [m] between the geoms.
+        margin: (n,) [m] within which they push each other.
         is_ground: (ngeom,) whether a geom is ground.
         foot: (ngeom,) number of the foot that a geom belongs to, -1 if none.
     """
@@ -25,6 +26,7 @@ class Contacts(NamedTuple):
     geoms: np.ndarray
     place: np.ndarray
     gap: np.ndarray
+    margin: np.ndarray
     is_ground: np.ndarray
     foot: np.ndarray
 
@@ -58,37 +60,32 @@ class GroundContacts:
 
     Attributes:
         pyramidal: Whether friction cones are pyramids.
+        is_ground: (ngeom,) whether a geom is ground.
+        foot: (ngeom,) number of the foot that a geom belongs to, -1 if none.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, planes: np.ndarray | None = None):
         self._data = data
-        self._is_ground = np.zeros(model.ngeom, dtype=bool)
-        self._is_ground[robot.ground if planes is None else planes] = True
+        self.is_ground = np.zeros(model.ngeom, dtype=bool)
+        self.is_ground[robot.ground if planes is None else planes] = True
         of_body = np.full(model.nbody, -1)
         for number, foot in enumerate(robot.feet):
             # Where the ground is not level geoms have other numbers than in the file.
             on = foot.bodies if planes is not None else [model.geom_bodyid[geom] for geom in foot.geoms]
             of_body[list(on)] = number
-        self._foot = of_body[model.geom_bodyid]
-        margins = np.any(model.geom_margin) or np.any(model.pair_margin)
-        self._gap = np.zeros((64, 2))[:, 0] if margins else None
+        self.foot = of_body[model.geom_bodyid]
         self.pyramidal = model.opt.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL
 
     def examples(self) -> tuple[Contacts, Solved]:
         """Both for compiling, with arrays that are laid out as MuJoCo's are: with gaps between their rows."""
         number, apart = np.zeros((2, 4), np.int32)[:, ::2], np.zeros((2, 4))[:, ::2]
-        contacts = Contacts(number, apart, apart[:, 0], self._is_ground, self._foot)
+        contacts = Contacts(number, apart, apart[:, 0], apart[:, 0], self.is_ground, self.foot)
         return contacts, Solved(np.zeros(2), number[:, 0], number[:, 0], apart, apart)
 
     def now(self) -> Contacts:
         """The contacts that there are."""
         contact = self._data.contact
-        gap = contact.dist
-        if self._gap is not None:
-            if len(gap) > len(self._gap):
-                self._gap = np.zeros((2 * len(gap), 2))[:, 0]
-            gap = np.subtract(gap, contact.includemargin, out=self._gap[: len(gap)])
-        return Contacts(contact.geom, contact.pos, gap, self._is_ground, self._foot)
+        return Contacts(contact.geom, contact.pos, contact.dist, contact.includemargin, self.is_ground, self.foot)
 
     def solved(self) -> Solved:
         """Their forces, after a step."""

@@ -18,13 +18,20 @@ from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
 import mujoco
+import numpy as np
 
 from biped.base.jit import COMPILED
 from biped.robot.planar.order import Order
 from biped.robot.planar.topology import KNEE, N_ROWS, Z
 
-_OFFSETS: dict[str, tuple[int, ...]] = {"4.0.0": (160576, 162096)}
-"""Of nefc and efc_force in mjData [bytes], by version: asking MuJoCo takes as long as 10 s of walking."""
+FIELDS = ("nefc", "efc_force", "ncon", "contact")
+"""Fields of mjData that compiled code reads by their places."""
+CONTACT_FIELDS = ("pos", "frame", "includemargin", "friction", "dim", "geom", "efc_address")
+"""Fields of mjContact likewise; the distance comes first."""
+_OFFSETS: dict[str, tuple[int, ...]] = {"4.0.0": (160576, 162096, 160560, 161488)}
+"""Of `FIELDS` [bytes], by version: asking MuJoCo takes as long as 10 s of walking."""
+_CONTACT: dict[str, tuple[int, ...]] = {"4.0.0": (608, 8, 32, 104, 112, 552, 564, 600)}
+"""Size of a contact and offsets of `CONTACT_FIELDS` in it [bytes], by version."""
 
 
 class Native(NamedTuple):
@@ -35,12 +42,40 @@ class Native(NamedTuple):
         kinematics: Address of mj_kinematics.
         nefc: Offset [bytes] in mjData of the number of constraint rows.
         force: Offset [bytes] in mjData of the address of their forces.
+        count: Offset [bytes] in mjData of the number of contacts.
+        contacts: Offset [bytes] in mjData of their address.
     """
 
     step: int
     kinematics: int
     nefc: int
     force: int
+    count: int
+    contacts: int
+
+
+class ContactLayout(NamedTuple):
+    """Places of numbers in a contact of MuJoCo's, counted in doubles or, of the last three, in int32.
+
+    Attributes:
+        doubles: Size of a contact.
+        place: (3,) [m].
+        frame: (9,) its axes.
+        margin: [m] within which geoms push each other.
+        friction: (5,).
+        size: Number of its directions.
+        geoms: (2,).
+        row: First constraint row, -1: none.
+    """
+
+    doubles: int
+    place: int
+    frame: int
+    margin: int
+    friction: int
+    size: int
+    geoms: int
+    row: int
 
 
 class Halves(NamedTuple):
@@ -50,15 +85,21 @@ class Halves(NamedTuple):
         step: Address of mj_step.
         step1: Address of mj_step1.
         step2: Address of mj_step2.
+        velocities: Address of mj_subtreeVel.
         nefc: As of `Native`.
         force: As of `Native`.
+        count: As of `Native`.
+        contacts: As of `Native`.
     """
 
     step: int
     step1: int
     step2: int
+    velocities: int
     nefc: int
     force: int
+    count: int
+    contacts: int
 
 
 class _Unavailable(Exception):
@@ -102,11 +143,45 @@ def halves(model: mujoco.MjModel) -> Halves | None:
         address = ctypes.c_size_t.from_address(data._address + native.force).value
         if rows != data.nefc or (rows and address != data.efc_force.ctypes.data):
             return None
-        steps = [ctypes.cast(step, ctypes.c_void_p).value or 0 for step in (library.mj_step1, library.mj_step2)]
+        steps = [ctypes.cast(step, ctypes.c_void_p).value or 0
+                 for step in (library.mj_step1, library.mj_step2, library.mj_subtreeVel)]  # fmt: skip
     except (_Unavailable, AttributeError):
         return None
-    first, second = steps
-    return Halves(native.step, first, second, native.nefc, native.force)
+    return Halves(native.step, *steps, *native[2:])
+
+
+def contact_layout(model: mujoco.MjModel, q: np.ndarray) -> ContactLayout | None:
+    """Where compiled code finds a contact's numbers, or None where MuJoCo's bindings say something else.
+
+    Args:
+        model: The model, which is not stepped.
+        q: (nq,) coordinates at which something touches something.
+    """
+    try:
+        native, version = _library(), mujoco.mj_versionString()
+        if version not in _CONTACT:
+            _CONTACT[version] = contact_offsets()
+    except (_Unavailable, ImportError, AttributeError, KeyError):
+        return None
+    size, *at = _CONTACT[version]
+    data = mujoco.MjData(model)
+    data.qpos[:] = q
+    mujoco.mj_fwdPosition(model, data)
+    count = ctypes.c_int32.from_address(data._address + native.count).value
+    first = ctypes.c_size_t.from_address(data._address + native.contacts).value
+    found = [getattr(data.contact, name) for name in CONTACT_FIELDS]
+    if count != data.ncon or any(
+        count and (one.ctypes.data != first + place or one.strides[0] != size)
+        for one, place in zip(found, at, strict=True)
+    ):
+        return None
+    return ContactLayout(size // 8, *(place // 8 for place in at[:4]), *(place // 4 for place in at[4:]))
+
+
+def contact_offsets() -> tuple[int, ...]:
+    """Size of a contact and offsets of `CONTACT_FIELDS` in it [bytes], as a C compiler lays them out."""
+    laid_out = _structure("mjContact")
+    return (ctypes.sizeof(laid_out), *(getattr(laid_out, name).offset for name in CONTACT_FIELDS))
 
 
 _reasons: WeakKeyDictionary[mujoco.MjModel, str] = WeakKeyDictionary()
@@ -146,7 +221,7 @@ def _library() -> Native:
     version = mujoco.mj_versionString()
     if version not in _OFFSETS:
         try:
-            _OFFSETS[version] = offsets(("nefc", "efc_force"))
+            _OFFSETS[version] = offsets(FIELDS)
         except (ImportError, AttributeError, KeyError) as error:
             raise _Unavailable(f"mjData of MuJoCo {version} is not described: {error}") from None
     return Native(step, kinematics, *_OFFSETS[version])

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from biped.base.jit import bound, kernel
+from biped.base.jit import bound
 from biped.control.card import Networked
 from biped.control.law import Commander, Setup, command_of, maker_of
 from biped.control.observation import Observation
 from biped.control.smoothing import fraction
+from biped.engines.actuate import actuate
 from biped.engines.energy import Account
 from biped.engines.fall import GOING, LOW, fall_words
 from biped.engines.forces import Contacts, GroundContacts, add_forces
@@ -32,6 +33,7 @@ from biped.scenario.pushing import pieces
 from biped.scenario.senses import Sensors
 
 if TYPE_CHECKING:
+    from biped.engines.held import HeldPlant
     from biped.engines.space.walk import SpacePlant
 
 Watch = Callable[[mujoco.MjModel, mujoco.MjData, np.ndarray], None]
@@ -49,7 +51,7 @@ class MujocoPlant:
         watch: Called after every tick.
 
     Attributes:
-        compiled: The law's compiled loop, if it has one that suits the run.
+        compiled: What the law's compiled loop takes, if it has one that suits the run.
     """
 
     def __init__(self, run: Run, watch: Watch | None = None):
@@ -100,14 +102,19 @@ class MujocoPlant:
         self.account = Account(self.model, self.data)
         self.split = s.simulation.integrator in _SPLIT
         self.pushing, self._pushed = np.zeros((self.model.nbody - 1, 3)), ()
+        self.wanted = np.zeros(self.law.size)
         self.compiled = self._compiled()
-        self._in_python: Callable[[int, int], tuple[int, int]] | None = None
+        self._loops: tuple[Callable[[int, int], tuple[int, int]], ...] = ()
 
-    def _compiled(self) -> SpacePlant | None:
+    def _compiled(self) -> SpacePlant | HeldPlant | None:
         """The compiled loop's plant, where the law has one."""
         s = self.s
-        if s.law != SPATIAL or not self.split or self.sensors or self.uneven or self.watch:
+        if not self.split or self.sensors or self.uneven or self.watch:
             return None
+        if s.law != SPATIAL:
+            from biped.engines.held import held_plant
+
+            return held_plant(self)
         if s.actuation.lag > 0.0 or s.actuation.assist > 0.0:
             return None
         if self.latency is not None:
@@ -130,19 +137,32 @@ class MujocoPlant:
 
     def advance(self, first: int, last: int) -> tuple[int, int]:
         """Ticks first … last - 1; see `biped.engines.loop.Plant`."""
-        if self.compiled is not None:
+        if self.s.law == SPATIAL and self.compiled is not None:
             from biped.engines.space.plant import advance, on_base
 
             if on_base(self.pushing, self.model, self.robot):
                 return advance(self.compiled, self.law, self.log, self.outside, first, last)
-        if self._in_python is None:
-            self._in_python = self._bound()
-        return self._in_python(first, last)
+        if not self._loops:
+            self._loops = self._bound()
+        # The last needs nothing between two calls of its law, but knows of no push.
+        return self._loops[0 if self._pushed else -1](first, last)
 
-    def _bound(self) -> Callable[[int, int], tuple[int, int]]:
-        """`advance` tick by tick, with kernels that are looked up once."""
+    def _bound(self) -> tuple[Callable[[int, int], tuple[int, int]], ...]:
+        """`advance` tick by tick, with kernels that are looked up once; and stretch by stretch, where that suits."""
         touching = [self.contacts.examples()[0]]  # the contacts of the step that is taken
-        return in_python(self._deciding(touching), self._stepping(touching))
+        look, decide = self._looking(touching), self._deciding()
+
+        def tick(k: int) -> int:
+            if (status := look(k)) == GOING:
+                decide(k)
+            return status
+
+        ticks = in_python(tick, self._stepping(touching))
+        if self.s.law == SPATIAL or self.compiled is None:
+            return (ticks,)
+        from biped.engines.held import HeldLoop
+
+        return ticks, HeldLoop(self, look, self.compiled).advance
 
     def _first_half(self) -> Callable[[], None]:
         """Returns a function that brings MuJoCo's data to the state that a step begins with."""
@@ -156,29 +176,35 @@ class MujocoPlant:
 
         return begin
 
-    def _deciding(self, touching: list[Contacts]) -> Callable[[int], int]:
-        """Judges and logs a tick's state, and has the law decide; the contacts of that state are left in `touching`."""
-        data, model, log, law, observation, state = (
-            self.data, self.model, self.log, self.law, self.observation, self.state)  # fmt: skip
-        contacts, sensors, tick, first_half = self.contacts, self.sensors, self.run.tick, self._first_half()
-        velocities = mujoco.mj_subtreeVel
-        outside = self.outside
+    def _looking(self, touching: list[Contacts]) -> Callable[[int], int]:
+        """Judges and logs a tick's state; the contacts of that state are left in `touching`."""
+        data, model, log, outside, state = self.data, self.model, self.log, self.outside, self.state
+        contacts, tick, first_half, velocities = self.contacts, self.run.tick, self._first_half(), mujoco.mj_subtreeVel
         log_row = bound(log_state, state, touching[0], log[0], outside[0], 0.0)
-        wanted, target = np.zeros(law.size), data.qfrc_applied if self.command == "generalized" else data.ctrl
-        strength = self.s.truth.strength if self.command == "torque" else 1.0
-        limits = strength * self.limits if self.command == "torque" else np.full(law.size, np.inf)
-        latency = self.latency
-        follow = fraction(self.s.actuation.lag, tick)
-        act = bound(actuate, wanted, limits, follow, wanted, target)
 
-        def decide(k: int) -> int:
+        def look(k: int) -> int:
             first_half()
             velocities(model, data)
-            time = k * tick
             touching[0] = contacts.now()
-            status = log_row(state, touching[0], log[k], outside[k], time)
-            if status != GOING:
-                return status
+            return log_row(state, touching[0], log[k], outside[k], k * tick)
+
+        return look
+
+    def actuators(self) -> tuple[float, np.ndarray, float]:
+        """Factor of torques, bounds of commands (n,), and the fraction of the way that actuators go in a tick."""
+        strength = self.s.truth.strength if self.command == "torque" else 1.0
+        limits = strength * self.limits if self.command == "torque" else np.full(self.law.size, np.inf)
+        return strength, limits, fraction(self.s.actuation.lag, self.run.tick)
+
+    def _deciding(self) -> Callable[[int], None]:
+        """Has the law decide at a tick whose state has been judged."""
+        data, law, observation, sensors, tick = self.data, self.law, self.observation, self.sensors, self.run.tick
+        wanted, target = self.wanted, data.qfrc_applied if self.command == "generalized" else data.ctrl
+        (strength, limits, follow), latency = self.actuators(), self.latency
+        act = bound(actuate, wanted, limits, follow, wanted, target)
+
+        def decide(k: int) -> None:
+            time = k * tick
             if sensors is not None:
                 sensors.measure(data.qpos, data.qvel)
             observation.begin(time)
@@ -189,7 +215,6 @@ class MujocoPlant:
                 command = strength * command
             if not act(command, limits, follow, wanted, target):
                 law.refuse(k, time, command)
-            return status
 
         return decide
 
@@ -311,27 +336,6 @@ class MujocoPlant:
             signal_names=names,
             traceback=ending.traceback,
         )
-
-
-@kernel
-def actuate(command, limits, follow, wanted, target):
-    """Brings actuators towards what a law commands; returns whether that is finite, and otherwise does nothing.
-
-    Args:
-        command: (n,) what the law returned.
-        limits: (n,) [N m] bounds of torques; inf of other commands.
-        follow: Fraction of the way that actuators go in a tick.
-        wanted: (n,) where they are, overwritten.
-        target: (n,) what MuJoCo takes commands from, overwritten.
-    """
-    for j in range(command.size):
-        if not math.isfinite(command[j]):
-            return False
-    for j in range(command.size):
-        bounded = min(max(command[j], -limits[j]), limits[j])
-        wanted[j] += follow * (bounded - wanted[j])
-        target[j] = wanted[j]
-    return True
 
 
 def _in_space(force: tuple[float, ...]) -> tuple[float, float, float]:

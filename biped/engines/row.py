@@ -209,7 +209,7 @@ def log_state(s, contacts, line, outside, time):
         ride(s.turn[s.body[p]], s.place[s.body[p]], s.local[p], s.point[p])
         s.touching[p] = False
     for c in range(contacts.gap.size):
-        if contacts.gap[c] <= 0.0:
+        if contacts.gap[c] <= contacts.margin[c]:
             p = nearest_point(s.point, s.foot, contacts, c)
             if p >= 0:
                 s.touching[p] = True

@@ -37,7 +37,8 @@ def test_compiled_code_can_step_here(foreign):
 
 def test_remembered_offsets_are_those_that_mujoco_describes():
     version = mujoco.mj_versionString()
-    assert native._OFFSETS[version] == native.offsets(("nefc", "efc_force"))
+    assert native._OFFSETS[version] == native.offsets(native.FIELDS)
+    assert native._CONTACT[version] == native.contact_offsets()
 
 
 def test_a_field_that_mujoco_does_not_describe():
@@ -46,7 +47,11 @@ def test_a_field_that_mujoco_does_not_describe():
 
 
 def broken_offsets(patch):
-    patch.setitem(native._OFFSETS, mujoco.mj_versionString(), (native._library().nefc, native._library().force - 8))
+    patch.setitem(
+        native._OFFSETS,
+        mujoco.mj_versionString(),
+        (native._library().nefc, native._library().force - 8, *native._library()[4:]),
+    )
     native._library.cache_clear()
 
 

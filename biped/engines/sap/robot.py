@@ -116,6 +116,6 @@ class _Found:
     def first(self, n: int) -> tuple[Contacts, Solved]:
         """The first n; an example for compiling has two, since numpy calls arrays of fewer laid out without gaps."""
         return (
-            Contacts(self._geoms[:n], self._place[:n], self._gap[:n], self._ground, self._foot),
+            Contacts(self._geoms[:n], self._place[:n], self._gap[:n], self._gap[:n], self._ground, self._foot),
             Solved(self._force, self._row[:n], self._size[:n], self._axes[:n], self._friction[:n]),
         )
