@@ -127,11 +127,11 @@ class Walker:
         self.applied, self.late = np.zeros(count), int(action.delay * card.rate + 1e-9)
         self.clock = None if card.clock is None else Phases(card.clock, 1.0 / card.rate)
         measures = [self._measure(term, robot) for term in card.observation]
-        self._terms = [Shown(term, measure) for term, measure in zip(card.observation, measures, strict=True)]
         self._network = Network(file.parent / card.network)
         self._file, self._ticks, self.calls = file, 0, 0
         self.observed = np.zeros(0, dtype=np.float32)
-        self._fits(setup, measures)
+        sizes = self._fits(setup, measures)
+        self._shown = Shown(card.observation, measures, sizes, card.stacked == "call")
 
     def torques(self, sensed: Observation) -> np.ndarray:
         """(nu,) targets [rad] of the servos, or torques [N m]."""
@@ -176,12 +176,7 @@ class Walker:
         self.applied = self._targets[0][self.driven]
         if self.clock is not None:
             self.clock.begin(sensed.command)
-        parts = [term.show(sensed) for term in self._terms]
-        if self._card.stacked == "call":
-            whole = np.concatenate([np.concatenate(list(call)) for call in zip(*parts, strict=True)])
-        else:
-            whole = np.concatenate([value for part in parts for value in part])
-        self.observed = whole.astype(np.float32)
+        self.observed = self._shown.show(sensed)
         self.action = self._network.ask(self.observed)
         if self.clock is not None:
             self.clock.end()
@@ -196,8 +191,8 @@ class Walker:
         scale = np.where(self._scale == 0.0, 1.0, self._scale)
         return (target - self._offset) / scale
 
-    def _fits(self, setup: Setup, measures: Sequence[Measure]) -> None:
-        """Checks card, network and robot against one another, at the start of the run.
+    def _fits(self, setup: Setup, measures: Sequence[Measure]) -> list[int]:
+        """Checks card, network and robot against one another, at the start of the run; returns the sizes of terms.
 
         Raises:
             InputError: They do not fit.
@@ -221,16 +216,15 @@ class Walker:
             for key, numbers in (("scale", term.scale), ("offset", term.offset)):
                 if isinstance(numbers, tuple) and len(numbers) != size:
                     raise fail(f"observation[{i}].{key}", f"expected one number, or {size}, got {len(numbers)}")
-            sizes.append(term.history * size)
-        self.sizes = [(term.term, size) for term, size in zip(self._card.observation, sizes, strict=True)]
-        network, count = self._network, len(self.driven)
-        if network.size not in (None, sum(sizes)):
-            terms = ", ".join(f"{term.term} {size}" for term, size in zip(self._card.observation, sizes, strict=True))
-            raise fail(
-                "observation", f"the network takes {network.size} numbers, the card shows {sum(sizes)} ({terms})"
-            )
+            sizes.append(size)
+            self.sizes.append((term.term, term.history * size))
+        network, count, shown = self._network, len(self.driven), sum(size for _, size in self.sizes)
+        if network.size not in (None, shown):
+            terms = ", ".join(f"{term} {size}" for term, size in self.sizes)
+            raise fail("observation", f"the network takes {network.size} numbers, the card shows {shown} ({terms})")
         if network.actions not in (None, count):
             raise fail("joints", f"the network returns {network.actions} numbers, the card names {count} joints")
+        return sizes
 
     def _measure(self, term: Term, robot: Robot) -> Measure:
         """Returns the function that measures a term."""

@@ -68,6 +68,7 @@ class Observation:
         q: (nq,) coordinates.
         v: (nv,) velocities.
         gravity: (3,) [m/s²].
+        down: (3,) its direction.
         touching: (P,) whether each contact point touches the ground; those of the first foot come first.
         ground_force: (P, 3) [N] on them, in the latest step.
         command_at: The scenario's command, if it has one.
@@ -81,6 +82,9 @@ class Observation:
         self.time = 0.0
         self.q, self.v = _read_only(data.qpos), _read_only(data.qvel)
         self.gravity = _read_only(model.opt.gravity)
+        self.down = _read_only(self.gravity / np.linalg.norm(self.gravity))
+        self._objects: dict[str, tuple[mujoco.mjtObj, int]] = {}
+        self._frames: dict[str, Pose] = {}
         self.command_at: Command | None = None
         self._on = np.array([body for foot in robot.feet for body in foot.on], dtype=int)
         self._places = np.array([place for foot in robot.feet for place in foot.points])
@@ -96,6 +100,7 @@ class Observation:
     def begin(self, time: float) -> None:
         """Forgets what was computed at the tick before."""
         self.time = time
+        self._frames.clear()
         if len(self.__dict__) > self._size:
             for name in _COMPUTED:
                 self.__dict__.pop(name, None)
@@ -199,16 +204,22 @@ class Observation:
         Raises:
             KeyError: Neither has this name.
         """
-        model, data = self._model, self._data
-        number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, name)
-        if number >= 0:
-            kind, place, turn = mujoco.mjtObj.mjOBJ_SITE, data.site_xpos[number], data.site_xmat[number]
-        else:
-            number = model.body(name).id
-            kind, place, turn = mujoco.mjtObj.mjOBJ_XBODY, data.xpos[number], data.xmat[number]
+        if name in self._frames:
+            return self._frames[name]
+        model, data, site = self._model, self._data, mujoco.mjtObj.mjOBJ_SITE
+        if name not in self._objects:
+            number = mujoco.mj_name2id(model, site, name)
+            self._objects[name] = (
+                (site, number) if number >= 0 else (mujoco.mjtObj.mjOBJ_XBODY, int(model.body(name).id))
+            )
+        kind, number = self._objects[name]
+        place, turn = (data.site_xpos, data.site_xmat) if kind == site else (data.xpos, data.xmat)
         turning = np.empty(6)
         mujoco.mj_objectVelocity(model, data, kind, number, turning, 1)
-        return Pose(place.copy(), turn.reshape(3, 3).copy(), turning[3:], turning[:3])
+        out = self._frames[name] = Pose(
+            place[number].copy(), turn[number].reshape(3, 3).copy(), turning[3:], turning[:3]
+        )
+        return out
 
     def J_com(self) -> np.ndarray:
         """(3, nv) of the centre of mass."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from itertools import chain, islice
 
 import mujoco
 import numpy as np
@@ -17,30 +18,44 @@ Measure = Callable[[Observation], np.ndarray]
 
 
 class Shown:
-    """A term with its history.
+    """Assembles what a network is shown: terms measured, offset, clipped, scaled, delayed and remembered.
 
-    Attributes:
-        kept: Its latest numbers, the oldest first.
+    Args:
+        terms: In the network's order.
+        measures: Of each.
+        sizes: (n,) how many numbers each has at a call.
+        by_call: Whether histories are laid side by side call by call, not term by term.
     """
 
-    def __init__(self, term: Term, measure: Measure):
-        self._term, self._measure = term, measure
-        self._scale, self._offset = (np.array(value, dtype=float) for value in (term.scale, term.offset))
-        self._late: deque[np.ndarray] = deque(maxlen=term.delay + 1)
-        self.kept: deque[np.ndarray] = deque(maxlen=term.history)
+    def __init__(self, terms: Sequence[Term], measures: Sequence[Measure], sizes: Sequence[int], by_call: bool):
+        self._measures, self._by_call = tuple(measures), by_call
 
-    def show(self, sensed: Observation) -> list[np.ndarray]:
-        """Its latest numbers, the oldest first; before the first call everything was as at the first."""
-        self._late.append(np.array(self._measure(sensed), dtype=float))
-        value = self._late[0]
-        value = value + self._offset
-        if self._term.clip is not None:
-            value = np.clip(value, *self._term.clip)
-        value = value * self._scale
-        while True:
-            self.kept.append(value)
-            if len(self.kept) == self.kept.maxlen:
-                return list(self.kept)
+        def each(values: Sequence[float | tuple[float, ...]]) -> np.ndarray:
+            return np.concatenate([np.broadcast_to(one, size) for one, size in zip(values, sizes, strict=True)])
+
+        self._offset, self._scale = each([term.offset for term in terms]), each([term.scale for term in terms])
+        self._low = each([-np.inf if term.clip is None else term.clip[0] for term in terms])
+        self._high = each([np.inf if term.clip is None else term.clip[1] for term in terms])
+        self._clipped = any(term.clip is not None for term in terms)
+        self._ends, self._histories = np.cumsum(sizes)[:-1], [term.history for term in terms]
+        self._past: list[deque[np.ndarray]] = [deque(maxlen=term.history + term.delay) for term in terms]
+        self._remembers = any(past.maxlen != 1 for past in self._past)
+
+    def show(self, sensed: Observation) -> np.ndarray:
+        """(k,) 32-bit floats; of a history the oldest first, before the first call everything was as at the first."""
+        values = np.concatenate([measure(sensed) for measure in self._measures], dtype=float)
+        values += self._offset
+        if self._clipped:
+            np.minimum(np.maximum(values, self._low, out=values), self._high, out=values)
+        values *= self._scale
+        if not self._remembers:
+            return values.astype(np.float32)
+        parts = []
+        for past, value, history in zip(self._past, np.split(values, self._ends), self._histories, strict=True):
+            past.extend([value] * (1 if past else past.maxlen or 1))
+            parts.append(list(islice(past, history)))
+        shown = [value for call in zip(*parts, strict=True) for value in call] if self._by_call else chain(*parts)
+        return np.concatenate(list(shown)).astype(np.float32)
 
 
 class Phases:
@@ -77,7 +92,7 @@ def in_frame(term: str, frame: str, sensed: Observation) -> np.ndarray:
     """(3,) a velocity or the direction of gravity in the frame of a site or body, by default the base."""
     pose = sensed.frame(frame or sensed.robot.base)
     if term == "gravity":
-        return pose.orientation.T @ (sensed.gravity / np.linalg.norm(sensed.gravity))
+        return pose.orientation.T @ sensed.down
     return pose.velocity if term == "linear_velocity" else pose.angular_velocity
 
 

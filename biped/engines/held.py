@@ -22,8 +22,8 @@ from biped.engines.row import FORCE, GROUND_FORCE, State, U, log_state
 if TYPE_CHECKING:
     from biped.engines.plant import MujocoPlant
 
-MOST_STEPS = 1000
-"""Physics steps of one call of compiled code; of each a few rows are kept."""
+MOST_STEPS = 500
+"""Physics steps of which work is added up at a time; of each a few rows are kept."""
 
 
 class HeldPlant(NamedTuple):
@@ -127,29 +127,39 @@ class HeldLoop:
         self._plant, self._look, self._held = plant, look, held
         self._most = max(1, MOST_STEPS // held.substeps)
         self._rows = np.zeros((3, self._most, held.substeps, plant.model.nv))
-        self._walk = bound(stretch, held, plant.log, plant.outside, np.zeros((1, plant.law.size)), self._rows, 0, 0)
+        targets = np.zeros((1, plant.law.size))
+        self._walk = bound(stretch, held, plant.log, plant.outside, targets, self._rows, 0, 0, 0, 0)
+        self._work, self._given = (plant.columns[name][0] for name in ("work", "given"))
 
     def advance(self, first: int, last: int) -> tuple[int, int]:
         """Ticks first … last - 1; see `biped.engines.loop.Plant`."""
-        plant, k = self._plant, first
-        work, given = (plant.columns[name][0] for name in ("work", "given"))
-        while k < last:
-            if (status := self._look(k)) != GOING:
-                return status, k + 1
-            plant.observation.begin(k * plant.run.tick)
-            plant.law.command(k, plant.observation)
-            targets = self._delayed(k, plant.law.law.hold(min(last - k, self._most)))
-            until = k + len(targets)
-            status, rows = self._walk(self._held, plant.log, plant.outside, targets, self._rows, k, until)
-            done = rows if status == GOING else rows - 1
-            step, force, rest = self._rows[:, : done - k]
-            plant.log[k:done, work], plant.log[k:done, given] = plant.account.of_steps(step, force, rest)
-            if status == RAISED:
-                plant.law.refuse(done, done * plant.run.tick, self._held.command)
-            if status != GOING:
-                return status, rows
-            k = until
+        plant, tick, noted, k = self._plant, self._held.tick, first, first
+        if (status := self._look(k)) != GOING:
+            return status, k + 1
+        try:
+            while k < last:
+                plant.observation.begin(k * tick)
+                plant.law.command(k, plant.observation)
+                targets = self._delayed(k, plant.law.law.hold(min(last - k, self._most)))
+                until = k + len(targets)
+                if until - noted > self._most:
+                    self._add_up(noted, k)
+                    noted = k
+                status, rows = self._walk(self._held, plant.log, plant.outside, targets, self._rows, k, until, last,
+                                          k - noted)  # fmt: skip
+                k = until if status == GOING else rows - 1
+                if status == RAISED:
+                    plant.law.refuse(k, k * tick, self._held.command)
+                if status != GOING:
+                    return status, rows
+        finally:
+            self._add_up(noted, k)
         return GOING, last
+
+    def _add_up(self, first: int, last: int) -> None:
+        """Logs the works of ticks first … last - 1, which are noted from the first row on."""
+        log, (step, force, rest) = self._plant.log[first:last], self._rows[:, : last - first]
+        log[:, self._work], log[:, self._given] = self._plant.account.of_steps(step, force, rest)
 
     def _delayed(self, k: int, targets: np.ndarray) -> np.ndarray:
         """Targets from tick k on, as late as the run's actuators are."""
@@ -257,31 +267,25 @@ def _log_step(p, line, outside):
 
 
 @long_kernel
-def stretch(p, log, outside, targets, rows, first, last):
-    """Ticks first … last - 1 of a run, of which the first has been judged and logged.
+def stretch(p, log, outside, targets, rows, first, last, end, noted):
+    """Ticks first … last - 1 of a run, of which the first has been judged and logged; and so is the next one.
 
     Args:
         p: `HeldPlant`.
         log: (n, width) of `biped.measure.columns`; works are left out.
         outside: (n, 9) of `Trajectory.outside`.
         targets: (last - first, nu) what actuators are held to, tick by tick.
-        rows: (3, last - first, substeps, nv) or more; overwritten by what works are made of
-            (`biped.engines.energy.Account.of_steps`).
+        rows: (3, n, substeps, nv), overwritten by what works are made of (`biped.engines.energy.Account.of_steps`).
         first: First tick.
         last: One past the last.
+        end: The tick that is neither judged nor logged any more, nor any beyond.
+        noted: Number of ticks that are noted in `rows`.
 
     Returns:
-        The last tick's status (`biped.engines.fall`), and the number of rows in the log; RAISED: what `p.command` holds
-        is not finite, in the last of these rows.
+        The last tick's status (`biped.engines.fall`), and the number of rows in the log where that is not GOING;
+        RAISED: what `p.command` holds is not finite, in the last of these rows.
     """
     for k in range(first, last):
-        if k > first:
-            call(p.step1, p.model, p.data)
-            call(p.velocities, p.model, p.data)
-            contacts, _, _ = _contacts(p)
-            status = log_state(p.state, contacts, log[k], outside[k], k * p.tick)
-            if status != GOING:
-                return status, k + 1
         _decide(p, targets[k - first])
         if not actuate(p.command, p.limits, p.follow, p.wanted, p.target):
             return RAISED, k + 1
@@ -291,6 +295,14 @@ def stretch(p, log, outside, targets, rows, first, last):
         for i in range(p.substeps):
             if i:
                 call(p.step1, p.model, p.data)
-            _step(p, rows[0, k - first, i], rows[1, k - first, i], rows[2, k - first, i])
+            row = noted + k - first
+            _step(p, rows[0, row, i], rows[1, row, i], rows[2, row, i])
         _log_step(p, log[k], outside[k])
+        if k + 1 < end:
+            call(p.step1, p.model, p.data)
+            call(p.velocities, p.model, p.data)
+            contacts, _, _ = _contacts(p)
+            status = log_state(p.state, contacts, log[k + 1], outside[k + 1], (k + 1) * p.tick)
+            if status != GOING:
+                return status, k + 2
     return GOING, last

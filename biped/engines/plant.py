@@ -315,7 +315,9 @@ class MujocoPlant:
         names, parts = signals.names, [log, signals.values[:rows]] if signals.names else [log]
         if s.command is not None:
             names = (*names, *COMMANDED)
-            parts.append(np.array([s.command.at(k * self.run.tick) for k in range(rows)]).reshape(rows, len(COMMANDED)))
+            times = np.arange(rows if s.command.piece else 1) * self.run.tick
+            commanded = np.array([s.command.at(float(time)) for time in times]).reshape(-1, len(COMMANDED))
+            parts.append(np.broadcast_to(commanded, (rows, len(COMMANDED))))
         return Trajectory(
             log=np.hstack(parts) if names else log,
             tick=self.run.tick,
