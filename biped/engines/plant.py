@@ -61,9 +61,10 @@ class MujocoPlant:
         self.bodies = self.robot.bodies
         make, name, file = maker_of(run)
         self.command = command_of(make, s, name)
-        servos = make.servos(self.robot) if isinstance(make, Networked) else None
+        networked = isinstance(make, Networked)
+        servos = make.servos(self.robot) if networked else None
         self.model = run.stepped_model(self.command, servos)
-        if own_law(s.law):
+        if own_law(s.law) and not networked:
             self.model = copy.copy(self.model)  # what a law does to it behind what it is given is for this run alone
         if not self.profile.level:
             self.model = own(self.model)
@@ -73,8 +74,9 @@ class MujocoPlant:
         size = self.model.nv if self.command == "generalized" else len(self.robot.drives)
         same = s == run.known_scenario and run.edit is None
         known = self.model if same else run.stepped_model(self.command, servos, known=True)
-        setup = Setup(s, run.gains, self.robot, copy.copy(known), run.model, run.tick, self.limits.copy(),
-                      run.q.copy(), run.v.copy())  # fmt: skip
+        # A network writes to no model, and to copy one with meshes takes as long as a second of walking.
+        setup = Setup(s, run.gains, self.robot, known if networked else copy.copy(known), run.model, run.tick,
+                      self.limits.copy(), run.q.copy(), run.v.copy())  # fmt: skip
         self.law = Commander(make, name, file, setup, size, run.ticks)
         self.columns = columns_of(self.robot)
         self.log, self.outside = np.zeros((run.ticks, width_of(self.robot))), np.zeros((run.ticks, 9))
@@ -315,9 +317,7 @@ class MujocoPlant:
         names, parts = signals.names, [log, signals.values[:rows]] if signals.names else [log]
         if s.command is not None:
             names = (*names, *COMMANDED)
-            times = np.arange(rows if s.command.piece else 1) * self.run.tick
-            commanded = np.array([s.command.at(float(time)) for time in times]).reshape(-1, len(COMMANDED))
-            parts.append(np.broadcast_to(commanded, (rows, len(COMMANDED))))
+            parts.append(s.command.over(np.arange(rows) * self.run.tick))
         return Trajectory(
             log=np.hstack(parts) if names else log,
             tick=self.run.tick,

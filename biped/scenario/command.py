@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
+import numpy as np
 from msgspec import Meta
 
 from biped.scenario.section import Hold, NonNegative, Real, Section
@@ -49,11 +50,18 @@ class Command(Section, frozen=True):
 
     def at(self, time: float) -> tuple[float, float, float]:
         """Forward, left [m/s] and yaw [rad/s] at a time [s]."""
-        now = self.forward, self.left, self.yaw
+        if not self.piece:
+            return self.forward, self.left, self.yaw
+        forward, left, yaw = self.over(np.array([time]))[0].tolist()
+        return forward, left, yaw
+
+    def over(self, times: np.ndarray) -> np.ndarray:
+        """(n, 3) the same at times (n,) [s]."""
+        now, begun = np.tile([self.forward, self.left, self.yaw], (len(times), 1)), np.ones(len(times), dtype=bool)
         for piece in self.piece:
-            if time < piece.at - 1e-9:
-                break
-            share = 1.0 if piece.over == 0.0 else min(1.0, max(0.0, time - piece.at) / piece.over)
-            then = piece.forward, piece.left, piece.yaw
-            now = tuple(a + share * (b - a) for a, b in zip(now, then, strict=True))
-        return now[0], now[1], now[2]
+            begun &= times >= piece.at - 1e-9
+            gone = np.maximum(0.0, times - piece.at)
+            share = np.minimum(1.0, gone / piece.over) if piece.over > 0.0 else np.ones(len(times))
+            then = now + share[:, None] * (np.array([piece.forward, piece.left, piece.yaw]) - now)
+            now = np.where(begun[:, None], then, now)
+        return now

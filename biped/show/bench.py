@@ -120,6 +120,8 @@ def show_policy(file: object, cost: PolicyCost) -> None:
     rows.add_row("bare steps of MuJoCo, from Python", f"{cost.steps:.3f}", "")
     rows.add_row("bare calls of the network", f"{cost.network:.3f}", "")
     for name, loop in (("the run", cost.loop), ("the run, logged at the network's calls", cost.sparse)):
+        if loop is None:
+            continue
         rows.add_row(name, f"{loop:.3f}", f"{cost.ratio(loop):.2f}")
     page.print(rows)
     if cost.one is not None and cost.two is not None:

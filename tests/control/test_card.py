@@ -14,7 +14,10 @@ from onnx import TensorProto, helper, numpy_helper, save_model
 
 import biped
 from biped.cli.main import main
+from biped.engines.mujoco import loop_of, simulate
+from biped.ensemble.plan import Plan
 from biped.robot.spec import read
+from biped.scenario.reading import read_scenario
 from biped.scenario.robot import Described
 from tests.cases import write
 from tests.robot.test_recognise import model
@@ -120,6 +123,61 @@ def test_servos_that_a_card_brings_are_mujocos():
     write("card.toml", tomli_w.dumps(CARD | {"action": action}))
     ours = biped.run("s.toml").trajectory
     np.testing.assert_allclose(ours.q, plain(ours.q[0], len(ours.q)), rtol=0.0, atol=1e-6)
+
+
+OWN_SERVOS = {"scale": 0.3, "stiffness": 30.0, "damping": 0.5, "effort": 8.0, "servo": "law"}
+HELD = {
+    "targets": ({}, ()),
+    "late by five steps, with a lag": ({"action": {"scale": 0.3, "delay": 0.02}}, ("actuation.lag=0.01",)),
+    "servos of its own": ({"action": OWN_SERVOS | {"delay": 0.012}}, ("actuation.lag=0.02",)),
+    "servos of its own, weak": ({"action": OWN_SERVOS}, ("actuation.torque_limit=5.0",)),
+    "torques": ({"action": {"kind": "torque", "scale": 5.0}}, ()),
+    "logged at the calls": ({"start": 0.0}, ("simulation.control_rate=50.0",)),
+    "histories by call": ({"stacked": "call", "observation": [{"term": "joint_position", "history": 4, "delay": 2},
+                           {"term": "joint_velocity", "history": 4}, {"term": "last_action", "history": 4}]}, ()),
+    "late actuators": ({}, ("actuation.delay=0.012", "actuation.delay_jitter=0.012")),
+    "a push": ({}, ("push=[{at=0.1,duration=0.052,force=[40.0,0.0,0.0]}]",)),
+    "a slope": ({}, ("ground.slope=5.0",)),
+    "a margin": ({"scenario": CARD["scenario"] | {"model": "margin.xml"}}, ()),
+}  # fmt: skip
+
+
+def planned(*changes: str):
+    return Plan(read_scenario("s.toml", ["window.start=0.0", "window.end=0.4", "duration=0.4", *changes])).run(0)
+
+
+@pytest.mark.parametrize("case", HELD)
+def test_between_two_calls_the_compiled_loop_has_the_bits_of_the_one_in_python(case):
+    card, changes = HELD[case]
+    write("card.toml", tomli_w.dumps(CARD | card))
+    write("margin.xml", Path("r.xml").read_text().replace('name="floor"', 'name="floor" margin="0.01"'))
+    if case == "histories by call":
+        network(48, 4)
+    run = planned(*changes)
+    fast, slow = simulate(run), simulate(run, watch=lambda model, data, forces: None)
+    assert loop_of(run) == "compiled"
+    assert (fast.end, fast.cause, len(fast)) == (slow.end, slow.cause, len(slow))
+    assert np.abs(fast.u).max() > 0.1
+    assert fast.log.tobytes() == slow.log.tobytes()
+    assert fast.outside.tobytes() == slow.outside.tobytes()
+
+
+def test_a_network_that_fails_later_ends_both_loops_alike():
+    weights = numpy_helper.from_array(np.full((1, 4), 4.0, np.float32), "W")
+    # Of the time: 4 t / (0.1 - t) is infinite at one call.
+    nodes = [helper.make_node("Sub", ["c", "x"], ["d"]), helper.make_node("Div", ["x", "d"], ["e"]),
+             helper.make_node("MatMul", ["e", "W"], ["y"])]  # fmt: skip
+    infos = [helper.make_tensor_value_info(n, TensorProto.FLOAT, [1, k]) for n, k in (("x", 1), ("y", 4))]
+    constant = numpy_helper.from_array(np.array([[0.1]], np.float32), "c")
+    graph = helper.make_graph(nodes, "net", infos[:1], infos[1:], [weights, constant])
+    save_model(helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=9), "net.onnx")
+    action = {"scale": 0.001, "kind": "torque"}
+    write("card.toml", tomli_w.dumps(CARD | {"observation": [{"term": "time"}], "action": action, "start": 0.0}))
+    run = planned()
+    fast, slow = simulate(run), simulate(run, watch=lambda model, data, forces: None)
+    assert (fast.end, fast.cause, len(fast)) == (slow.end, slow.cause, len(slow))
+    assert fast.end == "raised"
+    assert fast.log.tobytes() == slow.log.tobytes()
 
 
 def test_what_was_asked_for_is_logged_and_compared():

@@ -32,7 +32,7 @@ class PolicyCost(NamedTuple):
         steps: Bare steps of the same run, from Python.
         network: Bare calls of the network, as often as the run asks it.
         loop: The run, logged at every step.
-        sparse: The same, logged at the calls of the network alone.
+        sparse: The same, logged at the calls of the network alone; None where these are no ticks of that rate.
         one: [s] by the clock of many short runs in one process; None: not measured.
         two: The same in two.
         runs: How many these are.
@@ -42,7 +42,7 @@ class PolicyCost(NamedTuple):
     steps: float
     network: float
     loop: float
-    sparse: float
+    sparse: float | None
     one: float | None
     two: float | None
     runs: int = RUNS
@@ -65,8 +65,9 @@ def policy_cost(file: Path, quick: bool, repeats: int = REPEATS, seconds: float 
         InputError: Card, network and model do not fit one another.
     """
     card = read_card(file)
-    run = _plan(file, seconds, "").run(0)
-    sparse = _plan(file, seconds, f"simulation = {{ control_rate = {card.rate} }}\n").run(0)
+    run, sparse = _plan(file, seconds, "").run(0), None
+    if (card.start * card.rate).is_integer():
+        sparse = _plan(file, seconds, f"simulation = {{ control_rate = {card.rate} }}\n").run(0)
     network, replay = Network(file.parent / card.network), replay_of(run)
     observed, calls = np.zeros(network.size or 1, np.float32), round(seconds * card.rate)
 
@@ -74,13 +75,12 @@ def policy_cost(file: Path, quick: bool, repeats: int = REPEATS, seconds: float 
         for _ in range(calls):
             network.ask(observed)
 
-    rows = [[clock(part) for part in (lambda: replayed(replay), ask, partial(simulate, run), partial(simulate, sparse))]
-            for _ in range(repeats)]  # fmt: skip
-    steps, network_cost, loop, few = np.min(rows, axis=0).tolist()
+    parts = [lambda: replayed(replay), ask, *(partial(simulate, one) for one in (run, sparse) if one is not None)]
+    steps, network_cost, loop, *few = np.min([[clock(part) for part in parts] for _ in range(repeats)], axis=0).tolist()
     one = two = None
     if not quick:
         one, two = (_many(file, jobs) for jobs in (1, 2))
-    return PolicyCost(seconds, steps, network_cost, loop, few, one, two)
+    return PolicyCost(seconds, steps, network_cost, loop, few[0] if few else None, one, two)
 
 
 def _many(file: Path, jobs: int) -> float:
