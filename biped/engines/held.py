@@ -6,21 +6,25 @@ The same digits as tick by tick in Python (`biped.engines.plant`), whose kernels
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple, Protocol
 
+import mujoco
 import numpy as np
 
 from biped.base.address import call, doubles_at, int32_at, int32_rows_at, rows_at
 from biped.base.jit import bound, inner_kernel, long_kernel
 from biped.control.card import Walker
+from biped.control.law import Commander
+from biped.control.observation import Observation
 from biped.engines.actuate import actuate
+from biped.engines.energy import Account
 from biped.engines.fall import GOING, RAISED
-from biped.engines.forces import Contacts, Solved, add_forces
+from biped.engines.forces import Contacts, GroundContacts, Solved, add_forces
+from biped.engines.latency import Latency
 from biped.engines.native import ContactLayout, contact_layout, halves
 from biped.engines.row import FORCE, GROUND_FORCE, State, U, log_state
-
-if TYPE_CHECKING:
-    from biped.engines.plant import MujocoPlant
+from biped.robot.robot import Robot
+from biped.robot.run import Run
 
 MOST_STEPS = 500
 """Physics steps of which work is added up at a time; of each a few rows are kept."""
@@ -114,6 +118,30 @@ class HeldPlant(NamedTuple):
     local: np.ndarray
 
 
+class Stepped(Protocol):
+    """A plant whose run is stepped (`biped.engines.plant.MujocoPlant`)."""
+
+    run: Run
+    law: Commander
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    robot: Robot
+    state: State
+    contacts: GroundContacts
+    account: Account
+    latency: Latency | None
+    observation: Observation
+    columns: dict[str, tuple[int, tuple[int, ...]]]
+    log: np.ndarray
+    outside: np.ndarray
+    wanted: np.ndarray
+    ground_force: np.ndarray
+
+    def actuators(self) -> tuple[float, np.ndarray, float]:
+        """Factor of torques, bounds of commands (n,), and the fraction of the way that actuators go in a tick."""
+        ...
+
+
 class HeldLoop:
     """The loop of a run whose law holds its commands.
 
@@ -123,7 +151,7 @@ class HeldLoop:
         held: What compiled code takes.
     """
 
-    def __init__(self, plant: MujocoPlant, look: Callable[[int], int], held: HeldPlant):
+    def __init__(self, plant: Stepped, look: Callable[[int], int], held: HeldPlant):
         self._plant, self._look, self._held = plant, look, held
         self._most = max(1, MOST_STEPS // held.substeps)
         self._rows = np.zeros((3, self._most, held.substeps, plant.model.nv))
@@ -172,8 +200,8 @@ class HeldLoop:
         return targets
 
 
-def held_plant(plant: MujocoPlant) -> HeldPlant | None:
-    """What compiled code takes of a run, or None where it must be stepped from Python.
+def held_plant(plant: Stepped) -> HeldPlant | None:
+    """A run as compiled code takes it, or None where it must be stepped from Python.
 
     Args:
         plant: Of the run.
