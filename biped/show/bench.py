@@ -11,6 +11,7 @@ from biped.show.terminal import console, table
 
 if TYPE_CHECKING:
     from biped.studies.bench.campaigns import CampaignCost
+    from biped.studies.bench.engines import StepCost
     from biped.studies.bench.policy import PolicyCost
     from biped.studies.bench.regress import Guarded
     from biped.studies.bench.throughput import Throughput
@@ -127,3 +128,22 @@ def show_policy(file: object, cost: PolicyCost) -> None:
     if cost.one is not None and cost.two is not None:
         page.print(f"  {cost.runs} runs of 2 s by the clock: {cost.one:.1f} s in one process, {cost.two:.1f} s in two "
                    f"({cost.two / cost.one:.2f})")  # fmt: skip
+
+
+def show_engines(costs: Mapping[str, StepCost]) -> None:
+    """Prints µs of a step in Drake and in MuJoCo, and their ratios."""
+    heads = (
+        "a step of",
+        "mj_step [µs]",
+        "Drake's update [µs]",
+        "x mj_step",
+        "the engine's step [µs]",
+        "x mj_step",
+        "MB",
+    )
+    rows = table(heads, heads[:1])
+    for kind, cost in costs.items():
+        ratios = f"{cost.update / cost.mujoco:.1f}", f"{cost.step / cost.mujoco:.1f}"
+        rows.add_row(kind, f"{cost.mujoco:.1f}", f"{cost.update:.1f}", ratios[0], f"{cost.step:.1f}", ratios[1],
+                     f"{cost.memory:.0f}")  # fmt: skip
+    console().print(rows)

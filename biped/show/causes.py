@@ -18,15 +18,15 @@ def document_of(found: Why) -> Document:
     rows = tuple(
         (
             Words(one.cause, "strong" if one.cause in named else ""), one.setting, f"{100.0 * one.explained:.1f} %",
-            f"{1e3 * one.left:.3g}", "–" if math.isnan(one.parted_at) else f"{one.parted_at:.2f}",
+            "–" if math.isnan(one.parted_at) else f"{one.parted_at:.2f}",
         )
         for one in found.tried
     )  # fmt: skip
     note = (f"Each cause by itself, in {found.moved}, until it behaves like {found.towards}; named are those that take "
-            f"away at least {100 * EXPLAINED:.0f} % of where base and legs differ.")  # fmt: skip
+            f"away at least {100 * EXPLAINED:.0f} % of where base and legs differ, moment by moment.")  # fmt: skip
     return (
         Heading(f"{found.scenario}: why {found.moved} differs from {found.towards}"),
         Paragraph(Words(found.verdict(), "strong")),
-        Table(("cause", "best setting", "explains", "left [mm]", "1 cm apart at [s]"), rows, (0, 1)),
+        Table(("cause", "best setting", "explains", "1 cm apart at [s]"), rows, (0, 1)),
         Paragraph(note, note=True),
     )

@@ -1,9 +1,10 @@
 """Why two engines, or two settings of one, differ: one physical cause at a time is changed until they behave alike.
 
-Behaviour is where the base and the joints of the legs are, from the start until the two have parted: what comes after
-that is chaos, of which any change makes another. A cause has one or more *dials*; each is turned over a few values, and
-a continuous one then to where the difference is least. What a cause explains is the share of the difference that its
-best setting takes away.
+Behaviour is where the base and the joints of the legs are, from the same start until the two have parted: what comes
+after that is chaos, of which any change makes another. What is left of the difference is relative to its size at the
+same moment, so that the first micrometres, in which forces and masses tell one cause from another, count as much as the
+last millimetres, in which everything moves along. A cause has one or more *dials*; each is turned over a few values,
+and a continuous one then to where least is left. What a cause explains is the share that its best setting takes away.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ EVERY = 0.005
 EXPLAINED = 0.5
 """Share of the difference that a cause must take away to be named."""
 CLOSE = (2.0, 0.02)
-"""A cause cannot be told from the best if it leaves at most so many times as much, and this share of the difference."""
+"""A cause cannot be told from the best if it leaves at most so many times as much, and this share besides."""
 TURNS = 12
 """Runs in which a continuous dial is turned to where the difference is least."""
 SAME = 1e-9
@@ -47,16 +48,19 @@ class CauseTried(NamedTuple):
     Attributes:
         cause: Its name.
         setting: What was changed, in words.
-        explained: Share of the difference that it takes away; at most 1, and 0 where it only makes it worse.
-        left: [m] root mean square of the difference that is left.
+        left: Share of the difference that is left, a root mean square over time; more than 1 where it is worse.
         parted_at: [s] when walkers are now 1 cm apart; nan if they are not while they are compared.
     """
 
     cause: str
     setting: str
-    explained: float
     left: float
     parted_at: float
+
+    @property
+    def explained(self) -> float:
+        """Share of the difference that it takes away; 0 where it only makes it worse."""
+        return max(0.0, 1.0 - self.left)
 
 
 class Why(NamedTuple):
@@ -68,7 +72,7 @@ class Why(NamedTuple):
         towards: What it should behave like.
         difference: [m] root mean square, over `seconds`.
         seconds: [s] of behaviour that is compared.
-        tried: Causes, the one that explains most first.
+        tried: Causes, the one that leaves least first.
     """
 
     scenario: str
@@ -83,7 +87,7 @@ class Why(NamedTuple):
         """Names of causes that explain the difference: one, or several that cannot be told apart; or none."""
         if self.difference < SAME or not self.tried or self.tried[0].explained < EXPLAINED:
             return []
-        most = CLOSE[0] * self.tried[0].left + CLOSE[1] * self.difference
+        most = CLOSE[0] * self.tried[0].left + CLOSE[1]
         return [one.cause for one in self.tried if one.left <= most and one.explained >= EXPLAINED]
 
     def verdict(self) -> str:
@@ -102,35 +106,39 @@ class Why(NamedTuple):
     def as_dict(self) -> dict[str, Any]:
         """Plain data, as causes.json holds it."""
         return self._asdict() | {
-            "tried": [one._asdict() for one in self.tried], "named": self.named, "verdict": self.verdict()
+            "tried": [one._asdict() | {"explained": one.explained} for one in self.tried],
+            "named": self.named, "verdict": self.verdict(),
         }  # fmt: skip
 
 
-class Behaviour(NamedTuple):
-    """Places of a walker at equal times.
+class Difference:
+    """What a walker's behaviour differs by from another's, moment by moment.
 
-    Attributes:
-        places: (n, 8, 3) [m] base, joints of the legs, end of the trunk.
+    Args:
+        towards: The other.
+        seconds: [s] from the start that are compared.
     """
 
-    places: np.ndarray
+    def __init__(self, towards: Trajectory, seconds: float):
+        self._seconds, self._places = seconds, _places(towards, seconds)
 
-    def away(self, other: Behaviour) -> float:
-        """[m] root mean square of the difference, while both last; what ends early is as far away as it was then."""
-        n = max(len(self.places), len(other.places))
-        mine, theirs = (_lasting(one.places, n) for one in (self, other))
-        return float(np.sqrt(np.mean(np.sum((mine - theirs) ** 2, axis=2))))
-
-
-def _lasting(places: np.ndarray, n: int) -> np.ndarray:
-    return np.concatenate([places, np.repeat(places[-1:], n - len(places), axis=0)])
+    def of(self, t: Trajectory) -> np.ndarray:
+        """(n,) [m] root mean square of base and joints; what ends early stays where it was then."""
+        places = _places(t, self._seconds)
+        n = max(len(places), len(self._places))
+        mine, theirs = (np.concatenate([p, np.repeat(p[-1:], n - len(p), axis=0)]) for p in (places, self._places))
+        return np.sqrt(np.mean(np.sum((mine - theirs) ** 2, axis=2), axis=1))
 
 
-def behaviour_of(t: Trajectory, seconds: float) -> Behaviour:
-    """The behaviour of the first seconds of a run."""
+def _places(t: Trajectory, seconds: float) -> np.ndarray:
+    """(n, 8, 3) [m] base, joints of the legs and end of the trunk at equal times."""
     rows = np.unique(np.round(np.arange(0.0, seconds, EVERY) / t.tick).astype(int))
     rows = rows[rows < len(t)]
-    return Behaviour(np.concatenate([t.base[rows, None, :3], t.figure[rows]], axis=1))
+    return np.concatenate([t.base[rows, None, :3], t.figure[rows]], axis=1)
+
+
+def _size(away: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(away**2)))
 
 
 def simulated(run: Run) -> Trajectory:
@@ -153,8 +161,9 @@ class _Search:
         start = simulated(self._run(MOST))
         far = apart(start, towards) > FAR
         self.seconds = min(max(LEAST, 1.1 * float(start.time[np.argmax(far)])), MOST) if far.any() else MOST
-        self._target = behaviour_of(towards, self.seconds)
-        self.difference = behaviour_of(start, self.seconds).away(self._target)
+        self._from = Difference(towards, self.seconds)
+        away = self._from.of(start)
+        self.difference, self._scale = _size(away), np.maximum.accumulate(away)
 
     def _run(self, seconds: float, *more: str) -> Run:
         """Run 0 of the engine that is moved, as long as it is looked at; what the scenario says of later stays."""
@@ -163,7 +172,7 @@ class _Search:
         return replace(run, scenario=structs.replace(run.scenario, duration=lasts))
 
     def left(self, dial: Dial, value: Any) -> tuple[float, float] | None:
-        """How far away a setting still is, and when walkers part; None where it cannot be run."""
+        """The share of the difference that a setting leaves, and when walkers part; None where it cannot be run."""
         edit = dial.edit
         try:
             if edit is None:
@@ -174,8 +183,11 @@ class _Search:
         except InputError:
             return None
         far = apart(t, self._towards) > FAR
-        away = behaviour_of(t, self.seconds).away(self._target)
-        return (away, float(t.time[np.argmax(far)]) if far.any() else math.nan) if math.isfinite(away) else None
+        away = self._from.of(t)
+        n = min(len(away), len(self._scale))
+        there = self._scale[:n] > SAME
+        left = _size(away[:n][there] / self._scale[:n][there])
+        return (left, float(t.time[np.argmax(far)]) if far.any() else math.nan) if math.isfinite(left) else None
 
     @property
     def _step(self) -> float:
@@ -190,7 +202,7 @@ class _Search:
         if not found:
             return None
         left, at, setting = min(found, key=lambda one: one[0])
-        return CauseTried(cause, setting, max(0.0, 1.0 - left / self.difference), left, at)
+        return CauseTried(cause, setting, left, at)
 
     def _turned(self, dial: Dial) -> Iterator[tuple[Any, float, float]]:
         """Values of a dial that were tried, each with what is left and when walkers part."""
@@ -200,7 +212,7 @@ class _Search:
             return
         values = sorted([*(value for value, *_ in tried), *((1.0,) if "×" in dial.words else ())])
         best = min(tried, key=lambda one: one[1])
-        neutral = "×" in dial.words and best[1] >= self.difference  # every value tried only makes it worse
+        neutral = "×" in dial.words and best[1] >= 1.0  # every value tried only makes it worse
         at = values.index(1.0 if neutral else best[0])
         low = math.log(values[max(at - 1, 0)] * (0.5 if at == 0 else 1.0))
         high = math.log(values[min(at + 1, len(values) - 1)] * (2.0 if at == len(values) - 1 else 1.0))
@@ -250,7 +262,7 @@ def causes(
         if found is not None:
             tried.append(found)
             told(found)
-    tried.sort(key=lambda one: -one.explained)
+    tried.sort(key=lambda one: one.left)
     return Why(name, moved, called, search.difference, search.seconds, tried)
 
 

@@ -72,7 +72,7 @@ def test_a_planted_difference_is_named_with_its_size():
     why = found("upright/own", "friction")
     assert why.named == ["friction"]
     assert why.tried[0].explained > 0.95
-    assert why.tried[0].left < 0.05 * why.difference
+    assert why.tried[0].left < 0.05
     assert why.verdict().startswith("friction: friction × ")
     assert {one.cause for one in why.tried} <= set(CAUSES)
 

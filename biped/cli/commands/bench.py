@@ -17,8 +17,8 @@ def add(commands: Commands) -> None:
     what = (
         "what to measure; tolerances: error of adaptive steps of mechanisms against what they were asked for; robot: "
         "the bench experiments of Figs 4.7 and 4.8; campaigns: processes here against a cluster, by the clock; "
-        "policy: a learned policy against bare steps and network calls; regress: whether a recorded result or cost "
-        "changed"
+        "policy: a learned policy against bare steps and network calls; engines: a step in Drake against MuJoCo's; "
+        "regress: whether a recorded result or cost changed"
     )
     parser.add_argument("what", choices=list(BENCHES), help=what)
     parser.add_argument("--out", type=Path, help="walking, mechanisms, tolerances, robot: folder for figures")
@@ -105,6 +105,18 @@ def _policy(args: argparse.Namespace) -> int:
     return DONE
 
 
+def _engines(args: argparse.Namespace) -> int:
+    from biped.show.bench import show_engines
+    from biped.studies.bench.engines import step_costs
+
+    costs = step_costs()
+    if args.json:
+        print_json({kind: cost.as_dict() for kind, cost in costs.items()})
+    else:
+        show_engines(costs)
+    return DONE
+
+
 def _regress(args: argparse.Namespace) -> int:
     from biped.show.bench import show_regress
     from biped.studies.bench.regress import guard
@@ -125,6 +137,7 @@ BENCHES = {
     "robot": _chapter2,
     "campaigns": _campaigns,
     "policy": _policy,
+    "engines": _engines,
     "regress": _regress,
 }
 """Benchmarks by name, and the functions that run them."""
