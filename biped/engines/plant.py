@@ -27,6 +27,7 @@ from biped.measure.columns import columns_of, width_of
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import frame, gravity3
 from biped.robot.run import Run
+from biped.robot.unmodelled import torques_at, unmodelled_of
 from biped.scenario.command import COMMANDED
 from biped.scenario.laws import SPATIAL, own_law
 from biped.scenario.pushing import pieces
@@ -96,6 +97,7 @@ class MujocoPlant:
             self.observation = Observation(self.sensors.model, self.sensors.data, self.robot, self.profile, shared)
         late = s.actuation.delay > 0.0 or s.actuation.delay_jitter > 0.0
         self.latency = Latency(run) if late else None
+        self.unmodelled = unmodelled_of(run)
         self.truth.command_at = self.observation.command_at = s.command
         self.uneven = None if self.profile.level else Uneven(self.model, self.data, self.profile)
         self.contacts = GroundContacts(
@@ -111,7 +113,7 @@ class MujocoPlant:
     def _compiled(self) -> SpacePlant | HeldPlant | None:
         """The compiled loop's plant, where the law has one."""
         s = self.s
-        if not self.split or self.sensors or self.uneven or self.watch:
+        if not self.split or self.sensors or self.uneven or self.watch or self.unmodelled:
             return None
         if s.law != SPATIAL:
             from biped.engines.held import held_plant
@@ -203,6 +205,7 @@ class MujocoPlant:
         data, law, observation, sensors, tick = self.data, self.law, self.observation, self.sensors, self.run.tick
         wanted, target = self.wanted, data.qfrc_applied if self.command == "generalized" else data.ctrl
         (strength, limits, follow), latency = self.actuators(), self.latency
+        unmodelled, places, columns = self.unmodelled, self.robot.places, self.robot.columns
         act = bound(actuate, wanted, limits, follow, wanted, target)
 
         def decide(k: int) -> None:
@@ -217,6 +220,9 @@ class MujocoPlant:
                 command = strength * command
             if not act(command, limits, follow, wanted, target):
                 law.refuse(k, time, command)
+            for made in unmodelled:
+                torques_at(made, data.qpos[places], data.qvel[columns])
+                data.qfrc_applied[columns] = made.added
 
         return decide
 

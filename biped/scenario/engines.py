@@ -20,6 +20,7 @@ class Engine(NamedTuple):
         rigid: Whether its contacts give way to nothing.
         own_clock: Whether its contacts need two of its steps within `ground.contact_time`.
         seat: Whether a biped can sit in it.
+        beside: Whether torques can act beside the actuators of a robot of any kind.
     """
 
     place: str
@@ -28,12 +29,15 @@ class Engine(NamedTuple):
     rigid: bool = False
     own_clock: bool = False
     seat: bool = False
+    beside: bool = True
 
 
 ENGINES: dict[str, Engine] = {
     MUJOCO: Engine("biped.engines.mujoco", "MuJoCo's compliant contacts", own_clock=True, seat=True),
     HOME: Engine("biped.engines.home", "the thesis's own rigid contacts", any_robot=False, rigid=True),
-    DRAKE: Engine("biped.engines.drake", "Drake's compliant contacts (SAP), which no gait here was searched in"),
+    DRAKE: Engine(
+        "biped.engines.drake", "Drake's compliant contacts (SAP), which no gait here was searched in", beside=False
+    ),
 }
 
 

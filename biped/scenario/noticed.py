@@ -19,6 +19,7 @@ ALL: Keys = {
     "sensors": ("angle_noise", "rate_noise", "height_noise", "delay", "quantisation", "zero_error", "gyro"),
     "truth": (
         "joint_damping", "part", "strength", "servo_stiffness", "servo_damping", "joint_friction", "armature",
+        "unmodelled",
     ),
     "randomise": ("runs", "draw", "moves"),
 }  # fmt: skip

@@ -85,6 +85,7 @@ def possible(s: Scenario, fail: Fail) -> None:
                    f"'{s.actuation.mode}'")  # fmt: skip
     if own_law(s.law) and s.backstep is not None:
         raise fail("backstep", "expected no law of one's own: the step back belongs to the thesis's leg states")
+    _unmodelled(s, fail)
     _sensed(s, fail)
     _searched(s, fail)
     check_bounds(s.expect, fail)
@@ -137,6 +138,18 @@ def _sensed(s: Scenario, fail: Fail) -> None:
     if switches is not None and switches.release > switches.force:
         raise fail("sensors.switches.release", f"expected at most the force that closes a switch, {switches.force:g} "
                    f"N, got {switches.release:g}")  # fmt: skip
+
+
+def _unmodelled(s: Scenario, fail: Fail) -> None:
+    """Rejects joint torques that nobody modelled where there are no joint torques, or no place for them."""
+    if s.truth.unmodelled.torque == 0.0:
+        return
+    if s.actuation.mode != "joint":
+        raise fail("truth.unmodelled.torque", "expected 0, or actuation.mode = 'joint': generalized forces come "
+                   "through no joint")  # fmt: skip
+    if s.robot is not None and not ENGINES[s.engine].beside:
+        raise fail("truth.unmodelled.torque", f"expected 0: in the engine '{s.engine}' nothing acts beside the "
+                   f"actuators of model '{s.model}'; use engine = 'mujoco'")  # fmt: skip
 
 
 def _searched(s: Scenario, fail: Fail) -> None:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from biped.scenario.section import Factor, Name, NonNegative, Real, Section, Seven
+from biped.scenario.section import Factor, Name, NonNegative, Positive, Real, Section, Seven
 
 
 class BodyTruth(Section, frozen=True):
@@ -23,6 +23,23 @@ class BodyTruth(Section, frozen=True):
     mass: Factor = 1.0
     inertia: Factor = 1.0
     shift: tuple[Real, Real, Real] = (0.0, 0.0, 0.0)
+
+
+class UnmodelledKeys(Section, frozen=True):
+    """Joint torques that nobody modelled: a random smooth function of the joints' angles and rates, one for every run.
+
+    A draw of a Gaussian process, fixed in a run. It stands for what a model leaves out between joints and their motors:
+    cables, friction that depends on the posture, flexible parts, wrong maps of torque. It stands for nothing that
+    remembers, that depends on time or on the ground, or that is the same in every robot.
+
+    Attributes:
+        torque: Root mean square over realities, as a share of each joint's torque limit. Of seven links the sum with
+            the motor's torque stays within the limit and is what is recorded; of other robots it acts beside.
+        angle: [rad] that a joint moves until the torque is another one; rates count as what they cover in 0.1 s.
+    """
+
+    torque: Annotated[float, Meta(ge=0, le=10)] = 0.0
+    angle: Positive = 0.3
 
 
 class Truth(Section, frozen=True):
@@ -45,6 +62,7 @@ class Truth(Section, frozen=True):
         servo_damping: Factor of their damping.
         joint_friction: [N m] of dry friction added to the joints.
         armature: [kg m²] of rotors added to the joints.
+        unmodelled: Joint torques that nobody modelled.
         part: Bodies that differ, of a robot of any kind.
     """
 
@@ -58,4 +76,5 @@ class Truth(Section, frozen=True):
     servo_damping: Factor = 1.0
     joint_friction: NonNegative = 0.0
     armature: NonNegative = 0.0
+    unmodelled: UnmodelledKeys = UnmodelledKeys()
     part: Annotated[tuple[BodyTruth, ...], Meta(max_length=1000)] = ()

@@ -13,6 +13,7 @@ from biped.control.planar.setup import bring_up_to_date
 from biped.control.planar.tick import law_tick
 from biped.measure.columns import Q, U, V
 from biped.robot.planar.topology import BASE, NQ, NU, PITCH
+from biped.robot.unmodelled import Unmodelled, torques_at
 
 
 class Control(NamedTuple):
@@ -34,6 +35,7 @@ class Control(NamedTuple):
         pushing: (True,) for ground that only pushes, otherwise () (`biped.control.planar.tick.law_tick`).
         line: ((2, 6),) torque [N m] of joints held still, rate [rad/s] of free ones, where motors limit, otherwise ().
         estimator: (`biped.control.planar.estimator.Inference`,) where q and v are inferred, otherwise ().
+        unmodelled: (`biped.robot.unmodelled.Unmodelled`,) where joint torques are added, otherwise ().
     """
 
     record: np.ndarray
@@ -51,6 +53,7 @@ class Control(NamedTuple):
     pushing: tuple[bool, ...]
     line: tuple[np.ndarray, ...]
     estimator: tuple[Inference, ...]
+    unmodelled: tuple[Unmodelled, ...]
 
 
 @inner_kernel
@@ -124,17 +127,42 @@ def decide(control, q, v, log, k):
 
 
 @inner_kernel
-def actuate(control, v, applied, log, k):
+def without_unmodelled(unmodelled, applied):
+    """Takes what nobody modelled back from the joint torques (6,): what is left is what actuators do."""
+    if len(unmodelled) == 0:
+        return
+    for j in range(NU):
+        applied[j] -= unmodelled[0].added[j]
+
+
+@inner_kernel
+def with_unmodelled(unmodelled, q, v, applied, log, k):
+    """Adds what nobody modelled to the joint torques (6,), within their limits, and logs the sum."""
+    if len(unmodelled) == 0:
+        return
+    made = unmodelled[0]
+    torques_at(made, q[BASE:], v[BASE:])
+    for j in range(NU):
+        own, limit = applied[j], made.limits[j]
+        applied[j] = min(max(own + made.added[j], -limit), limit)
+        made.added[j] = applied[j] - own
+        log[k, U + j] = applied[j]
+
+
+@inner_kernel
+def actuate(control, q, v, applied, log, k):
     """Moves the actuators of tick k towards what the law wants.
 
     Args:
         control: `Control`.
+        q: (9,) true joint coordinates [m, rad].
         v: (9,) true joint velocities.
         applied: (6,) joint torques or (9,) generalized forces that act in the coming steps, overwritten.
         log: (n, WIDTH) log; what acts is written into row k.
         k: Number of the tick.
     """
     within_line(control.line, v, control.wanted, log, k)
+    without_unmodelled(control.unmodelled, applied)
     follow, logged = control.follow, control.logged
     for j in range(applied.size):
         if follow == 1.0:
@@ -142,3 +170,4 @@ def actuate(control, v, applied, log, k):
         else:
             applied[j] += follow * (control.wanted[j] - applied[j])
             log[k, logged + j] = applied[j]
+    with_unmodelled(control.unmodelled, q, v, applied, log, k)

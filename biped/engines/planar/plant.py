@@ -11,7 +11,7 @@ from biped.base.jit import bound
 from biped.control.blending import Changes
 from biped.control.planar.controller import ThesisLaw, Tick, law_of
 from biped.control.planar.estimator import infer
-from biped.control.planar.loop import Control, within_line
+from biped.control.planar.loop import Control, with_unmodelled, within_line, without_unmodelled
 from biped.control.smoothing import fraction
 from biped.engines.fall import GOING, LOW, fall_words
 from biped.engines.loop import Ending, in_python
@@ -23,6 +23,7 @@ from biped.robot.planar.topology import NQ, PITCH, X
 from biped.robot.planar.tree import Tree
 from biped.robot.robot import with_tree
 from biped.robot.run import Run
+from biped.robot.unmodelled import unmodelled_of
 from biped.scenario.keys import Sensors as SensorKeys
 from biped.scenario.pushing import pieces
 
@@ -91,7 +92,7 @@ class PlanarPlant:
         control = Control(
             law.record, changes, q, v, *_between(sensors), wanted, logged,
             fraction(s.actuation.lag, run.tick), run.tick, (True,) if law.record["push"]["on"][0] else (),
-            _line(run), estimator,
+            _line(run), estimator, unmodelled_of(run),
         )  # fmt: skip
         fall = fall_of(run, physics.tree)
         if physics.walk is not None and isinstance(law, ThesisLaw) and not law.python:
@@ -126,11 +127,13 @@ class PlanarPlant:
             if status == GOING:
                 if control.line:
                     within_line(control.line, v, wanted, log, k)
+                without_unmodelled(control.unmodelled, applied)
                 if follow == 1.0:
                     applied[:] = wanted
                 else:
                     applied[:] += follow * (wanted - applied)
                     log[k, columns] = applied
+                with_unmodelled(control.unmodelled, q, v, applied, log, k)
             return status
 
         step = physics.step

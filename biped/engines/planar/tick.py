@@ -90,5 +90,5 @@ def tick(control, fall, q, v, applied, log, k):
     if status == GOING:
         status = judge(fall, q, v)
     if status == GOING:
-        actuate(control, v, applied, log, k)
+        actuate(control, q, v, applied, log, k)
     return status

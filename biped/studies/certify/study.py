@@ -178,8 +178,8 @@ def check_random(plan: Plan) -> None:
             raise InputError(f'randomise.draw."{key}": expected choice, which is random, instead of grid', "randomise")
     random = s.randomise
     sensed = s.sensors.angle_noise or s.sensors.rate_noise or s.sensors.height_noise or s.sensors.zero_error
-    if not (random.draw or random.controller_mass_matrix or random.controller_constraints or s.start.jitter
-            or s.disturbance or s.ground.tiles.height or sensed or s.sensors.gyro):  # fmt: skip
+    drawn = random.draw or random.controller_mass_matrix or random.controller_constraints or s.truth.unmodelled.torque
+    if not (drawn or s.start.jitter or s.disturbance or s.ground.tiles.height or sensed or s.sensors.gyro):
         raise InputError(
             "nothing random in this scenario: every run is the same; expected [disturbance], [randomise.draw], "
             "start.jitter, ground.tiles or noise of sensors, e.g. --set 'disturbance={force=[40.0,0.0]}'"

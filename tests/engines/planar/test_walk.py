@@ -16,6 +16,7 @@ from biped.scenario.keys import Backstep, Fall, Scenario, Sensors, Simulation, S
 from biped.scenario.push import Push
 from biped.scenario.randomise import Randomise
 from biped.scenario.senses import Encoders, Estimator, Gyro, Switches
+from biped.scenario.truth import UnmodelledKeys
 
 WALK = Scenario(duration=0.6, start=Start(posture="heel_toe"))
 SENSES = Sensors(encoders=Encoders(reference_error=0.1), gyro=Gyro(), switches=Switches(debounce=0.001))
@@ -34,6 +35,9 @@ SCENES = {
     "pyramidal": {"simulation": Simulation(cone="pyramidal")},
     "slow control": {"simulation": Simulation(control_rate=500.0)},
     "truth": {"truth": Truth(mass=(1.2, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0), joint_damping=0.5)},
+    "unmodelled torques": {"truth": Truth(unmodelled=UnmodelledKeys(torque=0.05))},
+    "unmodelled torques, lag": {"truth": Truth(unmodelled=UnmodelledKeys(torque=0.05)),
+                                "actuation": Actuation(lag=0.002)},
     "model error": {"randomise": Randomise(controller_mass_matrix=0.05, controller_constraints=0.05)},
     "backstep": {"backstep": Backstep()},
     "changes": {"change": (Change(at=0.1, over=0.2, gains=Gains(theta_b=80.0)),
@@ -76,7 +80,8 @@ def test_the_same_bits_as_in_python(scene, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "scene", ["plain", "generalized lag", "delay", "push", "sub-steps", "changes", "pushing", "fall"]
+    "scene",
+    ["plain", "generalized lag", "delay", "push", "sub-steps", "changes", "pushing", "fall", "unmodelled torques, lag"],
 )
 def test_the_same_bits_as_in_python_at_home(scene, monkeypatch):
     run = Plan(msgspec.structs.replace(WALK, engine="home", **SCENES[scene])).run(0)
