@@ -131,7 +131,7 @@ class Kernel(Deferred):
         return self.code(arguments)(*arguments) if self.loaded else self.value(*arguments)
 
     def code(self, arguments: tuple[Any, ...]) -> Callable[..., Any]:
-        """What is called for arguments of these kinds."""
+        """The code that is called for arguments of these kinds."""
         from biped.base import objects  # which takes numpy
 
         kinds = objects.kinds(arguments)
