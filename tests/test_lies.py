@@ -10,6 +10,7 @@ import pytest
 
 from biped.ensemble.campaign import run_one
 from biped.studies.planned import plan_of
+from tests.lies import inside
 from tests.lies.judge import _SHORT, FALSE, KINDS, _found, _idle, _stands, helped_by, judged
 from tests.lies.power import KINDS_OF_HELP, law_of
 
@@ -35,6 +36,16 @@ LISTED = {
     "slides on one foot": ("robust/own", "ground.slope=-4.97", "ground.friction=0.02"),
     "slides at 16 m/s": ("calm/own", "ground.slope=-43.3", "ground.friction=0.02", "fall.height=0.01"),
     "feet below the ground": ("upright/own", "ground.contact_time=0.1"),
+    "thrown, and down on its knees": (
+        "level_slow_generalized",
+        "start.v=[2.66,0,-7.4,0,0,0,0,0,0]",
+        "ground.slope=-6.82",
+        "fall.height=0.01",
+        "fall.tilt=180.0",
+        "duration=2.251",
+        "window.start=0.0",
+        "window.end=2.251",
+    ),
     "a moment": ("level_slow_generalized", "window.start=2.0", "window.end=2.1"),
 }
 
@@ -42,7 +53,6 @@ LISTED = {
 @pytest.mark.parametrize("lie", LISTED)
 def test_lies_that_once_walked_or_stood(lie):
     name, *changes = LISTED[lie]
-    assert "duration" not in changes
     _, row = run_one(plan_of(name, ["duration=6.0", "sweep={}", "randomise.runs=1", *changes]), 0)
     assert not any((row.walked, row.stood, row.sat)), row
 
@@ -64,6 +74,25 @@ def test_no_strength_is_idle_and_all_of_it_is_caught():
     for helped in some[::31]:
         assert helped_by(helped.robot, law_of(helped, 0.0)) == "idle", helped
         assert helped_by(helped.robot, law_of(helped, 1.0)) in ("held", "diverged", "doubtful"), helped
+
+
+@pytest.mark.parametrize("robot", ["walker2d", pytest.param("h1", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("line", inside.LAWS)
+def test_a_law_that_changes_the_simulator_is_noticed(line, robot):
+    """Inside the robot and the ground too, where momentum shows nothing."""
+    assert helped_by(robot, inside.law_with(line), watched=True) in ("held", "diverged", "doubtful")
+
+
+def test_a_law_that_changes_nothing_is_not_doubted():
+    honest = inside.law_with("time").replace(inside.LAWS["time"], "columns.append(data.qvel[0] + model.nv)")
+    assert helped_by("walker2d", honest, watched=True) == "idle"
+
+
+@pytest.mark.parametrize("part", inside.PARTS)
+def test_parts_written_down_one_by_one_do_not_stand(part, tmp_path):
+    (tmp_path / "lie.xml").write_text(inside.model_with(part, "walker2d"), encoding="utf-8")
+    found, t, _ = _found(_stands("walker2d", str(tmp_path / "lie.xml")), _SHORT)
+    assert _idle(found, t, _stands("walker2d", "walker2d"), _SHORT) in ("refused", "held", "diverged")
 
 
 @pytest.mark.parametrize("kind", DRAWN[1:])

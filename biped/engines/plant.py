@@ -23,6 +23,7 @@ from biped.engines.latency import Latency
 from biped.engines.loop import Ending, in_python, mujoco_warnings
 from biped.engines.row import log_state, state_of
 from biped.engines.uneven import Uneven, own
+from biped.engines.untouched import Untouched
 from biped.measure.columns import columns_of, width_of
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import frame, gravity3
@@ -65,7 +66,8 @@ class MujocoPlant:
         networked = isinstance(make, Networked)
         servos = make.servos(self.robot) if networked else None
         self.model = run.stepped_model(self.command, servos)
-        if own_law(s.law) and not networked:
+        python = own_law(s.law) and not networked
+        if python:
             self.model = copy.copy(self.model)  # what a law does to it behind what it is given is for this run alone
         if not self.profile.level:
             self.model = own(self.model)
@@ -78,6 +80,7 @@ class MujocoPlant:
         # A network writes to no model, and to copy one with meshes takes as long as a second of walking.
         setup = Setup(s, run.gains, self.robot, known if networked else copy.copy(known), run.model, run.tick,
                       self.limits.copy(), run.q.copy(), run.v.copy())  # fmt: skip
+        self.untouched = Untouched(self.model, self.data, self.profile.level) if python else None
         self.law = Commander(make, name, file, setup, size, run.ticks)
         self.columns = columns_of(self.robot)
         self.log, self.outside = np.zeros((run.ticks, width_of(self.robot))), np.zeros((run.ticks, 9))
@@ -204,7 +207,7 @@ class MujocoPlant:
         """Has the law decide at a tick whose state has been judged."""
         data, law, observation, sensors, tick = self.data, self.law, self.observation, self.sensors, self.run.tick
         wanted, target = self.wanted, data.qfrc_applied if self.command == "generalized" else data.ctrl
-        (strength, limits, follow), latency = self.actuators(), self.latency
+        (strength, limits, follow), latency, untouched = self.actuators(), self.latency, self.untouched
         unmodelled, places, columns = self.unmodelled, self.robot.places, self.robot.columns
         act = bound(actuate, wanted, limits, follow, wanted, target)
 
@@ -213,7 +216,10 @@ class MujocoPlant:
             if sensors is not None:
                 sensors.measure(data.qpos, data.qvel)
             observation.begin(time)
+            watched = untouched if untouched is not None and untouched.before(k) else None
             command = law.command(k, observation)
+            if watched is not None:
+                watched.after()
             if latency is not None and np.isfinite(command).all():
                 command = latency.pass_on(k, command)
             if strength != 1.0:
@@ -335,7 +341,7 @@ class MujocoPlant:
             pushes=tuple((p.start, p.end, *_in_space(p.force), p.body) for p in pieces(s)),
             end=ending.end,
             cause=ending.cause,
-            warnings=ending.warnings,
+            warnings=ending.warnings | ({} if self.untouched is None else self.untouched.found()),
             robot=self.run.true_robot,
             outside=self.outside[:rows],
             ground=self.profile,

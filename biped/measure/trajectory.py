@@ -159,6 +159,12 @@ class Trajectory(Log):
         return height if self.ground.level else height - self.ground.height(self.point[:, :, 0])
 
     @property
+    def com_above(self) -> np.ndarray:
+        """(n,) [m] of the centre of mass above the ground below it."""
+        height = self.com[:, 2]
+        return height if self.ground.level else height - self.ground.height(self.com[:, 0])
+
+    @property
     def mass(self) -> float:
         """[kg] of the whole robot."""
         return self.robot.mass

@@ -45,6 +45,9 @@ CHATTERING = 0.1
 HELD_WORDS = "something else holds or drives it"
 """How the doubt about a run begins whose momentum gravity, ground and pushes do not explain."""
 
+CHANGED = "changed by its law: "
+"""How warnings begin of what a law changed in the simulator behind what it is given."""
+
 SOUND, DOUBTFUL, DIVERGENT = "sound", "doubtful", "diverged"
 """The verdicts."""
 
@@ -157,6 +160,8 @@ def verdict_on(t: Trajectory, numbers: Mapping[str, float], left: Unexplained) -
             )
     if held := _held(left, HELD_SAMPLED if t.sampled else HELD):
         doubtful.append(held)
+    if changed := [name.removeprefix(CHANGED) for name in t.warnings if name.startswith(CHANGED)]:
+        doubtful.append(f"its law changed the simulator {when}: {', '.join(changed)}")
     ticks = t.warnings.get("chattering_steps", 0)
     if ticks > CHATTERING * len(t):
         doubtful.append(f"contacts chattering {when}: in {ticks} of {len(t)} ticks, at most {100.0 * CHATTERING:g} %")

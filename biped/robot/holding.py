@@ -143,6 +143,8 @@ def _of_options(model: mujoco.MjModel) -> Iterator[str]:
     off = [name for name in _NEEDED if option.disableflags & getattr(mujoco.mjtDisableBit, f"mjDSBL_{name}")]
     if off:
         yield f"option: flag: {', '.join(name.lower() for name in off)} disabled; expected enabled"
+    if option.enableflags & mujoco.mjtEnableBit.mjENBL_OVERRIDE:
+        yield "option: flag: override enabled; expected disabled: how the ground is, the scenario says"
     if np.any(option.wind):
         yield f"option: wind {' '.join(f'{one:g}' for one in option.wind)}: expected none; push it with [[push]]"
     for what in ("density", "viscosity"):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Sequence
+from contextlib import nullcontext
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,6 +14,7 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.trust import grant
+from biped.engines.untouched import Untouched
 from biped.ensemble.campaign import run_one
 from biped.ensemble.rows import Row
 from biped.measure.momentum import unexplained
@@ -36,7 +39,7 @@ STANDING = ("walker2d", "human", "h1")
 IDLE = 0.01
 """Of a leg's length: a robot that walks or stands by itself, and whose centre of mass is never further than that from
 where it is without the help, was not helped."""
-MEASURES = ("tilt", "foot_support", "slip", "sinking")
+MEASURES = ("tilt", "com_height", "foot_support", "slip", "sinking", "energy_residual")
 _SHORT = ["duration=1.2", "window.start=0.1", "window.end=1.2", "randomise.runs=1", "randomise.draw={}"]
 
 
@@ -91,13 +94,22 @@ def _of_law(number: int) -> Judged:
     return Judged(what, helped_by(STANDING[number % len(STANDING)], text), {})
 
 
-def helped_by(robot: str, text: str) -> str:
-    """The verdict on a robot that stands through a small push by a law of this text, in a word."""
+def helped_by(robot: str, text: str, watched: bool = False, changes: Sequence[str] = ()) -> str:
+    """The verdict on a robot that stands through a small push by a law of this text, in a word.
+
+    Args:
+        robot: Its name.
+        text: The law's.
+        watched: Whether what the law does to the simulator is watched: otherwise the sentinel of momentum is alone.
+        changes: Of the scenario.
+    """
     path, scenario = _folder() / "law.py", _stands(robot, robot)
     path.write_text(text, encoding="utf-8")
     grant(path)
-    found, t, _ = _found(scenario, [f"law={path}:Law", *_SHORT])
-    return _idle(found, t, scenario, _SHORT)
+    short = [*_SHORT, *changes]
+    with nullcontext() if watched else mock.patch.object(Untouched, "found", return_value={}):
+        found, t, _ = _found(scenario, [f"law={path}:Law", *short])
+    return _idle(found, t, scenario, short)
 
 
 def _of_part(number: int, named: bool) -> Judged:
@@ -108,7 +120,7 @@ def _of_part(number: int, named: bool) -> Judged:
     path = _folder() / f"part{number}.xml"
     path.write_text(text, encoding="utf-8")
     if seven:
-        name, plain, changes = "level_normal", "level_normal", ["duration=2.5", "window.start=0.5", "window.end=2.5"]
+        name, plain, changes = "level_normal", "level_normal", ["duration=3.0", "window.start=1.0", "window.end=3.0"]
         found, t = _silently(name, [f"model={path}", *changes], named)
     else:
         name, plain, changes = _stands(model, str(path)), _stands(model, model), _SHORT

@@ -99,7 +99,7 @@ def honest(found: Noted) -> str:
     for end in LIES:
         some = [one.numbers for (kind, _), one in found.items() if kind in HONEST and one.found == end]
         for name in MEASURES:
-            values = sorted(one[name] for one in some if not math.isnan(one[name]))
+            values = sorted(one[name] for one in some if not math.isnan(one.get(name, math.nan)))
             if values:
                 cells = (values[int(share * (len(values) - 1))] for share in (0.0, 0.01, 0.5, 0.99, 1.0))
                 rows.append((end, name, len(values), *(f"{value:.3g}" for value in cells)))

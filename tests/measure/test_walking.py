@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from biped.measure.metrics import assess
-from biped.measure.metrics.walking import LEANING, SLIP, SUNK, outcome, outcome_of
+from biped.measure.metrics.walking import LEANING, LOW, SLIP, SUNK, outcome, outcome_of
 from biped.measure.trajectory import Trajectory
 from biped.measure.verdict import SOUND
 from tests.measure.made_up import WEIGHT, borne, lifted, standing, steady
@@ -83,6 +83,7 @@ def test_standing_is_more_than_staying_up():
     ("numbers", "words"),
     [({"slip": 1.01 * SLIP}, "its feet slide"), ({"sinking": 1.01 * SUNK}, "its feet sink into the ground"),
      ({"foot_support": 0.7}, "not borne by its feet"), ({"tilt": LEANING + 1.0}, "not upright"),
+     ({"com_height": 0.99 * LOW}, "on the ground"),
      ({"support": 0.7}, "not borne by the ground"), ({"flight": 0.3}, "in the air")],
 )  # fmt: skip
 def test_feet_hold_bear_and_stay_above_the_ground(numbers, words):

@@ -22,6 +22,7 @@ def contact(t: Trajectory, span: slice) -> dict[str, float]:
         "support": float(t.ground_force[span, 2].mean() / weight),
         "foot_support": float(t.foot_force[span].sum(axis=1).mean() / weight),
         "sinking": max(0.0, -float(t.above[span].min())) / t.robot.leg,
+        "com_height": float(t.com_above[span].min()) / t.robot.leg,
         **({} if t.seat_force is None else {"seat_load": float(t.seat_force[span, 1].mean() / weight)}),
         "centre_of_pressure": sums.pressure,
         "slip": sums.slid / travelled(t, span),

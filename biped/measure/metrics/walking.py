@@ -30,6 +30,9 @@ SUNK = 0.05
 """Most that a foot is below the ground that it is said to stand on / leg length."""
 LEANING = 60.0
 """[degrees] Most that the trunk of one that walks, stands or sits leans: on its back it would be 90."""
+LOW = 0.4
+"""Least height of the centre of mass of one that walks, stands or sits / leg length: whose knees and hips are in the
+ground, which bears its feet alone, is at 0.2."""
 STILL = 0.1
 """[m] that a standing or sitting biped's torso may sway either way."""
 SETTLED = 1.0
@@ -87,7 +90,7 @@ def sat(numbers: Mapping[str, Any], seconds: float) -> bool:
 
 
 TOLD_BY = ("end", "cause", "verdict", "doubt", "walked", "stood", "sat", "flight", "support", "alternation",
-           "foot_support", "sinking", "tilt", "slip")  # fmt: skip
+           "foot_support", "sinking", "com_height", "tilt", "slip")  # fmt: skip
 """Columns of a row that `outcome` reads."""
 _ENDED = re.compile("fell|collapsed")
 """How the cause of a fall begins."""
@@ -178,6 +181,8 @@ def _borne(numbers: Mapping[str, Any]) -> str | None:
 
 def _leaning(numbers: Mapping[str, Any]) -> str | None:
     """The reason why a biped is not upright; None if it is."""
+    if _real(numbers.get("com_height")) < LOW:
+        return "on the ground"
     return "not upright" if _real(numbers.get("tilt")) > LEANING else None
 
 

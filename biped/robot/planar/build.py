@@ -81,6 +81,7 @@ def _compiled(
         apply_truth(spec, truth, robot)
     option = spec.option
     set_solver(option, simulation)
+    option.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_OVERRIDE)  # the ground is the scenario's
     g = gravity(ground.slope)
     option.gravity = [g[0], 0.0, g[1]]
     solref = [ground.contact_time, ground.damping_ratio]
