@@ -50,6 +50,8 @@ class Regulator:
         self._held = np.linalg.lstsq(moment.T, data.qfrc_inverse, rcond=None)[0]
         A, B = np.zeros((2 * model.nv, 2 * model.nv)), np.zeros((2 * model.nv, model.nu))
         data.ctrl[:] = self._held
+        if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
+            model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER  # of this copy: the other has no such differences
         mujoco.mjd_transitionFD(model, data, _STEP, True, A, B, None, None)
         self._K = self._gain(data, setup, A, B)
         self._away = np.empty(model.nv)

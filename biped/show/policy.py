@@ -9,7 +9,7 @@ from biped.base.files import label
 from biped.base.text import plain
 from biped.show.terminal import console, table
 from biped.studies.policy.checks import Check
-from biped.studies.policy.faults import Fault
+from biped.studies.policy.faults import Trial
 from biped.studies.policy.measure import Measured
 
 
@@ -25,14 +25,22 @@ def show_checks(file: Path, checks: Sequence[Check]) -> None:
               else "  all passed")  # fmt: skip
 
 
-def show_faults(file: Path, faults: Sequence[Fault]) -> None:
-    """Prints which injected faults were found, and by what."""
-    out, page = console(), table(("fault", "found by"), ("fault", "found by"))
-    for one in faults:
-        page.add_row(one.name, one.found or "–")
-    out.print(f"[bold]{plain(label(file))}[/bold]")
+def show_faults(trials: Sequence[Trial]) -> None:
+    """Prints which injected faults were found, and by what; of several cards in how many."""
+    out, page = console(), table(("fault", "found by", "in"), ("fault", "found by", "in"))
+    faults = [one for trial in trials for one in trial.faults]
+    for name in dict.fromkeys(one.name for one in faults):
+        found = [one.found for one in faults if one.name == name]
+        by = dict.fromkeys(one for one in found if one)
+        page.add_row(name, ", ".join(by) or "–", f"{sum(map(bool, found))} of {len(found)}")
+    out.print(f"[bold]{plain(', '.join(label(Path(trial.card)) for trial in trials))}[/bold]")
     out.print(page)
     out.print(f"  {sum(bool(one.found) for one in faults)} of {len(faults)} found")
+    alarms = [(trial.card, one) for trial in trials for one in trial.alarms]
+    for card, one in alarms:
+        out.print(f"  alarm: {plain(label(Path(card)))}, {one.name}: {one.found}")
+    out.print(f"  {len({(card, one.name) for card, one in alarms})} of {sum(trial.right for trial in trials)} right "
+              "cards raised an alarm")  # fmt: skip
 
 
 def show_measured(file: Path, row: Measured) -> None:

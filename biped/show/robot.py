@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
+
 from biped.base.files import label
 from biped.base.text import plain
 from biped.robot.report import ModelReport
 from biped.robot.robot import Robot
 from biped.show.terminal import console, table
+from biped.studies.models import SurveyedModel
+
+PARTS = 3
+"""Of a path, so many from its end on tell models apart that are called scene.xml."""
 
 
 def show_robot(found: ModelReport) -> None:
@@ -22,6 +29,24 @@ def show_robot(found: ModelReport) -> None:
         out.print(f"  note       {plain(note)}", markup=True)
     if robot is not None:
         _show_use(found)
+
+
+def show_models(rows: Sequence[SurveyedModel]) -> None:
+    """Prints models in a row each, and how many are recognised and stand."""
+    out, page = console(), table(("model", "mass", "actuators", "contact points", "stands"), ("model", "stands"))
+    for row in rows:
+        name = plain("/".join(Path(row.file).parts[-PARTS:]))
+        if row.refused:
+            page.add_row(name, "", "", "", f"refused: {plain(row.refused)}")
+            continue
+        stands = "" if row.stood is None else "yes" if row.stood else f"no: {plain(row.end)}"
+        feet = " + ".join(str(count) for count in row.feet)
+        page.add_row(name, f"{row.mass:.4g} kg", str(row.actuators), feet, stands)
+    out.print(page)
+    known = [row for row in rows if not row.refused]
+    tried = [row for row in known if row.stood is not None]
+    out.print(f"  {len(known)} of {len(rows)} recognised"
+              + (f", {sum(bool(row.stood) for row in tried)} of {len(tried)} stand" if tried else ""))  # fmt: skip
 
 
 def _show_use(found: ModelReport) -> None:

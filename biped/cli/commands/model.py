@@ -12,9 +12,11 @@ def add(commands: Commands) -> None:
     """Adds the parser of `biped model`."""
     parser = command_parser(
         commands, "model", "what a model file is, and all that is wrong with it", command,
+        simulates=True,
         description="Says what is recognised in a model file, and lists every fault at once, with what to write.",
     )  # fmt: skip
-    parser.add_argument("file", help="name in models/, or path of an MJCF or URDF file")
+    parser.add_argument("file", nargs="+", help="name in models/, or path of an MJCF or URDF file; of several, a table")
+    parser.add_argument("--stand", action="store_true", help="also have each stand, in its file's own physics")
     take_trust(parser)
     take_json(parser)
 
@@ -23,7 +25,9 @@ def command(args: argparse.Namespace) -> int:
     """Prints what the robot in a file is; the exit code says whether it can be run."""
     from biped.robot.report import look
 
-    found = look(args.file)
+    if args.stand or len(args.file) > 1:
+        return _table(args)
+    found = look(args.file[0])
     if args.json:
         print_json(found.as_dict())
     else:
@@ -31,3 +35,16 @@ def command(args: argparse.Namespace) -> int:
 
         show_robot(found)
     return FAILED if found.faults else DONE
+
+
+def _table(args: argparse.Namespace) -> int:
+    """Prints files in a row each; the exit code says whether all are robots, and stand if that was asked."""
+    from biped.show.robot import show_models
+    from biped.studies.models import survey
+
+    rows = survey(args.file, args.stand, lambda name: None)
+    if args.json:
+        print_json({"models": [row._asdict() for row in rows]})
+    else:
+        show_models(rows)
+    return FAILED if any(row.refused or row.stood is False for row in rows) else DONE

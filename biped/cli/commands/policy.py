@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 from biped.base.errors import InputError
 from biped.cli.common import DONE, FAILED, print_json
-from biped.cli.parser import Commands, command_parser, number, take_json, take_trust
+from biped.cli.parser import Commands, command_parser, number, take_json, take_trust, whole
 
 TORCH = (".pt", ".pth", ".jit")
 CONVERT = (
@@ -25,7 +26,9 @@ def add(commands: Commands) -> None:
         description="Checks the card of a learned policy by short runs; writes one first, from the metadata of an ONNX "
         "file or from a YAML file beside it.",
     )  # fmt: skip
-    parser.add_argument("file", type=Path, help="the card, card.toml; or the network, policy.onnx, to write one")
+    parser.add_argument(
+        "file", type=Path, nargs="+", help="the card, card.toml, or several; or the network, policy.onnx, to write one"
+    )
     parser.add_argument("--model", help="the robot's model, where a card is written")
     parser.add_argument("--card", type=Path, help="the card to write (default: beside the network, of its name)")
     parser.add_argument(
@@ -38,6 +41,9 @@ def add(commands: Commands) -> None:
     parser.add_argument("--tape", type=Path, help="states, observations and actions that the card must reproduce, .npz")
     parser.add_argument("--faults", action="store_true", help="inject faults into the card and see which are found")
     parser.add_argument(
+        "--right", type=whole, default=1, metavar="N", help="with --faults: starts in which the right card is checked"
+    )
+    parser.add_argument(
         "--measure", action="store_true", help="speed, cost, and the pushes, slopes and latency it stands"
     )
     take_trust(parser)
@@ -48,55 +54,69 @@ def command(args: argparse.Namespace) -> int:
     """Writes a card if there is none, checks it, and says what came of it."""
     from biped.show.policy import show_checks, show_faults, show_measured
     from biped.studies.policy.checks import check, reproduce
-    from biped.studies.policy.faults import inject
     from biped.studies.policy.tape import read_tape
 
-    file: Path = args.file
-    if file.suffix == ".onnx":
-        file = _written(args)
-    elif file.suffix in TORCH:
-        raise InputError(
-            f"policy: {file}: TorchScript, which biped does not run; convert it once, where PyTorch is: {CONVERT}"
-        )
-    elif file.suffix != ".toml" or not file.is_file():
-        raise InputError(f"policy: {file}: expected a card that is there, card.toml, or a network, policy.onnx")
+    files = [_card(args, file) for file in args.file]
     if args.faults:
-        found = inject(file, lambda name: None)
+        from biped.studies.policy.faults import trial
+
+        trials = [trial(file, args.right, lambda name: None) for file in files]
         if args.json:
-            print_json({"card": str(file), "faults": [one._asdict() for one in found]})
+            _print([one.as_dict() for one in trials])
         else:
-            show_faults(file, found)
+            show_faults(trials)
         return DONE
     if args.measure:
         from biped.studies.policy.measure import measure
 
-        row = measure(file, lambda name: None)
+        rows = [measure(file, lambda name: None) for file in files]
         if args.json:
-            print_json({"card": str(file), **row._asdict(), "limits": [one._asdict() for one in row.limits]})
+            _print([{"card": str(file), **row._asdict(), "limits": [one._asdict() for one in row.limits]}
+                    for file, row in zip(files, rows, strict=True)])  # fmt: skip
         else:
-            show_measured(file, row)
+            for file, row in zip(files, rows, strict=True):
+                show_measured(file, row)
         return DONE
-    checks = ([] if args.tape is None else reproduce(file, read_tape(args.tape))) + check(file)
+    checks = [([] if args.tape is None else reproduce(file, read_tape(args.tape))) + check(file) for file in files]
     if args.json:
-        print_json({"card": str(file), "checks": [one._asdict() for one in checks]})
+        _print([{"card": str(file), "checks": [one._asdict() for one in found]}
+                for file, found in zip(files, checks, strict=True)])  # fmt: skip
     else:
-        show_checks(file, checks)
-    return DONE if all(one.passed for one in checks) else FAILED
+        for file, found in zip(files, checks, strict=True):
+            show_checks(file, found)
+    return DONE if all(one.passed for found in checks for one in found) else FAILED
 
 
-def _written(args: argparse.Namespace) -> Path:
+def _print(cards: list[dict[str, Any]]) -> None:
+    print_json(cards[0] if len(cards) == 1 else {"cards": cards})
+
+
+def _card(args: argparse.Namespace, file: Path) -> Path:
+    """A card that is there, or the one that is written for a network."""
+    if file.suffix == ".onnx":
+        return _written(args, file)
+    if file.suffix in TORCH:
+        raise InputError(
+            f"policy: {file}: TorchScript, which biped does not run; convert it once, where PyTorch is: {CONVERT}"
+        )
+    if file.suffix != ".toml" or not file.is_file():
+        raise InputError(f"policy: {file}: expected a card that is there, card.toml, or a network, policy.onnx")
+    return file
+
+
+def _written(args: argparse.Namespace, file: Path) -> Path:
     """The card that is written for a network."""
     import tomli_w
 
     from biped.studies.policy.describe import describe
 
-    out = args.card or args.file.with_suffix(".toml")
+    out = args.card or file.with_suffix(".toml")
     if out.exists():
         raise InputError(f"policy: {out}: is there already; nothing is overwritten: check it with biped policy {out}")
-    if out.resolve().parent != args.file.resolve().parent:
-        raise InputError(f"--card: {out}: expected a file beside the network {args.file}")
+    if out.resolve().parent != file.resolve().parent:
+        raise InputError(f"--card: {out}: expected a file beside the network {file}")
     if args.model is None:
         raise InputError("--model: expected the robot's model file, such as --model scene.xml")
-    text = tomli_w.dumps(describe(args.file, args.model, args.deploy, args.rate, args.clock))
+    text = tomli_w.dumps(describe(file, args.model, args.deploy, args.rate, args.clock))
     out.write_text(text, encoding="utf-8")
     return out

@@ -53,13 +53,14 @@ class Check(NamedTuple):
     words: str
 
 
-def check(file: Path, card: Card | None = None, blind: bool = True) -> list[Check]:
+def check(file: Path, card: Card | None = None, blind: bool = True, more: str = "") -> list[Check]:
     """Checks a card by short runs on level ground.
 
     Args:
         file: The card's file.
         card: What stands for it instead of its contents.
         blind: Whether to see that permuted joints fail too.
+        more: Of the runs' scenarios, as TOML.
 
     Returns:
         The checks; names and widths, which raise where they fail, come first.
@@ -69,29 +70,29 @@ def check(file: Path, card: Card | None = None, blind: bool = True) -> list[Chec
     """
     card = read_card(file) if card is None else card
     out = []
-    still = _walk(file, card, (0.0, 0.0, 0.0))
+    still = _walk(file, card, (0.0, 0.0, 0.0), more)
     out.append(
         Check("names and widths fit the model", True, f"{len(card.joints)} joints, {len(card.observation)} terms")
     )
     drift = float(np.hypot(*(still.base[-1, :2] - still.base[0, :2])))
     out.append(Check("stays up and in place under zero command", still.end == "completed" and drift < DRIFT,
                      f"{_end(still)}, moved {drift:.2f} m"))  # fmt: skip
-    out += _mirrored(file, card)
+    out += _mirrored(file, card, more)
     for name, command in commands_of(card):
-        out.append(_followed(name, command, _walk(file, card, command)))
+        out.append(_followed(name, command, _walk(file, card, command, more)))
     for name, command in _turns(card):
-        out.append(_followed(name, command, *(_walk(file, card, way) for way in (command, _opposite(command)))))
+        out.append(_followed(name, command, *(_walk(file, card, way, more) for way in (command, _opposite(command)))))
     if blind:
         shifted = structs.replace(card, joints=(*card.joints[1:], card.joints[0]))
-        t = _walk(file, shifted, commands_of(card)[0][1])
+        t = _walk(file, shifted, commands_of(card)[0][1], more)
         wrong = not _followed("", commands_of(card)[0][1], t).passed
         out.append(Check("permuted joints fail", wrong, _end(t) if wrong else "they walk too: these checks are blind"))
     return out
 
 
-def _mirrored(file: Path, card: Card) -> list[Check]:
+def _mirrored(file: Path, card: Card, more: str) -> list[Check]:
     """Whether mirrored states give mirrored actions; nothing of a robot that is not its own mirror image."""
-    run, name = run_of(file, card, commands_of(card)[0][1]), "mirrored states give mirrored actions"
+    run, name = run_of(file, card, commands_of(card)[0][1], more), "mirrored states give mirrored actions"
     try:
         alike = likeness(run, record(run))
     except InputError as error:
@@ -137,16 +138,16 @@ def _opposite(command: Asked) -> Asked:
     return -forward, -left, -yaw
 
 
-def _walk(file: Path, card: Card, command: Asked) -> Trajectory:
+def _walk(file: Path, card: Card, command: Asked, more: str) -> Trajectory:
     """A short run under a command."""
-    return simulate(run_of(file, card, command))
+    return simulate(run_of(file, card, command, more))
 
 
-def run_of(file: Path, card: Card, command: Asked) -> Run:
-    """Returns a short run of a card under a command."""
+def run_of(file: Path, card: Card, command: Asked, more: str = "") -> Run:
+    """Returns a short run of a card under a command, with more in its scenario."""
     forward, left, yaw = command
     text = (f'law = "{file.name}"\nduration = {SECONDS}\n'
-            f"command = {{ forward = {forward}, left = {left}, yaw = {yaw} }}\n")  # fmt: skip
+            f"command = {{ forward = {forward}, left = {left}, yaw = {yaw} }}\n{more}")  # fmt: skip
     scenario = from_text(text, file.parent / "check.toml")
     return Plan(scenario, law=Factory(Networked(card, file), scenario.law or "", str(file))).run(0)
 

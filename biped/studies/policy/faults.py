@@ -15,6 +15,8 @@ from biped.studies.policy.checks import check, commands_of, reproduce, run_of
 from biped.studies.policy.tape import record
 
 Tell = Callable[[str], None]
+JITTER = 0.01
+"""[rad] std of the starts in which a right card is checked."""
 
 
 class Fault(NamedTuple):
@@ -27,6 +29,43 @@ class Fault(NamedTuple):
 
     name: str
     found: str
+
+
+class Trial(NamedTuple):
+    """A card's faults, and what its checks say of the card as it is.
+
+    Attributes:
+        card: Its file.
+        faults: One by one.
+        right: Starts in which the right card was checked.
+        alarms: Checks that failed then.
+    """
+
+    card: str
+    faults: tuple[Fault, ...]
+    right: int
+    alarms: tuple[Fault, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain data, as `--json` prints it."""
+        return {"card": self.card, "faults": [one._asdict() for one in self.faults], "right": self.right,
+                "alarms": [one._asdict() for one in self.alarms]}  # fmt: skip
+
+
+def trial(file: Path, right: int, tell: Tell) -> Trial:
+    """Tries the checks of a card with faults and without.
+
+    Args:
+        file: The card's file.
+        right: Starts, a few hundredths of a radian apart, in which the card is checked as it is.
+        tell: Told of each fault and each start.
+    """
+    faults, alarms = inject(file, tell), []
+    for seed in range(right):
+        tell(f"right, start {seed}")
+        text = f"seed = {seed}\nstart.jitter = {JITTER}\n" if seed else ""
+        alarms += [Fault(f"start {seed}", one.name) for one in check(file, more=text) if not one.passed]
+    return Trial(str(file), tuple(faults), right, tuple(alarms))
 
 
 def inject(file: Path, tell: Tell) -> list[Fault]:

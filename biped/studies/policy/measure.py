@@ -27,6 +27,12 @@ MOMENTS, PUSHED = (3.0, 3.15, 3.3), 0.2
 """[s] at which pushes come, in a run each, and for how long."""
 IMPULSES = tuple(0.05 * i for i in range(1, 17))
 """In m √(g l)."""
+DIRECTIONS = {
+    "forward": (1.0, 0.0), "forward and left": (1.0, 1.0), "to the left": (0.0, 1.0), "backward and left": (-1.0, 1.0),
+    "backward": (-1.0, 0.0), "backward and right": (-1.0, -1.0), "to the right": (0.0, -1.0),
+    "forward and right": (1.0, -1.0),
+}  # fmt: skip
+"""Forward and left of each push."""
 SLOPES = tuple(float(i) for i in range(2, 21, 2))
 """Degrees."""
 DELAYS = tuple(0.01 * i for i in range(1, 11))
@@ -93,15 +99,14 @@ def measure(file: Path, tell: Callable[[str], None]) -> Measured:
 
     def pushes(x: float, y: float) -> Callable[[float], Sequence[str]]:
         def changes(one: float) -> Sequence[str]:
-            force = [one * unit * x, one * unit * y, 0.0]
+            share = one * unit / math.hypot(x, y)
+            force = [share * x, share * y, 0.0]
             return [f"push = [{{ at = {at}, duration = {PUSHED}, force = {force} }}]\n" for at in MOMENTS]
 
         return changes
 
     limits = (
-        largest("push forward", "J/(m√(g l))", IMPULSES, pushes(1.0, 0.0)),
-        largest("push backward", "J/(m√(g l))", IMPULSES, pushes(-1.0, 0.0)),
-        largest("push to the left", "J/(m√(g l))", IMPULSES, pushes(0.0, 1.0)),
+        *(largest(f"push {name}", "J/(m√(g l))", IMPULSES, pushes(*way)) for name, way in DIRECTIONS.items()),
         largest("slope up", "degrees", SLOPES, lambda one: [f"ground = {{ slope = {one} }}\n"]),
         largest("slope down", "degrees", SLOPES, lambda one: [f"ground = {{ slope = {-one} }}\n"]),
         largest("latency", "s", DELAYS, lambda one: [f"actuation = {{ delay = {one} }}\n"]),
