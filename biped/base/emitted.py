@@ -11,6 +11,7 @@ from llvmlite import ir
 from numba import typeof, types
 from numba.core import registry
 
+from biped.base.nested import optimised
 from biped.base.objects import file_of, letters_of, there
 from biped.base.sealed import sealed
 from biped.base.writing import written
@@ -29,7 +30,7 @@ def write(name: str, dispatcher: Any, arguments: tuple[Any, ...]) -> bool:
 
     Args:
         name: Of the kernel, with its module.
-        dispatcher: numba's own of the kernel.
+        dispatcher: numba's own of the kernel, for calls from other kernels.
         arguments: Of the call.
     """
     kinds = tuple(typeof(argument) for argument in arguments)
@@ -84,15 +85,8 @@ def _result(kind: Any) -> str | None:
 
 
 def _object(compiled: Any) -> tuple[bytes, list[str]]:
-    """Object code of a compiled kernel without what Python calls it by, and the functions of others that it calls.
-
-    It is the code that numba would run: nothing is optimised again.
-    """
-    name = compiled.fndesc.llvm_func_name
-    module = llvm.parse_bitcode(compiled.library._get_module_for_linking().as_bitcode())
-    for function in module.functions:
-        if not function.is_declaration:
-            function.linkage = llvm.Linkage.external if function.name == name else llvm.Linkage.internal
+    """Object code of a compiled kernel without what Python calls it by, and the functions of others that it calls."""
+    module = optimised(compiled.library, compiled.fndesc.llvm_func_name)
     machine = _TARGET.target_context.codegen()._tm
     passes = llvm.create_new_module_pass_manager()
     passes.add_global_dead_code_eliminate_pass()

@@ -113,6 +113,7 @@ class Kernel(Deferred):
     Attributes:
         py_func: The function.
         loaded: Whether it is called as object code where there is some.
+        nested: numba's dispatcher of the function for calls from other kernels.
     """
 
     def __init__(self, function: Callable[..., Any], options: dict[str, Any], entry: bool):
@@ -120,11 +121,28 @@ class Kernel(Deferred):
         update_wrapper(self, function)
         self.py_func, self._options = function, options
         self.loaded = entry and not SETTINGS
+        self.nested = Deferred(self._nested_dispatcher)
         self._codes: dict[Any, Callable[..., Any]] = {}
 
     def _dispatcher(self) -> Any:
         with cached():
-            return _apart(numba().njit(**self._options)(self.py_func))
+            compiler = numba() and import_module("biped.base.nested").OuterCompiler
+            return _apart(numba().njit(pipeline_class=compiler, **self._options)(self.py_func))
+
+    def _nested_dispatcher(self) -> Any:
+        with cached():
+            numba()
+            from biped.base.nested import NestedCache, NestedCompiler
+
+            options = self._options | {"cache": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+            made = numba().njit(pipeline_class=NestedCompiler, **options)(self.py_func)
+            made._cache = NestedCache(self.py_func)
+            return _apart(made)
+
+    @property
+    def _numba_type_(self) -> Any:
+        """Of which type it is, as numba asks of everything that compiled code names."""
+        return self.nested._numba_type_
 
     def __call__(self, *arguments: Any) -> Any:
         """Calls it."""
@@ -148,7 +166,7 @@ class Kernel(Deferred):
     def _write(self, name: str, arguments: tuple[Any, ...]) -> bool:
         from biped.base.emitted import write  # which takes numba
 
-        return write(name, self.value, arguments)
+        return write(name, self.nested.value, arguments)
 
     @property
     def signatures(self) -> list[Any]:
