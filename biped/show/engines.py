@@ -27,7 +27,7 @@ def table(rows: Sequence[ScenarioCells], engines: Sequence[str]) -> str:
     ]
     for row in rows:
         cells = (_words(row.cells[name]) for name in engines)
-        lines.append(f"| `{row.scenario}` | {row.goal} | " + " | ".join(cells) + " |")
+        lines.append(f"| {row.scenario} | {row.goal} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
 

@@ -112,7 +112,7 @@ class Why(NamedTuple):
 
 
 class Difference:
-    """What a walker's behaviour differs by from another's, moment by moment.
+    """The difference of a walker's behaviour from another's, moment by moment.
 
     Args:
         towards: The other.

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from biped.base.errors import InputError
+from biped.base.files import names
 from biped.base.paired import means
 from biped.base.progress import Progress, silent
 from biped.base.statistics import wilson
@@ -47,7 +48,7 @@ class ScenarioCells(NamedTuple):
     """A row of the table.
 
     Attributes:
-        scenario: Its name.
+        scenario: Its name; of one that is not shipped, its description.
         goal: `walked` or `stood`.
         cells: By engine; in words where one cannot simulate it.
     """
@@ -86,7 +87,8 @@ def cells_of(
             continue
         done = run(name, changes, jobs, folder / title.replace("/", "-") / engine, progress=progress)
         cells[engine] = _cell(done.result["runs"], goal)
-    return ScenarioCells(title, goal, cells)
+    shipped = title in names("scenarios")
+    return ScenarioCells(f"`{title}`" if shipped else plain.scenario.description or title, goal, cells)
 
 
 def _cell(rows: Sequence[dict[str, Any]], goal: str) -> Cell:
