@@ -1,7 +1,7 @@
 """The table of docs/engines.md: `python -m biped.show.engines FOLDER [SCENARIO…]` makes its runs and writes it.
 
-What an earlier call finished in the folder is not repeated. Scenarios that are named come on top of those of
-`biped.studies.engine_table`: of public policies, for instance, which nobody may ship.
+What an earlier call finished in the folder is not repeated; with `--finished` nothing else is run. Scenarios that are
+named come on top of those of `biped.studies.engine_table`: of public policies, for instance, which nobody may ship.
 """
 
 from __future__ import annotations
@@ -31,7 +31,9 @@ def table(rows: Sequence[ScenarioCells], engines: Sequence[str]) -> str:
     return "\n".join(lines)
 
 
-def _words(cell: Cell | str) -> str:
+def _words(cell: Cell | str | None) -> str:
+    if cell is None:
+        return "not run"
     if isinstance(cell, str):
         return "–"
     low, high = (round(100.0 * share) for share in cell.interval)
@@ -41,18 +43,18 @@ def _words(cell: Cell | str) -> str:
     return f"{cell.reached} of {cell.runs} ({low} – {high} %){speed}"
 
 
-def main(folder: Path, more: Sequence[str]) -> None:
+def main(folder: Path, more: Sequence[str], finished: bool = False) -> None:
     """Makes the runs and writes the table; says what became of runs that failed."""
     engines, rows = tuple(ENGINES), []
     with trusting(everything=True):
         for name in (*SCENARIOS, *more):
-            rows.append(cells_of(name, engines, 1, folder))
+            rows.append(cells_of(name, engines, 1, folder, finished=finished))
             for engine, cell in rows[-1].cells.items():
                 print(f"{name} {engine}: {cell if isinstance(cell, str) else _words(cell)}", flush=True)
-                for failure in () if isinstance(cell, str) else cell.failures:
+                for failure in cell.failures if isinstance(cell, Cell) else ():
                     print(f"    {failure}", flush=True)
     PAGE.write_text(replaced(PAGE.read_text(encoding="utf-8"), "table", table(rows, engines)), encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), sys.argv[2:])
+    main(Path(sys.argv[1]), [name for name in sys.argv[2:] if name != "--finished"], "--finished" in sys.argv)

@@ -50,16 +50,22 @@ class ScenarioCells(NamedTuple):
     Attributes:
         scenario: Its name; of one that is not shipped, its description.
         goal: `walked` or `stood`.
-        cells: By engine; in words where one cannot simulate it.
+        cells: By engine; in words where one cannot simulate it, None where it was not run.
     """
 
     scenario: str
     goal: str
-    cells: dict[str, Cell | str]
+    cells: dict[str, Cell | str | None]
 
 
 def cells_of(
-    name: str, engines: Sequence[str], jobs: Jobs, folder: Path, runs: int = RUNS, progress: Progress = silent
+    name: str,
+    engines: Sequence[str],
+    jobs: Jobs,
+    folder: Path,
+    runs: int = RUNS,
+    progress: Progress = silent,
+    finished: bool = False,
 ) -> ScenarioCells:
     """Runs a scenario in engines; what an earlier call finished in the folder is not repeated.
 
@@ -70,6 +76,7 @@ def cells_of(
         folder: Where results folders go, one for each cell.
         runs: At least so many of each cell.
         progress: Told of every finished run.
+        finished: Whether to make no runs, and to leave out cells that no earlier call has finished.
 
     Raises:
         InputError: The scenario cannot be used in any engine.
@@ -77,7 +84,7 @@ def cells_of(
     plain, title = plan_of(name, ()), title_of(name)
     points = len(plain) // plain.scenario.randomise.runs
     goal = "stood" if "stood" in plain.scenario.expect and "walked" not in plain.scenario.expect else "walked"
-    cells: dict[str, Cell | str] = {}
+    cells: dict[str, Cell | str | None] = {}
     for engine in engines:
         changes = [f"engine={engine}", f"randomise.runs={math.ceil(runs / points)}"]
         try:
@@ -85,7 +92,11 @@ def cells_of(
         except InputError as error:
             cells[engine] = str(error)
             continue
-        done = run(name, changes, jobs, folder / title.replace("/", "-") / engine, progress=progress)
+        where = folder / title.replace("/", "-") / engine
+        if finished and not (where / "result.json").is_file():
+            cells[engine] = None
+            continue
+        done = run(name, changes, jobs, where, progress=progress)
         cells[engine] = _cell(done.result["runs"], goal)
     shipped = title in names("scenarios")
     return ScenarioCells(f"`{title}`" if shipped else plain.scenario.description or title, goal, cells)

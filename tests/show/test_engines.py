@@ -12,13 +12,13 @@ from biped.studies.engine_table import Cell, ScenarioCells, cells_of
 def test_a_row_has_a_cell_for_each_engine():
     walked = Cell(19, 20, (0.764, 0.991), (0.694, 0.012), ["7: fell backward"])
     stood = Cell(20, 20, (0.839, 1.0), (0.001, math.nan), [])
-    rows = [ScenarioCells("`a`", "walked", {"one": walked, "two": "seven links only"}),
-            ScenarioCells("A policy (its/repository, 1a2b3c4)", "stood", {"one": stood, "two": stood})]  # fmt: skip
-    assert table(rows, ("one", "two")).splitlines() == [
-        "| scenario | goal | `one` | `two` |",
-        "|---|---|---|---|",
-        "| `a` | walked | 19 of 20 (76 – 99 %); 0.694 ± 0.012 m/s | – |",
-        "| A policy (its/repository, 1a2b3c4) | stood | 20 of 20 (84 – 100 %) | 20 of 20 (84 – 100 %) |",
+    rows = [ScenarioCells("`a`", "walked", {"one": walked, "two": "seven links only", "three": None}),
+            ScenarioCells("A policy (owner/name, 1a2b)", "stood", {"one": stood, "two": stood, "three": None})]  # fmt: skip
+    assert table(rows, ("one", "two", "three")).splitlines() == [
+        "| scenario | goal | `one` | `two` | `three` |",
+        "|---|---|---|---|---|",
+        "| `a` | walked | 19 of 20 (76 – 99 %); 0.694 ± 0.012 m/s | – | not run |",
+        "| A policy (owner/name, 1a2b) | stood | 20 of 20 (84 – 100 %) | 20 of 20 (84 – 100 %) | not run |",
     ]
 
 
@@ -26,6 +26,7 @@ def test_runs_are_shared_among_the_points_of_a_sweep_and_not_repeated(tmp_path, 
     row = cells_of("any/human", ("home", "mujoco"), 1, tmp_path, 2)
     assert row.scenario == "`any/human`"
     assert row.goal == "stood"
+    assert cells_of("any/robot", ("home", "mujoco"), 1, tmp_path, 2, finished=True).cells["mujoco"] is None
     assert "seven links" in row.cells["home"]
     assert row.cells["mujoco"].runs == 2
     assert row.cells["mujoco"].reached == 2
