@@ -12,13 +12,14 @@ from biped.studies.engine_table import Cell, ScenarioCells, cells_of
 def test_a_row_has_a_cell_for_each_engine():
     walked = Cell(19, 20, (0.764, 0.991), (0.694, 0.012), ["7: fell backward"])
     stood = Cell(20, 20, (0.839, 1.0), (0.001, math.nan), [])
+    name = "A policy (owner/name, 1a2b3c4)"
     rows = [ScenarioCells("`a`", "walked", {"one": walked, "two": "seven links only", "three": None}),
-            ScenarioCells("A policy (owner/name, 1a2b)", "stood", {"one": stood, "two": stood, "three": None})]  # fmt: skip
+            ScenarioCells(name, "stood", {"one": stood, "two": stood, "three": None})]  # fmt: skip
     assert table(rows, ("one", "two", "three")).splitlines() == [
         "| scenario | goal | `one` | `two` | `three` |",
         "|---|---|---|---|---|",
         "| `a` | walked | 19 of 20 (76 – 99 %); 0.694 ± 0.012 m/s | – | not run |",
-        "| A policy (owner/name, 1a2b) | stood | 20 of 20 (84 – 100 %) | 20 of 20 (84 – 100 %) | not run |",
+        f"| {name} | stood | 20 of 20 (84 – 100 %) | 20 of 20 (84 – 100 %) | not run |",
     ]
 
 
