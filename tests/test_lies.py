@@ -101,6 +101,13 @@ def test_a_few_of_each_kind(kind):
 
 
 @pytest.mark.slow
+def test_honest_runs_that_once_were_doubted():
+    assert judged("honest", 166).found == "sat"
+    _, row = run_one(plan_of("any/cells/damping", []), 5)
+    assert (row.verdict, row.end) == ("sound", "fell")
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", DRAWN)
 def test_a_hundred_of_each_kind(kind):
     found = outcomes(kind, 100)

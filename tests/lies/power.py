@@ -18,6 +18,8 @@ ROBOTS = {"walker2d": True, "human": True, "h1": False}
 HALVES = 10
 """Strengths down to 1/1024."""
 CAUGHT = ("held", "doubtful", "diverged")
+HARDER = (80.0, 40.0, -60.0)
+"""[N] of a push for 0.1 s, against which a spring or a brake acts that has nothing to do in the small one."""
 
 
 class Help(NamedTuple):
@@ -115,16 +117,23 @@ class Law:
 
 
 def weakest(number: int) -> Judged:
-    """The weakest strength of a kind of help that is caught, by halving; `idle` if all of it changes nothing."""
-    helped = KINDS_OF_HELP[number]
+    """The weakest strength of a kind of help that is caught, by halving; `idle` if all of it changes nothing.
+
+    What changes nothing in the small push is tried in a harder one.
+    """
+    helped, changes = KINDS_OF_HELP[number], []
     found = helped_by(helped.robot, law_of(helped, 1.0))
+    if found == "idle":
+        force = [HARDER[0], HARDER[2]] if ROBOTS[helped.robot] else list(HARDER)
+        changes = [f"push=[{{at=0.3,duration=0.1,force={force}}}]"]
+        found = helped_by(helped.robot, law_of(helped, 1.0), changes=changes)
     if found not in CAUGHT:
         word = "idle" if found == "idle" else "missed"
         return Judged(helped.group, word, {"weakest": 0.0, "unit": helped.unit})
     caught, missed = 0, HALVES + 1
     while missed - caught > 1:
         middle = (caught + missed) // 2
-        if helped_by(helped.robot, law_of(helped, 0.5**middle)) in CAUGHT:
+        if helped_by(helped.robot, law_of(helped, 0.5**middle), changes=changes) in CAUGHT:
             caught = middle
         else:
             missed = middle
