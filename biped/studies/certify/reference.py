@@ -206,7 +206,9 @@ def _summary(name: str, known: float, rows: np.ndarray) -> Validation:
 
 def _drawn(run: Normals, times: tuple[float, ...]) -> np.ndarray:
     """The normals of a run, as its stream draws them; those of the run that it was moved from are not drawn again."""
-    return _normals(int(run), run.moves, times)
+    z = _normals(int(run), run.moves, times)
+    run.squares += float(np.sum(np.square(z)))
+    return z
 
 
 @lru_cache(maxsize=20_000)

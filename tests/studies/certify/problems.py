@@ -1,9 +1,9 @@
-"""Known problems made harder: scores that jump, and falls that no level leads to."""
+"""Known problems made harder: scores that jump, falls that no level leads to, nothing to branch at."""
 
 from __future__ import annotations
 
 from biped.scenario.vary import stream
-from biped.studies.certify.reference import Regulated
+from biped.studies.certify.reference import Pendulum, Regulated
 
 
 class Jumping(Regulated):
@@ -23,3 +23,15 @@ class Trap(Regulated):
         """The outcome of a run."""
         out = super().__call__(run)
         return out._replace(fell=True) if stream(run, "trap").uniform(0.0, 1.0) < 0.02 else out
+
+
+class Timeless(Pendulum):
+    """The pushed pendulum whose pushes are drawn all at once: none may be moved without the others."""
+
+    def __call__(self, run):
+        """The outcome of a run."""
+        return Pendulum(self.foot)(run)
+
+    def __init__(self, foot):
+        super().__init__(foot)
+        self.foot, self.times = foot, ()

@@ -15,7 +15,7 @@ from biped.studies.certify.estimation import Accuracy
 from biped.studies.certify.outcome import RunOutcome
 from biped.studies.certify.reference import Pendulum, Regulated, _drawn, estimate, validate
 from biped.studies.certify.splitting import baseline_of
-from tests.studies.certify.problems import Jumping, Trap
+from tests.studies.certify.problems import Jumping, Timeless, Trap
 
 
 def test_the_known_probabilities_are_those_of_plain_runs():
@@ -24,9 +24,9 @@ def test_the_known_probabilities_are_those_of_plain_runs():
         assert low <= problem.falls() <= high
 
 
-@pytest.mark.parametrize("case", ["pendulum", "walk"])
+@pytest.mark.parametrize("case", ["pendulum", "walk", "timeless"])
 def test_the_mean_of_samples_is_the_known_probability(case):
-    problem = {"pendulum": Pendulum(3.09), "walk": Regulated(6.2)}[case]
+    problem = {"pendulum": Pendulum(3.09), "walk": Regulated(6.2), "timeless": Timeless(3.09)}[case]
     known = problem.falls()
     found, _ = estimate(problem, 3, Accuracy(most=9000, relative=1e-3, size=60))
     estimates = np.array([sample.probability for sample in found.samples])
