@@ -61,6 +61,8 @@ def _possible(card: Card, fail: Fail) -> None:
         value = getattr(action, key)
         if any(one < 0.0 for one in (value if isinstance(value, tuple) else (value or 0.0,))):
             raise fail(f"action.{key}", f"expected no negative number, got {echo(value)}")
+    if any(one == 0.0 for one in (action.effort if isinstance(action.effort, tuple) else (action.effort,))):
+        raise fail("action.effort", "expected more than 0 N m, or none: then the joint's own limit")
     if (action.stiffness is None) != (action.damping is None):
         given, missing = ("damping", "stiffness") if action.stiffness is None else ("stiffness", "damping")
         raise fail(f"action.{missing}", f"expected one beside action.{given}, or neither: then the model's servos act")

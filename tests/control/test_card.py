@@ -251,6 +251,23 @@ BAD = {
     "a scenario's key": ({"scenario": {"modell": "r.xml"}}, "scenario.modell: unknown key; did you mean 'model'?"),
     "infinite": ({"rate": float("inf")}, "rate: expected a finite number"),
     "words for numbers": ({"default": "zero"}, "default: expected"),
+    "a rate in words": ({"rate": "fast"}, "rate: expected a number, got a string"),
+    "a term as a word": ({"observation": ["command"]}, "observation: expected a list of tables"),
+    "joints as a word": ({"joints": "left_hip"}, "joints: expected a list, got a string"),
+    "a servo's place": ({"action": {"servo": "actuators"}}, "action.servo: expected one of actuator, law"),
+    "no effort": (
+        {"action": {"stiffness": 1.0, "damping": 1.0, "effort": 0.0}},
+        "action.effort: expected more than 0 N m",
+    ),
+    "a delay into the future": ({"observation": [{"term": "gravity", "delay": -1}]}, "observation[0].delay: expected"),
+    "half a bound": ({"observation": [{"term": "gravity", "clip": [1.0]}]}, "observation[0].clip: expected a list of"),
+    "a key of the clock": ({"clock": {"frequency": 1.0, "offset": [0.0]}}, "clock.offset: unknown key; did you mean"),
+    "no number": ({"action": {"scale": float("nan")}}, "action.scale: expected a finite number, got nan"),
+    "another width": (
+        {"observation": [{"term": "gravity", "offset": [1.0, 2.0]}]},
+        "observation[0].offset: expected one number, or one for each of the 3",
+    ),
+    "no such model": ({"scenario": {"model": "rr.xml"}}, "model: no model 'rr.xml'; expected the path of a file"),
 }
 
 
