@@ -23,8 +23,8 @@ from biped.studies.policy.checks import commands_of
 
 SECONDS, BEGIN = 8.0, 2.0
 """[s] of a run, and from when on means are taken."""
-MOMENTS, PUSHED = (3.0, 3.15, 3.3), 0.2
-"""[s] at which pushes come, in a run each, and for how long."""
+MOMENTS, PUSHED, AFTER = (2.0, 2.15, 2.3), 0.2, 2.5
+"""[s] at which pushes come, in a run each, for how long, and how long the run goes on."""
 IMPULSES = tuple(0.05 * i for i in range(1, 17))
 """In m √(g l)."""
 DIRECTIONS = {
@@ -101,7 +101,10 @@ def measure(file: Path, tell: Callable[[str], None]) -> Measured:
         def changes(one: float) -> Sequence[str]:
             share = one * unit / math.hypot(x, y)
             force = [share * x, share * y, 0.0]
-            return [f"push = [{{ at = {at}, duration = {PUSHED}, force = {force} }}]\n" for at in MOMENTS]
+            return [
+                f"duration = {at + PUSHED + AFTER}\npush = [{{at = {at}, duration = {PUSHED}, force = {force}}}]\n"
+                for at in MOMENTS
+            ]
 
         return changes
 
@@ -116,6 +119,7 @@ def measure(file: Path, tell: Callable[[str], None]) -> Measured:
 
 def _plan(file: Path, card: Card, forward: float, more: str) -> Plan:
     """A run of a card with more in its scenario."""
-    text = f'law = "{file.name}"\nduration = {SECONDS}\ncommand = {{ forward = {forward} }}\n{more}'
+    lasting = "" if more.startswith("duration") else f"duration = {SECONDS}\n"
+    text = f'law = "{file.name}"\n{lasting}{more}command = {{ forward = {forward} }}\n'
     scenario = from_text(text, file.parent / "measure.toml")
     return Plan(scenario, law=Factory(Networked(card, file), scenario.law or "", str(file)))
