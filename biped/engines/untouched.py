@@ -3,7 +3,7 @@
 Nothing in Python forbids a law to change the simulator behind its observation: to have forces act at joints beyond
 what their motors can, to move joints, to change what the model is made of. What holds the whole from outside shows in
 its momentum (`biped.measure.momentum`); this finds what acts inside, too. It looks at ticks that no law can know, one
-in `EVERY`, at the state, and at one look in `EVERY` and at the end of the run at the model's constants.
+in `EVERY`, at the state, and at one look in `RARELY` and at the end of the run at the model's constants.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 
 from biped.measure.verdict import CHANGED
 
-EVERY = 8
+EVERY, RARELY = 8, 32
 _STATE = int(mujoco.mjtState.mjSTATE_FULLPHYSICS | mujoco.mjtState.mjSTATE_USER)
 """All that a step starts from, but the solver's first guess."""
 _SEEN_ONLY = ("mesh_", "tex_", "mat_", "skin_", "cam_", "light_", "name", "text_", "bvh_", "oct_")
@@ -59,7 +59,7 @@ class Untouched:
         if self._state.tobytes() != was.tobytes():
             parts, now = self._parts.items(), self._state
             self._changed.update(name for name, part in parts if now[part].tobytes() != was[part].tobytes())
-        if self._chance.randrange(EVERY) == 0:
+        if self._chance.randrange(RARELY) == 0:
             self._changed.update(self._constants())
 
     def found(self) -> dict[str, int]:
