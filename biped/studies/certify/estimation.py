@@ -98,7 +98,8 @@ def estimated(seed: int, outcomes: Outcomes, moving: Moving, accuracy: Accuracy)
     levels = levels_of(seed, outcomes, first, moving, accuracy)
     size = 0 if levels is None else _size(levels, moving, accuracy, accuracy.most - outcomes.runs)
     if levels is None or size < LEAST_SIZE:
-        doubt = f"the score '{accuracy.score}' stopped rising before runs fell, or --most is too few: runs were counted"
+        score = outcomes.score if isinstance(outcomes.score, str) else LEARNED
+        doubt = f"the score '{score}' stopped rising before runs fell, or --most is too few: runs were counted"
         return _counting(rng, outcomes, first, accuracy, doubt)
     return _splitting(seed, outcomes, levels, moving, accuracy._replace(size=size))
 

@@ -18,13 +18,11 @@ from biped.studies.certify.splitting import EARLIEST
 
 FACTORS = (1.25, 1.5, 2.0, 3.0, 4.0, 6.0)
 """Of the normals of the disturbance, from the weakest on."""
-TRIAL = 40
-"""Runs that say whether a factor is large enough."""
 OFTEN = 0.05
-"""Share of them that falls if it is: of much stronger disturbances, walks fall in other ways."""
-BATCH, FALLS, MOST = 40, 30, 320
-"""Runs at a time until so many fell, and at most."""
-AT_MOST = len(FACTORS) * TRIAL + MOST
+"""Share of a batch that falls if a factor is large enough: of much stronger disturbances, walks fall in other ways."""
+BATCH, FALLS = 40, 30
+"""Runs at a time until so many fell."""
+AT_MOST = 560
 """Runs that learning takes at most."""
 LEAST = 8
 """Falls that a score is learned from."""
@@ -49,16 +47,14 @@ def learned(seed: int, outcomes: Outcomes, falls: int) -> LearnedScore | None:
         runs = outcomes([Normals(int(rng.integers(2**62))).moved(move) for _ in range(count)])
         return sum(one.fell for one in runs)
 
-    factor = FACTORS[0]
-    for factor in FACTORS:
-        fell = fallen(TRIAL, factor)
+    number = 0
+    for _ in range(AT_MOST // BATCH):
+        fell = fallen(BATCH, FACTORS[number])
         falls += fell
-        if fell >= OFTEN * TRIAL:
-            break
-    for _ in range(MOST // BATCH):
         if falls >= FALLS:
             break
-        falls += fallen(BATCH, factor)
+        if fell < OFTEN * BATCH:  # falls of one batch may be chance: every batch says whether it is strong enough
+            number = min(number + 1, len(FACTORS) - 1)
     return fitted(np.array(outcomes.states)) if falls >= LEAST else None
 
 

@@ -126,6 +126,8 @@ def certify(
                                        None if accuracy.score == LEARNED else accuracy.score)  # fmt: skip
         with closing:
             found = estimated(plan.scenario.seed, outcomes, Moving(tuple(piece_times(plan.scenario))), accuracy)
+        if found.levels is not None and isinstance(outcomes.score, str):
+            accuracy = accuracy._replace(score=outcomes.score)  # nothing could be learned
         certified = _certified(title, folder.path, plan.scenario.duration, accuracy, outcomes.runs, found)
         folder.save_text("certify.json", dumps(certified.as_dict(), indent=1))
     return certified
