@@ -19,7 +19,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 LOCK = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
 	--custom-compile-command 'make lock'
 
-.PHONY: boundscheck docs gallery fuzz help setup tools run view test test-all stress coverage check regress bench lint format lock site clean
+.PHONY: boundscheck wheel docs gallery fuzz help setup tools run view test test-all stress coverage check regress bench lint format lock site clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -109,6 +109,11 @@ docs: setup ## write the pages that are made from the code
 	$(BIN)/python -m biped.show.readings
 	$(BIN)/python -m biped.show.certify
 	$(BIN)/python -m biped.show.walks
+
+wheel: setup ## a wheel for x86-64 with compiled kernels in it, which elsewhere compiles them, in dist/
+	rm -rf biped/compiled
+	BIPED_PORTABLE_KERNELS=1 $(BIN)/biped demo --compile
+	$(BIN)/python -m pip wheel --quiet --no-deps --no-build-isolation --wheel-dir dist .
 
 site: $(SITE)/.installed ## the documentation as a site in build/site, to open from there or to publish
 	$(SITE)/bin/mkdocs build --strict --quiet

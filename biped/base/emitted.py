@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import json
 import math
+from functools import lru_cache
 from typing import Any
 
 import llvmlite.binding as llvm
 from llvmlite import ir
 from numba import typeof, types
-from numba.core import registry
+from numba.core import config, registry
 
 from biped.base.nested import optimised
-from biped.base.objects import file_of, letters_of, there
+from biped.base.objects import BASELINE, PORTABLE, file_of, letters_of, there
 from biped.base.sealed import sealed
 from biped.base.writing import written
 
@@ -49,7 +50,7 @@ def write(name: str, dispatcher: Any, arguments: tuple[Any, ...]) -> bool:
     head = {"name": compiled.fndesc.llvm_func_name, "result": result, "calls": calls}
     file = file_of(name, arguments)
     try:
-        file.parent.mkdir(exist_ok=True)
+        file.parent.mkdir(parents=True, exist_ok=True)
         with written(file) as part:
             part.write_bytes(sealed(json.dumps(head).encode() + b"\n" + code))
     except OSError:  # a full disk, or another process that keeps the same
@@ -84,10 +85,17 @@ def _result(kind: Any) -> str | None:
     return f"({''.join(letter for letter in letters if letter)})" if all(letters) else None
 
 
+@lru_cache(maxsize=1)
+def _portable_machine() -> Any:
+    """LLVM's machine of all processors that shipped kernels run on."""
+    target = llvm.Target.from_triple(llvm.get_process_triple())
+    return target.create_target_machine(cpu=BASELINE, opt=config.OPT, reloc="static", codemodel="jitdefault", jit=True)
+
+
 def _object(compiled: Any) -> tuple[bytes, list[str]]:
     """Object code of a compiled kernel without what Python calls it by, and the functions of others that it calls."""
-    module = optimised(compiled.library, compiled.fndesc.llvm_func_name)
-    machine = _TARGET.target_context.codegen()._tm
+    machine = _portable_machine() if PORTABLE else _TARGET.target_context.codegen()._tm
+    module = optimised(compiled.library, compiled.fndesc.llvm_func_name, machine)
     passes = llvm.create_new_module_pass_manager()
     passes.add_global_dead_code_eliminate_pass()
     passes.add_strip_dead_prototype_pass()

@@ -16,7 +16,7 @@ from typing import Any
 import llvmlite.binding as llvm
 from numba import types
 from numba._dynfunc import make_function
-from numba.core import caching, codegen, compiler, typed_passes
+from numba.core import caching, codegen, compiler, config, typed_passes
 from numba.core.compiler_machinery import register_pass
 
 # numba's classes know little of themselves.
@@ -171,17 +171,20 @@ class NestedCache(caching.FunctionCache):
     _impl_class = _CacheImpl
 
 
-def optimised(library: Any, name: str) -> Any:
+def optimised(library: Any, name: str, machine: Any) -> Any:
     """The code of a kernel and of all that it calls, optimised as numba does it, with one function seen from outside.
 
     Args:
         library: Of the kernel, a `NestedLibrary`.
         name: The function's.
+        machine: LLVM's, that it is optimised for.
     """
     module = library._get_module_for_linking().clone()
     for function in module.functions:
         if not function.is_declaration:
             function.linkage = llvm.Linkage.external if function.name == name else llvm.Linkage.internal
-    passes, builder = library.codegen._module_pass_manager()
-    passes.run(module, builder)
+    builder = codegen.create_pass_builder(
+        machine, opt=config.OPT, loop_vectorize=config.LOOP_VECTORIZE, slp_vectorize=config.SLP_VECTORIZE
+    )
+    builder.getModulePassManager().run(module, builder)
     return module

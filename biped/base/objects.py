@@ -12,6 +12,7 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import json
+import os
 import struct
 from collections.abc import Callable, Hashable
 from functools import lru_cache
@@ -22,13 +23,18 @@ from typing import Any
 
 import numpy as np
 
-from biped.base.kernels import cache_folder
+from biped.base.kernels import cache_folder, digest
 from biped.base.sealed import say_damaged, unsealed
 
 _C_ORDER, _FORTRAN_ORDER, _ALIGNED, _WRITEABLE = 0x1, 0x2, 0x100, 0x400
 """Flags of arrays."""
 _SCALARS = {bool: "?", int: "q", float: "d", np.float64: "d"}
 _C = {"?": ctypes.c_uint8, "q": ctypes.c_int64, "d": ctypes.c_double}
+PORTABLE = os.environ.get("BIPED_PORTABLE_KERNELS", "") not in ("", "0")
+"""Whether kernels are compiled for `BASELINE`, into the package, to be shipped."""
+BASELINE = "x86-64-v3"
+"""The family of processors that shipped kernels are made for, as LLVM calls it."""
+_BASELINE_FEATURES = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
 _RESULT = 256
 """[bytes] of the largest result."""
 
@@ -105,10 +111,46 @@ def _machine() -> str:
     return " ".join((*made_by, llvm.get_process_triple(), llvm.get_host_cpu_name(), features))
 
 
+@lru_cache(maxsize=1)
+def shipped_folder() -> Path:
+    """The folder of the kernels that come with the package; it need not exist."""
+    package = Path(__file__).parents[1]
+    return package / "compiled" / digest(package)
+
+
+@lru_cache(maxsize=1)
+def _is_of_baseline() -> bool:
+    """Whether this processor is one of `BASELINE`."""
+    llvm = import_module("llvmlite.binding")
+    try:
+        features = llvm.get_host_cpu_features()
+    except RuntimeError:
+        return False
+    return all(features.get(feature) for feature in _BASELINE_FEATURES)
+
+
+def _shipped(name: str, spelt: str) -> Path:
+    """The file of a kernel's code that comes with the package."""
+    triple = import_module("llvmlite.binding").get_process_triple()
+    types = hashlib.blake2b(f"{spelt}\n{triple} {BASELINE}".encode(), digest_size=8)
+    return shipped_folder() / f"{name}-{types.hexdigest()}.o"
+
+
 def file_of(name: str, arguments: tuple[Any, ...]) -> Path:
-    """The file of a kernel's code for arguments of these kinds on this machine."""
-    types = hashlib.blake2b(f"{_spelt(kinds(arguments))}\n{_machine()}".encode(), digest_size=8)
+    """The file that a kernel's code for arguments of these kinds is written to."""
+    spelt = _spelt(kinds(arguments))
+    if PORTABLE:
+        return _shipped(name, spelt)
+    types = hashlib.blake2b(f"{spelt}\n{_machine()}".encode(), digest_size=8)
     return cache_folder() / "objects" / f"{name}-{types.hexdigest()}.o"
+
+
+def _file_that_is_there(name: str, arguments: tuple[Any, ...]) -> Path:
+    """The file that a kernel's code is read from: made on this machine, else shipped."""
+    file = file_of(name, arguments)
+    if not file.exists() and shipped_folder().is_dir() and _is_of_baseline():
+        return _shipped(name, _spelt(kinds(arguments)))
+    return file
 
 
 def load(name: str, arguments: tuple[Any, ...], alone: bool) -> Callable[..., Any] | None:
@@ -120,7 +162,7 @@ def load(name: str, arguments: tuple[Any, ...], alone: bool) -> Callable[..., An
         alone: Whether Python's other threads go on while it runs.
     """
     try:
-        file = file_of(name, arguments)
+        file = _file_that_is_there(name, arguments)
         data = file.read_bytes()
         letters = letters_of(arguments)
     except (OSError, TypeError):

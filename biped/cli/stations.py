@@ -16,6 +16,7 @@ from time import perf_counter
 from typing import NamedTuple
 
 from biped.base.kernels import cache_folder
+from biped.base.objects import shipped_folder
 from biped.ensemble.executor import workers
 
 _SECONDS = 1.0
@@ -41,8 +42,8 @@ class Station(NamedTuple):
 
 
 def is_compiled() -> bool:
-    """Whether this installation has compiled anything for this processor yet."""
-    return any((cache_folder() / "objects").glob("*.o"))
+    """Whether this installation has compiled kernels, of its own or shipped with it."""
+    return any(any(folder.glob("*.o")) for folder in (cache_folder() / "objects", shipped_folder()))
 
 
 def visit(

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from biped.base import objects
 from biped.base.kernels import ROOMS, digest
 
 PACKAGE = Path(__file__).parents[2] / "biped"
@@ -123,6 +124,29 @@ def test_an_edited_number_in_another_file_is_compiled_again(small):
         (small / "robot" / "number.py").write_text(f"FACTOR = {factor}\n", encoding="utf-8")
         said += [called(small)[0] for _ in range(2)]
     assert said == [["2.0", "0"], ["2.0", "1"], ["3.0", "0"], ["3.0", "1"]]
+
+
+SHIPPED = "import sys; from biped.control.caller import g; print(g(1.0), 'numba' in sys.modules)"
+
+
+@pytest.mark.skipif(not objects._is_of_baseline(), reason="kernels are shipped for another family of processors")
+def test_shipped_kernels_are_loaded_without_numba_until_a_source_changes(small):
+    for name in ("base/objects.py", "base/emitted.py", "base/writing.py"):
+        shutil.copy(PACKAGE / name, small / name)
+    caller = small / "control" / "caller.py"
+    caller.write_text(CALLER.replace("kernel", "entry_kernel"), encoding="utf-8")
+
+    def shown(**environment: str) -> list[str]:
+        for folder in folders(small):
+            shutil.rmtree(folder)
+        return python(SHIPPED, cwd=small.parent, PYTHONPATH=str(small.parent), **environment).stdout.split()
+
+    assert shown() == ["2.0", "True"]
+    assert shown(BIPED_PORTABLE_KERNELS="1") == ["2.0", "True"]
+    assert len(list((small / "compiled").rglob("*.o"))) == 1
+    assert shown() == ["2.0", "False"]
+    (small / "robot" / "number.py").write_text("FACTOR = 3\n", encoding="utf-8")
+    assert shown() == ["3.0", "True"]
 
 
 def _emptied(data: bytes) -> bytes:
