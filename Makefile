@@ -111,7 +111,7 @@ docs: setup ## write the pages that are made from the code
 	$(BIN)/python -m biped.show.walks
 
 wheel: setup ## a wheel for x86-64 with compiled kernels in it, which elsewhere compiles them, in dist/
-	rm -rf biped/compiled
+	rm -rf biped/compiled biped/__pycache__/kernels-*
 	BIPED_PORTABLE_KERNELS=1 $(BIN)/biped demo --compile
 	$(BIN)/python -m pip wheel --quiet --no-deps --no-build-isolation --wheel-dir dist .
 

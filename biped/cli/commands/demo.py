@@ -66,7 +66,7 @@ def _visit(lanes: tuple[tuple[str, ...], ...], out: Path, options: list[str]) ->
             lanes, out, options, lambda one: print(f"  {one.scenario:<12} {one.seconds:5.1f} s", flush=True)
         )
     for station in stations:
-        if station.code not in (DONE, FAILED):
+        if station.code not in (DONE, FAILED) or not (station.folder / "result.json").is_file():
             print(station.error.strip())
     return max(station.code for station in stations), stations
 
