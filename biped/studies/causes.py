@@ -111,7 +111,7 @@ class Why(NamedTuple):
         }  # fmt: skip
 
 
-class Difference:
+class Departure:
     """The difference of a walker's behaviour from another's, moment by moment.
 
     Args:
@@ -161,7 +161,7 @@ class _Search:
         start = simulated(self._run(MOST))
         far = apart(start, towards) > FAR
         self.seconds = min(max(LEAST, 1.1 * float(start.time[np.argmax(far)])), MOST) if far.any() else MOST
-        self._from = Difference(towards, self.seconds)
+        self._from = Departure(towards, self.seconds)
         away = self._from.of(start)
         self.difference, self._scale = _size(away), np.maximum.accumulate(away)
 
