@@ -249,14 +249,13 @@ def begun(function: Callable[..., Any], *first: Any) -> Callable[..., Any]:
     """
     if not (isinstance(function, Kernel) and function.loaded):
         return partial(function, *first)
-    code: Callable[..., Any] | None = None
+    codes: list[Callable[..., Any]] = []
 
     def call(*scalars: Any) -> Any:
-        nonlocal code
-        if code is None:
+        if not codes:
             made = function.code((*first, *scalars))
-            code = made.after(*first) if hasattr(made, "after") else partial(made, *first)
-        return code(*scalars)
+            codes.append(made.after(*first) if hasattr(made, "after") else partial(made, *first))
+        return codes[0](*scalars)
 
     return call
 

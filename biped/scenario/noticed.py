@@ -70,6 +70,9 @@ def taken(s: Scenario, fail: Fail) -> None:
     if not ENGINES[s.engine].any_robot:
         others = " or ".join(f"'{name}'" for name, engine in ENGINES.items() if engine.any_robot)
         raise fail("engine", f"expected {others}: '{s.engine}' has seven links; got '{s.engine}'")
+    if s.truth.unmodelled.torque > 0.0 and not ENGINES[s.engine].beside:
+        raise fail("truth.unmodelled.torque", f"expected 0: in the engine '{s.engine}' nothing acts beside the "
+                   f"actuators of model '{s.model}'; use engine = 'mujoco'")  # fmt: skip
     if s.gains.speed is not None and not s.controller:
         raise fail("gains.speed", "expected none: no controller is named, and it is the speed of one that is a family")
     read = read_by(s.law)
