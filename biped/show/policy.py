@@ -9,7 +9,7 @@ from biped.base.files import label
 from biped.base.text import plain
 from biped.show.terminal import console, table
 from biped.studies.policy.checks import Check
-from biped.studies.policy.faults import Trial
+from biped.studies.policy.faults import CardTrial
 from biped.studies.policy.measure import Measured
 
 
@@ -25,7 +25,7 @@ def show_checks(file: Path, checks: Sequence[Check]) -> None:
               else "  all passed")  # fmt: skip
 
 
-def show_faults(trials: Sequence[Trial]) -> None:
+def show_faults(trials: Sequence[CardTrial]) -> None:
     """Prints which injected faults were found, and by what; of several cards in how many."""
     out, page = console(), table(("fault", "found by", "in"), ("fault", "found by", "in"))
     faults = [one for trial in trials for one in trial.faults]

@@ -180,7 +180,8 @@ def _followed(name: str, command: Asked, t: Trajectory, other: Trajectory | None
     along = float(done @ asked) / size
     across = float(np.linalg.norm((done - along * asked / size)[:2]))
     words = ", ".join(f"{value:.2f}" for value in done)
-    least = ALONG * size if size >= SMALL else -0.5 * size
+    # Standing still instead of stepping aside is a policy's own choice; the other way is wrong.
+    least = ALONG * size if other is None and size >= SMALL else -0.5 * size
     return Check(name, along > least and across < ACROSS,
                  f"asked for ({', '.join(f'{value:g}' for value in command)}), {way} ({words})")  # fmt: skip
 

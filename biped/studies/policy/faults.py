@@ -31,7 +31,7 @@ class Fault(NamedTuple):
     found: str
 
 
-class Trial(NamedTuple):
+class CardTrial(NamedTuple):
     """A card's faults, and what its checks say of the card as it is.
 
     Attributes:
@@ -52,7 +52,7 @@ class Trial(NamedTuple):
                 "alarms": [one._asdict() for one in self.alarms]}  # fmt: skip
 
 
-def trial(file: Path, right: int, tell: Tell) -> Trial:
+def trial(file: Path, right: int, tell: Tell) -> CardTrial:
     """Tries the checks of a card with faults and without.
 
     Args:
@@ -65,7 +65,7 @@ def trial(file: Path, right: int, tell: Tell) -> Trial:
         tell(f"right, start {seed}")
         text = f"seed = {seed}\nstart.jitter = {JITTER}\n" if seed else ""
         alarms += [Fault(f"start {seed}", one.name) for one in check(file, more=text) if not one.passed]
-    return Trial(str(file), tuple(faults), right, tuple(alarms))
+    return CardTrial(str(file), tuple(faults), right, tuple(alarms))
 
 
 def inject(file: Path, tell: Tell) -> list[Fault]:
