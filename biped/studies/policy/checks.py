@@ -180,8 +180,8 @@ def _followed(name: str, command: Asked, t: Trajectory, other: Trajectory | None
     along = float(done @ asked) / size
     across = float(np.linalg.norm((done - along * asked / size)[:2]))
     words = ", ".join(f"{value:.2f}" for value in done)
-    # Standing still instead of stepping aside is a policy's own choice; the other way is wrong.
-    least = ALONG * size if other is None and size >= SMALL else -0.5 * size
+    # A policy may pass over all but the way forward, and stand: only the other way is wrong.
+    least = ALONG * size if command[0] > 0.0 and size >= SMALL else -0.5 * size
     return Check(name, along > least and across < ACROSS,
                  f"asked for ({', '.join(f'{value:g}' for value in command)}), {way} ({words})")  # fmt: skip
 
