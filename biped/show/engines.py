@@ -1,7 +1,8 @@
 """The table of docs/engines.md: `python -m biped.show.engines FOLDER [SCENARIO…]` makes its runs and writes it.
 
-What an earlier call finished in the folder is not repeated; with `--finished` nothing else is run. Scenarios that are
-named come on top of those of `biped.studies.engine_table`: of public policies, for instance, which nobody may ship.
+What an earlier call finished in the folder is not repeated; with `--finished` nothing else is run or listed. Scenarios
+that are named come on top of those of `biped.studies.engine_table`: of public policies, for instance, which nobody may
+ship.
 """
 
 from __future__ import annotations
@@ -53,6 +54,7 @@ def main(folder: Path, more: Sequence[str], finished: bool = False) -> None:
                 print(f"{name} {engine}: {cell if isinstance(cell, str) else _words(cell)}", flush=True)
                 for failure in cell.failures if isinstance(cell, Cell) else ():
                     print(f"    {failure}", flush=True)
+    rows = [row for row in rows if any(isinstance(cell, Cell) for cell in row.cells.values())]
     PAGE.write_text(replaced(PAGE.read_text(encoding="utf-8"), "table", table(rows, engines)), encoding="utf-8")
 
 
