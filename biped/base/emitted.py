@@ -10,9 +10,9 @@ from typing import Any
 import llvmlite.binding as llvm
 from llvmlite import ir
 from numba import typeof, types
-from numba.core import config, registry
+from numba.core import registry
 
-from biped.base.nested import optimised
+from biped.base.nested import SETTINGS, optimised
 from biped.base.objects import BASELINE, PORTABLE, file_of, letters_of, there
 from biped.base.sealed import sealed
 from biped.base.writing import written
@@ -89,7 +89,9 @@ def _result(kind: Any) -> str | None:
 def _portable_machine() -> Any:
     """LLVM's machine of all processors that shipped kernels run on."""
     target = llvm.Target.from_triple(llvm.get_process_triple())
-    return target.create_target_machine(cpu=BASELINE, opt=config.OPT, reloc="static", codemodel="jitdefault", jit=True)
+    return target.create_target_machine(
+        cpu=BASELINE, opt=SETTINGS.OPT, reloc="static", codemodel="jitdefault", jit=True
+    )
 
 
 def _object(compiled: Any) -> tuple[bytes, list[str]]:

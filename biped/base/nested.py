@@ -16,12 +16,14 @@ from typing import Any
 import llvmlite.binding as llvm
 from numba import types
 from numba._dynfunc import make_function
-from numba.core import caching, codegen, compiler, config, typed_passes
+from numba.core import caching, codegen, compiler, config, llvm_bindings, typed_passes
 from numba.core.compiler_machinery import register_pass
 
 # numba's classes know little of themselves.
 _FUNCTION: Any = types.BaseFunction
 _JITTED: Any = codegen.JITCodeLibrary
+SETTINGS: Any = config
+"""numba's."""
 _PLAIN = (types.Number, types.Boolean, types.Array, types.BaseTuple, types.SliceType, types.Record, types.NoneType)
 """Types for which numba finds the same implementation every time."""
 _known: dict[Any, Any] = {}
@@ -183,8 +185,7 @@ def optimised(library: Any, name: str, machine: Any) -> Any:
     for function in module.functions:
         if not function.is_declaration:
             function.linkage = llvm.Linkage.external if function.name == name else llvm.Linkage.internal
-    builder = codegen.create_pass_builder(
-        machine, opt=config.OPT, loop_vectorize=config.LOOP_VECTORIZE, slp_vectorize=config.SLP_VECTORIZE
-    )
+    vector = {"loop_vectorize": SETTINGS.LOOP_VECTORIZE, "slp_vectorize": SETTINGS.SLP_VECTORIZE}
+    builder = llvm_bindings.create_pass_builder(machine, opt=SETTINGS.OPT, **vector)
     builder.getModulePassManager().run(module, builder)
     return module

@@ -143,11 +143,11 @@ def halves(model: mujoco.MjModel) -> Halves | None:
         address = ctypes.c_size_t.from_address(data._address + native.force).value
         if rows != data.nefc or (rows and address != data.efc_force.ctypes.data):
             return None
-        steps = [ctypes.cast(step, ctypes.c_void_p).value or 0
-                 for step in (library.mj_step1, library.mj_step2, library.mj_subtreeVel)]  # fmt: skip
+        one, two, velocities = (ctypes.cast(step, ctypes.c_void_p).value or 0
+                                for step in (library.mj_step1, library.mj_step2, library.mj_subtreeVel))  # fmt: skip
     except (_Unavailable, AttributeError):
         return None
-    return Halves(native.step, *steps, *native[2:])
+    return Halves(native.step, one, two, velocities, native.nefc, native.force, native.count, native.contacts)
 
 
 def contact_layout(model: mujoco.MjModel, q: np.ndarray) -> ContactLayout | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
@@ -110,7 +110,7 @@ class MujocoPlant:
         self.split = s.simulation.integrator in _SPLIT
         self.pushing, self._pushed = np.zeros((self.model.nbody - 1, 3)), ()
         self.wanted = np.zeros(self.law.size)
-        self.compiled = self._compiled()
+        self.compiled: Any = self._compiled()
         self._loops: tuple[Callable[[int, int], tuple[int, int]], ...] = ()
 
     def _compiled(self) -> SpacePlant | HeldPlant | None:

@@ -105,8 +105,8 @@ def step_cost(run: Run, repeats: int = REPEATS) -> StepCost:
     parts = [(part, step) for part in (foreign, update, engine) for step in (True, False)]
     rows = [[clock(lambda part=part, step=step: part(step)) for part, step in parts] for _ in range(repeats)]
     least = np.min(rows, axis=0)
-    costs = 1e6 * (least[::2] - least[1::2]) / len(states)
-    return StepCost(len(states), *costs.tolist(), memory)
+    mujoco_step, drake_update, drake_step = (1e6 * (least[::2] - least[1::2]) / len(states)).tolist()
+    return StepCost(len(states), mujoco_step, drake_update, drake_step, memory)
 
 
 def resident() -> float:
