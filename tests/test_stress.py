@@ -88,7 +88,9 @@ def outcome(t: Trajectory) -> str:
     if numbers["verdict"] != "sound":
         why = numbers["doubt"] or t.cause
         assert re.search(r"\d\.\d{3} s", why), "the time"
-        assert re.search(r"coordinate|faster than any fall|accounted for|from nowhere|warned of bad", why), "what"
+        assert re.search(
+            r"coordinate|faster than any fall|accounted for|from nowhere|holds or drives it|warned of bad", why
+        ), "what"
         assert not numbers["walked"]
         return FAILED if numbers["verdict"] == "diverged" else FLAGGED
     assert t.end in ("completed", "fell")
@@ -152,7 +154,7 @@ def test_random_torques(tmp_path):
         "    def torques(self, sensed):\n        return 200.0 * self.rng.uniform(-1.0, 1.0, 6)\n",
         encoding="utf-8",
     )
-    assert outcome(run(f"law={law}:Noise", seconds=1.0)) == FLAGGED, "steps of 1 ms do not resolve it: 2 % of the work"
+    assert outcome(run(f"law={law}:Noise", seconds=1.0)) == SOUND, "steps of 1 ms miss 0.4 % of what its fall sets free"
 
 
 def test_there_are_enough_cases():

@@ -45,7 +45,7 @@ def write(name: str, dispatcher: Any, arguments: tuple[Any, ...]) -> bool:
     if not known or result is None:
         return False
     code, calls = _object(compiled)
-    if not there(calls):
+    if not code or not there(calls):
         return False
     head = {"name": compiled.fndesc.llvm_func_name, "result": result, "calls": calls}
     file = file_of(name, arguments)
@@ -95,13 +95,18 @@ def _portable_machine() -> Any:
 
 
 def _object(compiled: Any) -> tuple[bytes, list[str]]:
-    """Object code of a compiled kernel without what Python calls it by, and the functions of others that it calls."""
+    """Object code of a compiled kernel without what Python calls it by, and the functions of others that it calls.
+
+    There is none (b"") of a kernel that holds addresses of this process.
+    """
     machine = _portable_machine() if PORTABLE else _TARGET.target_context.codegen()._tm
     module = optimised(compiled.library, compiled.fndesc.llvm_func_name, machine)
     passes = llvm.create_new_module_pass_manager()
     passes.add_global_dead_code_eliminate_pass()
     passes.add_strip_dead_prototype_pass()
     passes.run(module, llvm.create_pass_builder(machine, llvm.PipelineTuningOptions()))
+    if any(variable.name.startswith("numba.dynamic.globals") for variable in module.global_variables):
+        return b"", []
     calls = [function.name for function in module.functions if function.is_declaration]
     # llvm.sin.f64 is a call of sin, llvm.fabs.f64 an instruction.
     parts = [call.split(".") for call in calls]

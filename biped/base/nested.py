@@ -72,7 +72,9 @@ class NestedLibrary(_JITTED):
     def finalize(self) -> None:
         """Whoever calls the kernel links and optimises it."""
         passes = llvm.create_new_module_pass_manager()
-        passes.add_dead_code_elimination_pass()  # addresses of this process that numba loads and does not use
+        # numba loads addresses of this process that nothing uses once the code is in order.
+        passes.add_sroa_pass()
+        passes.add_dead_code_elimination_pass()
         passes.add_global_dead_code_eliminate_pass()
         machine = self._codegen._tm
         passes.run(self._final_module, llvm.create_pass_builder(machine, llvm.PipelineTuningOptions()))
@@ -140,6 +142,9 @@ class NestedCompiler(OuterCompiler):
 class _CacheImpl(caching.CompileResultCacheImpl):
     def get_filename_base(self, fullname: str, abiflags: str) -> str:
         return "nested-" + super().get_filename_base(fullname, abiflags)
+
+    def check_cachable(self, cres: Any) -> bool:
+        return not cres.library.has_dynamic_globals
 
     def reduce(self, cres: Any) -> tuple[Any, ...]:
         description = cres.fndesc
