@@ -12,7 +12,7 @@ from llvmlite import ir
 from numba import typeof, types
 from numba.core import registry
 
-from biped.base.nested import SETTINGS, optimised
+from biped.base.nested import CONFIG, optimised
 from biped.base.objects import BASELINE, PORTABLE, file_of, letters_of, there
 from biped.base.sealed import sealed
 from biped.base.writing import written
@@ -89,9 +89,7 @@ def _result(kind: Any) -> str | None:
 def _portable_machine() -> Any:
     """LLVM's machine of all processors that shipped kernels run on."""
     target = llvm.Target.from_triple(llvm.get_process_triple())
-    return target.create_target_machine(
-        cpu=BASELINE, opt=SETTINGS.OPT, reloc="static", codemodel="jitdefault", jit=True
-    )
+    return target.create_target_machine(cpu=BASELINE, opt=CONFIG.OPT, reloc="static", codemodel="jitdefault", jit=True)
 
 
 def _object(compiled: Any) -> tuple[bytes, list[str]]:
@@ -101,10 +99,6 @@ def _object(compiled: Any) -> tuple[bytes, list[str]]:
     """
     machine = _portable_machine() if PORTABLE else _TARGET.target_context.codegen()._tm
     module = optimised(compiled.library, compiled.fndesc.llvm_func_name, machine)
-    passes = llvm.create_new_module_pass_manager()
-    passes.add_global_dead_code_eliminate_pass()
-    passes.add_strip_dead_prototype_pass()
-    passes.run(module, llvm.create_pass_builder(machine, llvm.PipelineTuningOptions()))
     if any(variable.name.startswith("numba.dynamic.globals") for variable in module.global_variables):
         return b"", []
     calls = [function.name for function in module.functions if function.is_declaration]

@@ -126,12 +126,12 @@ class Kernel(Deferred):
 
     def _dispatcher(self) -> Any:
         with cached():
-            compiler = numba() and import_module("biped.base.nested").OuterCompiler
-            return _apart(numba().njit(pipeline_class=compiler, **self._options)(self.py_func))
+            from biped.base.nested import OuterCompiler
+
+            return _apart(numba().njit(pipeline_class=OuterCompiler, **self._options)(self.py_func))
 
     def _nested_dispatcher(self) -> Any:
         with cached():
-            numba()
             from biped.base.nested import NestedCache, NestedCompiler
 
             options = self._options | {"cache": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}

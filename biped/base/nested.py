@@ -22,8 +22,8 @@ from numba.core.compiler_machinery import register_pass
 # numba's classes know little of themselves.
 _FUNCTION: Any = types.BaseFunction
 _JITTED: Any = codegen.JITCodeLibrary
-SETTINGS: Any = config
-"""numba's."""
+CONFIG: Any = config
+"""numba's settings."""
 _PLAIN = (types.Number, types.Boolean, types.Array, types.BaseTuple, types.SliceType, types.Record, types.NoneType)
 """Types for which numba finds the same implementation every time."""
 _known: dict[Any, Any] = {}
@@ -76,8 +76,7 @@ class NestedLibrary(_JITTED):
         passes.add_sroa_pass()
         passes.add_dead_code_elimination_pass()
         passes.add_global_dead_code_eliminate_pass()
-        machine = self._codegen._tm
-        passes.run(self._final_module, llvm.create_pass_builder(machine, llvm.PipelineTuningOptions()))
+        _run(passes, self._final_module, self._codegen._tm)
         self._finalize_dynamic_globals()
         self._finalized = True
 
@@ -190,7 +189,15 @@ def optimised(library: Any, name: str, machine: Any) -> Any:
     for function in module.functions:
         if not function.is_declaration:
             function.linkage = llvm.Linkage.external if function.name == name else llvm.Linkage.internal
-    vector = {"loop_vectorize": SETTINGS.LOOP_VECTORIZE, "slp_vectorize": SETTINGS.SLP_VECTORIZE}
-    builder = llvm_bindings.create_pass_builder(machine, opt=SETTINGS.OPT, **vector)
+    vector = {"loop_vectorize": CONFIG.LOOP_VECTORIZE, "slp_vectorize": CONFIG.SLP_VECTORIZE}
+    builder = llvm_bindings.create_pass_builder(machine, opt=CONFIG.OPT, **vector)
     builder.getModulePassManager().run(module, builder)
+    passes = llvm.create_new_module_pass_manager()
+    passes.add_global_dead_code_eliminate_pass()
+    passes.add_strip_dead_prototype_pass()
+    _run(passes, module, machine)
     return module
+
+
+def _run(passes: Any, module: Any, machine: Any) -> None:
+    passes.run(module, llvm.create_pass_builder(machine, llvm.PipelineTuningOptions()))
