@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from biped.base.files import label
 from biped.base.text import plain
 from biped.robot.report import ModelReport
 from biped.robot.robot import Robot
 from biped.show.terminal import console, table
-from biped.studies.models import SurveyedModel
+
+if TYPE_CHECKING:
+    from biped.studies.models import SurveyedModel
 
 PARTS = 3
 """Of a path, so many from its end on tell models apart that are called scene.xml."""

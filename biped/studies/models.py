@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -39,17 +39,15 @@ class SurveyedModel(NamedTuple):
     end: str = ""
 
 
-def survey(names: Sequence[str], stands: bool, tell: Callable[[str], None]) -> list[SurveyedModel]:
+def survey(names: Sequence[str], stands: bool) -> list[SurveyedModel]:
     """Looks at model files, one after the other.
 
     Args:
         names: Names in models/, or paths of MJCF or URDF files.
         stands: Whether to have those that are recognised stand.
-        tell: Told of each file.
     """
     out = []
     for name in names:
-        tell(name)
         try:
             found = look(name)
         except InputError as error:

@@ -87,7 +87,7 @@ def test_faults_are_named_by_its_tape():
 
 @pytest.mark.slow
 def test_all_faults_are_found():
-    assert [one.name for one in inject(CARD, lambda name: None) if not one.found] == []
+    assert [one.name for one in inject(CARD) if not one.found] == []
 
 
 def test_it_is_made_by_its_script(script, monkeypatch, tmp_path):

@@ -42,7 +42,7 @@ def _table(args: argparse.Namespace) -> int:
     from biped.show.robot import show_models
     from biped.studies.models import survey
 
-    rows = survey(args.file, args.stand, lambda name: None)
+    rows = survey(args.file, args.stand)
     if args.json:
         print_json({"models": [row._asdict() for row in rows]})
     else:

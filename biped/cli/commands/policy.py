@@ -60,7 +60,7 @@ def command(args: argparse.Namespace) -> int:
     if args.faults:
         from biped.studies.policy.faults import trial
 
-        trials = [trial(file, args.right, lambda name: None) for file in files]
+        trials = [trial(file, args.right) for file in files]
         if args.json:
             _print([one.as_dict() for one in trials])
         else:
@@ -69,7 +69,7 @@ def command(args: argparse.Namespace) -> int:
     if args.measure:
         from biped.studies.policy.measure import measure
 
-        rows = [measure(file, lambda name: None) for file in files]
+        rows = [measure(file) for file in files]
         if args.json:
             _print([{"card": str(file), **row._asdict(), "limits": [one._asdict() for one in row.limits]}
                     for file, row in zip(files, rows, strict=True)])  # fmt: skip

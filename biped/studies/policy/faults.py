@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,7 +13,6 @@ from biped.scenario.card_file import read_card
 from biped.studies.policy.checks import check, commands_of, reproduce, run_of
 from biped.studies.policy.tape import record
 
-Tell = Callable[[str], None]
 JITTER = 0.01
 """[rad] std of the starts in which a right card is checked."""
 
@@ -52,34 +50,30 @@ class CardTrial(NamedTuple):
                 "alarms": [one._asdict() for one in self.alarms]}  # fmt: skip
 
 
-def trial(file: Path, right: int, tell: Tell) -> CardTrial:
+def trial(file: Path, right: int) -> CardTrial:
     """Tries the checks of a card with faults and without.
 
     Args:
         file: The card's file.
         right: Starts, a few hundredths of a radian apart, in which the card is checked as it is.
-        tell: Told of each fault and each start.
     """
-    faults, alarms = inject(file, tell), []
+    faults, alarms = inject(file), []
     for seed in range(right):
-        tell(f"right, start {seed}")
         text = f"seed = {seed}\nstart.jitter = {JITTER}\n" if seed else ""
         alarms += [Fault(f"start {seed}", one.name) for one in check(file, more=text) if not one.passed]
     return CardTrial(str(file), tuple(faults), right, tuple(alarms))
 
 
-def inject(file: Path, tell: Tell) -> list[Fault]:
+def inject(file: Path) -> list[Fault]:
     """Injects faults into a right card, one at a time, and notes which check finds each: first those of a tape.
 
     Args:
         file: The card's file.
-        tell: Told of each fault.
     """
     card, out = read_card(file), []
     right: set[str] | None = None  # checks that the right card passes
     tape = record(run_of(file, card, commands_of(card)[0][1]))
     for name, wrong in faults_of(card):
-        tell(name)
         failed = [one.name for one in reproduce(file, tape, wrong) if not one.passed]
         if not failed:
             right = {one.name for one in check(file) if one.passed} if right is None else right

@@ -73,12 +73,11 @@ class Measured(NamedTuple):
     limits: tuple[Bearable, ...]
 
 
-def measure(file: Path, tell: Callable[[str], None]) -> Measured:
+def measure(file: Path) -> Measured:
     """Measures a policy on its card's first command.
 
     Args:
         file: Its card.
-        tell: Told of every limit that is searched.
     """
     card = read_card(file)
     (_, (forward, _, _)), *_ = commands_of(card)
@@ -89,7 +88,6 @@ def measure(file: Path, tell: Callable[[str], None]) -> Measured:
     numbers = assess(level, (BEGIN, SECONDS)).numbers
 
     def largest(name: str, of: str, levels: Sequence[float], changes: Callable[[float], Sequence[str]]) -> Bearable:
-        tell(name)
         last = 0.0
         for one in levels:
             if any(simulate(_plan(file, card, forward, text).run(0)).end != "completed" for text in changes(one)):
