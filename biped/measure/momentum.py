@@ -6,8 +6,9 @@ is a force or a moment of something else, and no list of what that could be is n
 
 A step of the physics changes momentum by the impulses of that step; the motion of the links during the step changes
 it once more, by the step times the change of the forces m r ω² that turning takes. What is left is judged as a mean
-over a window, in which that comes and goes: over a fifth of a second, and over two seconds for what stays. What it
-can be at most, by the energy of the links' motion, is taken off.
+over a window, in which that comes and goes: over a fifth of a second, and over two seconds for what stays. What is
+left of it at the two ends of a window, each no more than twice the energy of the links' motion over the length of a
+leg, is taken off.
 
 Nor may the centre of mass move by anything but its velocity: who sets places instead of forces leaves momentum alone.
 """
@@ -74,7 +75,7 @@ def unexplained(t: Trajectory) -> Unexplained:
     free = _FREE[len(t.robot.base_columns)]
     force, moment = ([column for column in free if (column < TURNING) == along] for along in (True, False))
     left = {column: leftover(t, column) for column in free}
-    turning = 2.0 * _moving(t) / t.robot.leg
+    turning = 4.0 * _moving(t) / t.robot.leg
     return Unexplained(
         _largest(t, left, force, (weight, turning)),
         _largest(t, left, moment, (weight * t.robot.leg, turning * t.robot.leg)),

@@ -127,6 +127,7 @@ _ALL = (
     Metric("penetration", "m", "deepest point", table="run", better="less"),
     Metric("sinking", "", "deepest point in the window / leg length"),
     Metric("com_height", "", "least height of the centre of mass above the ground in the window / leg length"),
+    Metric("pull", "", "mean force of the declared pushes along the way in the window / weight"),
     Metric("clearance", "m", "lowest point of a foot in the middle half of a swing", table="run", better="more"),
     Metric("torso_lean", "degrees", "mean lean of the torso from the vertical, forward positive", table="run"),
     Metric("torso_sway", "degrees", "standard deviation of it", better="less"),

@@ -39,7 +39,7 @@ STANDING = ("walker2d", "human", "h1")
 IDLE = 0.01
 """Of a leg's length: a robot that walks or stands by itself, and whose centre of mass is never further than that from
 where it is without the help, was not helped."""
-MEASURES = ("tilt", "com_height", "foot_support", "slip", "sinking", "energy_residual")
+MEASURES = ("tilt", "com_height", "foot_support", "slip", "pull", "sinking", "energy_residual")
 _SHORT = ["duration=1.2", "window.start=0.1", "window.end=1.2", "randomise.runs=1", "randomise.draw={}"]
 
 

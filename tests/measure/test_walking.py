@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from biped.measure.metrics import assess
-from biped.measure.metrics.walking import LEANING, LOW, SLIP, SUNK, outcome, outcome_of
+from biped.measure.metrics.walking import LEANING, LOW, PULL, SLIP, SUNK, outcome, outcome_of
 from biped.measure.trajectory import Trajectory
 from biped.measure.verdict import SOUND
 from tests.measure.made_up import WEIGHT, borne, lifted, standing, steady
@@ -56,6 +56,16 @@ def test_a_walk_is_steps_on_the_ground():
     assert measure(slow, window)["walked"] == 0
 
 
+@pytest.mark.parametrize(
+    ("share", "end", "mean"), [(0.2, 3.0, 0.2), (0.2, 2.25, 0.1), (-0.2, 3.0, -0.2), (0.2, 1.0, 0.0)]
+)
+def test_who_is_pulled_along_does_not_walk(share, end, mean):
+    pulled = replace(walking(), pushes=((0.0, end, share * WEIGHT, 0.0, "torso"),))
+    row = measure(pulled, (1.5, 3.0))
+    assert row["pull"] == pytest.approx(mean, abs=1e-9)
+    assert row["walked"] == (mean < PULL)
+
+
 def test_walking_is_more_than_standing_or_falling():
     still = synthetic(2.0, q=[0.0, 1.3, *[0.0] * 7])
     stood = measure(still, (1.0, 2.0))
@@ -83,14 +93,14 @@ def test_standing_is_more_than_staying_up():
     ("numbers", "words"),
     [({"slip": 1.01 * SLIP}, "its feet slide"), ({"sinking": 1.01 * SUNK}, "its feet sink into the ground"),
      ({"foot_support": 0.7}, "not borne by its feet"), ({"tilt": LEANING + 1.0}, "not upright"),
-     ({"com_height": 0.99 * LOW}, "on the ground"),
+     ({"com_height": 0.99 * LOW}, "on the ground"), ({"pull": 1.01 * PULL}, "pulled along"),
      ({"support": 0.7}, "not borne by the ground"), ({"flight": 0.3}, "in the air")],
 )  # fmt: skip
 def test_feet_hold_bear_and_stay_above_the_ground(numbers, words):
     row = measure(walking(), (1.5, 3.0), **numbers)
     assert row["walked"] == 0
     assert outcome(row | {"end": "completed", "cause": ""}) == f"stayed up without walking: {words}"
-    if "slip" not in numbers:
+    if not {"slip", "pull"} & set(numbers):
         still = borne(synthetic(2.0, q=[0.0, 1.3, *[0.0] * 7]))
         assert measure(still, (0.5, 2.0), **numbers)["stood"] == 0
 

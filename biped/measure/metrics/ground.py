@@ -16,19 +16,30 @@ _SWING = 0.1
 
 
 def contact(t: Trajectory, span: slice) -> dict[str, float]:
-    """Support, sinking, centre of pressure, slip, losses and clearance over a span of rows."""
+    """Support, pull, sinking, centre of pressure, slip, losses and clearance over a span of rows."""
     weight, sums = -t.mass * t.gravity[2], grounded(t, span)
     return {
         "support": float(t.ground_force[span, 2].mean() / weight),
         "foot_support": float(t.foot_force[span].sum(axis=1).mean() / weight),
         "sinking": max(0.0, -float(t.above[span].min())) / t.robot.leg,
         "com_height": float(t.com_above[span].min()) / t.robot.leg,
+        **({"pull": pull(t, span) / weight} if t.pushes else {}),
         **({} if t.seat_force is None else {"seat_load": float(t.seat_force[span, 1].mean() / weight)}),
         "centre_of_pressure": sums.pressure,
         "slip": sums.slid / travelled(t, span),
         "contact_loss": sums.lost / (t.tick * (span.stop - span.start - 1)),
         "clearance": clearance(t, span),
     }
+
+
+def pull(t: Trajectory, span: slice) -> float:
+    """Mean force [N] of the declared pushes along the way over a span of rows, backward negative."""
+    begin, end = float(t.time[span.start]), float(t.time[span.start]) + t.tick * (span.stop - span.start)
+    way = np.array([float(one[span.stop - 1] - one[span.start]) for one in (t.x, t.y)])
+    impulse = np.zeros(2)
+    for start, stop, *force, _ in t.pushes:
+        impulse[: len(force) - 1] += max(0.0, min(stop, end) - max(start, begin)) * np.array(force[:-1])
+    return float(impulse @ way) / ((end - begin) * (math.hypot(*way) or math.inf))
 
 
 def clearance(t: Trajectory, span: slice) -> float:

@@ -26,6 +26,8 @@ FLIGHT = 0.2
 """Share of the window that it may be in the air: walking has no flight, running has more."""
 SLIP = 0.3
 """Most that loaded feet slide on the way / that way: of a biped that slides along on one foot 1, on both 2."""
+PULL = 0.15
+"""Most that declared pushes pull a walker along, as a mean over the window / weight: a slope of 8.6 degrees does."""
 SUNK = 0.05
 """Most that a foot is below the ground that it is said to stand on / leg length."""
 LEANING = 60.0
@@ -90,7 +92,8 @@ def sat(numbers: Mapping[str, Any], seconds: float) -> bool:
 
 
 TOLD_BY = ("end", "cause", "verdict", "doubt", "walked", "stood", "sat", "flight", "support", "alternation",
-           "foot_support", "sinking", "com_height", "tilt", "slip")  # fmt: skip
+           "foot_support", "sinking", "com_height", "tilt", "slip",
+           "pull")  # fmt: skip
 """Columns of a row that `outcome` reads."""
 _ENDED = re.compile("fell|collapsed")
 """How the cause of a fall begins."""
@@ -193,6 +196,8 @@ def _no_steps(numbers: Mapping[str, Any]) -> str | None:
         return air
     if not _real(numbers["alternation"]) >= ALTERNATION:
         return "no steps of one leg after the other"
+    if _real(numbers.get("pull")) > PULL:
+        return "pulled along"
     return "its feet slide" if _real(numbers.get("slip")) > SLIP else None
 
 
