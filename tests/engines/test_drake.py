@@ -7,54 +7,20 @@ from copy import copy
 
 import mujoco
 import numpy as np
+import pinocchio
 import pytest
 
 from biped.base.errors import InputError
 from biped.ensemble.campaign import simulate
 from biped.measure.metrics import assess
-from biped.robot.planar.build import compile_foreign
 from biped.robot.planar.topology import KNEE, Z
 from biped.studies.planned import plan_of
 
 drake = pytest.importorskip("pydrake", reason="Drake is not installed")
 from biped.engines.sap.stepper import Stepper  # noqa: E402
+from tests.engines.steppers import disturbed, run_of, stepper_of  # noqa: E402
 
 ROBOTS = ("upright/own", "robot/own", "spatial/own", "any/h1", "any/humanoid")
-
-
-def run_of(name, *changes):
-    return plan_of(name, [*changes, "engine=drake"]).run(0)
-
-
-def stepper_of(name, *changes):
-    """What steps a run, at its start, and the run."""
-    run = run_of(name, *changes)
-    if run.scenario.robot is None:
-        model = compile_foreign(run.model, run.scenario).model
-    else:
-        from biped.robot.build import compiled
-
-        model = compiled(run.model, run.scenario, "torque")
-    out = Stepper(model, run.robot, run.profile.level, run.scenario.model)
-    out.q[:], out.v[:] = run.q, run.v
-    return out, run
-
-
-def disturbed(stepper, seed):
-    """Has it in the air, within its stops, with velocities."""
-    m, random = stepper.model, np.random.default_rng(seed)
-    for j in range(m.njnt):
-        at = m.jnt_qposadr[j]
-        if m.jnt_type[j] == mujoco.mjtJoint.mjJNT_FREE:
-            stepper.q[at + 2] += 3.0
-            turned = random.normal(size=4)
-            stepper.q[at + 3 : at + 7] = turned / np.linalg.norm(turned)
-        elif m.jnt_limited[j]:
-            low, high = m.jnt_range[j]
-            stepper.q[at] = low + (high - low) * random.uniform(0.3, 0.7)
-        else:
-            stepper.q[at] += random.uniform(-0.3, 0.3) + (3.0 if m.joint(j).name == "root_z" else 0.0)
-    stepper.v[:] = random.normal(size=m.nv)
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -74,6 +40,74 @@ def test_mass_matrix_and_bias_are_mujocos(name):
         there = np.array([c.forces(stepper.q, row).copy() for row in theirs])
         there = np.array([c.forces(stepper.q, column).copy() for column in there.T]).T
         assert np.abs(ours - there).max() < 1e-12 * np.abs(there).max()
+
+
+@pytest.mark.parametrize("name", ["upright/own", "spatial/own", "any/h1"])
+def test_mass_matrix_is_pinocchios(name):
+    """Built joint by joint from the same file, by neither MuJoCo's dynamics nor Drake's."""
+    stepper, _ = stepper_of(name)
+    theirs, columns = pinocchio_of(stepper.model)
+    work, c = theirs.createData(), stepper.coordinates
+    for seed in range(3):
+        disturbed(stepper, seed)
+        m, q, v = stepper.model, np.empty(theirs.nq), np.zeros((theirs.nv, stepper.model.nv))
+        for j, (place, column) in columns.items():
+            at, dof = m.jnt_qposadr[j], m.jnt_dofadr[j]
+            if m.jnt_type[j] == mujoco.mjtJoint.mjJNT_FREE:
+                q[place : place + 3] = stepper.q[at : at + 3]
+                q[place + 3 : place + 7] = stepper.q[at + 3 : at + 7][ORDER]
+                turn = np.empty(9)
+                mujoco.mju_quat2Mat(turn, stepper.q[at + 3 : at + 7])
+                v[column : column + 3, dof : dof + 3] = turn.reshape(3, 3).T  # MuJoCo's v of a base is the world's
+                v[column + 3 : column + 6, dof + 3 : dof + 6] = np.eye(3)
+            else:
+                q[place], v[column, dof] = stepper.q[at] - m.qpos0[at], 1.0
+        M = pinocchio.crba(theirs, work, q, pinocchio.Convention.LOCAL)
+        M = v.T @ (np.triu(M) + np.triu(M, 1).T) @ v
+        stepper.context.SetDiscreteState(c.state(stepper.q, stepper.v))
+        ours = stepper.plant.CalcMassMatrix(stepper.context)
+        there = np.array([c.forces(stepper.q, row).copy() for row in M])
+        there = np.array([c.forces(stepper.q, column).copy() for column in there.T]).T
+        assert np.abs(ours - there).max() < 1e-12 * np.abs(there).max()
+
+
+ORDER = [1, 2, 3, 0]
+"""Pinocchio's quaternions have their real part last."""
+
+
+def pinocchio_of(m):
+    """A compiled model as one of Pinocchio's, and the place in q and the column in v of each joint by its number."""
+    out, columns, joint_of, place_of = pinocchio.Model(), {}, [0] * m.nbody, [pinocchio.SE3.Identity()] * m.nbody
+    armature = []
+    for b in range(1, m.nbody):
+        parent, placed = joint_of[m.body_parentid[b]], se3(m.body_pos[b], m.body_quat[b])
+        placed = place_of[m.body_parentid[b]] * placed
+        for j in range(m.body_jntadr[b], m.body_jntadr[b] + m.body_jntnum[b]):
+            if m.jnt_type[j] == mujoco.mjtJoint.mjJNT_FREE:
+                kind, placed, at = pinocchio.JointModelFreeFlyer(), pinocchio.SE3.Identity(), np.zeros(3)
+            elif m.jnt_type[j] == mujoco.mjtJoint.mjJNT_HINGE:
+                kind, at = pinocchio.JointModelRevoluteUnaligned(m.jnt_axis[j]), m.jnt_pos[j]
+            else:
+                kind, at = pinocchio.JointModelPrismaticUnaligned(m.jnt_axis[j]), m.jnt_pos[j]
+            shift = pinocchio.SE3(np.eye(3), np.array(at))
+            columns[int(j)] = out.nq, out.nv
+            parent = out.addJoint(parent, kind, placed * shift, f"joint {j}")
+            armature += m.dof_armature[m.jnt_dofadr[j] : m.jnt_dofadr[j] + kind.nv].tolist()
+            placed = shift.inverse()
+        joint_of[b], place_of[b] = parent, placed
+        turn = np.empty(9)
+        mujoco.mju_quat2Mat(turn, m.body_iquat[b])
+        R = turn.reshape(3, 3)
+        inertia = pinocchio.Inertia(m.body_mass[b], m.body_ipos[b], R @ np.diag(m.body_inertia[b]) @ R.T)
+        out.appendBodyToJoint(parent, inertia, placed)
+    out.armature = np.array(armature)
+    return out, columns
+
+
+def se3(place, quaternion):
+    turn = np.empty(9)
+    mujoco.mju_quat2Mat(turn, quaternion)
+    return pinocchio.SE3(turn.reshape(3, 3), np.array(place))
 
 
 def test_free_flight_is_the_same_scheme_by_hand():
@@ -111,20 +145,42 @@ def test_free_flight_converges_at_first_order():
 
 
 BALL = """<mujoco><worldbody><geom type="plane" size="0 0 1" solref="0.01 1"/>
-  <body name="ball" pos="0 0 0.1"><freejoint/><geom size="0.1" mass="5"/></body></worldbody></mujoco>"""
+  <body name="ball" pos="0 0 0.1"><freejoint/><geom size="0.1" mass="5" {ball}/></body></worldbody></mujoco>"""
 
 
-def ball():
+def ball(more=""):
     """A ball of 5 kg that touches the ground; what else a stepper wants of a robot it does not ask of spheres."""
-    return Stepper(mujoco.MjModel.from_xml_string(BALL), run_of("any/humanoid").robot, True, "ball")
+    model = mujoco.MjModel.from_xml_string(BALL.format(ball=more))
+    return Stepper(model, run_of("any/humanoid").robot, True, "ball")
 
 
-def test_penetration_at_rest_is_weight_over_stiffness():
-    stepper = ball()
+@pytest.mark.parametrize(("more", "time"), [
+    ('solref="0.01 1"', 0.01),
+    ('solref="0.02 1"', 0.015),  # MuJoCo's mean of the two
+    ('solref="0.02 1" solmix="3"', 0.0175),
+    ('solref="0.02 1" priority="1"', 0.02),
+])  # fmt: skip
+def test_penetration_at_rest_is_weight_over_stiffness(more, time):
+    stepper = ball(more)
     for _ in range(400):
         contacts = stepper.step()
-    assert 0.1 - stepper.q[2] == pytest.approx(9.81 * 0.01**2, rel=1e-3)
+    assert 0.1 - stepper.q[2] == pytest.approx(9.81 * time**2, rel=1e-3)
     assert contacts[0].force == pytest.approx([0.0, 0.0, 5.0 * 9.81], rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize(("more", "friction"), [
+    ('friction="0.3"', 1.0),  # the larger, as in MuJoCo: the ground has 1
+    ('friction="0.3" priority="1"', 0.3),
+    ('friction="1.4"', 1.4),
+])  # fmt: skip
+def test_a_sliding_ball_meets_the_friction_that_mujoco_gives_it(more, friction):
+    stepper = ball(more)
+    stepper.v[0], normal = 20.0, []  # too fast to roll
+    for _ in range(100):
+        contacts = stepper.step()
+        normal += [one.force for one in contacts]
+    x, _, z = np.array(normal).T
+    assert -x[20:] == pytest.approx(friction * z[20:], rel=1e-3)
 
 
 def test_a_push_changes_the_momentum_by_its_impulse():
@@ -225,7 +281,6 @@ MODEL = """<mujoco><worldbody><geom type="plane" size="0 0 1"/>
 
 @pytest.mark.parametrize(("joint", "more", "word"), [
     ('type="ball"', "", "ball joint 'a'"),
-    ('axis="0 1 0" frictionloss="0.1"', "", "dry friction in the joint 'a'"),
     ('axis="0 1 0"', '<equality><joint joint1="a" joint2="b"/></equality>', "equality constraints"),
     ('axis="0 1 0"', '<option density="1.2"/>', "air or water"),
 ])  # fmt: skip

@@ -37,6 +37,8 @@ from biped.robot.robot import Robot
 
 _POINT = 1e-6
 """[m] radius of the spheres that stand for points."""
+_ENDLESS = 1e200
+"""So much that what is put in series with it stays what it is, to the last digit."""
 _CORNERS = 32
 """Most vertices of a mesh that meet the ground: the outermost in so many directions."""
 _KIND = mujoco.mjtGeom
@@ -68,7 +70,7 @@ class Builder:
 
     def __init__(self, plant: MultibodyPlant, m: mujoco.MjModel, bodies: list[RigidBody], robot: Robot, level: bool):
         self._plant, self._m, self._bodies, self._robot, self._level = plant, m, bodies, robot, level
-        self._material = _material(m, robot)
+        self._mass = float(m.body_mass.sum())
         self._shapes: dict[tuple[int, bool], list[GeometryId]] = {}
         self._part: dict[GeometryId, int] = {}
         self._planes: list[tuple[int, FixedOffsetFrame]] = []
@@ -81,7 +83,7 @@ class Builder:
         allow = []
         for a, b in pairs:
             first, second = (b, a) if planes[b] else (a, b)
-            allow.append((self._of(first, planes[first]), self._of(second, planes[first])))
+            allow.append((self._of(first, first), self._of(second, first)))
         plane_ids = [i for (geom, _), ids in self._shapes.items() if planes[geom] for i in ids]
         everything = GeometrySet([*plane_ids, *self._part])
         if allow:
@@ -91,14 +93,17 @@ class Builder:
             scenes.collision_filter_manager().Apply(filters)
         return Meeting({shape.get_value(): geom for shape, geom in self._part.items()}, self._planes)
 
-    def _of(self, geom: int, on_ground: bool) -> list[GeometryId]:
+    def _of(self, geom: int, other: int) -> list[GeometryId]:
         """The shapes of a geom, as it meets the ground or another part."""
+        on_ground = bool(self._m.geom_type[other] == _KIND.mjGEOM_PLANE)
         key = geom, on_ground
         if key not in self._shapes:
             if self._m.geom_type[geom] == _KIND.mjGEOM_PLANE:
                 self._shapes[key] = [self._plane(geom)]
             else:
-                self._shapes[key] = [self._part_of(geom, place, shape, i) for i, (place, shape)
+                contact = contact_of(self._m, other, geom) if on_ground else contact_of(self._m, geom, geom)
+                material = _material(self._mass, contact, on_ground)
+                self._shapes[key] = [self._part_of(geom, place, shape, i, material) for i, (place, shape)
                                      in enumerate(self._shapes_of(geom, on_ground))]  # fmt: skip
         return self._shapes[key]
 
@@ -111,12 +116,14 @@ class Builder:
             body, place = plant.AddRigidBody(name), RigidTransform()
             plant.AddJoint(WeldJoint(name, frame, body.body_frame(), RigidTransform()))
             self._planes.append((geom, frame))
-        return plant.RegisterCollisionGeometry(body, place, HalfSpace(), name, self._material)
+        return plant.RegisterCollisionGeometry(body, place, HalfSpace(), name, _ground())
 
-    def _part_of(self, geom: int, place: RigidTransform, shape: Shape, number: int) -> GeometryId:
+    def _part_of(
+        self, geom: int, place: RigidTransform, shape: Shape, number: int, material: ProximityProperties
+    ) -> GeometryId:
         body = self._bodies[self._m.geom_bodyid[geom]]
         out = self._plant.RegisterCollisionGeometry(
-            body, place, shape, f"geom {geom}.{len(self._part)}.{number}", self._material
+            body, place, shape, f"geom {geom}.{len(self._part)}.{number}", material
         )
         self._part[out] = geom
         return out
@@ -151,21 +158,42 @@ class Builder:
                 yield place, Convex(_vertices(m, geom).T, m.geom(geom).name or "mesh")
 
 
-def _material(m: mujoco.MjModel, robot: Robot) -> ProximityProperties:
-    """The material of all shapes: two in series are as stiff and relax as fast as contacts with the ground do there.
-
-    Drake's own relaxation time, a tenth of a second, is far too long for steps.
-    """
-    planes, mass = m.geom_type == _KIND.mjGEOM_PLANE, float(m.body_mass.sum())
-    laid = [i for i in range(m.npair) if planes[m.pair_geom1[i]] or planes[m.pair_geom2[i]]]
-    if laid:
-        (time, ratio), friction = m.pair_solref[laid[0], :2], float(m.pair_friction[laid[0], 0])
+def contact_of(m: mujoco.MjModel, one: int, other: int) -> tuple[float, float, float]:
+    """Contact time [s], damping ratio and friction between two geoms, by MuJoCo's rules; of one with itself its own."""
+    for i in range(m.npair):
+        if {one, other} == {int(m.pair_geom1[i]), int(m.pair_geom2[i])}:
+            (time, ratio), friction = m.pair_solref[i, :2], float(m.pair_friction[i, 0])
+            return float(time), float(ratio), friction if m.pair_dim[i] > 1 else 0.0
+    first, second = m.geom_priority[one], m.geom_priority[other]
+    if first != second:
+        wins = one if first > second else other
+        (time, ratio), friction, dim = m.geom_solref[wins, :2], m.geom_friction[wins, 0], m.geom_condim[wins]
     else:
-        (time, ratio), friction = m.geom_solref[robot.ground, :2], float(m.geom_friction[robot.ground, 0])
+        weights = np.maximum(m.geom_solmix[[one, other]], mujoco.mjMINVAL)
+        time, ratio = weights / weights.sum() @ m.geom_solref[[one, other], :2]
+        friction, dim = m.geom_friction[[one, other], 0].max(), m.geom_condim[[one, other]].max()
+    return float(time), float(ratio), float(friction) if dim > 1 else 0.0
+
+
+def _material(mass: float, contact: tuple[float, float, float], on_ground: bool) -> ProximityProperties:
+    """The material of a part: that of its contacts with the ground, which adds nothing; or half of those with its like.
+
+    Drake puts two stiffnesses in series, adds up times of relaxation, and takes the harmonic mean of frictions. Its own
+    time of relaxation, a tenth of a second, is far too long for steps.
+    """
+    time, ratio, friction = contact
+    share, half = (1.0, 0.5 * friction) if on_ground else (2.0, friction)
     out = ProximityProperties()
-    AddContactMaterial(point_stiffness=2.0 * mass / time**2, friction=CoulombFriction(friction, friction),
-                       properties=out)  # fmt: skip
-    out.AddProperty("material", "relaxation_time", ratio * time)
+    AddContactMaterial(point_stiffness=share * mass / time**2, friction=CoulombFriction(half, half), properties=out)
+    out.AddProperty("material", "relaxation_time", 2.0 / share * ratio * time)
+    return out
+
+
+def _ground() -> ProximityProperties:
+    """The material of ground that leaves contacts what parts say of them: endlessly stiff and rough."""
+    out = ProximityProperties()
+    AddContactMaterial(point_stiffness=_ENDLESS, friction=CoulombFriction(_ENDLESS, _ENDLESS), properties=out)
+    out.AddProperty("material", "relaxation_time", 0.0)
     return out
 
 

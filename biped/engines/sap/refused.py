@@ -38,8 +38,6 @@ def _reasons(m: mujoco.MjModel) -> Iterator[tuple[str, str]]:
     damped = m.tendon_damping if m.tendon_damping.ndim == 1 else m.tendon_damping[:, 0]
     if m.ntendon and (np.any(stiff) or np.any(damped) or m.tendon_limited.any() or m.tendon_frictionloss.any()):
         yield "tendons that pull", "which Drake has not"
-    for d in np.flatnonzero(m.dof_frictionloss > 0.0)[:1]:
-        yield f"dry friction in the joint '{m.joint(m.dof_jntid[d]).name}'", "which Drake's joints have not"
     if m.opt.density or m.opt.viscosity or np.any(m.opt.wind):
         yield "air or water around it", "which Drake has not"
     if np.any(m.body_gravcomp):
@@ -50,8 +48,9 @@ def _reasons(m: mujoco.MjModel) -> Iterator[tuple[str, str]]:
         columns = slice(m.jnt_dofadr[j], m.jnt_dofadr[j] + 6)
         spring = m.jnt_stiffness[j] if m.jnt_stiffness.ndim == 1 else m.jnt_stiffness[j, 0]
         damping = m.dof_damping[columns]
-        if m.dof_armature[columns].any() or np.any(damping) or spring:
-            yield f"armature, damping or a spring in the free joint '{m.joint(j).name}'", "which Drake's has not"
+        if m.dof_armature[columns].any() or np.any(damping) or spring or m.dof_frictionloss[columns].any():
+            yield (f"armature, damping, friction or a spring in the free joint '{m.joint(j).name}'",
+                   "which Drake's has not")  # fmt: skip
     if np.any(m.geom_solref[:, 0] <= 0.0) or np.any(m.pair_solref[:, 0] <= 0.0):
         yield "contacts of a stiffness and damping of their own (solref < 0)", "which have no contact time here"
     if m.nflex:

@@ -17,6 +17,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from biped.engines.sap.contact import Builder
 from biped.engines.sap.coordinates import Coordinates
+from biped.engines.sap.joints import JointTorques
 from biped.engines.sap.refused import check_model
 from biped.engines.sap.tree import add_tree, pose
 from biped.robot.robot import Robot
@@ -92,7 +93,7 @@ class Stepper:
         self._contacts = plant.get_contact_results_output_port()
         instance = tree.bodies[1].model_instance()
         self._contact_forces = plant.get_generalized_contact_forces_output_port(instance)
-        self._servos = _Servos(plant, m, tree.servos, instance)
+        self._joints = JointTorques(plant, m, tree, context)
         self._springs()
         damping = m.dof_damping if m.dof_damping.ndim == 1 else m.dof_damping[:, 0]
         self._damping = np.zeros(plant.num_velocities())
@@ -135,13 +136,17 @@ class Stepper:
         if self._sprung:
             acting[c.column] -= self._stiffness * (self.q[c.q] - self._rest)
         self._fixed.GetMutableData().get_mutable_value().SetFromVector(acting)
-        self._servos.command(context, self.target)
+        if self._joints.any:
+            self._joints.command(self.target)
         after = plant.EvalUniquePeriodicDiscreteUpdate(context).get_vector().get_value()
         now = after[self._nq :]
         touching = self._contact_forces.Eval(context)
-        given += self._servos.read(context, self.torque) if self._servos.any else 0.0
         np.add(before, now, step)
         step *= 0.5 * self._dt
+        if self._joints.any:
+            self._joints.read(context, now, self.torque)
+            given += self._joints.servo
+            self.work += float(self._joints.friction @ step)
         self.given += (done := float(given @ step))
         self.work += done + float(touching @ step)
         if self._find_stops(after, before, acting, touching):
@@ -204,7 +209,7 @@ class Stepper:
         M = plant.CalcMassMatrix(context)
         bias = plant.CalcBiasTerm(context) - plant.CalcGravityGeneralizedForces(context)
         out = M @ ((now - before) / self._dt) + bias - acting - touching + self._damping * now
-        return out - self._servos.forces
+        return out - self._joints.servo - self._joints.friction
 
     def _ground_contacts(self) -> list[PointForce]:
         found, part, out = self._contacts.Eval(self.context), self._meeting.part, []
@@ -217,44 +222,3 @@ class Stepper:
             elif first is not None and second is None:
                 out.append(PointForce(first, info.contact_point(), -info.contact_force()))
         return out
-
-
-class _Servos:
-    """Actuators that hold their joints at a target, within Drake's solver.
-
-    Attributes:
-        any: Whether there are any.
-        forces: (nv,) generalized forces of them in the latest step.
-    """
-
-    def __init__(self, plant, m: mujoco.MjModel, servos: list[tuple[int, int]], instance):
-        self.any, self.forces = bool(servos), np.zeros(plant.num_velocities())
-        if not servos:
-            return
-        self._actuator = np.array([a for a, _ in servos])
-        self._joint = np.array([j for _, j in servos])
-        self._reference = m.qpos0[m.jnt_qposadr[self._joint]]
-        self._places = np.array([m.actuator_biasprm[a, 1] != 0.0 for a in self._actuator])
-        self._desired = plant.get_desired_state_input_port(instance)
-        self._net = plant.get_net_actuation_output_port()
-        names = [m.joint(j).name for j in self._joint]
-        self._index = np.array([int(plant.GetJointActuatorByName(name).index()) for name in names])
-        self._columns = np.array([plant.GetJointByName(name).velocity_start() for name in names])
-        self._values = np.zeros(2 * len(servos))
-        self._order = np.argsort(np.argsort(self._index))
-
-    def command(self, context, target: np.ndarray) -> None:
-        """Tells servos their targets."""
-        if not self.any:
-            return
-        told, n = target[self._actuator], len(self._order)
-        self._values[self._order] = np.where(self._places, told - self._reference, 0.0)
-        self._values[n + self._order] = np.where(self._places, 0.0, told)
-        self._desired.FixValue(context, self._values)
-
-    def read(self, context, torque: np.ndarray) -> np.ndarray:
-        """(nv,) generalized forces that they gave; their torques are written into (njnt,)."""
-        found = self._net.Eval(context)[self._index]
-        torque[self._joint] = found
-        self.forces[self._columns] = found
-        return self.forces

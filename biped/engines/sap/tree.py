@@ -27,6 +27,9 @@ from pydrake.multibody.tree import (
 )
 
 _FREE, _HINGE = mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_HINGE
+_STIFF = 100.0
+"""How many times as much as would stop it within a step dry friction damps a joint that it holds: such a joint creeps
+by a hundredth of what its load would add in a step. Above 4,000 Drake would hold its place too, as a spring does."""
 
 
 class PlantParts(NamedTuple):
@@ -36,11 +39,13 @@ class PlantParts(NamedTuple):
         bodies: By MuJoCo's number; the first is the world.
         joints: By MuJoCo's number.
         servos: (actuator's number in the model, of its joint) of actuators that Drake's own servos stand for.
+        brakes: (number of the joint, rate [N m s/rad]) of dampers that give way at a joint's dry friction.
     """
 
     bodies: list[RigidBody]
     joints: list[Joint]
     servos: list[tuple[int, int]]
+    brakes: list[tuple[int, float]]
 
 
 def add_tree(plant: MultibodyPlant, m: mujoco.MjModel) -> PlantParts:
@@ -57,7 +62,7 @@ def add_tree(plant: MultibodyPlant, m: mujoco.MjModel) -> PlantParts:
         body, own = _add_body(plant, m, b, bodies[m.body_parentid[b]])
         bodies.append(body)
         joints += own
-    return PlantParts(bodies, joints, _add_actuators(plant, m, joints))
+    return PlantParts(bodies, joints, *_add_actuators(plant, m, joints))
 
 
 def pose(place: np.ndarray, quaternion: np.ndarray) -> RigidTransform:
@@ -119,21 +124,35 @@ def _inertia(m: mujoco.MjModel, b: int) -> SpatialInertia:
     return SpatialInertia.MakeFromCentralInertia(mass, m.body_ipos[b], central)
 
 
-def _add_actuators(plant: MultibodyPlant, m: mujoco.MjModel, joints: list[Joint]) -> list[tuple[int, int]]:
-    """Adds rotors, which Drake has only in actuators, and servos, which it solves along with the contacts."""
+def _add_actuators(
+    plant: MultibodyPlant, m: mujoco.MjModel, joints: list[Joint]
+) -> tuple[list[tuple[int, int]], list[tuple[int, float]]]:
+    """Adds servos, dry friction and rotors, which Drake has only in actuators; returns servos and brakes.
+
+    Dry friction is a servo that holds the joint's velocity at zero with no more than its torque. Of several actuators
+    of a joint Drake takes the last one's rotor.
+    """
     servos = {int(m.actuator_trnid[a, 0]): a for a in range(m.nu)
               if m.actuator_biastype[a] != mujoco.mjtBias.mjBIAS_NONE}  # fmt: skip
-    out = []
+    driven, brakes = [], []
     for j, joint in enumerate(joints):
-        armature = float(m.dof_armature[m.jnt_dofadr[j]])
-        if j not in servos and armature == 0.0:
-            continue
-        rotor = plant.AddJointActuator(joint.name(), joint)
-        rotor.set_default_rotor_inertia(armature)
+        dof, last = int(m.jnt_dofadr[j]), None
+        armature, friction = float(m.dof_armature[dof]), float(m.dof_frictionloss[dof])
         if j in servos:
             a = servos[j]
-            rotor.set_effort_limit(float(m.actuator_forcerange[a, 1]))
+            last = plant.AddJointActuator(joint.name(), joint)
+            last.set_effort_limit(float(m.actuator_forcerange[a, 1]))
             _, stiffness, damping = m.actuator_biasprm[a, :3]
-            rotor.set_controller_gains(PdControllerGains(p=-stiffness, d=-damping))
-            out.append((a, j))
-    return out
+            last.set_controller_gains(PdControllerGains(p=-stiffness, d=-damping))
+            driven.append((a, j))
+        if friction > 0.0:
+            rate = _STIFF / (m.opt.timestep * float(m.dof_invweight0[dof]))
+            last = plant.AddJointActuator(f"{joint.name()} friction", joint)
+            last.set_effort_limit(friction)
+            last.set_controller_gains(PdControllerGains(p=0.0, d=rate))
+            brakes.append((j, rate))
+        if last is None and armature > 0.0:
+            last = plant.AddJointActuator(joint.name(), joint)
+        if last is not None:
+            last.set_default_rotor_inertia(armature)
+    return driven, brakes
