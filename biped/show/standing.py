@@ -58,9 +58,11 @@ def lines_of(test: Mapping[str, Any], standing: Mapping[str, Any]) -> list[str]:
         return ["–"]
     if found is None:
         one = tried[0]
-        return [f"{one['reached']} of {one['runs']}", *_metrics_of(test, one)]
+        return [f"{one['reached']} of {one['runs']}", *_unsound(one), *_metrics_of(test, one)]
     if found["holds_to"] is None:
-        return ["none", f"{tried[0]['reached']} of {tried[0]['runs']} at {_value(test, standing, tried[0]['value'])}"]
+        one = tried[0]
+        at = _value(test, standing, one["value"])
+        return ["none", f"{one['reached']} of {one['runs']} at {at}", *_unsound(one)]
     best = next(one for one in tried if one["value"] == found["holds_to"])
     bound = "" if found["fails_at"] is not None else "≥ "
     sure = "–" if found["sure_to"] is None else _value(test, standing, found["sure_to"])
@@ -69,6 +71,11 @@ def lines_of(test: Mapping[str, Any], standing: Mapping[str, Any]) -> list[str]:
     if _OF[test["of"]]:
         lines.append(f"{best['value']:.3g} {_OF[test['of']]}".replace("-", "−"))
     return [*lines, *_metrics_of(test, best)]
+
+
+def _unsound(one: Mapping[str, Any]) -> list[str]:
+    """How many runs have numbers that cannot be believed; nothing where none has."""
+    return [f"{one['unsound']} doubtful"] if one.get("unsound") else []
 
 
 def _value(test: Mapping[str, Any], standing: Mapping[str, Any], value: float) -> str:
@@ -93,11 +100,18 @@ def notes(found: Mapping[str, Any]) -> list[str]:
     rates = sorted({test["rate"] for test in found["tests"]})
     shares = " or ".join(f"{100.0 * rate:g} %" for rate in rates)
     changes = f" All with {', '.join(found['changes'])}." if found["changes"] else ""
+    unsound = any(one.get("unsound") for standing in found["standings"] for one in standing["tried"])
+    doubt = [
+        "doubtful: runs whose numbers cannot be believed; they reach no goal, even if they walk. biped run with the "
+        "same changes says what does not add up. A model file with few solver iterations often needs --set "
+        "simulation.iterations=100 --set simulation.ls_iterations=50."
+    ]
     return [
         f"Of a searched test: the largest value that holds: at which, as at all easier ones that were tried, at least "
         f"{shares} of the runs reach the goal; in brackets the largest of which the 95 % intervals are sure that it "
         f"holds, and the smallest of which they are sure that it fails. ≥: nothing that was tried fails. –: the "
-        f"test is not for this gait.{changes}"
+        f"test is not for this gait.{changes}",
+        *(doubt if unsound else []),
     ]
 
 

@@ -45,6 +45,17 @@ def test_its_card_is_what_its_file_says():
     assert shipped.keys() - written.keys() == {"description", "command"}
 
 
+def test_a_card_and_the_model_below_it_can_be_moved_together(tmp_path):
+    file, apart = tmp_path / "ours" / "robot" / "h1.xml", tmp_path / "elsewhere" / "h1.xml"
+    network = tmp_path / "ours" / "walker.onnx"
+    for model in (file, apart):
+        model.parent.mkdir(parents=True)
+        model.write_bytes((folder("models") / "h1.xml").read_bytes())
+    network.write_bytes((HERE / "h1.onnx").read_bytes())
+    assert describe(network, str(file), None, 50.0, 2.0)["scenario"] == {"model": "robot/h1.xml"}
+    assert describe(network, str(apart), None, 50.0, 2.0)["scenario"] == {"model": str(apart.resolve())}
+
+
 def test_it_walks_as_in_the_plain_loop_that_it_learned_in(script, tmp_path):
     """No code in common but MuJoCo and onnxruntime: servos, observation and clock are the script's own."""
     seconds, walk = 2.0, script.Walk()

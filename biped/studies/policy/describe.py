@@ -52,8 +52,15 @@ def describe(
     if "clock" not in card and any(term["term"].startswith("clock") for term in card["observation"]):
         raise InputError(f"{label(network)}: clock: it sees a phase, and nothing says how fast that goes; expected "
                          "--clock in Hz, such as --clock 1.25")  # fmt: skip
-    named = str(path.resolve()) if is_file(Path(model)) else model
-    return {"network": network.name, **card, "scenario": {"model": named}}
+    return {"network": network.name, **card, "scenario": {"model": _named(model, path, network.resolve().parent)}}
+
+
+def _named(model: str, file: Path, folder: Path) -> str:
+    """A model as a card in a folder names it: a file below that folder from there, so that both can be moved."""
+    if not is_file(Path(model)):
+        return model
+    whole = file.resolve()
+    return whole.relative_to(folder).as_posix() if whole.is_relative_to(folder) else str(whole)
 
 
 def _of_metadata(data: Mapping[str, str], name: str) -> dict[str, Any]:

@@ -36,12 +36,14 @@ class TriedValue(NamedTuple):
         reached: Runs that did what they should.
         runs: All runs.
         numbers: Means of metrics over them.
+        unsound: Runs whose numbers are doubtful or diverged: they reach nothing.
     """
 
     value: float
     reached: int
     runs: int
     numbers: Mapping[str, Any]
+    unsound: int = 0
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -145,6 +147,7 @@ class _Entry(msgspec.Struct):
     reached: int
     runs: int
     numbers: dict[str, float | None]
+    unsound: int = 0
 
 
 class StoredMeasurements:
@@ -175,7 +178,7 @@ class StoredMeasurements:
     def get(self, plan: Plan, goal: str, value: float) -> TriedValue | None:
         """The ensemble of a plan, if it was made."""
         kept = self._kept.get(_key(plan, goal))
-        return None if kept is None else TriedValue(value, kept["reached"], kept["runs"], kept["numbers"])
+        return None if kept is None else TriedValue(value, **kept)
 
     def keep(self, plan: Plan, goal: str, tried: TriedValue) -> None:
         """Keeps the ensemble of a plan.
@@ -183,7 +186,7 @@ class StoredMeasurements:
         Raises:
             InputError: It cannot be written.
         """
-        self._kept[_key(plan, goal)] = {"reached": tried.reached, "runs": tried.runs, "numbers": dict(tried.numbers)}
+        self._kept[_key(plan, goal)] = {name: one for name, one in tried._asdict().items() if name != "value"}
         try:
             write_text(self._file, dumps(self._kept, indent=0))
         except OSError as error:

@@ -258,7 +258,8 @@ def _measure(
     summary = run_plan(title, plan, jobs, progress).result["summary"]
     shows = dict.fromkeys((*test.shows, "speed"))
     numbers = {name: _real(summary[name]) for name in shows if name in METRICS}
-    tried = TriedValue(value, int(summary[test.goal]), int(summary["runs"]), numbers)
+    unsound = int(summary["doubtful"]) + int(summary["diverged"])
+    tried = TriedValue(value, int(summary[test.goal]), int(summary["runs"]), numbers, unsound)
     kept.keep(plan, test.goal, tried)
     return tried
 
