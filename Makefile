@@ -109,6 +109,7 @@ docs: setup ## write the pages that are made from the code
 	$(BIN)/python -m biped.show.readings
 	$(BIN)/python -m biped.show.certify
 	$(BIN)/python -m biped.show.walks
+	$(BIN)/python -m biped.show.atlas
 
 wheel: setup ## a wheel for x86-64 with compiled kernels in it, which elsewhere compiles them, in dist/
 	rm -rf biped/compiled biped/__pycache__/kernels-*

@@ -12,6 +12,7 @@ from biped.studies.stability.basin import FELL, RETURNED, RETURNS, WALKS, Basin
 from biped.studies.stability.gait import MeasuredGait, Studied
 from biped.studies.stability.growth import PAIRS, STRIDES, Grown
 from biped.studies.stability.reference import Known
+from biped.studies.stability.sensitivity import STEPS, GaitSensitivity
 
 
 def show(studied: Studied) -> None:
@@ -101,5 +102,25 @@ def growth_document(grown: Grown) -> Document:
     )
     return (
         Heading(f"{grown.scenario} in {grown.engine}: growth of small pushes", 1),
+        Table(heads, rows, ()), Paragraph(note, note=True),
+    )  # fmt: skip
+
+
+def sensitivity_document(found: GaitSensitivity) -> Document:
+    """The gait sensitivity norm, as a document."""
+    heads = ("disturbance", "size", "norm", "95 % interval", "of step times", "of steps' ways", "fell")
+    rows = tuple(
+        (one.disturbance, f"{one.size:g} {'l' if one.disturbance.startswith('step') else 'm √(g l)'}",
+         f"{one.norm:.2f}", f"{one.low:.2f} … {one.high:.2f}", *(f"{part:.2f}" for part in one.parts),
+         f"{one.fell} of {one.walks}")
+        for one in found.kinds
+    )  # fmt: skip
+    note = (
+        f"The root of the summed squares by which the {STEPS} steps after a disturbance differ from the usual ones, "
+        "over its size, in natural units: the smaller, the less a walk is upset. What steps scatter without a "
+        "disturbance is taken off. Walks that fell do not count."
+    )
+    return (
+        Heading(f"{found.scenario} in {found.engine}: gait sensitivity norm", 1),
         Table(heads, rows, ()), Paragraph(note, note=True),
     )  # fmt: skip

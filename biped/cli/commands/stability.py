@@ -23,6 +23,8 @@ def add(commands: Commands) -> None:
     parser.add_argument("--basin", action="store_true", help="also cut the basin of attraction: lean and speed")
     growth = "only how pushes of one tick grow from stride to stride: any robot, law and engine"
     parser.add_argument("--growth", action="store_true", help=growth)
+    norm = "only the gait sensitivity norm: how much a small push or step of the ground upsets the steps after it"
+    parser.add_argument("--norm", action="store_true", help=norm)
     take_workers(parser)
     parser.add_argument("--out", type=Path, help="folder of figure and numbers (default: a new one below runs/)")
     take_json(parser)
@@ -32,24 +34,31 @@ def command(args: argparse.Namespace) -> int:
     """Studies a scenario's gait, or solves the walkers whose multipliers are known."""
     if args.reference == (args.scenario is not None):
         raise InputError("stability: expected a scenario, or --reference alone")
-    if args.growth:
-        return _growth(args)
+    if args.growth or args.norm:
+        return _small(args)
     return _reference(args) if args.reference else _gait(args)
 
 
-def _growth(args: argparse.Namespace) -> int:
-    from biped.show.stability import growth_document
+def _small(args: argparse.Namespace) -> int:
+    """Small disturbances of any walk: their growth, or what they do to its steps."""
+    from biped.show.stability import growth_document, sensitivity_document
     from biped.show.terminal import show
     from biped.studies.stability.growth import growth
+    from biped.studies.stability.sensitivity import sensitivity
 
-    if args.reference or args.basin:
-        raise InputError("stability: expected --growth without --reference and --basin")
+    if args.reference or args.basin or (args.growth and args.norm):
+        raise InputError("stability: expected --growth or --norm, and with it neither --reference nor --basin")
     with workers_of(args) as jobs:
-        found = growth(args.scenario, changes_of(args), jobs)
+        if args.growth:
+            found = growth(args.scenario, changes_of(args), jobs)
+            document = growth_document(found)
+        else:
+            found = sensitivity(args.scenario, changes_of(args), jobs)
+            document = sensitivity_document(found)
     if args.json:
         print_json(found.as_dict())
     else:
-        show(growth_document(found))
+        show(document)
     return DONE
 
 

@@ -124,7 +124,7 @@ def states_of(t: Trajectory) -> np.ndarray:
     gravity = np.array(t.gravity) / np.linalg.norm(t.gravity)
     angle = headings(t)
     c, s, (x, y, z) = np.cos(angle), np.sin(angle), t.com_velocity.T
-    about = list(t.robot.base_columns[_directions(t.robot) :])
+    about = list(t.robot.base_columns[directions(t.robot) :])
     joints = [i for i in range(t.v.shape[1]) if i not in t.robot.base_columns]
     turned = len(t.q.T) - len(t.v.T)  # a quaternion has a number more than its rates
     return np.column_stack([
@@ -134,7 +134,7 @@ def states_of(t: Trajectory) -> np.ndarray:
     ])  # fmt: skip
 
 
-def _directions(robot: Robot) -> int:
+def directions(robot: Robot) -> int:
     """In how many directions a robot moves: two in the plane, which it turns in one way, three in space."""
     return (len(robot.base_columns) + 1) // 2
 
@@ -146,7 +146,7 @@ def _strikes(t: Trajectory) -> list[int]:
 def _apart(plan: Plan, states: np.ndarray, strikes: list[int], item: tuple[float, int]) -> tuple[bool, list[float]]:
     """Whether a pushed walk fell, and its distances at the strikes after the push."""
     size, row = item
-    pushed = simulate(_pushed(plan.run(0), size, row))
+    pushed = simulate(with_push(plan.run(0), size, row))
     theirs, moved = _strikes(pushed), states_of(pushed)
     after = [
         float(np.linalg.norm(moved[b] - states[a]))
@@ -155,11 +155,18 @@ def _apart(plan: Plan, states: np.ndarray, strikes: list[int], item: tuple[float
     return pushed.end != "completed", after
 
 
-def _pushed(run: Run, size: float, row: int) -> Run:
-    """The run with a push of one tick on its trunk, forward, of an impulse in m √(g l)."""
+def with_push(run: Run, impulse: float, row: int, axis: int = 0) -> Run:
+    """Returns the run with a push of one tick on its trunk.
+
+    Args:
+        run: The run.
+        impulse: In m √(g l).
+        row: Tick of the push.
+        axis: 0 forward; in space 1 to the left.
+    """
     robot, s = run.robot, run.scenario
-    newton = size * robot.mass * math.sqrt(GRAVITY * robot.leg) / run.tick
-    force = (newton, *[0.0] * (_directions(robot) - 1))
+    newton = impulse * robot.mass * math.sqrt(GRAVITY * robot.leg) / run.tick
+    force = tuple(newton if i == axis else 0.0 for i in range(directions(robot)))
     push = Push(at=row * run.tick, duration=run.tick, force=force, body=robot.bodies[robot.trunk_number - 1])
     return dataclasses.replace(run, scenario=replace(s, push=(*s.push, push)))
 

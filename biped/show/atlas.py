@@ -1,0 +1,186 @@
+"""Gaits and policies beside each other: what each withstands, and whether the gait sensitivity norm foretells it.
+
+`python -m biped.show.atlas FOLDER… GAIT=NORM.json…` takes results folders of `biped standard`, and what
+`biped stability --norm --json` prints of a gait, into docs/atlas.md; without any, it writes the page anew.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from biped.base.json import dumps
+from biped.base.writing import write_text
+from biped.show import markdown, standing
+from biped.show.document import Document, Paragraph, Table
+from biped.show.standing import DOCS
+from biped.show.standing import FILE as STANDARD
+from biped.studies.stability.sensitivity import rank_correlation
+
+PAGE, TEMPLATE, DATA = DOCS / "atlas.md", DOCS / "atlas.in.md", DOCS / "atlas.json"
+MARKS = {"plane": "<!-- plane -->", "space": "<!-- space -->", "norm": "<!-- norm -->"}
+PUSHES, RISES = ("push forward", "push backward"), ("step up", "step down")
+"""Disturbances of `biped stability --norm` whose norms are shown together, as the root of their mean square."""
+_LEVEL = "level"
+_TESTS = {
+    "push_forward": "push forward", "push_backward": "push backward", "push_sideways": "push to the left",
+    "slope_up": "slope up [°]", "slope_down": "slope down [°]", "steps_up": "steps up [l]",
+    "steps_down": "steps down [l]",
+}  # fmt: skip
+"""Tests whose limits are columns, and their headings."""
+
+
+class Largest(NamedTuple):
+    """The largest disturbance of a kind that a gait withstands.
+
+    Attributes:
+        value: Of a push J/(m√(g l)), of a slope degrees, of a step leg lengths; 0: not even the smallest tried.
+        sure: The largest of which 95 % intervals are sure; None: of none.
+        fails: The smallest that surely fails; None: none.
+        most: Whether nothing larger was tried.
+    """
+
+    value: float
+    sure: float | None
+    fails: float | None
+    most: bool
+
+    @property
+    def text(self) -> str:
+        """The value, and in brackets what is sure."""
+        bounds = " … ".join("–" if one is None else f"{one:.3g}" for one in (self.sure, self.fails))
+        return f"{'≥ ' if self.most else ''}{self.value:.3g} ({bounds})"
+
+
+def withstood(tables: Sequence[Mapping[str, Any]], space: bool) -> dict[str, dict[str, Any]]:
+    """The level walk of each gait, and the largest disturbance of each kind that it withstands.
+
+    Args:
+        tables: As `biped standard` writes them; a later one replaces a gait's numbers of an earlier one.
+        space: Whether those of the tests in space, or of those in the plane.
+    """
+    out: dict[str, dict[str, Any]] = {}
+    for table in tables:
+        for one in table["standings"]:
+            name = one["test"].rpartition("/")[2]
+            if not one["tried"] or name.startswith("space_") != space:
+                continue
+            row = out.setdefault(one["gait"], {})
+            name = name.removeprefix("space_")
+            row[name] = one["tried"][0] if name == _LEVEL else _largest(name, one)
+    return out
+
+
+def _largest(name: str, one: Mapping[str, Any]) -> Largest | None:
+    """The largest of one kind that a gait withstands; None of a kind that is no column."""
+    limit, tried = one["limit"], one["tried"]
+    if name not in _TESTS or limit is None:
+        return None
+    unit = 1.0
+    if name.startswith("push"):  # an impulse in proportion to what is searched
+        shares = [one["numbers"]["push_froude"] / one["value"] for one in tried if one["numbers"].get("push_froude")]
+        if not shares:
+            return None
+        unit = shares[0]
+
+    def size(value: float | None) -> float | None:
+        return None if value is None else abs(unit * value)
+
+    return Largest(size(limit["holds_to"]) or 0.0, size(limit["sure_to"]), size(limit["surely_fails_at"]),
+                   limit["fails_at"] is None)  # fmt: skip
+
+
+def table_of(found: Mapping[str, Mapping[str, Any]]) -> Table:
+    """One line for each gait."""
+    tests = [(name, head) for name, head in _TESTS.items() if any(name in row for row in found.values())]
+    lines = []
+    for gait, row in found.items():
+        level = row.get(_LEVEL)
+        walked = ("–", "–", "–") if level is None else (
+            f"{level['reached']} of {level['runs']}", _text(level["numbers"].get("speed"), "{:.2f}"),
+            _text(level["numbers"].get("cost_of_transport"), "{:.2f}"))  # fmt: skip
+        stands = [row.get(name) for name, _ in tests]
+        lines.append((gait, *walked, *("–" if one is None else one.text for one in stands)))
+    return Table(("gait", "level", "speed [m/s]", "c.o.t.", *(head for _, head in tests)), tuple(lines))
+
+
+def _text(value: float | None, form: str) -> str:
+    return "–" if value is None else form.format(value)
+
+
+def norms_of(kinds: Sequence[Mapping[str, Any]], wanted: Sequence[str]) -> float:
+    """The norm of several kinds of disturbances together; nan where one is missing or too many walks fell."""
+    values = [one["norm"] for one in kinds if one["disturbance"] in wanted and 2 * one["fell"] <= one["walks"]]
+    if len(values) < len(wanted) or any(value is None for value in values):
+        return math.nan
+    return math.sqrt(sum(value**2 for value in values) / len(values))
+
+
+def foretold(found: Mapping[str, Mapping[str, Any]], norms: Mapping[str, Sequence[Mapping[str, Any]]]) -> Document:
+    """The norms of gaits beside what they withstand, and how well the ranks of both agree."""
+    lines, pairs = [], {"pushes": [], "steps": []}
+    for gait, kinds in norms.items():
+        row = found.get(gait, {})
+        pushes, steps = norms_of(kinds, PUSHES), norms_of(kinds, RISES)
+        stands = _mean(row, "push_forward", "push_backward"), _mean(row, "steps_up", "steps_down")
+        fell = f"{sum(one['fell'] for one in kinds)} of {sum(one['walks'] for one in kinds)}"
+        shown = [_text(None if math.isnan(value) else value, "{:.1f}") for value in (pushes, steps)]
+        lines.append((gait, *shown, *(_text(value, "{:.3g}") for value in stands), fell))
+        for name, norm, value in zip(pairs, (pushes, steps), stands, strict=True):
+            if value is not None:
+                pairs[name].append((math.inf if math.isnan(norm) else norm, value))
+    heads = ("gait", "norm of pushes", "norm of steps", "pushes withstood, mean", "steps withstood, mean [l]", "fell")
+    words = [_agreement(name, both) for name, both in pairs.items()]
+    return Table(heads, tuple(lines)), *(Paragraph(word) for word in words)
+
+
+def _mean(row: Mapping[str, Any], *names: str) -> float | None:
+    values = [one.value for one in (row.get(name) for name in names) if one is not None]
+    return sum(values) / len(names) if len(values) == len(names) else None
+
+
+def _agreement(name: str, pairs: Sequence[tuple[float, float]]) -> str:
+    norms, stands = ([one[i] for one in pairs] for i in (0, 1))
+    if len(pairs) < 4:
+        return f"Of {name}: too few gaits for a correlation."
+    rho, low, high = rank_correlation([-norm for norm in norms], stands)
+    return (f"Of {name}: the rank correlation of a small norm with what is withstood is {rho:.2f} "
+            f"(95 % interval {low:.2f} … {high:.2f}, {len(pairs)} gaits).").replace("-", "−")  # fmt: skip
+
+
+def page(stored: Mapping[str, Any]) -> str:
+    """The text of docs/atlas.md."""
+    tables = [*standing.stored(), *stored["tables"]]
+    plane, space = withstood(tables, space=False), withstood(tables, space=True)
+    parts = {"plane": (table_of(plane),), "space": (table_of(space),), "norm": foretold(plane, stored["norms"])}
+    text = TEMPLATE.read_text(encoding="utf-8")
+    for name, document in parts.items():
+        text = text.replace(MARKS[name], markdown.text(document).rstrip())
+    return text
+
+
+def stored() -> dict[str, Any]:
+    """The page's own data: tables of `biped standard` beyond those of docs/standard.md, and norms by gait."""
+    return json.loads(DATA.read_bytes()) if DATA.is_file() else {"tables": [], "norms": {}}
+
+
+def main(argv: Sequence[str]) -> None:
+    """Takes results into the page; without any, writes the page anew."""
+    if argv:
+        found: dict[str, Any] = {"tables": [], "norms": {}}
+        for word in argv:
+            gait, equals, file = word.partition("=")
+            if equals:
+                found["norms"][gait] = json.loads(Path(file).read_bytes())["kinds"]
+            else:
+                found["tables"].append(json.loads((Path(word) / STANDARD).read_bytes()))
+        write_text(DATA, dumps(found))
+    write_text(PAGE, page(stored()))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
