@@ -21,6 +21,7 @@ class Engine(NamedTuple):
         own_clock: Whether its contacts need two of its steps within `ground.contact_time`.
         seat: Whether a biped can sit in it.
         beside: Whether torques can act beside the actuators of a robot of any kind.
+        library: Name of the package that it needs besides biped's own, on whose version its last digits depend.
     """
 
     place: str
@@ -30,15 +31,15 @@ class Engine(NamedTuple):
     own_clock: bool = False
     seat: bool = False
     beside: bool = True
+    library: str = ""
 
 
 ENGINES: dict[str, Engine] = {
     MUJOCO: Engine("biped.engines.mujoco", "MuJoCo's compliant contacts", own_clock=True, seat=True),
     HOME: Engine("biped.engines.home", "the thesis's own rigid contacts", any_robot=False, rigid=True),
-    DRAKE: Engine(
-        "biped.engines.drake", "Drake's compliant contacts (SAP), which no gait here was searched in", beside=False
-    ),
-}
+    DRAKE: Engine("biped.engines.drake", "Drake's compliant contacts (SAP), which no gait here was searched in",
+                  beside=False, library="drake"),
+}  # fmt: skip
 
 
 def engines_named(text: str) -> list[str]:

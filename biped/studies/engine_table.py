@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -76,7 +77,7 @@ def cells_of(
         folder: Where results folders go, one for each cell.
         runs: At least so many of each cell.
         progress: Told of every finished run.
-        finished: Whether to make no runs, and to leave out cells that no earlier call has finished.
+        finished: Whether to make no runs: cells are those that earlier calls have finished, of however many runs.
 
     Raises:
         InputError: The scenario cannot be used in any engine.
@@ -93,18 +94,19 @@ def cells_of(
             cells[engine] = str(error)
             continue
         where = folder / title.replace("/", "-") / engine
-        if finished and not (where / "result.json").is_file():
-            cells[engine] = None
-            continue
-        done = run(name, changes, jobs, where, progress=progress)
-        cells[engine] = _cell(done.result["runs"], goal)
+        if finished:
+            result = where / "result.json"
+            rows = json.loads(result.read_text(encoding="utf-8"))["runs"] if result.is_file() else None
+        else:
+            rows = run(name, changes, jobs, where, progress=progress).result["runs"]
+        cells[engine] = None if rows is None else _cell(rows, goal)
     shipped = title in names("scenarios")
     return ScenarioCells(f"`{title}`" if shipped else plain.scenario.description or title, goal, cells)
 
 
 def _cell(rows: Sequence[dict[str, Any]], goal: str) -> Cell:
     reached = [row for row in rows if row[goal]]
-    speed = means([row["speed"] for row in reached if math.isfinite(row["speed"])])
+    speed = means([row["speed"] for row in reached if row["speed"] is not None and math.isfinite(row["speed"])])
     failures = [
         f"{row['values'] or row['seed']}: {row['end']} {row['cause'] or row.get('doubt', '')}"
         for row in rows if not row[goal]

@@ -33,6 +33,7 @@ def test_runs_are_shared_among_the_points_of_a_sweep_and_not_repeated(tmp_path, 
     assert row.cells["mujoco"].reached == 2
     monkeypatch.setattr(campaign, "run_one", None)  # what is finished is not made again
     assert cells_of("any/human", ("mujoco",), 1, tmp_path, 2).cells["mujoco"] == row.cells["mujoco"]
+    assert cells_of("any/human", ("mujoco",), 1, tmp_path, finished=True).cells["mujoco"] == row.cells["mujoco"]
 
 
 def test_a_scenario_that_is_not_shipped_is_named_by_its_description(tmp_path):

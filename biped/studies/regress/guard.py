@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from datetime import date
+from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,6 +16,7 @@ from biped.base.files import names
 from biped.base.progress import Progress, silent
 from biped.ensemble.backend import Jobs
 from biped.ensemble.plan import Plan
+from biped.scenario.engines import ENGINES
 from biped.studies.planned import plan_of, title_of
 from biped.studies.regress.compare import (
     GONE,
@@ -92,7 +95,7 @@ def regress(
     if reason is not None and not path.absolute().parent.is_dir():
         raise InputError(f"--file {path}: cannot be written: expected a file in a folder that exists")
     plans = _plans(scenarios or _that_run_here(), () if engine is None else (f"engine={engine}",))
-    here = platform.here()
+    here = platform.here() | _library(engine)
     update = None if reason is None else _Update(path, references, here, reason, None if scenarios else set(plans))
     verdicts: list[ScenarioComparison] = []
     stopped = False
@@ -143,6 +146,14 @@ def _compare(
             verdicts.append(missing(name, NEW, len(new.runs)) if old is None else compare(name, old, new))
             if update is not None and (verdicts[-1].verdict != SAME or not verdicts[-1].exact):
                 update.record(name, new)
+
+
+def _library(engine: str | None) -> dict[str, str]:
+    """The version of the library that an engine needs besides; of none, or of one that is not installed, nothing."""
+    name = "" if engine is None else ENGINES[engine].library
+    with suppress(PackageNotFoundError):
+        return {name: version(name)} if name else {}
+    return {}
 
 
 class _Update:
