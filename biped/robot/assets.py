@@ -6,15 +6,24 @@ from pathlib import Path
 from typing import Any
 
 import mujoco
+import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import label
 from biped.base.trust import trusted
 from biped.robot.safety import spellings_of
 
+DRAWN = 2
+"""Geoms of higher groups are not drawn, as in MuJoCo's own viewer."""
+THIN, THICK, SLIM, SHORT = 0.015, 0.05, 0.2, 0.01
+"""[m] Least and largest radius of a capsule that is drawn in the place of a mesh, its share of the length, and [m] the
+least length of one."""
+
 
 def find_assets(spec: mujoco.MjSpec, path: Path, notes: list[str]) -> None:
     """Says where meshes and textures lie, and leaves out those that are missing and only looked at.
+
+    Capsules from joint to joint are drawn instead of missing meshes, and what else a body has.
 
     Args:
         spec: The parsed file, which is changed.
@@ -25,6 +34,7 @@ def find_assets(spec: mujoco.MjSpec, path: Path, notes: list[str]) -> None:
         InputError: A mesh is missing that touches something, or that a body's inertia follows from.
     """
     missing = [mesh for mesh in spec.meshes if mesh.file and not _found(mesh, path, spec.meshdir)]
+    bare: dict[str, Any] = {}
     for mesh in missing:
         name = mesh.name or Path(mesh.file).stem
         for geom in [one for one in spec.geoms if one.meshname == name]:
@@ -32,11 +42,16 @@ def find_assets(spec: mujoco.MjSpec, path: Path, notes: list[str]) -> None:
                 places = ", ".join(spellings_of(mesh.file))[:400]
                 raise InputError(f"{label(path)}: mesh '{mesh.file[:200]}': there is no such file, and {why}; expected "
                                  f"it below the folder of the model, as {places}")  # fmt: skip
+            bare[geom.parent.name] = geom.parent
             spec.delete(geom)
         spec.delete(mesh)
+    for name, body in bare.items():
+        if name != "world":
+            _draw(body)
     if missing:
         names = ", ".join(Path(mesh).name for mesh in [one.file for one in missing][:2])
-        notes.append(f"meshes: {len(missing)} that are only looked at are not there ({names}, …); left out")
+        gone = f"{len(missing)} that are only looked at are not there ({names}, …)"
+        notes.append(f"meshes: {gone}; capsules are drawn instead")
     lost = [texture for texture in spec.textures if texture.file and not _found(texture, path, spec.texturedir)]
     for material in spec.materials if lost else ():
         material.textures = ["" if name in {one.name for one in lost} else name for name in material.textures]
@@ -44,6 +59,19 @@ def find_assets(spec: mujoco.MjSpec, path: Path, notes: list[str]) -> None:
         spec.delete(texture)
     if lost:
         notes.append(f"textures: {len(lost)} are not there; left out")
+
+
+def _draw(body: Any) -> None:
+    """Makes a body visible that has lost its meshes: capsules to its children touch nothing and weigh nothing."""
+    for geom in body.geoms:
+        geom.group = min(geom.group, DRAWN)
+    for child in body.bodies:
+        length = float(np.linalg.norm(child.pos))
+        if length > SHORT:
+            capsule = body.add_geom(type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=[0.0, 0.0, 0.0, *child.pos])
+            capsule.size[0] = min(max(SLIM * length, THIN), THICK)
+            capsule.contype = capsule.conaffinity = 0
+            capsule.group, capsule.mass = DRAWN, 0.0
 
 
 def _found(asset: Any, path: Path, inside: str) -> bool:

@@ -21,6 +21,7 @@ from biped.robot.planar.model import tree_at
 from biped.robot.recognise import looked_at, robot_of
 from biped.scenario.reading import read_scenario
 from biped.scenario.robot import Actuators, Base, Described, Foot
+from biped.show.recording.body import drawn_geoms
 from tests.cases import command, write
 
 MODELS = Path("models")
@@ -150,6 +151,14 @@ def test_files_as_they_are_found(tmp_path, monkeypatch):
     own = compiled(Path("scene.xml"), read_scenario("s.toml"), "torque")
     meets = [own.geom(name).contype[0] for name in ("a", "b")]
     assert (meets[0] > 0, meets[1]) == (True, 0)
+    trunk = [g for g in drawn_geoms(own) if own.geom_bodyid[g] == own.body("trunk").id]
+    legs = [own.geom_type[g] == mujoco.mjtGeom.mjGEOM_CAPSULE and not own.geom_contype[g] for g in trunk]
+    assert sum(legs) == 2, "capsules to both legs in the place of the lost mesh"
+    write("plain.xml", text.replace('<geom type="mesh" mesh="lost" contype="0" conaffinity="0"/>', ""))
+    write("plain.toml", 'model = "plain.xml"\nlaw = "stand"\nrobot = {}\n')
+    plain = compiled(Path("plain.xml"), read_scenario("plain.toml"), "torque")
+    np.testing.assert_array_equal(plain.body_mass, own.body_mass)
+    np.testing.assert_array_equal(plain.body_inertia, own.body_inertia)
     write("r.xml", text.replace('mesh="lost" contype="0"', 'mesh="lost" contype="1"'))
     os.utime("scene.xml", ns=(1, 1))  # looked at anew
     with pytest.raises(InputError, match=r"mesh 'lost.stl': there is no such file, and body 'trunk' touches things"):
