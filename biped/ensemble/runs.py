@@ -99,7 +99,6 @@ class Runs:
     ) -> Run:
         """A run, concrete; arguments as in `biped.robot.run.Run`."""
         path, robot, starts = self._load(s)
-        random = s.randomise
         q, v = starts.start(s, stream(seed, "start.jitter") if s.start.jitter > 0.0 else None)
         return Run(
             scenario=disturbed(_pushes(s, robot), seed),
@@ -111,8 +110,8 @@ class Runs:
             values=values,
             q=q,
             v=v,
-            mass_factor=_factors(random.controller_mass_matrix, seed, "controller_mass_matrix", (NQ, NQ)),
-            row_factor=_factors(random.controller_constraints, seed, "controller_constraints", (N_ROWS, NQ)),
+            mass_factor=_factors(s, seed, "controller_mass_matrix", (NQ, NQ)),
+            row_factor=_factors(s, seed, "controller_constraints", (N_ROWS, NQ)),
             origin=origin,
             law=law,
         )
@@ -194,7 +193,9 @@ def _begins_beyond(s: Scenario, starts: RobotStarts) -> None:
     begin_beyond(s.ground, profile, starts.foremost(s))
 
 
-def _factors(deviation: float, seed: int, name: str, shape: tuple[int, int]) -> np.ndarray | None:
-    if deviation == 0.0:
+def _factors(s: Scenario, seed: int, name: str, shape: tuple[int, int]) -> np.ndarray | None:
+    """The factors of a run's M or A; None where they are right, or drawn at every tick."""
+    deviation = getattr(s.randomise, name)
+    if deviation == 0.0 or s.randomise.controller_errors == "tick":
         return None
     return 1.0 + deviation * stream(seed, name).standard_normal(shape)

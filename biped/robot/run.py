@@ -46,8 +46,8 @@ class Run:
         values: What its point of the sweep and its draws changed, by key.
         q: (nq,) coordinates that it starts from [m, rad], in the order of `robot.q_names`.
         v: (nv,) velocities that it starts with, in the order of `robot.v_names`.
-        mass_factor: (9, 9) elementwise factors of the controller's M, or None.
-        row_factor: (10, 9) elementwise factors of the controller's A, or None.
+        mass_factor: (9, 9) elementwise factors of the controller's M, or None where none are fixed for the run.
+        row_factor: (10, 9) elementwise factors of the controller's A, likewise.
         origin: Where the keys of its scenario were written.
         law: Makes the run's own law where one was handed over as an object (`biped.robot.law_factory`).
         edit: Changes the compiled MuJoCo model that engines but home's step, of which the law knows nothing; for

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from msgspec import Meta, field
 
@@ -33,8 +33,9 @@ class Randomise(Section, frozen=True):
 
     Attributes:
         runs: Number of runs (at each point of a sweep), each with its own seed.
-        controller_mass_matrix: Relative standard deviation, elementwise, of the controller's M (fixed for a run).
+        controller_mass_matrix: Relative standard deviation, elementwise, of the controller's M.
         controller_constraints: The same of its A.
+        controller_errors: Whether these two are drawn once for a `run`, or anew at every `tick`.
         draw: Dotted scenario key, e.g. "ground.friction" or "push.0.at", to its distribution.
         moves: How the normals that runs draw are moved, as `biped find` writes it for a run that fell; default: not at
             all.
@@ -43,6 +44,7 @@ class Randomise(Section, frozen=True):
     runs: Count = 1
     controller_mass_matrix: Annotated[float, Meta(ge=0, le=1000)] = 0.0
     controller_constraints: Annotated[float, Meta(ge=0, le=1000)] = 0.0
+    controller_errors: Literal["run", "tick"] = "run"
     draw: dict[str, Distribution] = field(default_factory=dict)
     moves: Annotated[tuple[Move, ...], Meta(max_length=10_000)] | None = None
 

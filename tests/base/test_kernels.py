@@ -285,6 +285,7 @@ CASES = {
     "touching": ["actuation.contacts=touching", "actuation.single_tangential=true"],
     "generalized": ["actuation.mode=generalized"],
     "model error": ["randomise.controller_mass_matrix=0.1", "randomise.controller_constraints=0.1"],
+    "model error at every tick": ["randomise.controller_mass_matrix=0.1", "randomise.controller_errors=tick"],
     "bounded": ["actuation.limit=bounded", "actuation.torque_limit=40.0"],
     "pyramid": ["simulation.cone=pyramidal", "ground.slope=3", "ground.friction=3.0"],
     "home": ["engine=home"],
@@ -313,7 +314,7 @@ def test_compiled_kernels_do_what_they_do_as_plain_python(tmp_path, ticks):
         environment = os.environ | {"NUMBA_DISABLE_JIT": disable, "PYTHONPATH": str(PACKAGE.parent)}
         subprocess.run([sys.executable, "-c", WALKS, str(file), str(ticks)], env=environment, cwd=tmp_path, check=True)
         logs.append(dict(np.load(file)))
-    assert len(logs[0]) == 8
+    assert len(logs[0]) == 9
     for name, log in logs[0].items():
         scale = np.abs(log).max(axis=0) + 1.0
         assert np.abs((logs[1][name] - log) / scale).max() < 1e-10, name

@@ -22,14 +22,19 @@ def numbers(t: Trajectory, window: tuple[float, float]) -> dict[str, Any]:
     out = {
         "energy_residual": residual(t, whole), "energy_from_nowhere": from_nowhere(t, whole),
         "momentum_residual": momentum_residual(t, whole), "penetration": max(0.0, -whole.point[..., 1].min()),
-        "peak_force": t.column("force")[..., 1].max(), "peak_torque": np.abs(t.u).max(),
-        "link_speed": np.sqrt(squared.max()),
+        "peak_force": t.column("force")[..., 1].max(), "peak_foot_force": peak_foot_force(t),
+        "peak_torque": np.abs(t.u).max(), "link_speed": np.sqrt(squared.max()),
     }  # fmt: skip
     if len(inside) > 1:
         span = slice(inside[0], inside[-1] + 1)
         out |= stride(t, whole, span) | transport(t, whole, span) | contact(t, whole, span)
         out["per_joint"] = per_joint(t, span)
     return out
+
+
+def peak_foot_force(t: Trajectory) -> float:
+    normal = t.column("force")[..., 1]
+    return float(max((normal[:, toe] + normal[:, heel]).max() for toe, heel in zip(TOE, HEEL, strict=True)))
 
 
 def _steps(t: Trajectory) -> tuple[np.ndarray, Motion]:
@@ -117,6 +122,8 @@ def transport(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
         "mean_torque": float(np.abs(u).mean()),
         "peak_power": float(np.abs(power).max()),
         "torque_rate": float(jumps.mean() * 1e-3 / t.tick),
+        "torque_rate_99": float(np.percentile(jumps, 99.0) * 1e-3 / t.tick),
+        "torque_jump": float(jumps.max()),
         "saturation": float((np.abs(u) >= np.array(t.torque_limit)).any(axis=1).mean()),
         "contact_loss": float(-ground.mean()),
     }
@@ -156,7 +163,7 @@ def stride(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
         "speed_std": float(np.std(vx)),
         "froude": speed / math.sqrt(GRAVITY * t.tree.leg),
         "step_length": float(np.mean(lengths)) if lengths else math.nan,
-        "step_frequency": len(steps) / seconds,
+        "step_frequency": (len(steps) - 1) / (t.tick * (steps[-1][0] - steps[0][0])) if len(steps) > 1 else 0.0,
         "steps": len(steps),
         "alternation": float(np.mean([a != b for a, b in pairwise(legs)])) if len(legs) > 1 else math.nan,
         "step_duration": float(np.mean([t.tick * (b - a) for (a, _), (b, _) in pairwise(steps)]))

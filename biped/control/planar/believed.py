@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from biped.base.jit import kernel
+from biped.control.planar.errors import redraw
 from biped.control.planar.pushing import pushing_torques
 from biped.control.planar.sensing import sense_links
 from biped.control.planar.setup import controller_record
@@ -46,6 +47,8 @@ def _forces(record, q, v, Q_d, out):
         for j in range(NQ):
             c["tick"]["Q_d"][j] = Q_d[k, j]
         mass_matrix(c["tree"], c["at"], c["work"]["M"])
+        if c["belief"]["redrawn"]:
+            redraw(c["belief"])
         pushing_torques(c, c["work"]["M"], q[k], v[k])
         for i in range(N_POINTS):
             ahead, behind = push["force"][0, 2 * i], push["force"][0, 2 * i + 1]

@@ -31,10 +31,11 @@ _BELIEF = np.dtype(
         ("gravity", "f8", 2),  # m/s²
         ("tilt", "f8"),  # rad, added to the slope frame's angles to get the angles that Q_d uses
         ("perturbed", "u1"), ("mass_factor", "f8", (NQ, NQ)), ("row_factor", "f8", (N_ROWS, NQ)),
+        ("redrawn", "u1"), ("mass_error", "f8"), ("row_error", "f8"), ("generator", "i8", 2),
     ],
     align=True,
 )  # fmt: skip
-"""The controller's belief beyond the tree: gravity, and the errors of its M and A."""
+"""The controller's belief beyond the tree: gravity, and the errors of its M and A; if redrawn, anew at every tick."""
 
 _SENSING = np.dtype(
     [

@@ -11,6 +11,7 @@ from biped.base.jit import kernel
 from biped.control.blending import Changes, blend, changes_in, step_type
 from biped.control.planar import record
 from biped.control.planar.bounded import EXACT, FOREIGN
+from biped.control.planar.errors import GENERATOR_SEEDS
 from biped.control.planar.record import GAIT
 from biped.control.smoothing import fraction
 from biped.robot.gravity import gravity
@@ -20,6 +21,7 @@ from biped.robot.planar.tree import Tree
 from biped.robot.run import Run
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario
+from biped.scenario.vary import stream
 
 
 def controller_record(run: Run, believed: Tree) -> np.ndarray:
@@ -64,7 +66,13 @@ def _set_beliefs(belief: np.void, run: Run) -> None:
     ground = run.scenario.ground
     belief["gravity"] = gravity(ground.slope)
     belief["tilt"] = np.radians(ground.slope) if ground.angles == "gravity" else 0.0
-    belief["perturbed"] = run.mass_factor is not None or run.row_factor is not None
+    random = run.scenario.randomise
+    belief["mass_error"], belief["row_error"] = random.controller_mass_matrix, random.controller_constraints
+    redrawn = random.controller_errors == "tick" and max(belief["mass_error"], belief["row_error"]) > 0.0
+    belief["redrawn"] = redrawn
+    if redrawn:
+        belief["generator"] = stream(run.seed, "controller_errors").integers(1, GENERATOR_SEEDS, 2)
+    belief["perturbed"] = redrawn or run.mass_factor is not None or run.row_factor is not None
     belief["mass_factor"] = 1.0 if run.mass_factor is None else run.mass_factor
     belief["row_factor"] = 1.0 if run.row_factor is None else run.row_factor
 

@@ -10,6 +10,7 @@ import math
 from biped.base.jit import inner_kernel, kernel
 from biped.control.planar.allocation import joint_torques
 from biped.control.planar.bounded import EXACT, bounded_torques
+from biped.control.planar.errors import redraw
 from biped.control.planar.floating import floating_torques
 from biped.control.planar.phase import leg_states, step_back
 from biped.control.planar.pushing import pushing_torques
@@ -108,6 +109,8 @@ def _decide(record, M, q, v, log, k, time, pushing):
         return status
     c = record[0]
     desired_forces(c, q, v)
+    if c["belief"]["redrawn"]:
+        redraw(c["belief"])
     if len(pushing) > 0:
         pushing_torques(c, M, q, v)
         smooth(c["tick"]["u"], c["push"]["latest"], c["push"]["follow"], k == 0)

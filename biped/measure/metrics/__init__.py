@@ -83,6 +83,7 @@ def _numbers(t: Trajectory, window: tuple[float, float], left: Unexplained) -> d
     out["unexplained_force"], out["unexplained_moment"] = left.force[0].share, left.moment[0].share
     out["penetration"] = max(0.0, -float(t.above.min()))
     out["peak_force"] = float(t.force[:, :, 2].max())
+    out["peak_foot_force"] = float(t.foot_force.max())
     if t.has_torques:
         out["peak_torque"] = max(float(t.u.max()), -float(t.u.min()))
     if t.link_speed is not None:

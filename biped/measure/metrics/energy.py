@@ -27,6 +27,7 @@ def transport(t: Trajectory, span: slice) -> dict[str, Any]:
     if not t.has_torques:
         return {"cost_of_transport": float(np.abs(t.input_work[span][:-1]).sum() / weight), "per_joint": {}}
     sums, energy = driven(t, span), t.tick / weight
+    jumps = np.abs(np.diff(t.u[span], axis=0)).max(axis=1)
     rows, net, absolute, positive, peak = span.stop - span.start, sums.net, sums.absolute, sums.positive, sums.power
     if t.generalized:
         power = _spring_powers(t, span)
@@ -40,6 +41,8 @@ def transport(t: Trajectory, span: slice) -> dict[str, Any]:
         "rms_torque": math.sqrt(float(sums.squared.max()) / rows),
         "peak_power": float(peak.max()),
         "torque_rate": sums.jumps / (rows - 1) * 1e-3 / t.tick,
+        "torque_rate_99": float(np.quantile(jumps, 0.99)) * 1e-3 / t.tick,
+        "torque_jump": float(jumps.max()),
         "saturation": sums.saturated / rows,
         "per_joint": _per_joint(t, sums, rows),
     }

@@ -46,18 +46,18 @@ def stride(t: Trajectory, span: slice) -> dict[str, float]:
         "torso_lean": float(lean.mean()),
         "torso_sway": float(lean.std()),
         "tilt": float(np.degrees(t.tilt[span].max())),
-        **_steps(t, span, seconds),
+        **_steps(t, span),
     }
 
 
-def _steps(t: Trajectory, span: slice, seconds: float) -> dict[str, float]:
+def _steps(t: Trajectory, span: slice) -> dict[str, float]:
     """Steps and support phases."""
     down, found = t.down[span], t.strikes_in(span)
     rows, feet = np.array(found, dtype=int).reshape(-1, 2).T
     heel, (right, left) = heels(t, rows), down.T
     return {
         "step_length": mean_of(np.abs(heel[:, 0] - heel[:, 1])),
-        "step_frequency": len(found) / seconds,
+        "step_frequency": steps_per_second(rows, t.tick),
         "step_duration": mean_of(t.tick * np.diff(rows)),
         "steps": len(found),
         "alternation": mean_of(feet[1:] != feet[:-1]),
@@ -65,6 +65,16 @@ def _steps(t: Trajectory, span: slice, seconds: float) -> dict[str, float]:
         "flight": 1.0 - float((right | left).mean()),
         "duty": float(down.mean()),
     }
+
+
+def steps_per_second(rows: np.ndarray, tick: float) -> float:
+    """Steps from the first strike to the last, per second, so that length times frequency is speed; 0 of less than two.
+
+    Args:
+        rows: (n,) rows of the strikes.
+        tick: [s] from row to row.
+    """
+    return (len(rows) - 1) / (tick * float(rows[-1] - rows[0])) if len(rows) > 1 and rows[-1] > rows[0] else 0.0
 
 
 def mean_of(values: Sequence[float] | np.ndarray) -> float:

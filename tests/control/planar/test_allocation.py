@@ -212,19 +212,20 @@ def test_other_solvers_find_the_same_bounded_torques(solver, near):
 
 def dense_factors(bench: Bench) -> tuple[np.ndarray, np.ndarray]:
     """Symmetric elementwise factors of M and those of A, in the thesis's absolute coordinates."""
-    upper = np.triu(bench.run.mass_factor)
-    return upper + np.triu(upper, 1).T, bench.run.row_factor
+    belief = bench.c["belief"]
+    upper = np.triu(belief["mass_factor"])
+    return upper + np.triu(upper, 1).T, belief["row_factor"]
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_model_error_is_elementwise_in_absolute_coordinates(seed):
+@pytest.mark.parametrize(("drawn", "seed"), [("run", 0), ("run", 1), ("run", 2), ("tick", 3)])
+def test_model_error_is_elementwise_in_absolute_coordinates(drawn, seed):
     """M and A of the controller, multiplied elementwise in the coordinates that the thesis uses, done densely."""
-    wrong = Randomise(controller_mass_matrix=0.02, controller_constraints=0.1)
+    wrong = Randomise(controller_mass_matrix=0.02, controller_constraints=0.1, controller_errors=drawn)
     bench = Bench(Scenario(actuation=FREE, randomise=wrong, seed=seed))
-    F, rows = dense_factors(bench)
     compared = 0
     for q, v in states(60, 10 + seed):
         u = bench.tick(q, v)
+        F, rows = dense_factors(bench)
         d = dynamics(q, v)
         T = np.linalg.inv(S)  # absolute rates from joint rates
         M = T.T @ ((S.T @ d.M @ S) * F) @ T

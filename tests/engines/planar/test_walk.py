@@ -39,6 +39,8 @@ SCENES = {
     "unmodelled torques, lag": {"truth": Truth(unmodelled=UnmodelledKeys(torque=0.05)),
                                 "actuation": Actuation(lag=0.002)},
     "model error": {"randomise": Randomise(controller_mass_matrix=0.05, controller_constraints=0.05)},
+    "model error at every tick": {"randomise": Randomise(controller_mass_matrix=0.05, controller_constraints=0.05,
+                                                         controller_errors="tick")},
     "backstep": {"backstep": Backstep()},
     "changes": {"change": (Change(at=0.1, over=0.2, gains=Gains(theta_b=80.0)),
                            Change(at=0.2, gains=Gains(k_d1=500.0)),
