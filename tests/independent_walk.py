@@ -61,7 +61,11 @@ class Reading(NamedTuple):
     late: float = radians(100.0)
     friction: float = 100.0
     contact_time: float = 0.008
+    damping_ratio: float = 1.0
     rank: float = 1e-4
+
+
+PLASTIC = Reading(limit=210.0, height=0.0015, ahead=0.25, damping_ratio=1.5)  # readings/plastic.toml
 
 
 Parts = tuple[tuple[int, float, float], ...]
@@ -232,9 +236,9 @@ def model_of(path: Path, reading: Reading) -> mujoco.MjModel:
     spec = mujoco.MjSpec.from_file(str(path))
     for pair in spec.pairs:
         pair.friction = [reading.friction, reading.friction, 0.005, 0.0001, 0.0001]
-        pair.solref = [reading.contact_time, 1.0]
+        pair.solref = [reading.contact_time, reading.damping_ratio]
     for name in ("right_knee", "left_knee"):
-        spec.joint(name).solref_limit = [reading.contact_time, 1.0]
+        spec.joint(name).solref_limit = [reading.contact_time, reading.damping_ratio]
     for motor in spec.actuators:
         motor.ctrlrange = [-reading.limit, reading.limit]
     return spec.compile()

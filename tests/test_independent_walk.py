@@ -10,23 +10,34 @@ from biped.base.files import locate
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import read
-from tests.independent_walk import STARTS, Reading, means, walk
+from tests.independent_walk import PLASTIC, STARTS, Reading, means, walk
 
 HUMAN = locate("models", "human", "")
 TICKS = 300
-LIMIT = Reading().limit
+READINGS = {"bounded": Reading(), "plastic": PLASTIC}
 
 
-@pytest.mark.parametrize(("gait", "posture"), [("slow", "single"), ("normal", "heel_toe"), ("fast", "flat")])
-def test_every_tick_of_a_start_is_the_same(gait, posture):
-    changes = ["start.settle=false", f"start.posture={posture}", "duration=0.3", "window={start=0.0,end=0.3}"]
+@pytest.mark.parametrize(
+    ("gait", "posture", "reading"),
+    [("slow", "single", "bounded"), ("normal", "heel_toe", "bounded"), ("fast", "flat", "bounded"),
+     ("slow", "flat", "plastic")],
+)  # fmt: skip
+def test_every_tick_of_a_start_is_the_same(gait, posture, reading):
+    changes = [
+        f"reading={reading}",
+        "start.settle=false",
+        f"start.posture={posture}",
+        "duration=0.3",
+        "window={start=0.0,end=0.3}",
+    ]
     mine = simulate(Plan(*read(f"level_{gait}", changes)).run(0))
-    other = walk(HUMAN, gait, np.array(STARTS[posture]), 1e-3 * TICKS)
+    numbers = READINGS[reading]
+    other = walk(HUMAN, gait, np.array(STARTS[posture]), 1e-3 * TICKS, numbers)
     assert mine.q.shape == other.q.shape == (TICKS, 9)
     assert np.abs(mine.q - other.q).max() < 1e-6
     assert np.abs(mine.v - other.v).max() < 1e-6
-    assert np.abs(mine.u - other.u).max() < 1e-6 * LIMIT
-    assert np.abs(other.u).max() == pytest.approx(LIMIT, rel=1e-12), "limits within (3.13) were never asked for"
+    assert np.abs(mine.u - other.u).max() < 1e-6 * numbers.limit
+    assert np.abs(other.u).max() == pytest.approx(numbers.limit, rel=1e-12), "limits within (3.13) were never asked for"
 
 
 @pytest.mark.slow

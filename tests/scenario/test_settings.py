@@ -98,7 +98,7 @@ def test_complaints_name_the_file(text, reading, says):
 
 
 def test_shipped_readings_are_read_and_described():
-    assert {"bounded", "clipped", "touching"} <= set(names("readings"))
+    assert {"bounded", "clipped", "plastic", "touching"} <= set(names("readings"))
     for path in folder("readings").glob("*.toml"):
         assert read_scenario("level_normal", [f"reading={path.stem}"]).reading == path.stem
 
