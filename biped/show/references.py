@@ -19,8 +19,8 @@ SITUATIONS = {
     "upright/slope": "3 and 5 degrees up and down",
     "upright/model_error": "its own model wrong by 10 %",
     "upright/friction": "from slippery to sticky ground",
-    "upright/scatter": "starts that scatter by 20 and 50 mrad",
-    "upright/noise": "noise of 1 mrad, and of 0.1 and 0.5 rad/s",
+    "upright/scatter": "starts scattered by 20 and 50 mrad",
+    "upright/noise": "noisy sensors",
     "upright/delay": "sensors 5 and 10 ms late",
 }
 """Scenarios of the README's table, in words."""
