@@ -126,8 +126,8 @@ def show_policy(file: object, cost: PolicyCost) -> None:
         rows.add_row(name, f"{loop:.3f}", f"{cost.ratio(loop):.2f}")
     page.print(rows)
     if cost.one is not None and cost.two is not None:
-        page.print(f"  {cost.runs} runs of 2 s by the clock: {cost.one:.1f} s in one process, {cost.two:.1f} s in two "
-                   f"({cost.two / cost.one:.2f})")  # fmt: skip
+        page.print(f"  {cost.runs} runs of {cost.seconds:g} s by the clock: {cost.one:.1f} s in one process, "
+                   f"{cost.two:.1f} s in two: {cost.two / cost.one:.2f}; of bare steps {cost.bare:.2f}")  # fmt: skip
 
 
 def show_engines(costs: Mapping[str, StepCost]) -> None:

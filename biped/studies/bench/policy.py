@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -17,7 +18,7 @@ from biped.ensemble.executor import mapped
 from biped.ensemble.plan import Plan
 from biped.scenario.card_file import read_card
 from biped.scenario.reading import from_text
-from biped.studies.bench.general import replay_of, replayed
+from biped.studies.bench.general import Replay, replay_of, replayed
 from biped.studies.bench.parts import clock
 
 SECONDS, REPEATS, RUNS = 10.0, 3, 100
@@ -33,9 +34,11 @@ class PolicyCost(NamedTuple):
         network: Bare calls of the network, as often as the run asks it.
         loop: The run, logged at every step.
         sparse: The same, logged at the calls of the network alone; None where these are no ticks of that rate.
-        one: [s] by the clock of many short runs in one process; None: not measured.
+        one: [s] by the clock of many runs in one process; None: not measured.
         two: The same in two.
-        runs: How many these are.
+        bare: What two processes take of the time of one for bare steps: what the machine itself allows; None: not
+            measured.
+        runs: How many runs these are.
     """
 
     seconds: float
@@ -45,6 +48,7 @@ class PolicyCost(NamedTuple):
     sparse: float | None
     one: float | None
     two: float | None
+    bare: float | None
     runs: int = RUNS
 
     def ratio(self, loop: float) -> float:
@@ -77,18 +81,25 @@ def policy_cost(file: Path, quick: bool, repeats: int = REPEATS, seconds: float 
 
     parts = [lambda: replayed(replay), ask, *(partial(simulate, one) for one in (run, sparse) if one is not None)]
     steps, network_cost, loop, *few = np.min([[clock(part) for part in parts] for _ in range(repeats)], axis=0).tolist()
-    one = two = None
+    one = two = bare = None
     if not quick:
-        one, two = (_many(file, jobs) for jobs in (1, 2))
-    return PolicyCost(seconds, steps, network_cost, loop, few[0] if few else None, one, two)
+        plan = _plan(file, seconds, f"start = {{ jitter = 0.002 }}\nrandomise = {{ runs = {RUNS} }}\n")
+        one, two = (_clocked(partial(_end, plan), RUNS, jobs) for jobs in (1, 2))
+        alone, both = (_clocked(partial(_steps, replay), RUNS, jobs) for jobs in (1, 2))
+        bare = both / alone
+    return PolicyCost(seconds, steps, network_cost, loop, few[0] if few else None, one, two, bare)
 
 
-def _many(file: Path, jobs: int) -> float:
-    """[s] by the clock of runs that differ in their start."""
-    plan = _plan(file, 2.0, f"start = {{ jitter = 0.002 }}\nrandomise = {{ runs = {RUNS} }}\n")
+def _clocked(work: Callable[[int], object], count: int, jobs: int) -> float:
+    """[s] by the clock of a piece of work, again and again."""
     begun = perf_counter()
-    mapped(partial(_end, plan), list(range(RUNS)), jobs)
+    mapped(work, list(range(count)), jobs)
     return perf_counter() - begun
+
+
+def _steps(replay: Replay, index: int) -> None:
+    """Bare steps of a run; whatever its number."""
+    replayed(replay)
 
 
 def _end(plan: Plan, index: int) -> str:
