@@ -28,6 +28,8 @@ PAGE, TEMPLATE, DATA = ROOT / "docs" / "readings.md", ROOT / "docs" / "readings.
 THESIS = ROOT / "docs" / "thesis.md"
 FILE = "readings.json"
 SHIPPED = "bounded"
+PUSHES = "push_"
+"""Scenarios of pushes begin with it."""
 NEARLY, HALF = 0.9, 0.5
 """Parts of the printed share of walks from which a claim is reproduced, and partly reproduced."""
 NAMES = {"speed": "speed m/s", "cost_of_transport": "net cost of transport", "double_support": "double support"}
@@ -67,7 +69,7 @@ def verdicts(study: Definition, one: TriedReading, short: bool = False) -> str:
     Args:
         study: The study.
         one: The reading.
-        short: Whether claims of one figure that print no numbers are one line.
+        short: Whether all pushes are one line.
     """
     lines = [f"| claim | walked (95 %) | {' | '.join(f'{words} (thesis)' for words in NAMES.values())} | verdict |",
              "|---|---|---|---|---|---|"]  # fmt: skip
@@ -82,10 +84,11 @@ def verdicts(study: Definition, one: TriedReading, short: bool = False) -> str:
 
 
 def _merged(study: Definition, one: TriedReading) -> list[tuple[Claim, Outcome]]:
-    """Claims and outcomes, those of a figure that prints no numbers counted together."""
+    """Claims and outcomes, all pushes counted together."""
     out: list[tuple[Claim, Outcome]] = []
-    for source in dict.fromkeys(claim.source for claim in study.claim if not claim.printed):
-        same = [claim for claim in study.claim if claim.source == source]
+    rest = [claim for claim in study.claim if not claim.printed]
+    pushes = [claim for claim in rest if claim.scenario.startswith(PUSHES)]
+    for same in (pushes, *([claim] for claim in rest if claim not in pushes)):
         outcomes = [one.outcomes[claim.name] for claim in same]
         runs, walked = (sum(getattr(outcome, name) for outcome in outcomes) for name in ("runs", "walked"))
         name = same[0].name if len(same) == 1 else f"{len(same)} pushes of 200 N"

@@ -61,19 +61,34 @@ def test_means_are_of_the_runs_that_walked():
     assert outcome_of(rows, {"speed": 1.0}) == Outcome(3, 2, {"speed": 1.0})
 
 
-def test_first_come_the_base_and_its_single_changes_then_changes_of_the_best():
+def test_first_come_the_base_and_listed_readings_and_single_changes_then_changes_of_the_best():
     study = definition()
     made: list[TriedReading] = []
-    singles = 1 + sum(len(place.values) - 1 for place in study.place)
-    for i in range(singles + 5):
+    first = 1 + len(study.first)
+    listed = first + sum(len(place.values) - 1 for place in study.place)
+    for i in range(listed + 40):
         changes = proposal(study, made)
         assert changes not in [one.changes for one in made]
-        assert len(changes) == (0 if i == 0 else 1) or i >= singles
-        made.append(TriedReading("bounded", changes, {}, float(i == 7)))
-    assert best(made)[0] is made[7]
-    key = next(iter(made[7].changes))
-    assert sum(key in one.changes for one in made[singles:]) >= 3
+        if i < first:
+            assert changes == [{}, *study.first][i]
+        elif i < listed:
+            assert len(changes) == 1
+        good = changes.get("actuation.torque_limit") == 300.0 and i >= first
+        made.append(TriedReading("bounded", changes, {}, 0.5 if i < first or good else 0.3))
+    assert sum("actuation.torque_limit" in one.changes for one in made[listed:]) > 20
+    assert best(made)[0].score == 0.5
     assert proposal(study, made) == proposal(study, made)
+
+
+def test_changes_that_did_badly_alone_are_seldom_proposed():
+    study = definition()
+    bad = {"actuation.contacts": "touching"}
+    listed = 1 + len(study.first) + sum(len(place.values) - 1 for place in study.place)
+    made: list[TriedReading] = []
+    while len(made) < listed + 60:
+        changes = proposal(study, made)
+        made.append(TriedReading("bounded", changes, {}, 0.1 if bad.items() <= changes.items() else 0.5))
+    assert not any(bad.items() <= one.changes.items() for one in made[listed:])
 
 
 def test_an_interrupted_search_goes_on(tmp_path, monkeypatch):

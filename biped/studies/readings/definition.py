@@ -67,6 +67,7 @@ class Definition(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         seed: Of the search.
         confirmed: Of the confirmation.
         most: Scales that a number may at most be off.
+        first: Changes of the base that are tried right after it.
         scale: Relative error that costs one unit, by metric.
         claim: What is printed.
         place: Where a choice is left.
@@ -76,6 +77,7 @@ class Definition(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     seed: int
     confirmed: int
     most: float
+    first: tuple[dict[str, Value], ...]
     scale: dict[str, float]
     claim: tuple[Claim, ...]
     place: tuple[Passage, ...]

@@ -1,10 +1,12 @@
-"""Readings tried one after another: every single change of the base, then changes of the best so far."""
+"""Readings tried one after another: every single change of the base, then changes of the best ones so far."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import folder as folder_of
@@ -21,7 +23,15 @@ from biped.studies.run import run_plan
 
 POSTURES = 'randomise.draw={"start.posture"={grid=["heel_toe","flat","single"]}}'
 MOST_CHANGES = 3
-"""Of the best reading so far, in one step."""
+"""Of a reading, in one step."""
+PARENTS = 4
+"""The best readings so far, of which one is changed."""
+KIND = 0.03
+"""Loss of score by a change alone that makes it e times less likely to be proposed."""
+NAMED = "bounded", "plastic", "clipped", "touching"
+"""Readings that are confirmed whatever a search finds."""
+CONFIRMED_BEST = 4
+"""Readings of a search that are confirmed beside the named ones."""
 SEARCH, CONFIRMED = "search.jsonl", "confirmed.jsonl"
 
 
@@ -78,8 +88,8 @@ def confirm(
     """
     study = definition()
     again, note = _journal(out / CONFIRMED, study.confirmed)
-    wanted: list[tuple[str, Mapping[str, Value]]] = [("clipped", {}), ("bounded", {}), ("touching", {})]
-    wanted += [(study.base, one.changes) for one in best(tried)[:2] if one.changes]
+    wanted: list[tuple[str, Mapping[str, Value]]] = [(name, {}) for name in NAMED]
+    wanted += [(study.base, one.changes) for one in best(tried)[:CONFIRMED_BEST] if one.changes]
     known = [(one.reading, dict(one.changes)) for one in again]
     left = [(reading, changes) for reading, changes in wanted if (reading, dict(changes)) not in known]
     with progress("confirmation", len(wanted), len(wanted) - len(left)) as step:
@@ -97,21 +107,30 @@ def best(tried: Sequence[TriedReading]) -> list[TriedReading]:
 
 
 def proposal(study: Definition, tried: Sequence[TriedReading]) -> dict[str, Value]:
-    """Readings to try next: the base, its single changes in the study's order, then changes of the best so far."""
+    """The reading to try next: the base, the study's first ones, single changes, then changes of the best so far.
+
+    Of the best, one to three places are changed; what did well alone is proposed more often.
+    """
     base = based(study)
-    singles = [{}, *({place.key: value} for place in study.place for value in place.values if base[place.key] != value)]
-    if len(tried) < len(singles):
-        return singles[len(tried)]
+    singles = [(place.key, value) for place in study.place for value in place.values if base[place.key] != value]
+    listed = [{}, *study.first, *({key: value} for key, value in singles)]
+    if len(tried) < len(listed):
+        return dict(listed[len(tried)])
     random = stream(study.seed, f"reading {len(tried)}")
     known = [dict(one.changes) for one in tried]
+    alone = {next(iter(one.changes.items())): one.score for one in tried if len(one.changes) == 1}
+    choices = [*base.items(), *singles]
+    gain = np.array([alone.get(choice, tried[0].score) for choice in choices]) - tried[0].score
+    likely = np.exp(np.minimum(gain, 0.0) / KIND)
+    parents = best(tried)[:PARENTS]
     while True:
-        changes = dict(best(tried)[0].changes)
-        for index in random.choice(len(study.place), size=random.integers(1, MOST_CHANGES + 1), replace=False):
-            place = study.place[index]
-            value = place.values[random.integers(len(place.values))]
-            changes.pop(place.key, None)
-            if value != base[place.key]:
-                changes[place.key] = value
+        changes = dict(parents[random.integers(len(parents))].changes)
+        count = random.integers(1, MOST_CHANGES + 1)
+        for index in random.choice(len(choices), size=count, replace=False, p=likely / likely.sum()):
+            key, value = choices[index]
+            changes.pop(key, None)
+            if value != base[key]:
+                changes[key] = value
         if changes not in known:
             return changes
 
