@@ -72,8 +72,9 @@ def _gait(run: Trajectory, rows: np.ndarray) -> Markup:
     last = min(int(len(rows) - np.argmax(rows[::-1])), first + round(_SHOWN / run.tick))
     span = slice(first, max(last, first + 2))
     time, state = run.time[span], leg_states(run)[span].astype(int)
+    names = [leg_words(leg) for leg in run.robot.legs]
     frame = Frame((float(time[0]), float(time[-1]) + run.tick), (-0.7, 1.7), "time [s]", "",
-                  rungs=[run.robot.legs[1], run.robot.legs[0]], width=900.0, height=170.0, left=60.0)  # fmt: skip
+                  rungs=names[::-1], width=900.0, height=170.0, left=60.0)  # fmt: skip
     both = np.asarray(run.down[span].all(axis=1))
     for start, end, on in _spans(both):
         if on:
@@ -82,10 +83,10 @@ def _gait(run: Trajectory, rows: np.ndarray) -> Markup:
         for start, end, kind in _spans(state[:, leg]):
             frame.rect((time[start], time[0] + end * run.tick), (0.68 - leg, 1.32 - leg), f"s{kind} {side}")
     whole = run.down[rows]
-    shares = ", ".join(f"{name} {percent(float(whole[:, leg].mean()))}" for leg, name in enumerate(run.robot.legs))
+    shares = ", ".join(f"{name} {percent(float(whole[:, leg].mean()))}" for leg, name in enumerate(names))
     double, flight = float(whole.all(axis=1).mean()), float((~whole).all(axis=1).mean())
     note = f"On the ground in the window: {shares}; both legs {percent(double)}, neither {percent(flight)}."
-    key = [state_legend(), legend([("both", "both legs on the ground")])]
+    key = [state_legend(state), legend([("both", "both legs on the ground")])]
     return card("Gait diagram", *key, tag("div", frame.svg("stance and swing of both legs"), class_="scroll"),
                 note=note, wide=True)  # fmt: skip
 

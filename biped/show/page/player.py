@@ -161,13 +161,15 @@ def _lanes(frames: Frames, legs: Sequence[str]) -> Markup:
         cursor = tag("line", x1=0, x2=0, y1=0, y2=18, class_="cursor")
         rows += [tag("span", legs[leg]), tag("svg", *bars, cursor, viewBox="0 0 1000 18",
                  preserveAspectRatio="none", role="img", aria_label=f"states of the {legs[leg]}")]  # fmt: skip
-    return join([tag("div", *rows, class_="lanes"), state_legend()])
+    return join([tag("div", *rows, class_="lanes"), state_legend(frames.state)])
 
 
-def state_legend() -> Markup:
-    """Shades of a leg's colour and the states they stand for."""
+def state_legend(states: np.ndarray) -> Markup:
+    """Shades of a leg's colour and what they stand for, of the states that occur."""
+    there = set(np.unique(states).tolist())
     entries = [
         tag("span", *(tag("i", class_=f"key s{state} {side}") for side in SIDES), words)
         for state, words in STATE_WORDS.items()
+        if state in there
     ]
     return tag("p", *entries, class_="legend")
