@@ -177,7 +177,7 @@ def main(argv: Sequence[str]) -> None:
             if equals:
                 found["norms"][gait] = json.loads(Path(file).read_bytes())["kinds"]
             else:
-                found["tables"].append(json.loads((Path(word) / STANDARD).read_bytes()))
+                found["tables"].append({"standings": json.loads((Path(word) / STANDARD).read_bytes())["standings"]})
         write_text(DATA, dumps(found))
     write_text(PAGE, page(stored()))
 
