@@ -31,7 +31,7 @@ def origin_of(plan: Plan) -> dict[str, str]:
     for path in files:
         data = path.read_bytes()
         state.update(f"{path.name}\0{len(data)}\0".encode() + data)
-    networks = {"onnxruntime": _version("onnxruntime")} if any(path.suffix == ".onnx" for path in files) else {}
+    networks = {"onnxruntime": installed("onnxruntime")} if any(path.suffix == ".onnx" for path in files) else {}
     return {
         "scenario": state.hexdigest(),
         "biped": VERSION,
@@ -65,7 +65,8 @@ def files_read_by(plan: Plan) -> list[Path]:
     return list(dict.fromkeys(file.resolve() for file in files))
 
 
-def _version(name: str) -> str:
+def installed(name: str) -> str:
+    """The version of a package that is installed; empty of one that is not."""
     try:
         return version(name)
     except PackageNotFoundError:

@@ -6,12 +6,11 @@ import mujoco
 import numpy as np
 import rerun as rr
 
+from biped.robot.assets import DRAWN
 from biped.show.recording.recorded import Placed, times
 
 PICTURES = 60.0
 """[Hz]"""
-# As in MuJoCo's own viewer: geoms of the higher groups are not for looking at.
-_SHOWN = 2
 _DEFAULT_COLOUR = np.array([0.5, 0.5, 0.5, 1.0], np.float32)
 _GHOST = (150, 150, 155, 70)
 
@@ -45,7 +44,7 @@ def log_body(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) ->
 
 def drawn_geoms(model: mujoco.MjModel) -> list[int]:
     """Numbers of the geoms that are drawn, the world's excepted: `scene` draws the ground."""
-    return [g for g in range(model.ngeom) if model.geom_bodyid[g] > 0 and model.geom_group[g] <= _SHOWN]
+    return [g for g in range(model.ngeom) if model.geom_bodyid[g] > 0 and model.geom_group[g] <= DRAWN]
 
 
 def mass_centres(model: mujoco.MjModel, q: np.ndarray, body: str) -> np.ndarray:

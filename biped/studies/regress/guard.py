@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
 from datetime import date
-from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,6 +13,7 @@ from biped.base.errors import InputError
 from biped.base.files import names
 from biped.base.progress import Progress, silent
 from biped.ensemble.backend import Jobs
+from biped.ensemble.origin import installed
 from biped.ensemble.plan import Plan
 from biped.scenario.engines import ENGINES
 from biped.studies.planned import plan_of, title_of
@@ -151,9 +150,8 @@ def _compare(
 def _library(engine: str | None) -> dict[str, str]:
     """The version of the library that an engine needs besides; of none, or of one that is not installed, nothing."""
     name = "" if engine is None else ENGINES[engine].library
-    with suppress(PackageNotFoundError):
-        return {name: version(name)} if name else {}
-    return {}
+    found = installed(name) if name else ""
+    return {name: found} if found else {}
 
 
 class _Update:

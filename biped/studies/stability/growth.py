@@ -96,11 +96,7 @@ def growth(name: str, changes: Sequence[str], jobs: Jobs) -> Grown:
     plan = plan_of(name, [f"duration={LASTING}", *changes])
     own = simulate(plan.run(0))
     strikes = _strikes(own)
-    if len(strikes) < SETTLING + STRIDES + 2:
-        raise RunError(
-            f"{title_of(name)}: {len(strikes)} strikes of the first foot in {own.time[-1]:.1f} s ({own.end}); expected "
-            f"at least {SETTLING + STRIDES + 2}: raise duration, or take a gait that walks"
-        )
+    expect_enough(name, own, len(strikes), SETTLING + STRIDES + 2, "strikes of the first foot")
     states = states_of(own)
     rng = stream(plan.scenario.seed, "stability.growth")
     begin, end = strikes[SETTLING], strikes[SETTLING + 1]
@@ -111,6 +107,24 @@ def growth(name: str, changes: Sequence[str], jobs: Jobs) -> Grown:
     groups = [found[i * PAIRS : (i + 1) * PAIRS] for i in range(len(SIZES))]
     sizes = tuple(_growth(size, group, rng) for size, group in zip(SIZES, groups, strict=True))
     return Grown(title_of(name), plan.scenario.engine, sizes)
+
+
+def expect_enough(name: str, own: Trajectory, count: int, least: int, words: str) -> None:
+    """Rejects a walk that is too short to be disturbed and compared.
+
+    Args:
+        name: Name or path of the scenario.
+        own: The walk.
+        count: How many it has of what is counted.
+        least: How many it needs.
+        words: What is counted.
+
+    Raises:
+        RunError: It has fewer.
+    """
+    if count < least:
+        raise RunError(f"{title_of(name)}: {count} {words} in {own.time[-1]:.1f} s ({own.end}); expected at least "
+                       f"{least}: raise duration, or take a gait that walks")  # fmt: skip
 
 
 def states_of(t: Trajectory) -> np.ndarray:

@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from msgspec.structs import replace
 
-from biped.base.errors import RunError
 from biped.base.statistics import Z95
 from biped.ensemble.backend import Jobs
 from biped.ensemble.campaign import simulate
@@ -28,7 +27,7 @@ from biped.robot.gravity import GRAVITY
 from biped.robot.run import Run
 from biped.scenario.vary import stream
 from biped.studies.planned import plan_of, title_of
-from biped.studies.stability.growth import LASTING, RESAMPLED, directions, with_push
+from biped.studies.stability.growth import LASTING, RESAMPLED, directions, expect_enough, with_push
 
 SETTLING, STEPS = 8, 12
 """Steps before a disturbance, and those that count after it."""
@@ -51,7 +50,7 @@ class Sensitivity(NamedTuple):
         disturbance: In words.
         size: Of it.
         walks: Disturbed walks.
-        fell: Those that fell before their steps could be counted: the norm is of the others.
+        fell: Those that fell, or stood, before their steps could be counted: the norm is of the others.
         norm: Of all indicators; nan where no walk was left.
         low: Lower bound of its 95 % interval, resampled over walks.
         high: Upper bound.
@@ -114,11 +113,7 @@ def sensitivity(name: str, changes: Sequence[str], jobs: Jobs) -> GaitSensitivit
     plan = plan_of(name, [f"duration={LASTING}", *changes])
     own = simulate(plan.run(0))
     rows, feet = _alternate(own)
-    if len(rows) < SETTLING + STEPS + 4:
-        raise RunError(
-            f"{title_of(name)}: {len(rows)} steps in {own.time[-1]:.1f} s ({own.end}); expected at least "
-            f"{SETTLING + STEPS + 4}: raise duration, or take a gait that walks"
-        )
+    expect_enough(name, own, len(rows), SETTLING + STEPS + 4, "steps")
     usual = _usual(own, rows, feet)
     rng = stream(plan.scenario.seed, "stability.sensitivity")
     begin, end = rows[SETTLING], rows[SETTLING + 2]
@@ -132,7 +127,7 @@ def sensitivity(name: str, changes: Sequence[str], jobs: Jobs) -> GaitSensitivit
     ))  # fmt: skip
 
 
-_Disturbed = Callable[[Run, int], Run]
+_Disturbed = Callable[..., Run]
 _Kind = tuple[str, float, _Disturbed]
 
 
@@ -142,19 +137,17 @@ def _kinds(run: Run, own: Trajectory) -> list[_Kind]:
     aside = directions(run.robot) > 2
     if aside:
         ways |= {"push to the left": (1, 1.0), "push to the right": (1, -1.0)}
-    out: list[_Kind] = [(words, PUSH, partial(_pushed, axis, sign * PUSH)) for words, (axis, sign) in ways.items()]
+    out: list[_Kind] = [
+        (words, PUSH, partial(with_push, impulse=sign * PUSH, axis=axis)) for words, (axis, sign) in ways.items()
+    ]
     if not aside and run.scenario.ground.steps.rise == 0.0:  # in space the ground is one plane
         toes = own.point[..., 0].max(axis=1) / own.robot.leg
-        out += [(words, RISE, partial(_stepped, toes, sign * RISE))
+        out += [(words, RISE, partial(_stepped, toes=toes, rise=sign * RISE))
                 for words, sign in (("step up", 1.0), ("step down", -1.0))]  # fmt: skip
     return out
 
 
-def _pushed(axis: int, impulse: float, run: Run, row: int) -> Run:
-    return with_push(run, impulse, row, axis)
-
-
-def _stepped(toes: np.ndarray, rise: float, run: Run, row: int) -> Run:
+def _stepped(run: Run, row: int, toes: np.ndarray, rise: float) -> Run:
     """The run on ground that changes its height just beyond the foremost toe of a row."""
     s, leg = run.scenario, run.robot.leg
     start = (float(toes[row]) + RAMP) * leg
@@ -182,9 +175,9 @@ def _usual(t: Trajectory, rows: np.ndarray, feet: np.ndarray) -> _Usual:
 
 
 def _upset(plan: Plan, kinds: Sequence[_Kind], usual: _Usual, last: float, item: tuple[int, int]) -> list[float] | None:
-    """Summed squares of the indicators' changes beyond their scatter, over the size's; None of a walk that fell."""
+    """Summed squares of changes beyond the scatter, over the size's; None of a walk with too few steps."""
     (_, size, disturbed), row = kinds[item[0]], item[1]
-    run = disturbed(plan.run(0), row)
+    run = disturbed(plan.run(0), row=row)
     t = simulate(dataclasses.replace(run, scenario=replace(run.scenario, duration=min(run.scenario.duration, last))))
     rows, feet = _alternate(t)
     first = int(np.searchsorted(usual.strikes, row, side="right")) - 1
