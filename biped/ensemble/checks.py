@@ -8,7 +8,7 @@ it, fails when the interval lies outside it, and is undecided in between, which 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -88,7 +88,11 @@ def judgement(result: Mapping[str, Any]) -> str:
 
 def goal_of(result: Mapping[str, Any]) -> str:
     """The metric that says what runs had to do: the first of `GOALS` that was expected, `walked` if none was."""
-    expected = {check["name"] for check in result["checks"]}
+    return goal_among([check["name"] for check in result["checks"]])
+
+
+def goal_among(expected: Collection[str]) -> str:
+    """The goal among the names of expected metrics: the first of `GOALS`, `walked` if there is none."""
     return next((goal for goal in GOALS if goal in expected), "walked")
 
 

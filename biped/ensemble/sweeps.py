@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from biped.base.statistics import enough_for, wilson
+from biped.ensemble.checks import goal_among
 from biped.ensemble.columns import batches
 from biped.measure.metrics.totals import Totals
 from biped.scenario.keys import Scenario
@@ -24,17 +25,19 @@ def by_point(scenario: Scenario, rows: Sequence[Mapping[str, Any]]) -> list[dict
         rows: Rows of its runs, in the order of their numbers; points without rows are left out.
 
     Returns:
-        `values` (key to value), `runs`, `walked`, `falls`, `doubtful`, `rate`, `interval` (Wilson, 95 %), and the
+        `values` (key to value), `runs`, `goal` (the metric that says what runs had to do; how many reached it stands
+        under its name), `walked`, `falls`, `doubtful`, `rate` of the goal and its `interval` (Wilson, 95 %), and the
         metrics of `HEAD` (means over the runs that walked).
     """
     out: list[dict[str, Any]] = []
     points, runs = points_of(scenario), scenario.randomise.runs
-    asked = ("walked", "falls", "doubtful", *HEAD)
+    goal = goal_among(scenario.expect)
+    asked = tuple(dict.fromkeys((goal, "walked", "falls", "doubtful", *HEAD)))
     at, totals = 0, Totals(asked)
 
     def close() -> None:
         if totals.runs:
-            out.append(_record(points[at], totals))
+            out.append(_record(points[at], totals, goal))
 
     for columns in batches(rows, ("index", *asked)):
         point = columns["index"] // runs
@@ -48,26 +51,35 @@ def by_point(scenario: Scenario, rows: Sequence[Mapping[str, Any]]) -> list[dict
     return out
 
 
-def _record(values: dict[str, Any], totals: Totals) -> dict[str, Any]:
+def _record(values: dict[str, Any], totals: Totals, goal: str) -> dict[str, Any]:
     numbers, runs = totals.numbers, totals.runs
-    walked = int(numbers["walked"])
+    reached = int(numbers[goal])
     return {
         "values": values,
         "runs": runs,
-        "walked": walked,
+        "goal": goal,
+        goal: reached,
+        "walked": int(numbers["walked"]),
         "falls": int(numbers["falls"]),
         "doubtful": int(numbers["doubtful"]),
-        "rate": walked / runs,
-        "interval": list(wilson(walked, runs)),
+        "rate": reached / runs,
+        "interval": list(wilson(reached, runs)),
         **{name: numbers[name] for name in HEAD},
     }
+
+
+def goal_at(point: Mapping[str, Any]) -> tuple[str, int]:
+    """The goal of the runs at a point, and how many of them reached it; older results count those that walked."""
+    goal = point.get("goal", "walked")
+    return goal, point[goal]
 
 
 def thresholds(scenario: Scenario, points: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """The robust threshold of the first swept key, if that is a number: how far every smaller value holds too.
 
-    A value holds when at least `threshold.rate` of the runs walked *at every point* that has it. Values are taken by
-    size, from zero outwards and separately for either sign, so that one lucky pocket beyond a failure counts nothing.
+    A value holds when at least `threshold.rate` of the runs reach their goal *at every point* that has it. Values are
+    taken by size, from zero outwards and separately for either sign, so that one lucky pocket beyond a failure counts
+    nothing.
     It is sure to hold, or to fail, when the whole of Wilson's 95 % interval says so, at every point or at one.
 
     Returns:

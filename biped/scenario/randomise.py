@@ -64,7 +64,7 @@ class Threshold(Section, frozen=True):
     """When a sweep's threshold holds.
 
     Attributes:
-        rate: Fraction of the runs that must have walked at every value up to it.
+        rate: Fraction of the runs that must have walked at every value up to it; or stood or sat, if that is expected.
     """
 
     rate: Annotated[float, Meta(gt=0, le=1)] = 0.95

@@ -16,7 +16,7 @@ from biped.base.statistics import wilson
 from biped.base.writing import write_text
 from biped.ensemble.checks import FAILED, NOTHING, PASSED, UNDECIDED, goal_of, judgement, sentence_of, word_of
 from biped.ensemble.columns import batches
-from biped.ensemble.sweeps import threshold_words
+from biped.ensemble.sweeps import goal_at, threshold_words
 from biped.measure.metrics.gait import MOVED
 from biped.measure.metrics.walking import TOLD_BY, kind_of, outcome
 from biped.scenario.metrics import HEAD, METRICS, metrics_of_table
@@ -117,10 +117,10 @@ def _points(points: Sequence[Mapping[str, Any]]) -> Table:
     for point in points:
         low, high = point["interval"]
         rows.append((
-            *(number(point["values"][key]) for key in keys), f"{point['walked']}/{point['runs']}",
+            *(number(point["values"][key]) for key in keys), f"{goal_at(point)[1]}/{point['runs']}",
             f"{low:.0%} – {high:.0%}", str(point["falls"]), *(METRICS[name].text(point[name]) for name in HEAD),
         ))  # fmt: skip
-    heads = (*keys, "walked", "95 % interval", "fell", *(METRICS[name].words for name in HEAD))
+    heads = (*keys, goal_at(points[0])[0], "95 % interval", "fell", *(METRICS[name].words for name in HEAD))
     return Table(heads, tuple(rows), ())
 
 

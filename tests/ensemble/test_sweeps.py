@@ -9,8 +9,10 @@ from biped.base.errors import InputError
 from biped.base.statistics import wilson
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
-from biped.ensemble.sweeps import by_point, threshold_words, thresholds
+from biped.ensemble.sweeps import by_point, goal_at, threshold_words, thresholds
+from biped.scenario.expect import Bound
 from biped.scenario.keys import Scenario, Sensors, Simulation, Start, Truth
+from biped.scenario.metrics import HEAD
 from biped.scenario.push import Push
 from biped.scenario.randomise import Distribution, Randomise, Threshold
 from biped.scenario.vary import ChangeOrigin, drawn, points_of, run_seed, with_values
@@ -57,6 +59,27 @@ def test_a_lucky_pocket_is_no_threshold():
     assert (up["holds_to"], up["fails_at"]) == (100.0, None)
     assert (down["holds_to"], down["fails_at"]) == (None, -50.0)
     assert "not even the smallest" in threshold_words(down)
+
+
+def test_a_point_counts_the_runs_that_did_what_is_expected():
+    """A robot that has to stand does not fail for want of walking."""
+    rows = [
+        {"index": i, "walked": i == 3, "stood": i < 3, "sat": False, "fell": i > 3, "falls": i > 3, "doubtful": False,
+         **dict.fromkeys(HEAD, 0.0)}
+        for i in range(6)
+    ]  # fmt: skip
+    sweep = {"push.0.force.0": (10.0, 20.0)}
+    for expected, goal, counts, holds in (
+        ({"stood": Bound(min=1)}, "stood", [3, 0], 10.0),
+        ({}, "walked", [0, 1], None),
+    ):
+        scenario = Scenario(sweep=sweep, push=PUSHED.push, randomise=Randomise(runs=3), expect=expected)
+        points = by_point(scenario, rows)
+        assert [goal_at(point) for point in points] == [(goal, count) for count in counts]
+        assert [point["rate"] for point in points] == [count / 3 for count in counts]
+        assert points[0]["interval"] == list(wilson(counts[0], 3))
+        assert thresholds(scenario, points)[0]["holds_to"] == holds
+    assert goal_at({"walked": 2}) == ("walked", 2)  # of older results
 
 
 def test_a_threshold_says_what_its_runs_are_too_few_to_say():

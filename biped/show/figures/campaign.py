@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from biped.ensemble.columns import batches, smallest
+from biped.ensemble.sweeps import goal_at
 from biped.measure.metrics.walking import TOLD_BY, kind_of
 from biped.show.figures.style import JOINTS, PUSH, QUIET, figure
 
@@ -19,7 +20,7 @@ Rows = Sequence[Mapping[str, Any]]
 
 
 def rates(points: Rows, title: str) -> Figure:
-    """Fraction of runs that walked at every point of a sweep with Wilson's 95 % intervals.
+    """Fraction of runs that walked, stood or sat at every point of a sweep with Wilson's 95 % intervals.
 
     The last key is the abscissa; the first, if there are two, makes the colours.
 
@@ -43,7 +44,7 @@ def rates(points: Rows, title: str) -> Figure:
         axes.bar(x, rate, 0.9 * width, color=_COLOURS[i % len(_COLOURS)], label=label)
         axes.errorbar(x, rate, [rate - low, high - rate], fmt="none", ecolor="#374151", elinewidth=1.0, capsize=2.0)
     axes.set_xticks(range(len(places)), [_text(place) for place in places])
-    axes.set(ylim=(0.0, 1.05), xlabel=across, ylabel="fraction that walked", title=title)
+    axes.set(ylim=(0.0, 1.05), xlabel=across, ylabel=f"fraction that {goal_at(points[0])[0]}", title=title)
     if groups != [None]:
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=8)
     return drawn
@@ -68,7 +69,7 @@ def rate_map(points: Rows, title: str) -> Figure:
     axes.set_xticks(range(len(columns)), [_text(value) for value in columns])
     axes.set_yticks(range(len(rows)), [_text(value) for value in rows])
     axes.set(xlabel=across, ylabel=up, title=title)
-    drawn.colorbar(shown, label="fraction that walked")
+    drawn.colorbar(shown, label=f"fraction that {goal_at(points[0])[0]}")
     return drawn
 
 

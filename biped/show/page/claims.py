@@ -10,6 +10,7 @@ import numpy as np
 
 from biped.base.statistics import POWER, Z95, enough_for, smallest_drop, wilson
 from biped.ensemble.checks import word_of
+from biped.ensemble.sweeps import goal_at
 from biped.measure.metrics.walking import outcome
 from biped.scenario.metrics import METRICS, metrics_of_table
 from biped.show.page.html import Markup, between, join, judged, metric_text, percent, table, tag
@@ -123,8 +124,9 @@ def unseen(summary: Mapping[str, Any], rows: Rows, points: Rows, made: int, goal
     """
     lines: list[Any] = [tag("p", tag("strong", "What this could not see"))]
     if points:
-        fewest = min(points, key=lambda point: (point["runs"], -point["walked"]))
-        lines.append(tag("p", f"At a single point ({fewest['runs']} runs): " + _drop(fewest["walked"], fewest["runs"])))
+        fewest = min(points, key=lambda point: (point["runs"], -goal_at(point)[1]))
+        told = _drop(goal_at(fewest)[1], fewest["runs"], goal)
+        lines.append(tag("p", f"At a single point ({fewest['runs']} runs): {told}"))
     told = _drop(int(summary[goal]), made, goal)
     lines.append(tag("p", f"All runs together: {told}" if points else told[0].upper() + told[1:]))
     walkers = [row for row in rows if row["walked"]]

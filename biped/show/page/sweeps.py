@@ -1,4 +1,4 @@
-"""Charts of a sweep: how many walked at every point, as a line with intervals or as a map, and what it cost there."""
+"""Charts of a sweep: how many reached their goal at every point, as a line with intervals or as a map, and the cost."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from biped.ensemble.sweeps import threshold_words
+from biped.ensemble.sweeps import goal_at, threshold_words
 from biped.scenario.metrics import HEAD, METRICS
 from biped.show.page.claims import enough_words
 from biped.show.page.html import Markup, between, card, key_words, percent, setting, table, tag, value_of
@@ -33,13 +33,13 @@ def points_table(points: Points, space: bool = False) -> Markup:
     """Every point of a sweep with its interval and its means."""
     keys = list(points[0]["values"])
     rows = [
-        (*(value_of(point["values"][key]) for key in keys), f"{point['walked']} of {point['runs']}",
+        (*(value_of(point["values"][key]) for key in keys), f"{goal_at(point)[1]} of {point['runs']}",
          between(*point["interval"]), point["falls"], *(METRICS[name].text(point[name]) for name in HEAD))
         for point in points
     ]  # fmt: skip
     head = (
         *(key_words(key, space) for key in keys),
-        "walked",
+        goal_at(points[0])[0],
         "95 % interval",
         "fell",
         *(METRICS[name].words for name in HEAD),
@@ -88,7 +88,8 @@ def _framed(
 
 
 def _rates(points: Points, keys: list[str], space: bool) -> Markup:
-    frame, place, aside = _framed(points, keys, (0.0, 100.0), "walked [%]", space)
+    goal = goal_at(points[0])[0]
+    frame, place, aside = _framed(points, keys, (0.0, 100.0), f"{goal} [%]", space)
     groups = _groups(points, keys, space)
     for i, (name, mine) in enumerate(groups):
         kind = _KINDS[i % len(_KINDS)]
@@ -99,10 +100,11 @@ def _rates(points: Points, keys: list[str], space: bool) -> Markup:
         for at, p in zip(x, mine, strict=True):
             low, high = (100.0 * bound for bound in p["interval"])
             frame.whisker(at, (low, high), kind)
-            said = f"{name} {value_of(p['values'][keys[-1]])}: {p['walked']} of {p['runs']} ({between(*p['interval'])})"
+            count = f"{goal_at(p)[1]} of {p['runs']} ({between(*p['interval'])})"
+            said = f"{name} {value_of(p['values'][keys[-1]])}: {count}"
             frame.dot(at, 100.0 * p["rate"], kind, 4.0, said.strip())
     key = None if len(groups) == 1 else legend([(_KINDS[i % len(_KINDS)], name) for i, (name, _) in enumerate(groups)])
-    return card("How many walked", key, frame.svg("rate of walking along the sweep"),
+    return card(f"How many {goal}", key, frame.svg(f"rate of runs that {goal} along the sweep"),
                 note="Bars are Wilson's 95 % intervals.")  # fmt: skip
 
 
@@ -141,14 +143,15 @@ def _map(points: Points, keys: list[str], space: bool) -> Markup:
     for p in points:
         i, j = rows.index(p["values"][up]), columns.index(p["values"][across])
         fill, ink = shade(p["rate"])
-        said = f"{value_of(rows[i])}, {value_of(columns[j])}: {p['walked']} of {p['runs']} ({between(*p['interval'])})"
+        count = f"{goal_at(p)[1]} of {p['runs']} ({between(*p['interval'])})"
+        said = f"{value_of(rows[i])}, {value_of(columns[j])}: {count}"
         frame.rect((j - 0.48, j + 0.48), (i - 0.46, i + 0.46), "", said, fill)
         frame.add(tag("text", percent(p["rate"]).removesuffix(" %"), **_at(frame, j, i), text_anchor="middle",
                       class_="cell", style=f"fill:{ink}"))  # fmt: skip
-    fewest = min(p["runs"] for p in points)
-    return card(f"{'Push map' if any(key.startswith('push.') for key in keys) else 'Map'}: how many walked [%]",
-                tag("div", frame.svg("rate of walking over two keys"), class_="scroll"), wide=True,
-                note=f"{fewest} runs a cell at least. Dark: none walked; light: all did.")  # fmt: skip
+    fewest, goal = min(p["runs"] for p in points), goal_at(points[0])[0]
+    return card(f"{'Push map' if any(key.startswith('push.') for key in keys) else 'Map'}: how many {goal} [%]",
+                tag("div", frame.svg(f"rate of runs that {goal} over two keys"), class_="scroll"), wide=True,
+                note=f"{fewest} runs a cell at least. Dark: none {goal}; light: all did.")  # fmt: skip
 
 
 def _at(frame: Frame, x: float, y: float) -> dict[str, float]:
