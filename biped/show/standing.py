@@ -99,18 +99,18 @@ def notes(found: Mapping[str, Any]) -> list[str]:
     """How to read the table."""
     rates = sorted({test["rate"] for test in found["tests"]})
     shares = " or ".join(f"{100.0 * rate:g} %" for rate in rates)
-    changes = f" All with {', '.join(found['changes'])}." if found["changes"] else ""
+    changes = f" All tests have {', '.join(found['changes'])}." if found["changes"] else ""
     unsound = any(one.get("unsound") for standing in found["standings"] for one in standing["tried"])
     doubt = [
-        "doubtful: runs whose numbers cannot be believed; they reach no goal, even if they walk. biped run with the "
+        "Doubtful runs have numbers that cannot be trusted. They reach no goal, even if they walk. biped run with the "
         "same changes says what does not add up. A model file with few solver iterations often needs --set "
         "simulation.iterations=100 --set simulation.ls_iterations=50."
     ]
     return [
-        f"Of a searched test: the largest value that holds: at which, as at all easier ones that were tried, at least "
-        f"{shares} of the runs reach the goal; in brackets the largest of which the 95 % intervals are sure that it "
-        f"holds, and the smallest of which they are sure that it fails. ≥: nothing that was tried fails. –: the "
-        f"test is not for this gait.{changes}",
+        f"A searched test shows the largest value that holds: there, and at every easier value that was tried, at "
+        f"least {shares} of the runs reach the goal. The brackets have the largest value that is sure to hold and the "
+        f"smallest that is sure to fail, by 95 % intervals. ≥ means that nothing that was tried fails. – means that "
+        f"the test is not for this gait.{changes}",
         *(doubt if unsound else []),
     ]
 
