@@ -44,7 +44,9 @@ class GalleryEntry(NamedTuple):
 
 
 ENTRIES = (
-    GalleryEntry("upright/push", "The flagship, pushed", "The gait `whole` of a planar human takes 200 N.", 4.4, 7.4),
+    GalleryEntry(
+        "upright/push", "The flagship, pushed", "The gait `whole` of a planar human is pushed with 200 N.", 4.4, 7.4
+    ),
     GalleryEntry("upright/slope", "The flagship on slopes", "The same gait, 3 and 5 degrees up and down."),
     GalleryEntry(
         "upright/home", "The flagship at home", "The same gait in the thesis's own simulator of rigid contacts."
@@ -54,7 +56,9 @@ ENTRIES = (
     GalleryEntry("calm/sit", "Sitting down", "The planar human sits down on a seat.", 2.0, 5.0, "sat"),
     GalleryEntry("robot/level", "The thesis's robot", "The robot of chapter IV, within its motors' limits."),
     GalleryEntry("spatial/level", "A human in space", "The same law in three dimensions."),
-    GalleryEntry("spatial/push_sideways", "Pushed sideways", "The human in space takes 50 N to the left.", 3.4, 6.4),
+    GalleryEntry(
+        "spatial/push_sideways", "Pushed sideways", "The human in space is pushed with 50 N to the left.", 3.4, 6.4
+    ),
     GalleryEntry("spatial/turn", "Turning", "The human in space changes its heading."),
     GalleryEntry(
         "any/h1_walk", "Unitree's H1", "The law on a public robot: generalized forces, a gait in its own units."
@@ -67,9 +71,12 @@ ENTRIES = (
 
 _HEAD = """# Gallery
 
-Every robot and every kind of law that ships, each by one scenario. *Walked* and *stood* count the recorded runs of
-that scenario (at most twelve, [references.md](references.md)); the interval says how little so few runs prove.
-`biped run SCENARIO` repeats a row with all its runs. Clips show the first run; `make gallery` draws them again.
+You want to see what biped can simulate. Each row has one robot and one kind of law, and the scenario that runs it.
+`biped run SCENARIO` repeats a row with all its runs.
+
+*Walked*, *stood* and *sat* count the recorded runs of the scenario, which are at most twelve
+([recorded numbers](references.md)). The brackets have the 95 % interval of the rate: it is wide, because so few runs
+prove little. Each clip shows the first run. `make gallery` draws the clips again.
 
 """
 

@@ -22,7 +22,9 @@ from biped.show.standing import FILE as STANDARD
 
 PAGE, TEMPLATE, DATA = DOCS / "any-biped.md", DOCS / "any-biped.in.md", DOCS / "any-biped.json"
 MARK = "<!-- tables -->"
-_NOTE = "Runs that walk of all, on seeds that no search has seen; in brackets the 95 % interval (Wilson)."
+_NOTE = (
+    "The table counts runs that walked, on seeds that no search has used. The brackets have 95 % intervals (Wilson)."
+)
 _COLUMNS = "speed, m/s", "absolute cost of transport", "ticks at a limit", "gait", "runs of the search", "CPU s"
 _LEVEL = "level"
 """Name of the test whose metrics are shown."""
