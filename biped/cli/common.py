@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -82,6 +82,14 @@ def print_json(result: Mapping[str, Any]) -> None:
     from biped.base.json import dumps
 
     print(dumps(result))
+
+
+def answer(args: argparse.Namespace, result: Mapping[str, Any], show: Callable[..., None], *shown: Any) -> None:
+    """Prints a result: as one object where `--json` asks for it, else by `show`, which is called with `shown`."""
+    if args.json:
+        print_json(result)
+    else:
+        show(*shown)
 
 
 def print_all(results: Sequence[Mapping[str, Any]]) -> None:

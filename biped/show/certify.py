@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from biped.base.json import dumps
-from biped.base.writing import write_into, write_text
-from biped.show import markdown, terminal
+from biped.base.writing import write_text
+from biped.show import markdown
 from biped.show.document import Block, Document, Heading, Items, Paragraph, Table, Words
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -26,20 +26,6 @@ _SCORES = {
     "drop": "how far the centre of mass has come down, above the usual, in leg lengths",
     "lean": "lean of the base, above the usual, in rad",
 }
-
-
-def show(found: Mapping[str, Any]) -> None:
-    """Prints what was found."""
-    terminal.show(document_of(found))
-
-
-def write(found: Mapping[str, Any], folder: Path) -> None:
-    """Writes certify.md beside certify.json.
-
-    Raises:
-        InputError: It cannot be written.
-    """
-    write_into(folder, {"certify.md": markdown.text(document_of(found))})
 
 
 def document_of(found: Mapping[str, Any]) -> Document:

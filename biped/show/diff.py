@@ -9,7 +9,7 @@ from pathlib import Path
 from biped.base.json import dumps
 from biped.base.text import echo, short
 from biped.base.writing import write_into
-from biped.show import markdown, terminal
+from biped.show import markdown
 from biped.show.document import Block, Document, Heading, Items, Kind, Paragraph, Table, Words
 from biped.studies.diff.changes import BETTER, CHANGED, LEAST_PAIRS, LEVEL, SAME, UNSAID, WORSE, MetricChange
 from biped.studies.diff.study import Difference
@@ -19,11 +19,6 @@ _KIND: dict[str, Kind] = {WORSE: "bad", BETTER: "good", UNSAID: "doubt"}
 _ORDER = (WORSE, BETTER, UNSAID, CHANGED, SAME)
 MOST_SETTINGS = 12
 """Settings that differ and are shown; all are in diff.json."""
-
-
-def show(found: Difference) -> None:
-    """Prints the verdict, every metric, and which run to look at."""
-    terminal.show(document_of(found))
 
 
 def document_of(found: Difference) -> Document:

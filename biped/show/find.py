@@ -1,35 +1,18 @@
-"""Ways to fall as a document: on a terminal and in Markdown."""
+"""Ways to fall as a document."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
-from biped.base.writing import write_into
-from biped.show import markdown, terminal
 from biped.show.document import Document, Heading, Paragraph, Table, Words
-
-
-def show(found: Mapping[str, Any]) -> None:
-    """Prints what was found."""
-    terminal.show(document_of(found))
-
-
-def write(found: Mapping[str, Any], folder: Path) -> None:
-    """Writes find.md beside find.json.
-
-    Raises:
-        InputError: It cannot be written.
-    """
-    write_into(folder, {"find.md": markdown.text(document_of(found))})
 
 
 def document_of(found: Mapping[str, Any]) -> Document:
     """The ways to fall and what each takes.
 
     Args:
-        found: As `biped.studies.find.study.Failures.as_dict` gives it.
+        found: As `biped.studies.find.Failures.as_dict` gives it.
     """
     ways = len(found["found"])
     stands = f" that {found['against']} stands" if found["against"] else ""

@@ -6,7 +6,7 @@ import math
 import sys
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -18,9 +18,6 @@ from biped.robot.ground import Profile, slabs
 from biped.scenario.push import PLANE
 from biped.show.spatial import light_evenly
 from biped.show.web import has_display
-
-if TYPE_CHECKING:
-    pass
 
 RATE = 60.0
 """[Hz] of pictures."""

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
+from biped.base.writing import write_into
 from biped.show.document import Document, Heading, Items, Line, Paragraph, Picture, Table, pieces
 from biped.show.words import literal
 
@@ -14,6 +16,15 @@ _MARKS = {"strong": "**", "bad": "**", "doubt": "**", "emphasis": "*"}
 def text(content: Document) -> str:
     """A document in Markdown, which ends with a line feed."""
     return "\n\n".join(_block(block) for block in content) + "\n"
+
+
+def write(content: Document, folder: Path, name: str) -> None:
+    """Writes a document into a results folder.
+
+    Raises:
+        InputError: It cannot be written.
+    """
+    write_into(folder, {name: text(content)})
 
 
 def replaced(page: str, name: str, part: str) -> str:

@@ -21,10 +21,10 @@ from biped.base.writing import reason, written
 from biped.measure.signals import end_forces, every, toes_and_heels
 from biped.robot.gravity import GRAVITY
 from biped.show import spatial
-from biped.show.picked import run_of
 from biped.show.recording import series
 from biped.show.recording.body import PICTURES, body_poses, drawn_geoms
 from biped.show.recording.recorded import Placed, Recorded, place
+from biped.show.results_folder import run_of
 
 KIND = Kind("an MCAP file", (".mcap",), (b"\x89MCAP0\r\n",))
 RATE = 200.0

@@ -1,4 +1,4 @@
-"""Comparisons: the thesis and every engine in columns; one walker as a ghost over another."""
+"""Comparisons: the thesis and every engine in columns; one walker as a ghost over another; why engines differ."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from pathlib import Path
 from biped.measure.metrics.walking import outcome
 from biped.scenario.engines import MUJOCO
 from biped.scenario.metrics import HEAD, METRICS, Metric, metrics_of_table
+from biped.show.document import Document, Heading, Paragraph, Table, Words
 from biped.show.results import failures
 from biped.show.terminal import console, table
+from biped.studies.causes import EXPLAINED, Why
 from biped.studies.comparison import PARTED, Comparison
 
 _SHORT = (*HEAD, "step_length", "step_frequency")
@@ -98,3 +100,27 @@ def draw(comparison: Comparison, folder: Path) -> None:
         )
     title = f"{comparison.scenario}: {name_of(solid)}, and {name_of(ghost)} as a ghost"
     record(folder / "recording.rrd", recorded, title=title)
+
+
+def causes_document(found: Why) -> Document:
+    """The causes as a document: the verdict, and every cause at its best setting.
+
+    Args:
+        found: Of one engine against another, or of two settings of one.
+    """
+    named = found.named
+    rows = tuple(
+        (
+            Words(one.cause, "strong" if one.cause in named else ""), one.setting, f"{100.0 * one.explained:.1f} %",
+            "–" if math.isnan(one.parted_at) else f"{one.parted_at:.2f}",
+        )
+        for one in found.tried
+    )  # fmt: skip
+    note = (f"Each cause by itself, in {found.moved}, until it behaves like {found.towards}; named are those that take "
+            f"away at least {100 * EXPLAINED:.0f} % of where base and legs differ, moment by moment.")  # fmt: skip
+    return (
+        Heading(f"{found.scenario}: why {found.moved} differs from {found.towards}"),
+        Paragraph(Words(found.verdict(), "strong")),
+        Table(("cause", "best setting", "explains", "1 cm apart at [s]"), rows, (0, 1)),
+        Paragraph(note, note=True),
+    )

@@ -14,7 +14,7 @@ from typing import Any
 from biped.base.json import dumps
 from biped.base.writing import write_into, write_text
 from biped.scenario.metrics import METRICS
-from biped.show import markdown, terminal
+from biped.show import markdown
 from biped.show.document import Document, Paragraph, Table
 
 FILE = "standard.json"
@@ -22,11 +22,6 @@ DOCS = Path(__file__).parents[2] / "docs"
 PAGE, TEMPLATE, DATA = DOCS / "standard.md", DOCS / "standard.in.md", DOCS / "standard.json"
 MARK = "<!-- tables -->"
 _OF = {"weight": "m g", "leg": "l", "si": ""}
-
-
-def show(found: Mapping[str, Any]) -> None:
-    """Prints the table."""
-    terminal.show(document_of(found))
 
 
 def document_of(found: Mapping[str, Any]) -> Document:

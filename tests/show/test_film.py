@@ -16,7 +16,7 @@ from biped.cli.main import main
 from biped.show.film import canvas as canvases
 from biped.show.film import reel
 from biped.show.film.stage import walkers
-from biped.show.picked import run_of
+from biped.show.results_folder import run_of
 from tests.cases import command, write
 
 try:

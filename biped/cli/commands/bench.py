@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 
 from biped.base.replacing import may_add
-from biped.cli.common import DONE, FAILED, print_json, reason_of, warn
+from biped.cli.common import DONE, FAILED, answer, reason_of, warn
 from biped.cli.parser import Commands, command_parser, take_json
 
 
@@ -50,10 +50,7 @@ def _throughput(args: argparse.Namespace) -> int:
     from biped.studies.bench.throughput import everything
 
     measured = everything(args.quick, record_runs)
-    if args.json:
-        print_json(measured.as_dict())
-    else:
-        show_throughput(measured)
+    answer(args, measured.as_dict(), show_throughput, measured)
     return DONE
 
 
@@ -66,10 +63,7 @@ def _walking(args: argparse.Namespace) -> int:
         from biped.show.figures.walking import plot_walking
 
         plot_walking(result, args.out)
-    if args.json:
-        print_json(result)
-    else:
-        show_walking(result)
+    answer(args, result, show_walking, result)
     return DONE
 
 
@@ -85,10 +79,7 @@ def _campaigns(args: argparse.Namespace) -> int:
     from biped.studies.bench.campaigns import measure
 
     costs = measure(args.quick, warn)
-    if args.json:
-        print_json({"campaigns": [cost.as_dict() for cost in costs]})
-    else:
-        show_campaigns(costs)
+    answer(args, {"campaigns": [cost.as_dict() for cost in costs]}, show_campaigns, costs)
     return DONE if all(cost.same for cost in costs) else FAILED
 
 
@@ -98,10 +89,7 @@ def _policy(args: argparse.Namespace) -> int:
 
     card = SHIPPED if args.file is None else args.file
     cost = policy_cost(card, args.quick)
-    if args.json:
-        print_json({"card": str(card), **cost._asdict()})
-    else:
-        show_policy(card, cost)
+    answer(args, {"card": str(card), **cost._asdict()}, show_policy, card, cost)
     return DONE
 
 
@@ -110,10 +98,7 @@ def _engines(args: argparse.Namespace) -> int:
     from biped.studies.bench.engines import step_costs
 
     costs = step_costs()
-    if args.json:
-        print_json({kind: cost.as_dict() for kind, cost in costs.items()})
-    else:
-        show_engines(costs)
+    answer(args, {kind: cost.as_dict() for kind, cost in costs.items()}, show_engines, costs)
     return DONE
 
 
@@ -122,10 +107,7 @@ def _regress(args: argparse.Namespace) -> int:
     from biped.studies.bench.regress import guard
 
     guarded = guard(args.file, reason_of(args))
-    if args.json:
-        print_json(guarded.as_dict())
-    else:
-        show_regress(guarded)
+    answer(args, guarded.as_dict(), show_regress, guarded)
     return DONE if guarded.passed else FAILED
 
 

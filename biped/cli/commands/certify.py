@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from biped.base.errors import InputError
-from biped.cli.common import DONE, UNDECIDED, changes_of, print_json, warn, workers_of
+from biped.cli.common import DONE, UNDECIDED, answer, changes_of, warn, workers_of
 from biped.cli.parser import Commands, command_parser, number, take_changes, take_json, take_trust, take_workers, whole
 
 
@@ -39,8 +39,9 @@ def add(commands: Commands) -> None:
 
 def command(args: argparse.Namespace) -> int:
     """Estimates the probability; what an interrupt leaves is gone on with by the same command."""
-    from biped.show.certify import show, write
-    from biped.show.terminal import progress
+    from biped.show.certify import document_of
+    from biped.show.markdown import write
+    from biped.show.terminal import progress, show
     from biped.studies.certify.estimation import Accuracy
     from biped.studies.certify.study import certify
 
@@ -51,11 +52,9 @@ def command(args: argparse.Namespace) -> int:
     accuracy = Accuracy(args.relative, args.most, args.size, args.score, args.method)
     with workers_of(args) as jobs:
         found = certify(args.scenario, changes_of(args), jobs, args.out, accuracy, progress, warn)
-    write(found.as_dict(), found.folder)
-    if args.json:
-        print_json(found.as_dict())
-    else:
-        show(found.as_dict())
+    document = document_of(found.as_dict())
+    write(document, found.folder, "certify.md")
+    answer(args, found.as_dict(), show, document)
     return DONE if found.reached else UNDECIDED
 
 
@@ -68,8 +67,5 @@ def _reference(args: argparse.Namespace) -> int:
         raise InputError(f"--reference {args.reference}: expected at least 2 repeats")
     with workers_of(args) as jobs:
         found = [one.as_dict() for one in validate(args.reference, jobs, progress)]
-    if args.json:
-        print_json({"problems": found})
-    else:
-        show(reference_document(found))
+    answer(args, {"problems": found}, show, reference_document(found))
     return DONE

@@ -68,7 +68,7 @@ def command(args: argparse.Namespace) -> int:
 
 def _why(comparison: Comparison, args: argparse.Namespace) -> Iterator[Why]:
     """The causes of what parts one engine from each of the others."""
-    from biped.show.causes import document_of
+    from biped.show.side_by_side import causes_document
     from biped.show.terminal import show
     from biped.studies.causes import causes, movable
 
@@ -78,14 +78,14 @@ def _why(comparison: Comparison, args: argparse.Namespace) -> Iterator[Why]:
             changes = [*args.changes, f"engine={moved}"]
             found = causes(comparison.scenario, changes, towards, moved, engine)
             if not args.json:
-                show(document_of(found))
+                show(causes_document(found))
             yield found
 
 
 def _against(args: argparse.Namespace) -> int:
     """The causes of what parts a setting of an engine from another."""
     from biped.ensemble.campaign import simulate
-    from biped.show.causes import document_of
+    from biped.show.side_by_side import causes_document
     from biped.show.terminal import show
     from biped.studies.causes import causes, movable
     from biped.studies.planned import plan_of, title_of
@@ -99,7 +99,7 @@ def _against(args: argparse.Namespace) -> int:
         movable([engine])
         found.append(causes(name, own, towards, title_of(name), " ".join(args.against)))
         if not args.json:
-            show(document_of(found[-1]))
+            show(causes_document(found[-1]))
     if args.json:
         print_all([one.as_dict() for one in found])
     return DONE

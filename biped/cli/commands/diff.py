@@ -45,9 +45,10 @@ def add(commands: Commands) -> None:
 def command(args: argparse.Namespace) -> int:
     """Compares; worse is a failure, what cannot be said is not."""
     from biped.base.sequential import Rates
-    from biped.show.diff import show, write
-    from biped.show.terminal import progress
-    from biped.studies.diff.study import of_controllers, of_folders, until_decided
+    from biped.show.diff import document_of, write
+    from biped.show.terminal import progress, show
+    from biped.studies.diff.controllers import of_controllers, until_decided
+    from biped.studies.diff.study import of_folders
 
     only = [name.strip() for name in args.metrics.split(",") if name.strip()]
     folders = [Path(word) for word in (args.first, args.second)]
@@ -89,7 +90,7 @@ def command(args: argparse.Namespace) -> int:
     if args.json:
         print_json(found.as_dict())
     else:
-        show(found)
+        show(document_of(found))
         if out is not None:
             print(f"  diff.json and diff.md in {label(out)}/")
         if args.html is not None:

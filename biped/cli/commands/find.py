@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from biped.cli.common import DONE, FAILED, changes_of, print_json, warn, workers_of
+from biped.cli.common import DONE, FAILED, answer, changes_of, warn, workers_of
 from biped.cli.parser import Commands, command_parser, take_changes, take_json, take_trust, take_workers, whole
 
 
@@ -33,17 +33,16 @@ def add(commands: Commands) -> None:
 
 def command(args: argparse.Namespace) -> int:
     """Finds ways to fall; what an interrupt leaves is gone on with by the same command."""
-    from biped.show.find import show, write
-    from biped.show.terminal import progress
-    from biped.studies.find.study import find
+    from biped.show.find import document_of
+    from biped.show.markdown import write
+    from biped.show.terminal import progress, show
+    from biped.studies.find import find
 
     with workers_of(args) as jobs:
         found = find(
             args.scenario, changes_of(args), args.against, jobs, args.out, args.failures, args.most, progress, warn
         )
-    write(found.as_dict(), found.folder)
-    if args.json:
-        print_json(found.as_dict())
-    else:
-        show(found.as_dict())
+    document = document_of(found.as_dict())
+    write(document, found.folder, "find.md")
+    answer(args, found.as_dict(), show, document)
     return FAILED if found.found else DONE

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from biped.cli.common import DONE, FAILED, print_json
+from biped.cli.common import DONE, FAILED, answer
 from biped.cli.parser import Commands, command_parser, take_json, take_trust
 
 
@@ -24,16 +24,12 @@ def add(commands: Commands) -> None:
 def command(args: argparse.Namespace) -> int:
     """Prints what the robot in a file is; the exit code says whether it can be run."""
     from biped.robot.report import look
+    from biped.show.robot import show_robot
 
     if args.stand or len(args.file) > 1:
         return _table(args)
     found = look(args.file[0])
-    if args.json:
-        print_json(found.as_dict())
-    else:
-        from biped.show.robot import show_robot
-
-        show_robot(found)
+    answer(args, found.as_dict(), show_robot, found)
     return FAILED if found.faults else DONE
 
 
@@ -43,8 +39,5 @@ def _table(args: argparse.Namespace) -> int:
     from biped.studies.models import survey
 
     rows = survey(args.file, args.stand)
-    if args.json:
-        print_json({"models": [row._asdict() for row in rows]})
-    else:
-        show_models(rows)
+    answer(args, {"models": [row._asdict() for row in rows]}, show_models, rows)
     return FAILED if any(row.refused or row.stood is False for row in rows) else DONE

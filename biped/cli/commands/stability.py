@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from biped.base.errors import InputError
-from biped.cli.common import DONE, FAILED, changes_of, print_json, workers_of
+from biped.cli.common import DONE, FAILED, answer, changes_of, print_json, workers_of
 from biped.cli.parser import Commands, command_parser, take_changes, take_json, take_trust, take_workers
 from biped.scenario.engines import ENGINES, HOME, MUJOCO
 
@@ -55,10 +55,7 @@ def _small(args: argparse.Namespace) -> int:
         else:
             found = sensitivity(args.scenario, changes_of(args), jobs)
             document = sensitivity_document(found)
-    if args.json:
-        print_json(found.as_dict())
-    else:
-        show(document)
+    answer(args, found.as_dict(), show, document)
     return DONE
 
 
@@ -67,10 +64,7 @@ def _reference(args: argparse.Namespace) -> int:
     from biped.studies.stability.reference import solve_all
 
     cycles = solve_all()
-    if args.json:
-        print_json({name: known.as_dict() for name, known in cycles.items()})
-    else:
-        show_known(cycles)
+    answer(args, {name: known.as_dict() for name, known in cycles.items()}, show_known, cycles)
     return DONE
 
 

@@ -35,8 +35,8 @@ def add(commands: Commands) -> None:
 def command(args: argparse.Namespace) -> int:
     """Puts gaits to the tests; what an interrupt leaves is gone on with by the same command."""
     from biped.ensemble.guard import new_folder
-    from biped.show.standing import show, write
-    from biped.show.terminal import progress
+    from biped.show.standing import document_of, write
+    from biped.show.terminal import progress, show
     from biped.studies.folders import RUNS
     from biped.studies.standard.study import standard
 
@@ -50,6 +50,6 @@ def command(args: argparse.Namespace) -> int:
     if args.json:
         print_json(found)
     else:
-        show(found)
+        show(document_of(found))
         print(f"  standard.json and standard.md in {label(out)}/")
     return DONE

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from biped.cli.common import DONE, print_json, warn, workers_of
+from biped.cli.common import DONE, answer, warn, workers_of
 from biped.cli.parser import Commands, command_parser, take_changes, take_json, take_trust, take_workers
 
 
@@ -49,10 +49,7 @@ def command(args: argparse.Namespace) -> int:
                 show_trials(trials, changes)
             name = SCENARIO
         found = tune(name, changes, jobs, args.out, progress, _draw, warn)
-    if args.json:
-        print_json(found.as_dict())
-    else:
-        show(found)
+    answer(args, found.as_dict(), show, found)
     return DONE
 
 
@@ -64,10 +61,7 @@ def _least(args: argparse.Namespace) -> int:
 
     with workers_of(args) as jobs:
         found = least(args.scenario, args.least, args.changes, jobs, args.out, progress, _draw_least, warn)
-    if args.json:
-        print_json(found.as_dict())
-    else:
-        show_least(found)
+    answer(args, found.as_dict(), show_least, found)
     return DONE
 
 

@@ -11,8 +11,7 @@ import matplotlib
 from biped.measure.signals import finite
 from biped.measure.trajectory import Trajectory
 from biped.show.figures import campaign, curves
-from biped.show.figures.curves import overlay
-from biped.show.figures.strike import strike
+from biped.show.figures.curves import overlay, strike
 from biped.show.figures.strobe import strobe
 from biped.show.figures.style import SETTINGS, make_folder, save
 

@@ -15,7 +15,7 @@ from biped.show.film.camera import camera_of
 from biped.show.film.canvas import Canvas, off_screen
 from biped.show.film.reel import check, wind
 from biped.show.film.stage import FilmedWalker, FilmStage, walkers
-from biped.show.picked import run_of
+from biped.show.results_folder import run_of
 
 SHAPE = 16 / 9
 MOST = 6

@@ -16,10 +16,9 @@ from biped.show.page import claims, ensembles, motion, sweeps
 from biped.show.page.frames import frames_of
 from biped.show.page.html import Markup, card, judged, key_words, setting, table, tag, value_of
 from biped.show.page.player import PlayedRun, walks
-from biped.show.picked import chosen
 from biped.show.replay import of_numbers, spread
 from biped.show.results import failures
-from biped.show.results_folder import ResultsFolder
+from biped.show.results_folder import ResultsFolder, chosen
 from biped.show.words import harmless
 from biped.studies.sensitivity import explained
 
@@ -39,12 +38,8 @@ def section(folder: Path) -> Markup:
     result, scenario = kept.result, kept.plan.scenario
     rows, summary, points = _looked_at(result["runs"]), result["summary"], result.get("points", [])
     made = len(result["runs"])
-    goal, space, alone, path = (
-        goal_of(result),
-        kept.space,
-        made == 1,
-        shlex.quote(label(folder / "scenario.toml")),
-    )
+    goal, space, alone = goal_of(result), kept.space, made == 1
+    path = shlex.quote(label(folder / "scenario.toml"))
     head = [
         tag("h2", result["scenario"]),
         tag("p", f"{scenario.description}. " if scenario.description else "", _runs_line(kept), class_="about"),
@@ -140,12 +135,7 @@ def _failed(folder: Path, kept: ResultsFolder, rows: list[Mapping[str, Any]], go
         values = (value_of(row.get("values", {}).get(key)) for key in keys)
         return (row["index"], outcome(row), *values, again)
 
-    head = (
-        "run",
-        "what became of it",
-        *(key_words(key, kept.space) for key in keys),
-        "to see it again",
-    )
+    head = ("run", "what became of it", *(key_words(key, kept.space) for key in keys), "to see it again")
     words = (1, len(head) - 1)
     listed = table(head, map(line, failed[:_LISTED]), words)
     more = None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -11,6 +10,7 @@ from biped.ensemble.checks import GOALS
 from biped.measure.metrics.walking import kind_of
 from biped.show.page.html import Markup, between, card, key_words, tag
 from biped.show.page.plot import Frame, around, legend
+from biped.show.results import real
 from biped.studies.sensitivity import LEAST, Share
 
 Rows = Sequence[Mapping[str, Any]]
@@ -20,7 +20,7 @@ _DOTS = 1500
 
 def costs(rows: Rows, thesis: Mapping[str, float]) -> Markup | None:
     """Speed of every walker against its net cost of transport, and the thesis's."""
-    walkers = [row for row in rows if row["walked"] and _real(row["speed"]) and _real(row["cost_of_transport"])]
+    walkers = [row for row in rows if row["walked"] and real(row["speed"]) and real(row["cost_of_transport"])]
     if not walkers:
         return None
     theirs = thesis if {"speed", "cost_of_transport"} <= thesis.keys() else None
@@ -120,7 +120,3 @@ def _by_class(share: Share, goal: str, space: bool) -> Markup:
         frame.whisker(i, (100.0 * low, 100.0 * high), "")
     return card(f"By {key_words(share.name, space)}", frame.svg(f"failures by {share.name}"),
                 note="Runs sorted by this value, in classes of equal size; bars are 95 % intervals.")  # fmt: skip
-
-
-def _real(value: float | None) -> bool:
-    return value is not None and math.isfinite(value)

@@ -7,15 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from biped.measure.pushes import pushes_of
-from biped.measure.signals import (
-    SMOOTH,
-    every,
-    finite,
-    inside,
-    joint_limits,
-    leg_states,
-    smooth,
-)
+from biped.measure.signals import SMOOTH, every, finite, inside, joint_limits, leg_states, smooth
 from biped.measure.trajectory import Trajectory
 from biped.robot.planar.topology import LEGS, SEGMENTS
 from biped.show.page.html import Markup, card, percent, tag

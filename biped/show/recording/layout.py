@@ -114,10 +114,7 @@ def _view(
         background=rrb.Background(color=(232, 236, 241)),
         line_grid=rrb.LineGrid3D(visible=False),
         eye_controls=rrb.EyeControls3D(
-            kind=rrb.Eye3DKind.Orbital,
-            position=target + away,
-            look_target=target,
-            eye_up=up,
+            kind=rrb.Eye3DKind.Orbital, position=target + away, look_target=target, eye_up=up
         ),
         overrides={run.entity("scene", name): rrb.VisibleTimeRanges(past) for run in runs for name in _KEPT},
     )

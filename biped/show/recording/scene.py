@@ -181,8 +181,7 @@ def _log_arrows(
         path,
         indexes=[times(trajectory.time[rows])],
         columns=rr.Arrows3D.columns(
-            vectors=(scale * force)[loaded].astype(np.float32),
-            origins=origin[loaded].astype(np.float32),
+            vectors=(scale * force)[loaded].astype(np.float32), origins=origin[loaded].astype(np.float32)
         ).partition(loaded.sum(axis=1)),
     )
 

@@ -123,9 +123,7 @@ def log_series(recording: rr.RecordingStream, placed: Placed) -> None:
         recording.log(path, style, static=True)
         shown = np.isfinite(plot.values).all(axis=1)
         recording.send_columns(
-            path,
-            indexes=[times(trajectory.time[rows[shown]])],
-            columns=rr.Scalars.columns(scalars=plot.values[shown]),
+            path, indexes=[times(trajectory.time[rows[shown]])], columns=rr.Scalars.columns(scalars=plot.values[shown])
         )
 
 
@@ -180,7 +178,5 @@ def _lane(
     changed = np.flatnonzero(np.diff(state, prepend=state[0] - 1))
     words = [str(s) if str(s) in known else _GAP for s in state[changed]]
     recording.send_columns(
-        path,
-        indexes=[times(np.append(time[changed], end))],
-        columns=rr.StateChange.columns(state=[*words, _GAP]),
+        path, indexes=[times(np.append(time[changed], end))], columns=rr.StateChange.columns(state=[*words, _GAP])
     )

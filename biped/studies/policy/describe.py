@@ -10,8 +10,7 @@ from biped.base.errors import InputError
 from biped.base.files import is_file, label, nearest
 from biped.control.network import metadata
 from biped.robot.report import look
-from biped.studies.policy.deployed import of_yaml
-from biped.studies.policy.terms import term_of
+from biped.studies.policy.deployed import of_yaml, term_of
 
 
 def describe(

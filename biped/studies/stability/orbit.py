@@ -15,9 +15,12 @@ import numpy as np
 
 from biped.base.errors import RunError
 from biped.base.statistics import Z95
+from biped.measure.trajectory import Trajectory
+from biped.robot.run import Run
+from biped.scenario.vary import stream
 from biped.studies.stability.cycle import Cycle, Map, find_cycle
 from biped.studies.stability.kicks import Kicks
-from biped.studies.stability.section import PoincareSection
+from biped.studies.stability.section import PoincareSection, crossings
 
 RETURNS = 80
 """How often the map is repeated in search of a cycle."""
@@ -174,3 +177,33 @@ def exponent(
     bound = bool(np.median(np.concatenate(chains)) > math.log(FULL / NEIGHBOUR))
     half = float(Z95 * means.std(ddof=1) / math.sqrt(len(means)))
     return Exponent(float(means.mean()), half, bound, CHAINS - len(chains))
+
+
+SHORT = 2, 3
+"""The same of one short chain: returns that turn the neighbour, and those that are measured."""
+
+
+def parting(run: Run, walk: Trajectory) -> float:
+    """Mean growth of ln(distance) in a return of the stride, between a walk and its neighbour: one short chain.
+
+    It begins at the last return of the run.
+
+    Args:
+        run: A run of a planar biped of seven links that walks.
+        walk: What became of it.
+
+    Returns:
+        The growth; infinite if the walker does not return often enough.
+    """
+    section = PoincareSection(run, run.true_tree)
+    seen = crossings(walk, section.height)
+    if len(seen.time) < 2:
+        return math.inf
+    z, stride = section.states(seen)[-1], float(seen.time[-1] - seen.time[-2])
+    try:
+        kicks = Kicks(section, z)
+        beside = kicks.along(stream(run.seed, "tune.neighbour").standard_normal(kicks.basis.shape[1]), NEIGHBOUR)
+        grown = growth(lambda state: section.returned(state, stride), z, beside, sum(SHORT))
+    except RunError:
+        return math.inf
+    return float(grown[SHORT[0] :].mean())

@@ -22,7 +22,7 @@ from biped.scenario.keys import Scenario, Window
 from biped.scenario.reading import changed
 from biped.scenario.tune import Condition, Tune
 from biped.scenario.vary import ChangeOrigin, stream, with_values
-from biped.studies.tune.neighbour import parting
+from biped.studies.stability.orbit import parting
 from biped.studies.tune.space import Candidate
 
 PLANS = 64

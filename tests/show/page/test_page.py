@@ -15,7 +15,7 @@ from biped.base.statistics import POWER, detectable_drop, same_rate, smallest_dr
 from biped.cli.main import main
 from biped.show.page import kind_of
 from biped.show.page.plot import Frame, steps
-from biped.show.picked import chosen
+from biped.show.results_folder import chosen
 from biped.studies.sensitivity import share_of
 
 SWEEP = """

@@ -12,7 +12,7 @@ from biped.cli.main import main
 from biped.scenario.normals import Normals
 from biped.studies.certify.reference import Pendulum, Regulated
 from biped.studies.certify.running import Outcomes
-from biped.studies.find.plainer import plainer
+from biped.studies.find import plainer
 
 FORCE = "disturbance={force=[250.0,0.0],correlation=0.2}"
 
