@@ -37,9 +37,9 @@ def build() -> Parser:
     parser = Parser(
         prog="biped",
         description="Does this walking controller really work? Runs walking scenarios, measures and checks them.",
-        epilog="Exit code 0: done, all expectations met; 1: a run or a check failed; 2: bad input; "
-        "3: too few runs to decide a check. "
-        "With --debug anywhere, errors come with a traceback.",
+        epilog="Exit codes: 0 if all is done and every expectation is met, 1 if a run or a check failed, 2 for bad "
+        "input, 3 if there were too few runs to decide a check. With --debug, errors come with a traceback. 'biped "
+        "COMMAND --help' explains a command; 'biped demo' is the place to begin.",
     )
     parser.add_argument("--version", action="version", version=f"biped {VERSION}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
@@ -67,7 +67,7 @@ def parsed(argv: Sequence[str] | None) -> argparse.Namespace:
         options = [option for action in commands_of(parser)[args.command]._actions for option in action.option_strings]
         word = unknown[0]
         hint = nearest(word, [option for option in options if option.startswith("--")])
-        raise InputError(f"{safe(word)}: not something that biped {args.command} takes; {hint}")
+        raise InputError(f"{safe(word)}: unknown option of biped {args.command}; {hint}")
     return args
 
 
@@ -91,7 +91,7 @@ def _main(argv: list[str]) -> int:
         sys.stdout.flush()  # here, where it can be said if the disk is full
         return code
     except KeyboardInterrupt:
-        print("biped: stopped; what was finished is kept, and the same command with --out goes on from there",
+        print("biped: stopped; what was finished is kept, and the same command with --out continues from there",
               file=sys.stderr)  # fmt: skip
         return STOPPED
     except Exception as error:  # the last handler: whatever went wrong, nobody gets a traceback who did not ask

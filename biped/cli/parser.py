@@ -12,6 +12,8 @@ from biped.base.text import safe
 
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 """The commands of a command line, to which parsers are added."""
+ENGINE = "simulator: mujoco, home or drake (default: that of the scenario)"
+"""Help of `--engine`."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -67,28 +69,30 @@ def command_parser(
 def take_scenarios(parser: argparse.ArgumentParser) -> None:
     """Adds what commands take that run scenarios: their names, changes, engine, workers."""
     parser.add_argument("scenario", nargs="+", help="name in scenarios/, or path of a scenario file")
-    take_changes(parser, "change a key, e.g. ground.slope=2 (VALUE is TOML; repeatable)")
-    parser.add_argument("--engine", help="engine to run in")
+    take_changes(parser, "change a key of the scenario, e.g. ground.slope=2 (VALUE is TOML; repeatable)")
+    parser.add_argument("--engine", help=ENGINE)
     take_trust(parser)
     take_workers(parser)
     take_json(parser)
 
 
-def take_changes(parser: argparse.ArgumentParser, what: str = "change a key (VALUE is TOML; repeatable)") -> None:
+def take_changes(
+    parser: argparse.ArgumentParser, what: str = "change a key of the scenario (VALUE is TOML; repeatable)"
+) -> None:
     """Adds `--set`."""
     parser.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[], help=what)
 
 
 def take_workers(parser: argparse.ArgumentParser) -> None:
     """Adds who carries out the runs: processes here, or a cluster."""
-    parser.add_argument("--jobs", type=whole, help="processes (default: all cores)")
-    where = "workers elsewhere instead: address of a Dask scheduler, local:N, or a file *.toml (docs/clusters.md)"
+    parser.add_argument("--jobs", type=whole, help="parallel processes (default: one on each core)")
+    where = "run on a cluster: address of a Dask scheduler, local:N, or a file *.toml (docs/clusters.md)"
     parser.add_argument("--cluster", metavar="WHERE", help=where)
 
 
 def take_same_platform(parser: argparse.ArgumentParser) -> None:
     """Adds `--same-platform`."""
-    what = "refuse workers and results of another kind of machine, whose last bits may differ"
+    what = "refuse workers and results of another kind of machine, because their last bits may differ"
     parser.add_argument("--same-platform", action="store_true", help=what)
 
 
@@ -97,7 +101,7 @@ def take_trust(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--trust",
         action="store_true",
-        help="run a law of one's own that the scenario names, and read a model's files wherever they lie",
+        help="run Python laws that the scenario names, and read files outside the folder of the model",
     )
 
 

@@ -47,11 +47,13 @@ def _section(name: str, line: str, parser: argparse.ArgumentParser) -> str:
     """A command with its arguments."""
     description = parser.description or line
     lines = [f"## biped {name}", f"{description[:1].upper()}{description[1:].rstrip('.')}.", ""]
-    lines += ["| argument | meaning |", "|---|---|"]
-    for action in parser._actions:
-        if not isinstance(action, argparse._HelpAction) and action.help is not argparse.SUPPRESS:
-            lines.append(f"| `{_cell(_words(action))}` | {_cell(action.help or '')} |")
-    return "\n".join(lines)
+    arguments = [
+        f"| `{_cell(_words(action))}` | {_cell(action.help or '')} |"
+        for action in parser._actions
+        if not isinstance(action, argparse._HelpAction) and action.help is not argparse.SUPPRESS
+    ]
+    table = ["| argument | meaning |", "|---|---|", *arguments] if arguments else ["It takes no arguments."]
+    return "\n".join([*lines, *table])
 
 
 def _words(action: argparse.Action) -> str:

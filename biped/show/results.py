@@ -70,7 +70,8 @@ def document_of(result: Mapping[str, Any], description: str, setting: Line | Non
 def verdict_of(result: Mapping[str, Any], description: str) -> Document:
     """Whether a scenario is as it expects, and its checks, as a document."""
     word = judgement(result)
-    return (Heading((result["scenario"], " ", Words(_loud(word), KINDS[word]), f": {description}")), *checks_of(result))
+    why = f": {description}" if description else ""
+    return (Heading((result["scenario"], " ", Words(_loud(word), KINDS[word]), why)), *checks_of(result))
 
 
 def checks_of(result: Mapping[str, Any]) -> list[Block]:

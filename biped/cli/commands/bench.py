@@ -13,18 +13,19 @@ from biped.cli.parser import Commands, command_parser, take_json
 
 def add(commands: Commands) -> None:
     """Adds the parser of `biped bench`."""
-    parser = command_parser(commands, "bench", "run time against error, and what things cost", command)
+    parser = command_parser(commands, "bench", "measure run time, accuracy and cost", command)
     what = (
-        "what to measure; tolerances: error of adaptive steps of mechanisms against what they were asked for; robot: "
-        "the bench experiments of Figs 4.7 and 4.8; campaigns: processes here against a cluster, by the clock; "
-        "policy: a learned policy against bare steps and network calls; engines: a step in Drake against MuJoCo's; "
-        "regress: whether a recorded result or cost changed"
+        "what to measure. throughput: ticks a second, and the cost of each feature; walking: accuracy of a walk "
+        "against run time; mechanisms: the same of chapter II's mechanisms; tolerances: error of adaptive steps "
+        "against their tolerance; robot: the bench experiments of Figs 4.7 and 4.8; campaigns: processes here "
+        "against a cluster; policy: a learned policy against bare steps and network calls; engines: a step in Drake "
+        "against one in MuJoCo; regress: whether a recorded result or cost changed"
     )
     parser.add_argument("what", choices=list(BENCHES), help=what)
-    parser.add_argument("--out", type=Path, help="walking, mechanisms, tolerances, robot: folder for figures")
+    parser.add_argument("--out", type=Path, help="folder for the figures of walking, mechanisms, tolerances, robot")
     quick = (
-        "mechanisms: fewer repeats and settings; throughput: no scenes, no prices of features; campaigns: fewer runs; "
-        "policy: no many runs"
+        "mechanisms: fewer repeats and settings; throughput: without scenes and costs of features; campaigns: fewer "
+        "runs; policy: without the many runs"
     )
     parser.add_argument("--quick", action="store_true", help=quick)
     parser.add_argument("--update", action="store_true", help="regress: record the costs measured now")

@@ -7,31 +7,44 @@ from pathlib import Path
 
 from biped.base.errors import InputError
 from biped.cli.common import DONE, UNDECIDED, answer, changes_of, warn, workers_of
-from biped.cli.parser import Commands, command_parser, number, take_changes, take_json, take_trust, take_workers, whole
+from biped.cli.parser import (
+    ENGINE,
+    Commands,
+    command_parser,
+    number,
+    take_changes,
+    take_json,
+    take_trust,
+    take_workers,
+    whole,
+)
 
 
 def add(commands: Commands) -> None:
     """Adds the parser of `biped certify`."""
     parser = command_parser(
-        commands, "certify", "how likely a fall is: probability with its interval, steps to a fall", command,
+        commands, "certify", "estimate how likely a fall is, however rare, with an interval", command,
         simulates=True,
-        description="The probability that a run of a scenario falls, over everything that it draws, with a 95 % "
-        "interval: by counting plain runs or, where falls are rare, by splitting, whichever is cheaper. An "
-        "interrupted command in --out is continued. Exit code 3: the interval is wider than asked for.",
+        description="Estimates the probability that a run of a scenario falls, over everything that it draws at "
+        "random, with a 95 % interval. It counts plain runs or, where falls are rare, splits runs, whichever is "
+        "cheaper. With --out an interrupted command is continued. Exit code 3: the interval is wider than "
+        "--relative.",
     )  # fmt: skip
     parser.add_argument("scenario", nargs="?", help="name in scenarios/, or path of a scenario file")
-    known = "estimate problems whose probability is known, each so many times (100: several minutes)"
+    known = "test the estimator: estimate problems of known probability, each so many times (100: several minutes)"
     parser.add_argument("--reference", type=whole, metavar="REPEATS", help=known)
     take_changes(parser)
-    parser.add_argument("--engine", help="engine to run in")
-    relative = "half the 95 %% interval over the probability, at which it stops (default: 0.3)"
+    parser.add_argument("--engine", help=ENGINE)
+    relative = "stop when half the 95 %% interval is this share of the probability (default: 0.3)"
     parser.add_argument("--relative", type=number, default=0.3, help=relative)
-    parser.add_argument("--most", type=whole, default=20_000, help="runs at most (default: 20000)")
-    parser.add_argument("--size", type=whole, default=100, help="runs at each level of a sample (default: 100)")
-    score = "what levels are of: learned from stronger disturbances (default), margin, drop or lean"
+    parser.add_argument("--most", type=whole, default=20_000, help="largest number of runs (default: 20000)")
+    parser.add_argument("--size", type=whole, default=100, help="of splitting: runs at each level (default: 100)")
+    score = "of splitting: the nearness to a fall that makes levels: learned (default), margin, drop or lean"
     parser.add_argument("--score", default="learned", help=score)
-    parser.add_argument("--method", choices=["counting", "splitting"], help="default: whichever is cheaper")
-    parser.add_argument("--out", type=Path, help="results folder; an interrupted command in it is continued")
+    parser.add_argument(
+        "--method", choices=["counting", "splitting"], help="how to estimate (default: whichever is cheaper)"
+    )
+    parser.add_argument("--out", type=Path, help="results folder; the same command continues what was interrupted")
     take_trust(parser)
     take_workers(parser)
     take_json(parser)

@@ -17,10 +17,12 @@ from biped.scenario.engines import engines_named
 
 def add(commands: Commands) -> None:
     """Adds the parser of `biped check`."""
-    parser = command_parser(commands, "check", "run scenarios and compare with their [expect]", command, simulates=True)
+    parser = command_parser(
+        commands, "check", "run scenarios and compare the results with what they expect", command, simulates=True
+    )
     take_scenarios(parser)
     take_same_platform(parser)
-    parser.add_argument("--engines", metavar="E,E", help="engines in turn, e.g. mujoco,drake: it must pass in all")
+    parser.add_argument("--engines", metavar="E,E", help="check in several engines, e.g. mujoco,drake; all must pass")
     parser.add_argument("--junit", type=Path, metavar="FILE", help="also write JUnit XML")
     parser.add_argument("--summary", type=Path, metavar="FILE", help="also write a table in Markdown, for a CI summary")
 

@@ -19,12 +19,18 @@ if TYPE_CHECKING:
 
 def add(commands: Commands) -> None:
     """Adds the parser of `biped compare`."""
-    what = "run scenarios in several engines: every metric side by side, who differs, and why"
+    what = "run scenarios in several engines and show every metric side by side"
     parser = command_parser(commands, "compare", what, command)
     take_scenarios(parser)
-    parser.add_argument("--engines", metavar="E,E", help="engines, e.g. mujoco,home,drake (default: home,mujoco)")
-    parser.add_argument("--why", action="store_true", help="change one physical cause at a time until they agree")
-    against = "instead of engines: another setting of the scenario's own engine, and why it differs"
+    parser.add_argument(
+        "--engines", metavar="E,E", help="engines to compare, e.g. mujoco,home,drake (default: home,mujoco)"
+    )
+    parser.add_argument(
+        "--why",
+        action="store_true",
+        help="find out why they differ: change one physical cause at a time until they agree",
+    )
+    against = "compare with another setting of a key instead of another engine, and find out why they differ"
     parser.add_argument("--against", metavar="KEY=VALUE", action="append", default=[], help=against)
     parser.add_argument("--out", type=Path, help="folder for figures and recordings (default: new ones below runs/)")
 

@@ -21,12 +21,12 @@ SPACE = (("demo/push",), ("demo/home",), ("demo/h1", "demo/space"))
 def add(commands: Commands) -> None:
     """Adds the parser of `biped demo`."""
     parser = command_parser(
-        commands, "demo", "a minute of pushes, a slope and other robots, with a page of what happened", command,
+        commands, "demo", "show a minute of pushes, a slope and other robots, and write a page", command,
         description="Runs four scenarios beside each other and writes a page: a human that walks and is pushed, the "
         "same on a slope, the robot of the thesis and Unitree's H1.",
     )  # fmt: skip
-    parser.add_argument("--push", action="store_true", help="only the push, in both engines, and with a recording")
-    parser.add_argument("--compile", action="store_true", help="only compile what runs need; nothing is kept")
+    parser.add_argument("--push", action="store_true", help="run only the push, in both engines, with a recording")
+    parser.add_argument("--compile", action="store_true", help="only compile what runs need")
     parser.add_argument("--out", type=Path, help="folder for results and page (default: a new one below runs/)")
     parser.add_argument("--open", action="store_true", help="open the page in a browser")
 

@@ -15,28 +15,35 @@ from biped.cli.parser import Commands, command_parser, number, take_changes, tak
 def add(commands: Commands) -> None:
     """Adds the parser of `biped diff`."""
     parser = command_parser(
-        commands, "diff", "what changed between two results, gaits or laws, run by run", command,
-        description="Compares two results folders, or runs a scenario with each of two gaits or laws and compares: "
-        "every metric's change with its interval, paired by seed. Exit code 1: something became worse.",
+        commands, "diff", "compare two results, gaits or laws, run by run", command,
+        description="Compares two results folders, or runs a scenario with each of two gaits or laws and compares "
+        "them. Runs are paired by seed, and every metric has its change with an interval. Exit code 1: something "
+        "became worse.",
     )  # fmt: skip
-    first = "what is compared with: results folder, gait (name or path) or law (path.py:Class)"
+    first = "before: a results folder, a gait (name or path) or a law (path.py:Class)"
     parser.add_argument("first", help=first)
-    parser.add_argument("second", help="what is judged: the same kind of thing")
-    parser.add_argument("--scenario", help="of gaits and laws: what to run, name in scenarios/ or path")
-    take_changes(parser, "of gaits and laws: change a key (repeatable)")
-    parser.add_argument("--metrics", metavar="NAME,…", default="", help="compare and judge these alone (default: all)")
-    margin = "a change within this share is none that matters (default: 0.05)"
+    parser.add_argument("second", help="after: the same kind of thing")
+    parser.add_argument("--scenario", help="the scenario to run with both gaits or laws: name in scenarios/ or path")
+    take_changes(parser, "change a key of that scenario (repeatable)")
+    parser.add_argument("--metrics", metavar="NAME,…", default="", help="compare only these metrics (default: all)")
+    margin = "a smaller relative change does not matter (default: 0.05)"
     parser.add_argument("--margin", type=float, default=0.05, help=margin)
-    sequential = "of gaits and laws: pair by pair, until it is decided which walks more often"
+    sequential = "run pair after pair until it is decided which gait or law walks more often"
     parser.add_argument("--sequential", action="store_true", help=sequential)
     parser.add_argument(
-        "--error", type=number, default=0.05, help="errors the sequential test may make (default: 0.05)"
+        "--error", type=number, default=0.05, help="with --sequential: probability of a wrong decision (default: 0.05)"
     )
-    ratio = "how many times as often one must walk where the other does not for it to count (default: 3)"
+    ratio = "with --sequential: how many times as often one must walk alone as the other to count (default: 3)"
     parser.add_argument("--ratio", type=number, default=3.0, help=ratio)
-    parser.add_argument("--most", type=whole, default=500, help="pairs of the sequential test at most (default: 500)")
-    parser.add_argument("--out", type=Path, help="folder for diff.json and diff.md (default of gaits: one below runs/)")
-    parser.add_argument("--html", type=Path, metavar="FILE", help="also one HTML page, as report --html writes them")
+    parser.add_argument(
+        "--most", type=whole, default=500, help="with --sequential: largest number of pairs (default: 500)"
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        help="folder for diff.json and diff.md (for gaits and laws by default a new one below runs/)",
+    )
+    parser.add_argument("--html", type=Path, metavar="FILE", help="also write an HTML page")
     take_trust(parser)
     take_workers(parser)
     take_json(parser)
@@ -70,8 +77,8 @@ def command(args: argparse.Namespace) -> int:
         _same_kind(args, stored)
         if args.scenario is None:
             raise InputError(
-                "diff: --scenario missing; expected what to run with each gait, e.g. --scenario level_fast "
-                "--set randomise.runs=50 --set start.jitter=0.002"
+                "diff: --scenario missing; expected what to run with each gait, e.g. --scenario level_fast --set "
+                "randomise.runs=50 --set start.jitter=0.002"
             )
         with workers_of(args) as jobs:
             what = args.first, args.second, args.scenario, args.changes, jobs, out

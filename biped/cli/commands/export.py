@@ -11,10 +11,10 @@ from biped.cli.parser import Commands, command_parser
 
 def add(commands: Commands) -> None:
     """Adds the parser of `biped export`."""
-    parser = command_parser(commands, "export", "write results in other people's formats", command)
+    parser = command_parser(commands, "export", "write results in formats of other programs", command)
     parser.add_argument("run", type=Path, help="results folder")
     wanted = parser.add_mutually_exclusive_group(required=True)
-    files = "new folder for files as EuroBench's documents describe them"
+    files = "a new folder for EuroBench's files (docs/eurobench.md)"
     wanted.add_argument("--eurobench", type=Path, metavar="DIR", help=files)
     one = "an MCAP file of one run, for Foxglove and PlotJuggler (needs the package mcap)"
     wanted.add_argument("--mcap", type=Path, metavar="FILE", help=one)

@@ -6,26 +6,26 @@ import argparse
 from pathlib import Path
 
 from biped.cli.common import DONE, FAILED, answer, changes_of, warn, workers_of
-from biped.cli.parser import Commands, command_parser, take_changes, take_json, take_trust, take_workers, whole
+from biped.cli.parser import ENGINE, Commands, command_parser, take_changes, take_json, take_trust, take_workers, whole
 
 
 def add(commands: Commands) -> None:
     """Adds the parser of `biped find`."""
     parser = command_parser(
-        commands, "find", "distinct ways to fall, the likeliest first, each a scenario of its own", command,
+        commands, "find", "search for distinct ways to fall, and write each as a scenario", command,
         simulates=True,
-        description="Looks for runs of a scenario that fall, by splitting where they are rare, keeps the likeliest of "
-        "every way to fall, makes it likelier as long as it falls alike, and writes it as a scenario for CI. An "
-        "interrupted command in --out is continued. Exit code 1: something falls.",
+        description="Searches for runs of a scenario that fall, also where falls are rare. For each way to fall it "
+        "keeps the likeliest run, makes it likelier while it still falls in the same way, and writes it as a "
+        "scenario for CI. With --out an interrupted command is continued. Exit code 1: something falls.",
     )  # fmt: skip
     parser.add_argument("scenario", help="name in scenarios/, or path of a scenario file")
     take_changes(parser)
-    parser.add_argument("--engine", help="engine to run in")
-    against = "only runs that another gait or law stands: what it changes, e.g. controller=robust"
+    parser.add_argument("--engine", help=ENGINE)
+    against = "only falls in which another gait or law stays up: the key to change, e.g. controller=robust"
     parser.add_argument("--against", metavar="KEY=VALUE", help=against)
-    parser.add_argument("--failures", type=whole, default=10, help="ways to fall at most (default: 10)")
-    parser.add_argument("--most", type=whole, default=3000, help="runs that look for falls at most (default: 3000)")
-    parser.add_argument("--out", type=Path, help="results folder; an interrupted command in it is continued")
+    parser.add_argument("--failures", type=whole, default=10, help="largest number of ways to fall (default: 10)")
+    parser.add_argument("--most", type=whole, default=3000, help="largest number of runs of the search (default: 3000)")
+    parser.add_argument("--out", type=Path, help="results folder; the same command continues what was interrupted")
     take_trust(parser)
     take_workers(parser)
     take_json(parser)

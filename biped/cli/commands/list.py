@@ -12,7 +12,7 @@ from biped.cli.parser import Commands, command_parser
 
 def add(commands: Commands) -> None:
     """Adds the parser of `biped list`."""
-    command_parser(commands, "list", "models, controllers and scenarios, with a line each", command)
+    command_parser(commands, "list", "list models, controllers, readings and scenarios, with a line each", command)
 
 
 def command(args: argparse.Namespace) -> int:

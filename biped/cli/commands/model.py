@@ -11,12 +11,17 @@ from biped.cli.parser import Commands, command_parser, take_json, take_trust
 def add(commands: Commands) -> None:
     """Adds the parser of `biped model`."""
     parser = command_parser(
-        commands, "model", "what a model file is, and all that is wrong with it", command,
+        commands, "model", "show what is recognised in a model file, and every fault in it", command,
         simulates=True,
-        description="Says what is recognised in a model file, and lists every fault at once, with what to write.",
+        description="Shows what is recognised in a model file, and lists every fault at once, each with what to "
+        "write.",
     )  # fmt: skip
-    parser.add_argument("file", nargs="+", help="name in models/, or path of an MJCF or URDF file; of several, a table")
-    parser.add_argument("--stand", action="store_true", help="also have each stand, in its file's own physics")
+    parser.add_argument(
+        "file", nargs="+", help="name in models/, or path of an MJCF or URDF file; several files make a table"
+    )
+    parser.add_argument(
+        "--stand", action="store_true", help="also try whether each robot stands, in the physics of its file"
+    )
     take_trust(parser)
     take_json(parser)
 

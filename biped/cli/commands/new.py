@@ -26,11 +26,13 @@ def add(commands: Commands) -> None:
     """Adds the parser of `biped new`."""
     parser = command_parser(
         commands, "new", "write files to start from", command,
-        description="Writes files to start from: as controller, the thesis's law in readable Python; as policy, a card "
-        "with a small network for Unitree's H1, and the same in 30 lines of Python.",
+        description="Writes files to start from. controller: the thesis's law for a planar biped, in readable "
+        "Python. policy: a card with a small network for Unitree's H1, and the same in 30 lines of Python.",
     )  # fmt: skip
-    parser.add_argument("what", choices=["controller", "policy"], help="what to start")
-    file = "the file, such as my_law.py, or of a policy its card, my_policy.toml; none that is there is overwritten"
+    parser.add_argument("what", choices=["controller", "policy"], help="the kind of file")
+    file = (
+        "the file to write: my_law.py of a controller, the card my_policy.toml of a policy; files that exist are kept"
+    )
     parser.add_argument("file", type=Path, help=file)
 
 

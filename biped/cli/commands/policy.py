@@ -22,29 +22,48 @@ CONVERT = (
 def add(commands: Commands) -> None:
     """Adds the parser of `biped policy`."""
     parser = command_parser(
-        commands, "policy", "check the card of a learned policy, or write it", command, simulates=True,
-        description="Checks the card of a learned policy by short runs; writes one first, from the metadata of an ONNX "
-        "file or from a YAML file beside it.",
+        commands, "policy", "check the card of a learned policy, or write one", command, simulates=True,
+        description="Checks the card of a learned policy by short runs. Given a network instead, it first writes the "
+        "card from the metadata of the ONNX file or from a YAML file.",
     )  # fmt: skip
     parser.add_argument(
-        "file", type=Path, nargs="+", help="the card, card.toml, or several; or the network, policy.onnx, to write one"
+        "file",
+        type=Path,
+        nargs="+",
+        help="a card such as card.toml, or several; or a network such as policy.onnx, whose card is written",
     )
-    parser.add_argument("--model", help="the robot's model, where a card is written")
-    parser.add_argument("--card", type=Path, help="the card to write (default: beside the network, of its name)")
+    parser.add_argument("--model", help="for a new card: the model of the robot")
+    parser.add_argument(
+        "--card", type=Path, help="for a new card: its file (default: beside the network, with its name)"
+    )
     parser.add_argument(
         "--deploy",
         type=Path,
-        help="Unitree's deploy.yaml or Isaac Lab's IO descriptors; default: metadata of the network",
+        help="for a new card: Unitree's deploy.yaml or Isaac Lab's IO descriptors (default: metadata of the network)",
     )
-    parser.add_argument("--rate", type=number, help="Hz at which the network is asked, where nothing else says it")
-    parser.add_argument("--clock", type=number, help="Hz of the phase that the network sees, likewise")
-    parser.add_argument("--tape", type=Path, help="states, observations and actions that the card must reproduce, .npz")
+    parser.add_argument(
+        "--rate", type=number, help="for a new card: how often the network is called [Hz], if nothing else says it"
+    )
+    parser.add_argument(
+        "--clock",
+        type=number,
+        help="for a new card: the frequency of the phase that the network observes [Hz], if nothing else says it",
+    )
+    parser.add_argument(
+        "--tape", type=Path, help="an .npz file of states, observations and actions that the card must reproduce"
+    )
     parser.add_argument("--faults", action="store_true", help="inject faults into the card and see which are found")
     parser.add_argument(
-        "--right", type=whole, default=1, metavar="N", help="with --faults: starts in which the right card is checked"
+        "--right",
+        type=whole,
+        default=1,
+        metavar="N",
+        help="with --faults: number of starts from which the correct card is checked",
     )
     parser.add_argument(
-        "--measure", action="store_true", help="speed, cost, and the pushes, slopes and latency it stands"
+        "--measure",
+        action="store_true",
+        help="measure speed and cost, and the pushes, slopes and latency that the policy withstands",
     )
     take_trust(parser)
     take_json(parser)

@@ -14,9 +14,9 @@ from biped.cli.parser import Commands, command_parser, take_json, take_workers, 
 def add(commands: Commands) -> None:
     """Adds the parser of `biped readings`."""
     parser = command_parser(
-        commands, "readings", "how near readings of the thesis come to what it prints", command,
-        description="Tries readings of the thesis against all numbers that it prints, then confirms the best and the "
-        "named ones on seeds that no search has seen. An interrupted study in --out is continued.",
+        commands, "readings", "compare readings of the thesis with the numbers that it prints", command,
+        description="Compares readings of the thesis with all numbers that it prints, then confirms the best and the "
+        "shipped ones on seeds that no search has used. With --out an interrupted study is continued.",
     )  # fmt: skip
     parser.add_argument("--tries", type=whole, default=100, help="readings to try (default: 100)")
     runs = "runs of each claim in the confirmation (default: 30)"

@@ -14,16 +14,16 @@ def add(commands: Commands) -> None:
     """Adds the parser of `biped regress`."""
     parser = command_parser(
         commands, "regress", "compare scenarios with their recorded reference numbers", command, simulates=True,
-        description="Runs a fixed part of scenarios and compares with recorded numbers: digit by digit where they were "
-        "recorded, elsewhere the physics.",
+        description="Runs a fixed part of each scenario and compares with recorded numbers: digit by digit on the "
+        "kind of machine that recorded them, and within physical tolerances elsewhere.",
     )  # fmt: skip
     parser.add_argument("scenario", nargs="*", help="name in scenarios/, or path (default: every shipped scenario)")
-    parser.add_argument("--update", action="store_true", help="record what differs as the new reference")
+    parser.add_argument("--update", action="store_true", help="record the numbers that differ as the new reference")
     parser.add_argument("--reason", help="why results changed; kept in the file (needed by --update)")
-    engine = "run all in this engine, whose references are in a file of their own (default: each in its own)"
+    engine = "run all scenarios in this engine and compare with its references (default: each in its own engine)"
     parser.add_argument("--engine", choices=list(ENGINES), help=engine)
-    parser.add_argument("--file", type=Path, help="file of references (default: that of the shipped scenarios)")
-    parser.add_argument("--markdown", action="store_true", help="print what moved as Markdown, sorted by the cause")
+    parser.add_argument("--file", type=Path, help="file of references (default: the one of the shipped scenarios)")
+    parser.add_argument("--markdown", action="store_true", help="print what changed as Markdown, sorted by cause")
     take_trust(parser)
     take_workers(parser)
     take_json(parser)

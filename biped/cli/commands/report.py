@@ -14,12 +14,13 @@ def add(commands: Commands) -> None:
     what = "write results as an HTML page, or campaigns as Markdown with figures"
     parser = command_parser(commands, "report", what, command)
     runs = (
-        "results folders; of --html also those of compare, diff, tune, stability, standard, and files of regress --json"
+        "results folders of run; with --html also of compare, diff, tune, stability and standard, and files of "
+        "regress --json"
     )
     parser.add_argument("run", type=Path, nargs="+", help=runs)
-    parser.add_argument("--html", type=Path, metavar="FILE", help="one HTML page: no network, phone, paper, dark")
+    parser.add_argument("--html", type=Path, metavar="FILE", help="write one HTML page, which needs no network")
     parser.add_argument("--out", type=Path, help="the Markdown file (default: report.md, unless --html is given)")
-    parser.add_argument("--title", default="Results", help="its heading (default: %(default)s)")
+    parser.add_argument("--title", default="Results", help="heading of the report (default: Results)")
 
 
 def command(args: argparse.Namespace) -> int:

@@ -18,15 +18,15 @@ if TYPE_CHECKING:
 
 def add(commands: Commands) -> None:
     """Adds the parser of `biped run`."""
-    what = "run scenarios; write metrics, trajectory and, if wanted, a recording"
+    what = "run scenarios and write metrics and trajectories"
     parser = command_parser(commands, "run", what, command, simulates=True)
     take_scenarios(parser)
     parser.add_argument("--out", type=Path, help="results folder (default: a new one below runs/)")
     parser.add_argument("--record", action="store_true", help="also write a recording for the rerun viewer")
-    live = "watch one run in MuJoCo's viewer in real time, push with the mouse; nothing is written"
+    live = "watch one run in MuJoCo's viewer in real time and push with the mouse; nothing is written"
     parser.add_argument("--live", action="store_true", help=live)
-    parser.add_argument("--only", type=whole, metavar="N", help="replay run N of the ensemble alone")
-    parser.add_argument("--shard", metavar="I/N", help="make share I of N of a campaign, in the --out that all share")
+    parser.add_argument("--only", type=whole, metavar="N", help="run only run N of the ensemble, exactly as before")
+    parser.add_argument("--shard", metavar="I/N", help="run share I of N of a campaign; all shares have the same --out")
     take_same_platform(parser)
 
 

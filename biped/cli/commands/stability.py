@@ -13,20 +13,24 @@ from biped.scenario.engines import ENGINES, HOME, MUJOCO
 
 def add(commands: Commands) -> None:
     """Adds the parser of `biped stability`."""
-    what = "a gait as a limit cycle: return map and Floquet multipliers"
+    what = "analyse a gait as a limit cycle: return map and Floquet multipliers"
     parser = command_parser(commands, "stability", what, command, simulates=True)
     parser.add_argument("scenario", nargs="?", help="name in scenarios/, or path of a scenario file")
-    parser.add_argument("--reference", action="store_true", help="solve the walkers whose multipliers are known")
+    parser.add_argument(
+        "--reference", action="store_true", help="test the method: solve walkers whose multipliers are known"
+    )
     take_changes(parser)
     take_trust(parser)
-    parser.add_argument("--engine", choices=list(ENGINES), help="the only engine (default: mujoco, then home)")
-    parser.add_argument("--basin", action="store_true", help="also cut the basin of attraction: lean and speed")
-    growth = "only how pushes of one tick grow from stride to stride: any robot, law and engine"
+    parser.add_argument("--engine", choices=list(ENGINES), help="use only this engine (default: mujoco, then home)")
+    parser.add_argument(
+        "--basin", action="store_true", help="also compute a section of the basin of attraction, over lean and speed"
+    )
+    growth = "only compute how pushes of one tick grow from stride to stride; for any robot, law and engine"
     parser.add_argument("--growth", action="store_true", help=growth)
-    norm = "only the gait sensitivity norm: how much a small push or step of the ground upsets the steps after it"
+    norm = "only compute the gait sensitivity norm: how much a small push or step changes the steps after it"
     parser.add_argument("--norm", action="store_true", help=norm)
     take_workers(parser)
-    parser.add_argument("--out", type=Path, help="folder of figure and numbers (default: a new one below runs/)")
+    parser.add_argument("--out", type=Path, help="folder for figure and numbers (default: a new one below runs/)")
     take_json(parser)
 
 

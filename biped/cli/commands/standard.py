@@ -8,24 +8,26 @@ from pathlib import Path
 from biped.base.errors import InputError
 from biped.base.files import label
 from biped.cli.common import DONE, changes_of, print_json, workers_of
-from biped.cli.parser import Commands, command_parser, take_changes, take_json, take_trust, take_workers
+from biped.cli.parser import ENGINE, Commands, command_parser, take_changes, take_json, take_trust, take_workers
 from biped.scenario.engines import engines_named
 
 
 def add(commands: Commands) -> None:
     """Adds the parser of `biped standard`."""
     parser = command_parser(
-        commands, "standard", "what gaits stand: slopes, pushes, uneven ground, each searched to failure", command,
-        description="Puts gaits to the tests in scenarios/standard: each searched to the largest value that holds, by "
-        "ensembles, with intervals; one table. An interrupted table in --out is continued.",
+        commands, "standard", "search for the largest slopes, pushes and steps that gaits withstand", command,
+        description="Searches for the largest value of each test in scenarios/standard that a gait withstands, by "
+        "ensembles with intervals, and puts all gaits into one table. With --out an interrupted table is continued.",
     )  # fmt: skip
-    parser.add_argument("gait", nargs="+", help="name in controllers/, or path of a gait file; or a law for any robot: "
-                        "its name, path.py:Class, or a policy's card")  # fmt: skip
-    test = "this test alone: name in scenarios/standard, or path of a scenario with [standard] (repeatable)"
+    parser.add_argument("gait", nargs="+", help="a gait: name in controllers/ or path; or a law for any robot: its "
+        "name, path.py:Class, or a policy's card")  # fmt: skip
+    test = "only this test: name in scenarios/standard, or path of a scenario with [standard] (repeatable)"
     parser.add_argument("--test", metavar="NAME", action="append", default=[], help=test)
     take_changes(parser, "change a key of all tests, e.g. model=robot (repeatable)")
-    parser.add_argument("--engine", help="engine to run in")
-    parser.add_argument("--engines", metavar="E,E", help="engines, a column for each gait in each of them")
+    parser.add_argument("--engine", help=ENGINE)
+    parser.add_argument(
+        "--engines", metavar="E,E", help="test in several engines, e.g. mujoco,home; each has its own column"
+    )
     parser.add_argument("--out", type=Path, help="folder for standard.json and standard.md (default: below runs/)")
     take_trust(parser)
     take_workers(parser)

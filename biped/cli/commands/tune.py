@@ -12,19 +12,20 @@ from biped.cli.parser import Commands, command_parser, take_changes, take_json, 
 def add(commands: Commands) -> None:
     """Adds the parser of `biped tune`."""
     parser = command_parser(
-        commands, "tune", "find gains that serve a scenario's conditions", command, simulates=True,
-        description="Finds gains that serve the conditions in a scenario's [tune].",
+        commands, "tune", "search for gains that work under the conditions of a scenario", command, simulates=True,
+        description="Searches for gains that work under the conditions in the table [tune] of a scenario. With --out "
+        "an interrupted search is continued.",
     )  # fmt: skip
     parser.add_argument(
         "scenario",
-        help="name in scenarios/, or path of a scenario file with a [tune] table; or a "
-        "robot's model file (.xml, .urdf): the search scenarios/tune/any.toml on it",
+        help="a scenario with a table [tune]: name in scenarios/ or path; or a robot's model file (.xml, .urdf), for "
+        "which scenarios/tune/any.toml searches",
     )
     take_changes(parser)
     take_trust(parser)
     take_workers(parser)
-    parser.add_argument("--out", type=Path, help="results folder; an interrupted search in it is continued")
-    least = "no search: put a found gait's gains back one by one, the least missed first; how many does it take?"
+    parser.add_argument("--out", type=Path, help="results folder; the same command continues what was interrupted")
+    least = "instead of a search: put the gains of a found gait back one by one, to see which of them it needs"
     parser.add_argument("--least", metavar="GAIT", help=least)
     take_json(parser)
 

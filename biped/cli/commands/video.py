@@ -14,20 +14,31 @@ def add(commands: Commands) -> None:
     """Adds the parser of `biped video`."""
     parser = command_parser(commands, "video", "write a clip of a run, or of several beside each other", command)
     eye = (
-        "three-quarters (default), side, front, back, left, or azimuth,elevation in degrees: 0 is the robot's right, "
-        "90 is ahead; write --eye=-30,10 where the first is negative"
+        "where the camera is: three-quarters (default), side, front, back, left, or azimuth,elevation in degrees. 0 "
+        "is the robot's right and 90 is ahead. Write --eye=-30,10 if the first number is negative"
     )
-    parser.add_argument("run", type=Path, nargs="+", help="results folders, up to six; of a campaign the median walker")
+    parser.add_argument(
+        "run",
+        type=Path,
+        nargs="+",
+        help="results folders, up to six; of a campaign the walker of median speed is shown",
+    )
     parser.add_argument("--out", type=Path, default=Path("walk.mp4"), help="*.mp4 or *.gif (default: walk.mp4)")
     parser.add_argument("--ghost", action="store_true", help="draw the second run as a shadow over the first")
-    parser.add_argument("--apart", action="store_true", help="a picture for each run; more than two always have one")
+    parser.add_argument(
+        "--apart",
+        action="store_true",
+        help="draw each run in a picture of its own; with more than two runs this is always so",
+    )
     parser.add_argument("--eye", default="three-quarters", metavar="FROM", help=eye)
-    parser.add_argument("--only", type=whole, metavar="N", help="run N of a campaign")
-    parser.add_argument("--width", type=whole, default=640, help="pixels (default: 640); the height follows")
+    parser.add_argument("--only", type=whole, metavar="N", help="show run N of a campaign")
+    parser.add_argument("--width", type=whole, default=640, help="width in pixels (default: 640); the height follows")
     parser.add_argument("--size", type=size, metavar="WxH", help="width and height in pixels, e.g. 1280x720")
-    parser.add_argument("--fps", type=number, help="frames a second (default: 30; of a GIF 20)")
+    parser.add_argument("--fps", type=number, help="frames per second (default: 30, for a GIF 20)")
     parser.add_argument("--from", dest="start", type=number, default=0.0, metavar="S", help="begin at this time [s]")
-    parser.add_argument("--slow", type=number, default=1.0, metavar="TIMES", help="this many times slower than life")
+    parser.add_argument(
+        "--slow", type=number, default=1.0, metavar="TIMES", help="slow motion: this many times slower than real time"
+    )
     parser.add_argument("--to", dest="end", type=number, metavar="S", help="end at this time [s]")
 
 

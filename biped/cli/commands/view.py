@@ -16,7 +16,7 @@ def add(commands: Commands) -> None:
     """Adds the parser of `biped view`."""
     parser = command_parser(commands, "view", "open a recording in the rerun viewer", command)
     parser.add_argument("run", nargs="?", type=Path, help="results folder or .rrd (default: the newest recording)")
-    web = "serve the viewer to a browser; chosen by itself without a display"
+    web = "open the viewer in a browser; this is the default without a display"
     parser.add_argument("--web", action="store_true", help=web)
 
 

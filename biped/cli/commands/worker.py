@@ -11,16 +11,18 @@ from biped.cli.parser import Commands, command_parser, whole
 def add(commands: Commands) -> None:
     """Adds the parser of `biped worker`."""
     parser = command_parser(
-        commands, "worker", "work for campaigns on a cluster", command, simulates=True,
-        description="Works for a Dask scheduler: one thread a worker, watched by a nanny.",
+        commands, "worker", "run simulations for campaigns on a cluster", command, simulates=True,
+        description="Starts workers for a Dask scheduler. Each worker has one thread and is restarted if it dies.",
     )  # fmt: skip
     parser.add_argument("scheduler", help="address of the scheduler, such as tcp://host:8786")
-    parser.add_argument("--workers", type=whole, default=1, help="workers, one core each (default: 1)")
-    parser.add_argument("--lifetime", metavar="TIME", help="go after this time, such as 50m; keep it below a walltime")
-    parser.add_argument("--memory", metavar="SIZE", default="auto", help="most memory of each, such as 2GB")
+    parser.add_argument("--workers", type=whole, default=1, help="number of workers, one core each (default: 1)")
+    parser.add_argument(
+        "--lifetime", metavar="TIME", help="stop after this time, such as 50m; keep it below the time limit of the job"
+    )
+    parser.add_argument("--memory", metavar="SIZE", default="auto", help="largest memory of each worker, such as 2GB")
     for part in ("ca-file", "cert", "key"):
-        parser.add_argument(f"--tls-{part}", metavar="FILE", help="of a scheduler at tls://…")
-    parser.add_argument("--with-parent", action="store_true", help="go when standard input ends")
+        parser.add_argument(f"--tls-{part}", metavar="FILE", help="for a scheduler at tls://…")
+    parser.add_argument("--with-parent", action="store_true", help="stop when standard input ends")
 
 
 def command(args: argparse.Namespace) -> int:
