@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from copy import deepcopy
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -52,7 +53,7 @@ def read(name: str, changes: Sequence[str] = (), looking: bool = False) -> Read:
     path = locate("scenarios", name, "")
     data, origin = layered(path, "scenarios")
     for change in changes:
-        merge(data, _change(change), origin, COMMAND_LINE, emptied=True)
+        merge(data, _in_lists(data, _change(change)), origin, COMMAND_LINE, emptied=True)
     scenario, whence = _checked(data, origin, path, looking)
     return Read(replace(scenario, thesis=thesis.about(data, origin)) if scenario.thesis else scenario, whence)
 
@@ -105,6 +106,39 @@ def _change(text: str) -> dict[str, Any]:
     for part in reversed(parts[:-1]):
         table = {part: table}
     return table
+
+
+def _in_lists(below: Any, change: dict[str, Any], at: str = "") -> dict[str, Any]:
+    """A change whose entries of lists, such as push.0.force, stand in the whole list that it changes."""
+    out: dict[str, Any] = {}
+    for part, value in change.items():
+        there = below.get(part) if isinstance(below, dict) else None
+        key = f"{at}{part}"
+        if not isinstance(value, dict):
+            out[part] = value
+        elif isinstance(there, list) and value and all(number.isdigit() for number in value):
+            out[part] = _with_entries(there, value, key)
+        else:
+            out[part] = _in_lists(there, value, f"{key}.")
+    return out
+
+
+def _with_entries(entries: list[Any], change: dict[str, Any], key: str) -> list[Any]:
+    """A list with some of its entries changed, by their numbers."""
+    out = deepcopy(entries)
+    for number, value in change.items():
+        if int(number) >= len(out):
+            raise InputError(
+                f"--set {key}.{number}: expected an entry of {key}, which has {len(out)}; they count from 0"
+            )
+        there = out[int(number)]
+        if isinstance(value, dict) and isinstance(there, list):
+            out[int(number)] = _with_entries(there, value, f"{key}.{number}")
+        elif isinstance(value, dict) and isinstance(there, dict):
+            merge(there, _in_lists(there, value, f"{key}.{number}."), {}, COMMAND_LINE, emptied=True)
+        else:
+            out[int(number)] = value
+    return out
 
 
 def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path, looking: bool = False) -> Read:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -109,3 +110,21 @@ def test_the_published_gaits_are_read_as_bounded_and_no_searched_one_is():
         published = s.controller in {"slow", "normal", "fast", "style", "downhill"}
         if s.reading == "bounded":
             assert published, name
+
+
+def test_a_change_reaches_an_entry_of_a_list_by_its_number(tmp_path):
+    """As sweeps and draws name it: push.0.force is the force of the first push; the file's other numbers stay."""
+    file = tmp_path / "two.toml"
+    file.write_text(
+        'extends = "demo/push"\n[[push]]\nat = 1.0\nduration = 0.2\nforce = [10.0, 0.0]\n'
+        "[[push]]\nat = 2.0\nduration = 0.1\nforce = [20.0, 5.0]\n", encoding="utf-8"
+    )  # fmt: skip
+    one, two = read_scenario(str(file), ["push.1.force=[300.0,0.0]", "push.1.at=3", "push.0.force.1=7"]).push
+    assert (one.at, one.duration, one.force) == (1.0, 0.2, (10.0, 7.0))
+    assert (two.at, two.duration, two.force) == (3.0, 0.1, (300.0, 0.0))
+    with pytest.raises(InputError, match=re.escape("--set push.2: expected an entry of push, which has 2")):
+        read_scenario(str(file), ["push.2.at=1"])
+    with pytest.raises(InputError, match="forse"):
+        read_scenario(str(file), ["push.0.forse=[1.0,0.0]"])
+    with pytest.raises(InputError, match="push"):
+        read_scenario("level_normal", ["push.0.at=1"])
