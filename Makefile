@@ -7,6 +7,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 SITE := .venv-site
+VERSION = $(shell sed -n 's/^VERSION = "\(.*\)"/\1/p' biped/base/__init__.py)
 TOOLS := $(VENV)/.tools
 # Short tests of compiled kernels: `make coverage` runs them as plain Python too.
 KERNEL_TESTS := tests/control tests/engines/rigid tests/numerics tests/engines/planar/test_mujoco.py tests/dynamics/test_linalg.py \
@@ -19,7 +20,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 LOCK = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
 	--custom-compile-command 'make lock'
 
-.PHONY: boundscheck wheel docs gallery fuzz help setup tools run view test test-all stress coverage check regress bench lint format lock site clean
+.PHONY: boundscheck wheel docs gallery fuzz help setup tools run view test test-all stress coverage check regress bench lint format lock site versions clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -119,6 +120,10 @@ wheel: setup ## a wheel for x86-64 with compiled kernels in it, which elsewhere 
 site: $(SITE)/.installed ## the documentation as a site in build/site, to open from there or to publish
 	$(SITE)/bin/mkdocs build --strict --quiet
 	@echo build/site/index.html
+
+versions: $(SITE)/.installed ## add the site of this version to those in the branch gh-pages, with a list to choose from
+	PATH="$(CURDIR)/$(SITE)/bin:$$PATH" $(SITE)/bin/mike deploy --update-aliases --alias-type=copy $(VERSION) latest
+	$(SITE)/bin/mike set-default latest
 
 $(SITE)/.installed: requirements-site.lock
 	$(PYTHON) -m venv $(SITE)

@@ -1,4 +1,4 @@
-"""What the site needs beyond its generator: links to the repository's other files, and no address on another machine.
+"""Hooks of the site's generator: its version, links to the repository's other files, and nothing from the network.
 
 Links that leave the folder of the documentation lead to the repository's address (BIPED_REPOSITORY), or else are words.
 """
@@ -15,6 +15,19 @@ _LINK = re.compile(r"\[([^\]]*)\]\(\.\./([^)]*)\)")
 _WORKER = Path(__file__).with_name("iframe-worker.js")
 """Search in pages that are opened from a folder; the generator would load it from the network."""
 _REMOTE = "https://unpkg.com/iframe-worker/shim"
+_VERSION = re.compile(r'^VERSION = "(.+)"$', re.MULTILINE)
+_SOURCE = Path(__file__).parents[1] / "biped" / "base" / "__init__.py"
+
+
+def on_config(config: Any) -> Any:
+    """The header says the version: in the site's name, or by the list of published versions (`make versions`)."""
+    if "MIKE_DOCS_VERSION" in os.environ:
+        config["extra"]["version"] = {"provider": "mike", "alias": True}
+    else:
+        found = _VERSION.search(_SOURCE.read_text(encoding="utf-8"))
+        assert found is not None
+        config["site_name"] = f"biped {found[1]}"
+    return config
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
