@@ -37,6 +37,19 @@ def jobs_of(args: argparse.Namespace) -> int:
     return args.jobs
 
 
+def engines_of(args: argparse.Namespace) -> list[str]:
+    """Engines of `--engines`; none where it is not there.
+
+    Raises:
+        InputError: One is unknown or named twice, or `--engine` is there too.
+    """
+    from biped.scenario.engines import engines_named
+
+    if args.engines is not None and args.engine is not None:
+        raise InputError("--engines: expected without --engine, which names one")
+    return [] if args.engines is None else list(engines_named(args.engines))
+
+
 @contextmanager
 def workers_of(args: argparse.Namespace) -> Iterator[Jobs]:
     """Who carries out: processes, or the cluster that was asked for, which is let go when the block ends.

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.base.writing import reason, write_text
+from biped.base.writing import write_text
 from biped.measure.indicators import Indicator, gait_events, gait_parameters, of_campaign, of_run
 from biped.measure.metrics.pushed import impulses
 from biped.measure.signals import end_forces, toes_and_heels
@@ -24,6 +24,7 @@ from biped.measure.trajectory import Trajectory
 from biped.robot.planar.topology import ENDS, LEGS
 from biped.scenario.keys import Scenario
 from biped.show.results_folder import ResultsFolder
+from biped.studies.folders import writing
 
 JOINTS = tuple(f"{side}_{joint}" for side in "rl" for joint in ("hip", "knee", "ankle"))
 """EuroBench's labels of the six joints, in canonical order: right leg, then left."""
@@ -57,7 +58,7 @@ def export(folder: Path, out: Path) -> list[Path]:
         files.append(path)
 
     pushes: dict[int, float] = {}
-    try:
+    with writing(f"--eurobench {out}", "choose another folder"):
         for row in rows:
             t = kept.trajectory(row["index"])
             if t is None:
@@ -76,8 +77,6 @@ def export(folder: Path, out: Path) -> list[Path]:
         if len(rows) > 1:
             for name, indicator in of_campaign(kept.result, pushes).items():
                 write(f"{_PI}/{name}.yaml", _indicator(indicator))
-    except OSError as error:
-        raise InputError(f"--eurobench {out}: cannot be written: {reason(error)}; choose another folder") from None
     return files
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.replacing import Kind, may_write
-from biped.base.writing import reason, written
+from biped.base.writing import written
 from biped.measure.signals import end_forces, every, toes_and_heels
 from biped.robot.gravity import GRAVITY
 from biped.show import spatial
@@ -25,6 +25,7 @@ from biped.show.recording import series
 from biped.show.recording.body import PICTURES, body_poses, drawn_geoms
 from biped.show.recording.recorded import Placed, Recorded, place
 from biped.show.results_folder import run_of
+from biped.studies.folders import writing
 
 KIND = Kind("an MCAP file", (".mcap",), (b"\x89MCAP0\r\n",))
 RATE = 200.0
@@ -62,11 +63,8 @@ def export(folder: Path, out: Path, only: int | None = None) -> int:
     writer.start(profile="", library="biped")
     count = _write(writer, run)
     writer.finish()
-    try:
-        with written(out) as part:
-            part.write_bytes(whole.getvalue())
-    except OSError as error:
-        raise InputError(f"--mcap {out}: cannot be written: {reason(error)}") from None
+    with writing(f"--mcap {out}"), written(out) as part:
+        part.write_bytes(whole.getvalue())
     return count
 
 

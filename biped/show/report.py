@@ -8,7 +8,7 @@ from typing import Any
 
 from biped.base.errors import InputError
 from biped.base.replacing import Kind, may_add, may_write
-from biped.base.writing import reason, write_text
+from biped.base.writing import write_text
 from biped.ensemble.guard import numbered
 from biped.ensemble.plan import Plan
 from biped.scenario.keys import Scenario
@@ -20,7 +20,7 @@ from biped.show.markdown import text
 from biped.show.replay import plot_results
 from biped.show.results import document_of
 from biped.show.words import harmless
-from biped.studies.folders import results_at
+from biped.studies.folders import results_at, writing
 
 MARK = "<!-- written by biped report -->"
 KIND = Kind("a report of biped", (".md", ".markdown"), (MARK.encode(),))
@@ -52,10 +52,8 @@ def write_report(folders: Sequence[Path], out: Path, title: str) -> None:
             result, scenario.description, _setting(result, scenario, _command(folder, result, scenario))
         )
         blocks += [Picture(figure.stem, figure) for figure in drawn]
-    try:
+    with writing(f"--out {out}"):
         write_text(out, f"{text(tuple(blocks))}\n{MARK}\n")
-    except OSError as error:
-        raise InputError(f"--out {out}: cannot be written: {reason(error)}") from None
 
 
 def _command(folder: Path, result: Mapping[str, Any], scenario: Scenario) -> str:

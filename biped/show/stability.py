@@ -100,10 +100,8 @@ def growth_document(grown: Grown) -> Document:
         "known to a tick, and a policy's network computes in 32 bits: of what moves by less than either, growth says "
         "no more than how fast it reaches that floor."
     )
-    return (
-        Heading(f"{grown.scenario} in {grown.engine}: growth of small pushes", 1),
-        Table(heads, rows, ()), Paragraph(note, note=True),
-    )  # fmt: skip
+    title = f"{grown.scenario} in {grown.engine}: growth of small pushes"
+    return Heading(title, 1), Table(heads, rows, ()), Paragraph(note, note=True)
 
 
 def sensitivity_document(found: GaitSensitivity) -> Document:
@@ -120,7 +118,5 @@ def sensitivity_document(found: GaitSensitivity) -> Document:
         "over its size, in natural units: the smaller, the less a walk is upset. What steps scatter without a "
         "disturbance is taken off. Walks that fell do not count."
     )
-    return (
-        Heading(f"{found.scenario} in {found.engine}: gait sensitivity norm", 1),
-        Table(heads, rows, ()), Paragraph(note, note=True),
-    )  # fmt: skip
+    title = f"{found.scenario} in {found.engine}: gait sensitivity norm"
+    return Heading(title, 1), Table(heads, rows, ()), Paragraph(note, note=True)

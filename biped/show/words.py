@@ -1,4 +1,4 @@
-"""Words in Markdown: somebody's names and texts are shown, and make nothing of the page."""
+"""Words for people: names of what is drawn, and somebody's texts, which make nothing of a page."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ import re
 from typing import Any
 
 from biped.base.text import plain
+
+STATES = {1: "stance", 2: "heel off", 3: "swing", 4: "knee straight"}
+"""Leg states 1 … 4."""
 
 
 def literal(text: Any) -> str:

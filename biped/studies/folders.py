@@ -2,18 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from biped.base.errors import InputError
 from biped.base.files import label
+from biped.base.progress import Told
+from biped.base.writing import reason
 from biped.ensemble.folder import Folder
 from biped.ensemble.guard import OF_SEARCHES
 from biped.ensemble.plan import Plan
 
 RUNS = Path("runs")
 """Where results go unless --out says otherwise, below the working folder."""
+
+
+@contextmanager
+def writing(what: str, advice: str = "") -> Iterator[None]:
+    """Turns a refusal of the system to write a file into a sentence.
+
+    Args:
+        what: Option and file, such as `--out walk.gif`.
+        advice: What to do about it.
+
+    Raises:
+        InputError: The block raised an OSError.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"{what}: cannot be written: {reason(error)}{advice and f'; {advice}'}") from None
+
+
+def finished(folder: Folder, tell: Told) -> dict[int, dict[str, Any]]:
+    """Records of an earlier, interrupted command by their numbers; what of them cannot be used is told."""
+    records = {record["index"]: record for record in folder.finished()}
+    for words in folder.notes:
+        tell(words)
+    return records
 
 
 def folder_for(out: Path | None, title: str, plan: Plan, runs: Sequence[int] | None = None,

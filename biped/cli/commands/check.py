@@ -9,10 +9,8 @@ from time import perf_counter
 
 from biped.base.errors import InputError
 from biped.base.replacing import may_write
-from biped.base.writing import reason
-from biped.cli.common import changes_of, code_of, print_all, warn, workers_of
+from biped.cli.common import changes_of, code_of, engines_of, print_all, warn, workers_of
 from biped.cli.parser import Commands, command_parser, take_same_platform, take_scenarios
-from biped.scenario.engines import engines_named
 
 
 def add(commands: Commands) -> None:
@@ -33,6 +31,7 @@ def command(args: argparse.Namespace) -> int:
     from biped.show.results import KIND as SUMMARY
     from biped.show.results import verdict_of, write_summary
     from biped.show.terminal import progress, show
+    from biped.studies.folders import writing
     from biped.studies.planned import plan_of
     from biped.studies.run import run
 
@@ -41,7 +40,7 @@ def command(args: argparse.Namespace) -> int:
             may_write(path, option, kind)
             if not path.absolute().parent.is_dir():
                 raise InputError(f"{option} {path}: cannot be written: expected a file in a folder that exists")
-    engines = _engines(args)
+    engines = [[f"engine={name}"] for name in engines_of(args)] or [[]]
     for name in args.scenario:
         if not plan_of(name, changes_of(args)).scenario.expect:
             raise InputError(f"{name}: expect: missing; a scenario to check says what it expects, e.g. "
@@ -58,28 +57,11 @@ def command(args: argparse.Namespace) -> int:
                 words = [done.plan.scenario.description, f"in {done.plan.scenario.engine}" if len(engines) > 1 else ""]
                 show(verdict_of(done.result, ", ".join(filter(None, words))))
     if args.junit is not None:
-        try:
+        with writing(f"--junit {args.junit}"):
             write_junit(args.junit, results, seconds)
-        except OSError as error:
-            raise InputError(f"--junit {args.junit}: cannot be written: {reason(error)}") from None
     if args.summary is not None:
-        try:
+        with writing(f"--summary {args.summary}"):
             write_summary(args.summary, results)
-        except OSError as error:
-            raise InputError(f"--summary {args.summary}: cannot be written: {reason(error)}") from None
     if args.json:
         print_all(results)
     return code_of(results)
-
-
-def _engines(args: argparse.Namespace) -> list[list[str]]:
-    """The changes that name each engine; one without any where the scenario's own is meant.
-
-    Raises:
-        InputError: An engine is unknown or named twice, or both options are there.
-    """
-    if args.engines is None:
-        return [[]]
-    if args.engine is not None:
-        raise InputError("--engines: expected without --engine, which names one")
-    return [[f"engine={name}"] for name in engines_named(args.engines)]

@@ -5,11 +5,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from biped.base.errors import InputError
 from biped.base.files import label
-from biped.cli.common import DONE, changes_of, print_json, workers_of
+from biped.cli.common import DONE, changes_of, engines_of, print_json, workers_of
 from biped.cli.parser import ENGINE, Commands, command_parser, take_changes, take_json, take_trust, take_workers
-from biped.scenario.engines import engines_named
 
 
 def add(commands: Commands) -> None:
@@ -42,9 +40,7 @@ def command(args: argparse.Namespace) -> int:
     from biped.studies.folders import RUNS
     from biped.studies.standard.study import standard
 
-    if args.engines is not None and args.engine is not None:
-        raise InputError("--engines: expected without --engine, which names one")
-    engines = () if args.engines is None else engines_named(args.engines)
+    engines = engines_of(args)
     out: Path = args.out or new_folder(RUNS, "standard")
     with workers_of(args) as jobs:
         found = standard(args.gait, args.test, changes_of(args), jobs, out, progress, engines).as_dict()

@@ -15,7 +15,8 @@ from biped.measure.signals import SMOOTH, every, inferred_torso_angle, inside, l
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
 from biped.robot.planar.topology import SEGMENTS
-from biped.show.figures.style import LEFT, PUSH, QUIET, RIGHT, STATE_NAMES, STATES, figure, legend_above, timed
+from biped.show import words
+from biped.show.figures.style import LEFT, PUSH, QUIET, RIGHT, STATES, figure, legend_above, timed
 
 Window = tuple[float, float]
 _MEANS = f"means over {1e3 * SMOOTH:.0f} ms"
@@ -147,7 +148,7 @@ def _lanes(axes: Axes, trajectory: Trajectory, rows: np.ndarray) -> None:
         for state, share in STATES.items():
             axes.fill_between(
                 time, 0.6 - leg, 1.4 - leg, where=states[:, leg] == state, step="post", color=to_rgba(colour, share),
-                linewidth=0.0, label=STATE_NAMES[state] if leg == 0 else None,
+                linewidth=0.0, label=words.STATES[state] if leg == 0 else None,
             )  # fmt: skip
     axes.set_yticks([1.0, 0.0], ["right", "left"])
     axes.set_ylim(-0.5, 1.5)

@@ -18,8 +18,6 @@ RIGHT, LEFT, TRUNK = "#0072B2", "#D55E00", "#6B7280"
 JOINTS = {"hip": "#0072B2", "knee": "#E69F00", "ankle": "#009E73"}
 STATES = {1: 1.0, 2: 0.68, 3: 0.16, 4: 0.34}
 """Leg states are shades of their leg's colour: full on the ground, pale in the air."""
-STATE_NAMES = {1: "stance", 2: "heel off", 3: "swing", 4: "knee straight"}
-"""Leg states 1 … 4."""
 PUSH = "#CC79A7"
 QUIET = "#9AA3AD"
 """Colour of curves that are there for comparison."""

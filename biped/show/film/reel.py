@@ -13,7 +13,8 @@ import numpy as np
 from biped.base.errors import InputError, RunError
 from biped.base.replacing import Kind, may_write
 from biped.base.text import short
-from biped.base.writing import reason, written
+from biped.base.writing import written
+from biped.studies.folders import writing
 
 KIND = Kind("a clip", (".mp4", ".gif"), (b"ftypisom", b"GIF89a"))
 _COLOURS, _SAMPLED = 128, 30
@@ -38,11 +39,8 @@ def wind(out: Path, frames: Iterable[np.ndarray], width: int, height: int, rate:
     Raises:
         InputError: It cannot be written, or the extra is missing.
     """
-    try:
-        with written(out) as part:
-            (_mp4 if out.suffix.lower() == ".mp4" else _gif)(part, frames, width, height, rate)
-    except OSError as error:
-        raise InputError(f"--out {out}: cannot be written: {reason(error)}") from None
+    with writing(f"--out {out}"), written(out) as part:
+        (_mp4 if out.suffix.lower() == ".mp4" else _gif)(part, frames, width, height, rate)
 
 
 def _ffmpeg() -> str:

@@ -13,11 +13,11 @@ import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from biped.base.errors import InputError
 from biped.base.replacing import Kind, may_write
-from biped.base.writing import reason, write_text
+from biped.base.writing import write_text
 from biped.show.page import campaign, compared, differing, regressed, stable, standing, tuned
 from biped.show.page.html import Markup, join, tag
+from biped.studies.folders import writing
 
 MOST = 3_000_000
 """[bytes] that a page should stay below."""
@@ -58,10 +58,8 @@ def write_sections(sections: Sequence[Markup], out: Path, title: str) -> None:
         InputError: It cannot be written, or something else is there.
     """
     may_write(out, "--html", KIND)
-    try:
+    with writing(f"--html {out}"):
         write_text(out, page(title, sections))
-    except OSError as error:
-        raise InputError(f"--html {out}: cannot be written: {reason(error)}") from None
 
 
 def kind_of(path: Path) -> str:

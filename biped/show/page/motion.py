@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 
 from biped.measure.pushes import pushes_of
@@ -11,7 +9,7 @@ from biped.measure.signals import SMOOTH, every, finite, inside, joint_limits, l
 from biped.measure.trajectory import Trajectory
 from biped.robot.planar.topology import LEGS, SEGMENTS
 from biped.show.page.html import Markup, card, percent, tag
-from biped.show.page.player import SIDES, state_legend
+from biped.show.page.player import SIDES, spans, state_legend
 from biped.show.page.plot import Frame, around, legend
 from biped.show.words import leg_words
 
@@ -58,21 +56,26 @@ def _speed(run: Trajectory, rows: np.ndarray) -> Markup:
     return card("Speed", key, tag("div", frame.svg("speed against time"), class_="scroll"), wide=True)
 
 
-def _gait(run: Trajectory, rows: np.ndarray) -> Markup:
-    """Leg states as bars, double support behind them."""
+def _begin(run: Trajectory, rows: np.ndarray) -> slice:
+    """Rows of the first `_SHOWN` s of those that are chosen (n,)."""
     first = int(np.argmax(rows))
     last = min(int(len(rows) - np.argmax(rows[::-1])), first + round(_SHOWN / run.tick))
-    span = slice(first, max(last, first + 2))
+    return slice(first, max(last, first + 2))
+
+
+def _gait(run: Trajectory, rows: np.ndarray) -> Markup:
+    """Leg states as bars, double support behind them."""
+    span = _begin(run, rows)
     time, state = run.time[span], leg_states(run)[span].astype(int)
     names = [leg_words(leg) for leg in run.robot.legs]
     frame = Frame((float(time[0]), float(time[-1]) + run.tick), (-0.7, 1.7), "time [s]", "",
                   rungs=names[::-1], width=900.0, height=170.0, left=60.0)  # fmt: skip
     both = np.asarray(run.down[span].all(axis=1))
-    for start, end, on in _spans(both):
+    for start, end, on in spans(both):
         if on:
             frame.band((time[start], time[0] + end * run.tick), "both")
     for leg, side in enumerate(SIDES):
-        for start, end, kind in _spans(state[:, leg]):
+        for start, end, kind in spans(state[:, leg]):
             frame.rect((time[start], time[0] + end * run.tick), (0.68 - leg, 1.32 - leg), f"s{kind} {side}")
     whole = run.down[rows]
     shares = ", ".join(f"{name} {percent(float(whole[:, leg].mean()))}" for leg, name in enumerate(names))
@@ -81,11 +84,6 @@ def _gait(run: Trajectory, rows: np.ndarray) -> Markup:
     key = [state_legend(state), legend([("both", "both legs on the ground")])]
     return card("Gait diagram", *key, tag("div", frame.svg("stance and swing of both legs"), class_="scroll"),
                 note=note, wide=True)  # fmt: skip
-
-
-def _spans(values: np.ndarray) -> list[tuple[int, int, int]]:
-    cuts = [0, *(np.flatnonzero(np.diff(values)) + 1).tolist(), len(values)]
-    return [(a, b, int(values[a])) for a, b in pairwise(cuts)]
 
 
 def _phase(run: Trajectory, rows: np.ndarray) -> list[Markup]:
@@ -107,9 +105,7 @@ def _phase(run: Trajectory, rows: np.ndarray) -> list[Markup]:
 
 
 def _torque(run: Trajectory, rows: np.ndarray) -> list[Markup]:
-    first = int(np.argmax(rows))
-    last = min(int(len(rows) - np.argmax(rows[::-1])), first + round(_SHOWN / run.tick))
-    span = slice(first, max(last, first + 2))
+    span = _begin(run, rows)
     cards, limits, torques = [], joint_limits(run), run.joint_torques
     for joint, name in enumerate(_JOINTS):
         limit = float(max(limits[joint], limits[joint + SEGMENTS]))

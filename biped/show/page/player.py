@@ -13,9 +13,8 @@ import numpy as np
 from biped.show.page.frames import NAMES, RATE, Frames
 from biped.show.page.html import Markup, join, tag
 from biped.show.page.plot import legend
-from biped.show.words import leg_words
+from biped.show.words import STATES, leg_words
 
-STATE_WORDS = {1: "stance", 2: "heel off", 3: "swing", 4: "knee straight"}
 SIDES = ("right", "left")
 """Classes of the legs, whatever people call them: the first is blue, the second orange, everywhere."""
 VIEWS = {"three quarters": (35.0, 12.0), "side": (0.0, 0.0), "front": (90.0, 6.0)}
@@ -152,11 +151,10 @@ def _lanes(frames: Frames, legs: Sequence[str]) -> Markup:
     rows = []
     for leg, side in enumerate(SIDES):
         state = frames.state[:, leg]
-        cuts = [0, *(np.flatnonzero(np.diff(state)) + 1).tolist(), n]
         bars = [
-            tag("rect", tag("title", STATE_WORDS.get(int(state[first]), "")), x=round(1000 * first / n, 2), y=0,
-                width=round(1000 * (last - first) / n, 2), height=18, class_=f"s{int(state[first])} {side}")
-            for first, last in pairwise(cuts)
+            tag("rect", tag("title", STATES.get(kind, "")), x=round(1000 * first / n, 2), y=0,
+                width=round(1000 * (last - first) / n, 2), height=18, class_=f"s{kind} {side}")
+            for first, last, kind in spans(state)
         ]  # fmt: skip
         cursor = tag("line", x1=0, x2=0, y1=0, y2=18, class_="cursor")
         rows += [tag("span", legs[leg]), tag("svg", *bars, cursor, viewBox="0 0 1000 18",
@@ -164,12 +162,18 @@ def _lanes(frames: Frames, legs: Sequence[str]) -> Markup:
     return join([tag("div", *rows, class_="lanes"), state_legend(frames.state)])
 
 
+def spans(values: np.ndarray) -> list[tuple[int, int, int]]:
+    """First row, row behind the last, and value, of each stretch over which values (n,) stay the same."""
+    cuts = [0, *(np.flatnonzero(np.diff(values)) + 1).tolist(), len(values)]
+    return [(a, b, int(values[a])) for a, b in pairwise(cuts)]
+
+
 def state_legend(states: np.ndarray) -> Markup:
     """Shades of a leg's colour and what they stand for, of the states that occur."""
     there = set(np.unique(states).tolist())
     entries = [
         tag("span", *(tag("i", class_=f"key s{state} {side}") for side in SIDES), words)
-        for state, words in STATE_WORDS.items()
+        for state, words in STATES.items()
         if state in there
     ]
     return tag("p", *entries, class_="legend")

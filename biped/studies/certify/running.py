@@ -19,6 +19,7 @@ from biped.ensemble.plan import Plan
 from biped.scenario.normals import Normals
 from biped.studies.certify.outcome import RunOutcome, outcome_of
 from biped.studies.certify.scores import Score
+from biped.studies.folders import finished
 
 
 class Request(NamedTuple):
@@ -127,9 +128,7 @@ def journalled(folder: Folder, carried_out: Map[Request, RunOutcome], settings: 
     Raises:
         InputError: The journal was begun with other settings.
     """
-    records = {record["index"]: record for record in folder.finished()}
-    for words in folder.notes:
-        tell(words)
+    records = finished(folder, tell)
     begun = records.pop(-1, None)
     if begun is not None and begun["settings"] != settings:
         words = ", ".join(f"{key} = {value}" for key, value in begun["settings"].items())

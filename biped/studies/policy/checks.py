@@ -146,10 +146,21 @@ def _walk(file: Path, card: Card, command: Asked, more: str) -> Trajectory:
 def run_of(file: Path, card: Card, command: Asked, more: str = "") -> Run:
     """Returns a short run of a card under a command, with more in its scenario."""
     forward, left, yaw = command
-    text = (f'law = "{file.name}"\nduration = {SECONDS}\n'
+    text = (f"duration = {SECONDS}\n"
             f"command = {{ forward = {forward}, left = {left}, yaw = {yaw} }}\n{more}")  # fmt: skip
-    scenario = from_text(text, file.parent / "check.toml")
-    return Plan(scenario, law=Factory(Networked(card, file), scenario.law or "", str(file))).run(0)
+    return plan_of(file, card, text).run(0)
+
+
+def plan_of(file: Path, card: Card, text: str) -> Plan:
+    """Plans a scenario beside a card's file, in whose place the card stands.
+
+    Args:
+        file: The card's file.
+        card: What stands for it instead of its contents.
+        text: Of the scenario, as TOML, but for its law.
+    """
+    scenario = from_text(f'law = "{file.name}"\n{text}', file.parent / "check.toml")
+    return Plan(scenario, law=Factory(Networked(card, file), scenario.law or "", str(file)))
 
 
 def reproduce(file: Path, tape: Tape, card: Card | None = None) -> list[Check]:

@@ -10,16 +10,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from biped.control.card import Networked
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.measure.metrics import assess
 from biped.robot.gravity import GRAVITY
-from biped.robot.law_factory import Factory
 from biped.scenario.card import Card
 from biped.scenario.card_file import read_card
-from biped.scenario.reading import from_text
-from biped.studies.policy.checks import commands_of
+from biped.studies.policy.checks import commands_of, plan_of
 
 SECONDS, BEGIN = 8.0, 2.0
 """[s] of a run, and from when on means are taken."""
@@ -118,6 +115,4 @@ def measure(file: Path) -> Measured:
 def _plan(file: Path, card: Card, forward: float, more: str) -> Plan:
     """A run of a card with more in its scenario."""
     lasting = "" if more.startswith("duration") else f"duration = {SECONDS}\n"
-    text = f'law = "{file.name}"\n{lasting}{more}command = {{ forward = {forward} }}\n'
-    scenario = from_text(text, file.parent / "measure.toml")
-    return Plan(scenario, law=Factory(Networked(card, file), scenario.law or "", str(file)))
+    return plan_of(file, card, f"{lasting}{more}command = {{ forward = {forward} }}\n")

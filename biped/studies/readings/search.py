@@ -8,15 +8,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from biped.base.errors import InputError
 from biped.base.files import folder as folder_of
 from biped.base.progress import Progress, silent
-from biped.base.writing import reason
 from biped.ensemble.backend import Jobs
 from biped.ensemble.journal import Journal
 from biped.ensemble.origin import origin_of
 from biped.scenario.inline import setting
 from biped.scenario.vary import stream
+from biped.studies.folders import writing
 from biped.studies.planned import plan_of
 from biped.studies.readings.definition import Claim, Definition, Outcome, Value, definition, digest, outcome_of, score
 from biped.studies.run import run_plan
@@ -181,11 +180,9 @@ def _journal(path: Path, seed: int) -> tuple[list[TriedReading], Callable[[Tried
     readings = sorted(folder_of("readings").glob("*.toml"))
     about |= {"study": digest(), "seed": str(seed), "readings": str(len(readings))}
     journal = Journal(path, about)
-    try:
+    with writing(f"--out {path.parent}", "choose another folder"):
         path.parent.mkdir(parents=True, exist_ok=True)
         records, _ = journal.read()
-    except OSError as error:
-        raise InputError(f"--out {path.parent}: cannot be written: {reason(error)}; choose another folder") from None
     tried = [from_dict(one) for one in records]
 
     def note(one: TriedReading) -> dict[str, Any]:

@@ -23,6 +23,7 @@ from biped.base.writing import reason, write_text
 from biped.ensemble.origin import origin_of
 from biped.ensemble.plan import Plan
 from biped.scenario.standard import Standard
+from biped.studies.folders import writing
 
 BEYOND = 3
 """Steps beyond the first value that fails, at most, in search of one that is sure to fail."""
@@ -187,10 +188,8 @@ class StoredMeasurements:
             InputError: It cannot be written.
         """
         self._kept[_key(plan, goal)] = {name: one for name, one in tried._asdict().items() if name != "value"}
-        try:
+        with writing(label(self._file)):
             write_text(self._file, dumps(self._kept, indent=0))
-        except OSError as error:
-            raise InputError(f"{label(self._file)}: cannot be written: {reason(error)}") from None
 
 
 def _key(plan: Plan, goal: str) -> str:

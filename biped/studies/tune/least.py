@@ -14,13 +14,13 @@ from biped.ensemble.backend import Jobs
 from biped.ensemble.folder import Folder
 from biped.ensemble.guard import OF_RUNS
 from biped.ensemble.plan import Plan
-from biped.scenario.gains import GAINS, OUT_OF_PLANE, Gains, number, single, with_numbers
+from biped.scenario.gains import OUT_OF_PLANE, Gains, number, single, with_numbers
 from biped.scenario.gait import read_gains
 from biped.scenario.reading import read_scenario
-from biped.studies.folders import folder_for
+from biped.studies.folders import finished, folder_for
 from biped.studies.planned import title_of
 from biped.studies.tune.evaluate import GainOutcome, Study, Task, by_condition, workers
-from biped.studies.tune.space import Candidate
+from biped.studies.tune.space import Candidate, names_of
 from biped.studies.tune.tuned import nothing_after
 
 Record = dict[str, Any]
@@ -99,13 +99,13 @@ def different(origin: Gains, found: Gains) -> list[str]:
     Raises:
         InputError: Only one of them has.
     """
-    tables = [table for table in OUT_OF_PLANE if getattr(origin, table) is not None]
+    names = names_of(origin)
     for table in OUT_OF_PLANE:
-        if (table in tables) != (getattr(found, table) is not None):
-            which = ("found", "scenario's own") if table in tables else ("scenario's own", "found")
+        if (table in names) != (getattr(found, table) is not None):
+            which = ("found", "scenario's own") if table in names else ("scenario's own", "found")
             raise InputError(f"gains.{table}: the {which[0]} gait has none and the {which[1]} one has; expected two "
                              "gaits in the plane, or two in space", f"gains.{table}")  # fmt: skip
-    return [name for name in single([*GAINS, *tables]) if number(origin, name) != number(found, name)]
+    return [name for name in single(names) if number(origin, name) != number(found, name)]
 
 
 def mixed(found: Gains, origin: Gains, back: Sequence[str]) -> Gains:
@@ -115,9 +115,7 @@ def mixed(found: Gains, origin: Gains, back: Sequence[str]) -> Gains:
 
 def _known(folder: Folder, gait: str, count: int, tell: Told) -> list[Record]:
     """Steps that an earlier command finished."""
-    known = {record["index"]: record for record in folder.finished()}
-    for words in folder.notes:
-        tell(words)
+    known = finished(folder, tell)
     if any(record.get("gait") != gait for record in known.values()):
         raise InputError(
             f"--out {folder.path}: holds another search; expected a new folder, or a way back from '{gait}'"

@@ -105,20 +105,20 @@ class SearchSpace:
         return Candidate(with_numbers(self.gains, numbers), tuple(keys))
 
 
+def names_of(gains: Gains) -> list[str]:
+    """Names of the gains that a complete gait has: tables out of the plane only where it has such."""
+    return [*GAINS, *(table for table in OUT_OF_PLANE if getattr(gains, table) is not None)]
+
+
 def _gain_axes(tune: Tune, gains: Gains) -> list[Axis]:
-    tables = [table for table in OUT_OF_PLANE if getattr(gains, table) is not None]
-    known = [*GAINS, *tables]
+    known = names_of(gains)
     axes = []
     for name in known if tune.gains is None else tune.gains:
         numbers = single([name]) if name.partition(".")[0] in known else []
-        if not numbers or any(each not in _all(known) for each in numbers):
+        if not numbers or any(each not in single(known) for each in numbers):
             raise InputError(f"tune.gains: no gain '{name}'; {nearest(name.partition('.')[0], known)}")
         axes += [_gain_axis(tune, each, number(gains, each)) for each in numbers if _means_something(gains, each)]
     return [axis for axis in axes if not axis.log or axis.start > 0.0]
-
-
-def _all(known: Sequence[str]) -> set[str]:
-    return set(single(known))
 
 
 def _means_something(gains: Gains, name: str) -> bool:

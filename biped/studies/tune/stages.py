@@ -14,7 +14,7 @@ from biped.scenario.reading import changed
 from biped.scenario.tune import Stage
 from biped.scenario.vary import ChangeOrigin, with_values
 from biped.studies.tune.evaluate import Study
-from biped.studies.tune.space import Candidate, SearchSpace
+from biped.studies.tune.space import Candidate, SearchSpace, names_of
 
 
 def studies(scenario: Scenario) -> list[Study]:
@@ -80,7 +80,7 @@ def _scenario_of(scenario: Scenario, number: int, stage: Stage) -> Scenario:
 
 def _held(gains: Gains, stage: Stage, key: str) -> Gains:
     """A complete gait with the values that a stage holds."""
-    known = single([*GAINS, *(table for table in OUT_OF_PLANE if getattr(gains, table) is not None)])
+    known = single(names_of(gains))
     for name in stage.hold:
         if name not in known:
             raise InputError(f"{key}.hold: no gain '{name}'; {nearest(name, known)}")

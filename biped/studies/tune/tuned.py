@@ -16,17 +16,16 @@ from biped.base.files import label
 from biped.base.json import dumps
 from biped.base.progress import Progress, Told, silent, unheard
 from biped.base.statistics import wilson
-from biped.base.typed import convert
 from biped.ensemble.backend import Jobs
 from biped.ensemble.folder import Folder
 from biped.ensemble.guard import OF_RUNS
 from biped.ensemble.plan import Plan
-from biped.scenario.gains import GAINS, NOT_NEEDED, OUT_OF_PLANE, Gains
+from biped.scenario.gains import GAINS, NOT_NEEDED, OUT_OF_PLANE
 from biped.scenario.keys import Scenario
 from biped.scenario.reading import read_scenario
 from biped.scenario.settings import GAIT, gait_settings
 from biped.scenario.vary import ChangeOrigin, with_values
-from biped.studies.folders import folder_for
+from biped.studies.folders import finished, folder_for
 from biped.studies.planned import title_of
 from biped.studies.tune.evaluate import Study, workers
 from biped.studies.tune.search import Record, Search, SearchResult, Tally, ended, strategy
@@ -89,14 +88,6 @@ def _line(name: str, tally: Tally, before: Tally) -> str:
         f"  {name}: {tally.walked}/{tally.runs} ({low:.0%} – {high:.0%}), {tally.speed:.2f} m/s, "
         f"cost of transport {tally.cost_of_transport:.3f}; before {before.walked}/{before.runs}"
     )
-
-
-def gait_of(text: str) -> Gains:
-    """The gains in a text that `gait_text` made."""
-    import tomllib
-
-    data = tomllib.loads(text)
-    return convert({key: data[key] for key in (*GAINS, *NOT_NEEDED, *OUT_OF_PLANE) if key in data}, Gains)
 
 
 class Tuned(NamedTuple):
@@ -197,9 +188,7 @@ def _search(
 ) -> tuple[Search, SearchResult, list[Record], int]:
     """Goes through the generations that an earlier search did not finish; returns the journal and the runs made too."""
     generations = sum(study.tune.generations for study in stages)
-    known = {record["index"]: record for record in folder.finished()}
-    for words in folder.notes:
-        tell(words)
+    known = finished(folder, tell)
     # A generation follows from all before it.
     told = [known[number] for number in takewhile(known.__contains__, range(1, generations + 1))]
     origin = Candidate(stages[0].gains, ())
