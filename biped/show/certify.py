@@ -1,4 +1,4 @@
-"""How likely a fall is, as a document: on a terminal, in Markdown, on a page, and in docs/certify.md.
+"""Falls as documents: how likely one is, and in which ways; on a terminal, in Markdown, and in docs/certify.md.
 
 `python -m biped.show.certify TITLE=FOLDER…` writes a table of results folders into docs/certify.md.
 """
@@ -150,6 +150,33 @@ def main(argv: Sequence[str]) -> None:
             found.append(json.loads((Path(folder) / "certify.json").read_bytes()) | {"title": title, "folder": ""})
         write_text(DATA, dumps(found, indent=1))
     write_text(PAGE, page(stored()))
+
+
+def ways_document(found: Mapping[str, Any]) -> Document:
+    """The ways to fall and what each takes.
+
+    Args:
+        found: As `biped.studies.find.Failures.as_dict` gives it.
+    """
+    ways = len(found["found"])
+    stands = f" that {found['against']} stands" if found["against"] else ""
+    head = f"{ways} {'way' if ways == 1 else 'ways'} to fall{stands}" if ways else f"no fall{stands} found"
+    rows = tuple(
+        (one["way"], f"{one['end']:.2f}", f"{one['before']:.1f}", f"{one['squares']:.1f}", Words(one["file"], "code"))
+        for one in found["found"]
+    )
+    note = (
+        "|z|²: sum of the squares of the standard normals that a run draws, as it was found and made as likely as it "
+        "falls alike; less is likelier, by exp(−|z|²/2), and a plain run has about as much as it draws numbers. `biped "
+        "run FILE` makes a failure again, `biped check FILE` fails until it stands."
+    )
+    return (
+        Heading(f"{found['scenario']}: ways to fall", 1),
+        Paragraph(Words(head, "bad" if ways else "strong")),
+        Paragraph(f"{found['runs']} runs in all; {found['falls']} of {found['plain']} plain ones fell."),
+        Table(("fell", "at [s]", "|z|² found", "made likelier", "scenario"), rows, (0, 4)),
+        Paragraph(note, note=True),
+    )
 
 
 if __name__ == "__main__":

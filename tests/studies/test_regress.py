@@ -14,7 +14,7 @@ from biped.cli.main import main
 from biped.ensemble.campaign import run_one
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario
-from biped.show.regress import moved_table, show
+from biped.show.references import moved_table, show
 from biped.studies.planned import plan_of
 from biped.studies.regress import references
 from biped.studies.regress.compare import (

@@ -79,6 +79,6 @@ def _reference(args: argparse.Namespace) -> int:
     if args.reference < 2:
         raise InputError(f"--reference {args.reference}: expected at least 2 repeats")
     with workers_of(args) as jobs:
-        found = [one.as_dict() for one in validate(args.reference, jobs, progress)]
+        found = [one._asdict() for one in validate(args.reference, jobs, progress)]
     answer(args, {"problems": found}, show, reference_document(found))
     return DONE

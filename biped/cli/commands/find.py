@@ -33,7 +33,7 @@ def add(commands: Commands) -> None:
 
 def command(args: argparse.Namespace) -> int:
     """Finds ways to fall; what an interrupt leaves is gone on with by the same command."""
-    from biped.show.find import document_of
+    from biped.show.certify import ways_document
     from biped.show.markdown import write
     from biped.show.terminal import progress, show
     from biped.studies.find import find
@@ -42,7 +42,7 @@ def command(args: argparse.Namespace) -> int:
         found = find(
             args.scenario, changes_of(args), args.against, jobs, args.out, args.failures, args.most, progress, warn
         )
-    document = document_of(found.as_dict())
+    document = ways_document(found.as_dict())
     write(document, found.folder, "find.md")
     answer(args, found.as_dict(), show, document)
     return FAILED if found.found else DONE

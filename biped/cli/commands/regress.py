@@ -31,7 +31,7 @@ def add(commands: Commands) -> None:
 
 def command(args: argparse.Namespace) -> int:
     """Compares, and records where that was asked for."""
-    from biped.show.regress import moved_table, show
+    from biped.show.references import moved_table, show
     from biped.show.terminal import progress
     from biped.studies.regress.guard import regress
 

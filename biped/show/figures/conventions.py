@@ -16,7 +16,7 @@ from matplotlib.patches import Arc
 from biped.base.files import folder
 from biped.ensemble.plan import Plan
 from biped.robot.planar.topology import FOOT, HEEL, NQ, PITCH, SHANK, THIGH, TOE, TORSO, X
-from biped.robot.planar.tree import ABSOLUTE_OFFSET, Motion, Tree, motion
+from biped.robot.planar.tree import ABSOLUTE_OFFSET, Motion, motion
 from biped.robot.robot import Robot
 from biped.scenario.keys import Scenario, Start
 from biped.show.figures.style import LEFT, QUIET, RIGHT, SETTINGS, TRUNK, figure, save
@@ -40,7 +40,7 @@ def plot_conventions(path: Path) -> Path:
     with matplotlib.rc_context(SETTINGS):
         page = figure(12.0, 6.4)
         left, middle, right = page.subplots(1, 3)
-        _absolute(left, run.tree, at)
+        _absolute(left, at)
         _joints(middle, at)
         _rows(right, at, run.robot)
         return save(page, path)
@@ -91,7 +91,7 @@ def _arc(axes: Axes, place: np.ndarray, begin: float, end: float, text: str, col
     )
 
 
-def _absolute(axes: Axes, tree: Tree, at: Motion) -> None:
+def _absolute(axes: Axes, at: Motion) -> None:
     _body(axes, at, "angle: absolute, from x, anticlockwise")
     angle = at.angle + ABSOLUTE_OFFSET[PITCH:]
     marks = [(TORSO, at.joint[THIGH[0]], "torso θ", TRUNK)]

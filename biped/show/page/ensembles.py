@@ -67,7 +67,7 @@ def causes(shares: Sequence[Share], rows: Rows, goal: str = "walked", space: boo
     if not shares:
         if failed == 0:
             return []
-        elif failed == len(rows):
+        if failed == len(rows):
             why = f"No run {goal}: what was drawn made no difference."
         elif len(rows) < LEAST:
             why = f"{len(rows)} runs are too few to say; it takes {LEAST}."
@@ -77,7 +77,8 @@ def causes(shares: Sequence[Share], rows: Rows, goal: str = "walked", space: boo
     shown = shares[:8]
     height = 34.0 * len(shown) + 66.0
     high = max(0.05, *(share.interval[1] for share in shown))
-    frame = Frame((min(0.0, *(share.index for share in shown)), high), (-0.5, len(shown) - 0.5),
+    low = min(0.0, *(share.index for share in shown))
+    frame = Frame((low, high), (-0.5, len(shown) - 0.5),
                   "share of the variance explained", "", rungs=[""] * len(shown), height=height,
                   left=12.0)  # fmt: skip
     for i, share in enumerate(shown):
@@ -87,7 +88,7 @@ def causes(shares: Sequence[Share], rows: Rows, goal: str = "walked", space: boo
         frame.add(tag("path", d=f"M{a:.1f} {q:.1f}H{b:.1f}M{a:.1f} {q - 3:.1f}v6M{b:.1f} {q - 3:.1f}v6",
                       class_=f"line {kind}"))  # fmt: skip
         frame.dot(share.index, y - 0.2, kind, 4.0, f"{share.index:.3f}")
-        left, _ = frame.at(frame_low(shown), y)
+        left, _ = frame.at(low, y)
         frame.add(tag("text", key_words(share.name, space), x=round(left, 1), y=round(q - 8, 1)))
     sure = [share for share in shares if share.sure]
     names = ", ".join(key_words(share.name, space) for share in sure[:3])
@@ -100,11 +101,6 @@ def causes(shares: Sequence[Share], rows: Rows, goal: str = "walked", space: boo
     cards = [card(title, tag("p", said), frame.svg("sensitivities with intervals"),
                   note="First-order sensitivity Var(E[y|x])/Var(y) with its 95 % interval." + more)]  # fmt: skip
     return [*cards, _by_class((sure or list(shares))[0], goal, space)]
-
-
-def frame_low(shown: Sequence[Share]) -> float:
-    """Left end of the sensitivities' axis."""
-    return min(0.0, *(share.index for share in shown))
 
 
 def _by_class(share: Share, goal: str, space: bool) -> Markup:

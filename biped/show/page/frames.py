@@ -175,7 +175,7 @@ def arms_of(t: Trajectory, model: mujoco.MjModel, rows: np.ndarray) -> tuple[np.
     data, q = mujoco.MjData(model), t.qpos(model)[rows]
     data.qpos[:] = q[0]
     mujoco.mj_kinematics(model, data)
-    chains = [chain for chain in _chains(t, model) if _beside(t, model, data, chain)]
+    chains = [chain for chain in _chains(t, model) if _beside(t, data, chain)]
     chains.sort(key=lambda chain: float(data.xpos[chain[-1]][1]))
     numbers = [body for chain in chains for body in chain]
     place = np.empty((len(rows), len(numbers) + len(chains), 3))
@@ -221,7 +221,7 @@ def _hangs_on(parent: np.ndarray, body: int, base: int) -> bool:
     return body == base
 
 
-def _beside(t: Trajectory, model: mujoco.MjModel, data: mujoco.MjData, chain: list[int]) -> bool:
+def _beside(t: Trajectory, data: mujoco.MjData, chain: list[int]) -> bool:
     """Whether a chain is an arm: it has an extent, and lies beside the trunk's middle."""
     points = [*data.xpos[chain], 2.0 * data.xipos[chain[-1]] - data.xpos[chain[-1]]]
     long = sum(float(np.linalg.norm(b - a)) for a, b in pairwise(points))

@@ -147,10 +147,6 @@ class Validation(NamedTuple):
     factor: float
     saving: float
 
-    def as_dict(self) -> dict[str, Any]:
-        """Plain data, as `--json` prints it."""
-        return self._asdict()
-
 
 def estimate(problem: Any, seed: int, accuracy: Accuracy) -> tuple[Found, int]:
     """The estimate of a problem as the command makes it, and its runs.

@@ -144,7 +144,7 @@ class MetricChange(NamedTuple):
         return METRICS[self.name]
 
 
-def change_of(metric: Metric, pairs: Pairs, margin: float) -> MetricChange:
+def change_of(metric: Metric, pairs: Pairs) -> MetricChange:
     """One metric, not yet judged with regard to the others."""
     if metric.kind == "count":
         key = "fell" if metric.name == "falls" else metric.name

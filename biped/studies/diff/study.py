@@ -177,7 +177,7 @@ def differ(first: ComparedSide, second: ComparedSide, margin: float = MARGIN, on
         if name not in METRICS:
             raise InputError(f"--metrics {name}: unknown metric; {nearest(name, list(METRICS))}")
     pairs = pairs_of(first, second)
-    changes = [change_of(metric, pairs, margin) for metric in METRICS.values() if not only or metric.name in only]
+    changes = [change_of(metric, pairs) for metric in METRICS.values() if not only or metric.name in only]
     headline = tuple(only) or HEADLINE
     changes = judged(changes, margin, headline)
     if _identical(pairs):
