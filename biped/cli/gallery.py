@@ -3,8 +3,6 @@
 `python -m biped.cli.gallery` writes the page; with `--clips` it runs every scenario once and draws its clip, too.
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory

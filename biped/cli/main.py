@@ -4,8 +4,6 @@ A command is a module in `biped.cli.commands` with two functions, and is found t
 and `command(args)` carries it out and returns the exit code. It imports nothing slow before it is carried out.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys

@@ -1,7 +1,5 @@
 """Parsers of commands, and the options that several commands take."""
 
-from __future__ import annotations
-
 import argparse
 import re
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """docs/commands.md from the parsers of the command line: `python -m biped.cli.reference` writes it."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -4,8 +4,6 @@ Whoever runs biped for the first time waits for its kernels to be compiled. A la
 same kernels: they run one after another, so that no kernel is compiled twice, and lanes run beside each other.
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import threading

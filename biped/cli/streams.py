@@ -1,7 +1,5 @@
 """Standard output and error as they are found: closed, a pipe nobody reads any more, a locale without our letters."""
 
-from __future__ import annotations
-
 import codecs
 import os
 import sys

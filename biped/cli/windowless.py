@@ -3,8 +3,6 @@
 That takes an eighth of what ten seconds of walking cost. Whoever asks for them afterwards gets them as ever.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 from importlib import import_module

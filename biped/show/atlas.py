@@ -4,8 +4,6 @@
 `biped stability --norm --json` prints of a gait, into docs/atlas.md; without any, it writes the page anew.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import sys

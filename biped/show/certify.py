@@ -3,8 +3,6 @@
 `python -m biped.show.certify TITLE=FOLDER…` writes a table of results folders into docs/certify.md.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import sys

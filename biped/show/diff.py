@@ -1,7 +1,5 @@
 """A difference of two results for people: on a terminal, and as a page that CI keeps."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from pathlib import Path

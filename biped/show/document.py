@@ -4,8 +4,6 @@ Results become documents (`biped.show.results`, `diff`, `standing`); `terminal.s
 `page.html.blocks` draw any document. All words in it may be a stranger's: each of the three shows them as text.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Literal, NamedTuple, TypeAlias
 

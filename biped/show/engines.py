@@ -5,8 +5,6 @@ that are named come on top of those of `biped.studies.engine_table`: of public p
 ship.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Sequence

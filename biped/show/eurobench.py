@@ -5,8 +5,6 @@ indicators as in github.com/eurobench/eb_hum_bench); nobody has certified anythi
 direction of gait, y vertical and up, z to the right; so angles about z are anticlockwise seen from the right, as here.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """A run watched while it goes on, in MuJoCo's own viewer at the speed of life; the mouse pushes."""
 
-from __future__ import annotations
-
 import math
 import sys
 import time

@@ -1,7 +1,5 @@
 """Documents in Markdown; somebody's words stay words in it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

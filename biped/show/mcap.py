@@ -4,8 +4,6 @@ Messages are JSON. What is drawn follows Foxglove's schemas by their names (gith
 are objects of numbers, one topic for each plot.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping
 from io import BytesIO

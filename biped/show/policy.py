@@ -1,7 +1,5 @@
 """Checks of a policy's card, and faults that they find, on a terminal."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -4,8 +4,6 @@
 writes docs/readings.md and the verdicts in docs/thesis.md from it.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Mapping, Sequence

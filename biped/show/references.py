@@ -3,8 +3,6 @@
 `python -m biped.show.references` writes both pages from the recorded numbers.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """From a results folder to what is looked at: recordings and figures of its runs, simulated again where needed."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import partial

@@ -1,7 +1,5 @@
 """A report of results folders in Markdown, with figures in files beside it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

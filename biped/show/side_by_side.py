@@ -1,7 +1,5 @@
 """Comparisons: the thesis and every engine in columns; one walker as a ghost over another; why engines differ."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from pathlib import Path

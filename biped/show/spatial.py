@@ -3,8 +3,6 @@
 Everything is in the frame of the ground, in which gravity leans on a slope.
 """
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 

@@ -1,7 +1,5 @@
 """A gait as a limit cycle, beside the walkers whose cycles are known."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

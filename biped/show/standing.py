@@ -3,8 +3,6 @@
 `python -m biped.show.standing FOLDER…` writes the tables of results folders into docs/standard.md.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """The terminal: documents drawn on it, tables, and how far runs are."""
 
-from __future__ import annotations
-
 import re
 import sys
 from collections.abc import Collection, Iterator, Sequence

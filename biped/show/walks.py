@@ -4,8 +4,6 @@
 that found the gait, into the page; without any, it writes the page anew.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Mapping, Sequence

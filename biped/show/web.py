@@ -1,7 +1,5 @@
 """rerun's viewer in a browser: served on this machine alone, and how to reach it from another."""
 
-from __future__ import annotations
-
 import getpass
 import os
 import socket

@@ -1,7 +1,5 @@
 """Words for people: names of what is drawn, and somebody's texts, which make nothing of a page."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

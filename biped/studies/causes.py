@@ -7,8 +7,6 @@ last millimetres, in which everything moves along. A cause has one or more *dial
 and a continuous one then to where least is left. What a cause explains is the share that its best setting takes away.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace

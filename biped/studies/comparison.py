@@ -1,7 +1,5 @@
 """The same scenario in several engines: every metric side by side, the time until walkers part, and a verdict."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from itertools import combinations

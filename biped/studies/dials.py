@@ -1,7 +1,5 @@
 """Physical causes by which engines may differ, and how each is changed in MuJoCo's model or by a key of a scenario."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """How many of so many runs of each scenario walk or stand in each engine: the table of docs/engines.md."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Sequence

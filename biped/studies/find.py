@@ -7,8 +7,6 @@ debugging (A. Zeller, R. Hildebrandt, IEEE Trans. Softw. Eng. 28:183, 2002) on a
 a local optimum.
 """
 
-from __future__ import annotations
-
 from collections.abc import Generator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple

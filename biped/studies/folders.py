@@ -1,7 +1,5 @@
 """Where results go, and where they are found again."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path

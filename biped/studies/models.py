@@ -1,7 +1,5 @@
 """Model files side by side: which are recognised as robots, and whether those stand in the physics they ask for."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """From what the user names to what is run."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

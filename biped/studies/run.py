@@ -1,7 +1,5 @@
 """Runs of a plan with everything that belongs to them, without argv and without the terminal's exit code."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from functools import partial

@@ -7,8 +7,6 @@ What x does together with other values is no part of it. Intervals held the trut
 of 60 to 1000 runs.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple

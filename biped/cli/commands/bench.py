@@ -1,7 +1,5 @@
 """`biped bench`: run time against error, and what things cost."""
 
-from __future__ import annotations
-
 import argparse
 from importlib import import_module
 from pathlib import Path

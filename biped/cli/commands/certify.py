@@ -1,7 +1,5 @@
 """`biped certify`: how likely a fall is."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`biped check`: runs scenarios and compares them with what they expect."""
 
-from __future__ import annotations
-
 import argparse
 from itertools import product
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`biped diff`: what changed between two results, gaits or laws."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

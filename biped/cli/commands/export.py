@@ -1,7 +1,5 @@
 """`biped export`: results in other people's formats."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

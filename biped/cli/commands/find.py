@@ -1,7 +1,5 @@
 """`biped find`: distinct ways to fall, the likeliest first."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`biped list`: what has a name."""
 
-from __future__ import annotations
-
 import argparse
 
 from biped.base.files import SUFFIX, locate, names, read_toml

@@ -1,7 +1,5 @@
 """`biped model`: what is recognised in a model file, and all that is wrong with it."""
 
-from __future__ import annotations
-
 import argparse
 
 from biped.cli.common import DONE, FAILED, answer

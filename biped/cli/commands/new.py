@@ -1,7 +1,5 @@
 """`biped new`: files to start from."""
 
-from __future__ import annotations
-
 import argparse
 import os
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """`biped plot`: figures of a run or campaign."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

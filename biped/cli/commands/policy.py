@@ -1,7 +1,5 @@
 """`biped policy`: a learned policy's card, written from what its trainer left, and checked."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 from typing import Any

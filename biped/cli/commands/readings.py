@@ -1,7 +1,5 @@
 """`biped readings`: how near readings of the thesis come to what it prints."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

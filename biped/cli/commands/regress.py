@@ -1,7 +1,5 @@
 """`biped regress`: scenarios against their recorded numbers."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

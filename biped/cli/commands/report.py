@@ -1,7 +1,5 @@
 """`biped report`: results as a Markdown page, or as an HTML page that people look at."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`biped stability`: a gait as a limit cycle."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

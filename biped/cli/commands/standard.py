@@ -1,7 +1,5 @@
 """`biped standard`: gaits and the standard tests, searched to failure."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

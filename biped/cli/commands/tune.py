@@ -1,7 +1,5 @@
 """`biped tune`: gains that serve a scenario's conditions."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`biped video`: a clip of runs."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`biped view`: a recording in the rerun viewer."""
 
-from __future__ import annotations
-
 import argparse
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """`biped worker`: works for campaigns on a cluster."""
 
-from __future__ import annotations
-
 import argparse
 
 from biped.cli.common import DONE

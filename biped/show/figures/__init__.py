@@ -1,7 +1,5 @@
 """Figures as PNG files. This is the only package that imports matplotlib, and it draws without a screen."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

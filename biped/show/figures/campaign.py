@@ -1,7 +1,5 @@
 """Figures of a campaign: success over a sweep with its intervals, spread of the cost of transport, how runs failed."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 

@@ -3,8 +3,6 @@
 `python -m biped.show.figures.chapter3 [FOLDER]` simulates and draws them (default: docs/figures/chapter3).
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from pathlib import Path

@@ -3,8 +3,6 @@
 `python -m biped.show.figures.contact` writes the figure of docs/results.md.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import matplotlib

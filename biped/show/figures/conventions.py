@@ -3,8 +3,6 @@
 `python -m biped.show.figures.conventions` writes it.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Curves of one run or many: Figs 3.10 to 3.14, the loads that an engineer asks for, engines over each other."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from itertools import cycle
 

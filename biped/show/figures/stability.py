@@ -1,7 +1,5 @@
 """A gait as a limit cycle: what becomes of kicks of every size, and multipliers in the unit circle."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import matplotlib

@@ -1,7 +1,5 @@
 """Stroboscopic view (Figs 3.4 to 3.9): where the biped was, at equal times, in one picture."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

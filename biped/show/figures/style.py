@@ -1,7 +1,5 @@
 """How all figures look: colours that the colour-blind can tell apart, sizes that suit a README."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

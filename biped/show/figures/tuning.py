@@ -1,7 +1,5 @@
 """How a search for gains went."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Error against run time of a walk."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Clips of runs, drawn by MuJoCo off the screen: `biped video`."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack

@@ -1,7 +1,5 @@
 """Cameras of clips: they follow a robot from a chosen side, at a distance from which it fills the frame."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """A canvas off the screen that MuJoCo draws on: EGL where there is one, else OSMesa, else a sentence."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Falls are drawn to their end: a robot whose run ended in one drops with its motors off while the clip goes on."""
 
-from __future__ import annotations
-
 from copy import copy
 
 import mujoco

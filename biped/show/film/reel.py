@@ -1,7 +1,5 @@
 """Frames into a file: GIF with what is installed anyway, MP4 with an extra."""
 
-from __future__ import annotations
-
 import subprocess
 import tempfile
 from collections.abc import Iterable

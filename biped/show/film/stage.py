@@ -1,7 +1,5 @@
 """The stage of a film: walkers, ground with a ruler, forces and pushes, and a camera that follows."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from copy import copy

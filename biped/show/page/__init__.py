@@ -5,8 +5,6 @@ A section a result: `campaign` (run, ensemble, sweep), `compared`, `tuned`, `sta
 stands in a result is text (`html`); the one script is known to the page by its hash, and no other runs.
 """
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """The section of a results folder: a single run, an ensemble or a sweep; verdict first, then what stands behind it."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Claims of a campaign, each with its interval, and the smallest effect that so many runs can see."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """The section of `biped compare`: the same scenario in several engines, every metric with its spread."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from itertools import combinations
 from pathlib import Path

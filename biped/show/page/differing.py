@@ -1,7 +1,5 @@
 """The section of `biped diff`: the verdict, every metric's change with its interval, and the run to look at, twice."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Charts of an ensemble: speed against cost, how runs ended, and which drawn value explains those that did not walk."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The walk as numbers that a browser draws: where hips, knees, ankles, toes, heels and arms are, forces, leg states."""
 
-from __future__ import annotations
-
 import base64
 import math
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Pieces of HTML: everything that is not markup already is text, so nobody's words make anything of the page."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from html import escape

@@ -1,7 +1,5 @@
 """Charts of one run: speed against time, gait diagram, phase portraits, torques against their limits."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from biped.measure.pushes import pushes_of

@@ -1,7 +1,5 @@
 """The animated stick figure: one panel a run, with forces, leg states and a scrubber; a stroboscope on paper."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Sequence

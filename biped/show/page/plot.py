@@ -1,7 +1,5 @@
 """Charts as inline SVG: a frame with scales, and marks in it; colours are classes that the style sheet fills in."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 

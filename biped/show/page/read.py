@@ -1,7 +1,5 @@
 """Reading what a command wrote, whoever sent it: checked against what the page relies on, texts harmless."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

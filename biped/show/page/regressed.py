@@ -1,7 +1,5 @@
 """The section of what `biped regress --json` printed: every scenario against its recorded numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

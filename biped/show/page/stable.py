@@ -1,7 +1,5 @@
 """The section of `biped stability`: what a gait is as a limit cycle, in every engine at every time step."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path

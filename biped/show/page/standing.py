@@ -1,7 +1,5 @@
 """The section of `biped standard`: the table, and how many runs reached the goal at every value that was tried."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Charts of a sweep: how many reached their goal at every point, as a line with intervals or as a map, and the cost."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """The section of `biped tune`: what the gait that was found scores on unseen seeds, and how the search went."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from pathlib import Path

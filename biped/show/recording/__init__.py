@@ -3,8 +3,6 @@
 This is the only package that imports rerun: a run that is not recorded does not pay for it.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Sequence
 from pathlib import Path

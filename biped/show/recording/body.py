@@ -1,7 +1,5 @@
 """The biped as its model file draws it: shapes once, then the pose of every body at the picture rate."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 import rerun as rr

@@ -4,8 +4,6 @@ All of it lies on the ground: the outline of the points that touch, of each foot
 centre of mass (the capture point): while it is inside the outline of what touches, the walker could stop there.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import rerun as rr
 

@@ -1,7 +1,5 @@
 """The text beside the picture: verdict and five numbers; all numbers; the scenario."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping

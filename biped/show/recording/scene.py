@@ -4,8 +4,6 @@ A trajectory is in the slope's frame, in which gravity leans. What is below `sce
 that in the viewer gravity is vertical and the ground rises.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

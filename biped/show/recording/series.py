@@ -1,7 +1,5 @@
 """Curves and state lanes of a run: what a plot shows against time."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

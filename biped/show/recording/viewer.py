@@ -1,7 +1,5 @@
 """A recording in the rerun viewer: below a notebook's cell, in a window of its own, or in a browser."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A probability with its interval: from counts, and from independent unbiased estimates."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """The probability of a fall from outcomes of runs: by counting or by splitting, whichever is cheaper."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

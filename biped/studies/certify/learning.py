@@ -6,8 +6,6 @@ frequent, and a penalised logistic regression on the states of those runs says w
 says, the estimate stays unbiased: it is fixed before the samples that count.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from biped.scenario.normals import Move, Normals

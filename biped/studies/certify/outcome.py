@@ -1,7 +1,5 @@
 """The record of a run: whether it fell, how, and how its score rose."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

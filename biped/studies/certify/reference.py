@@ -4,8 +4,6 @@ A linear inverted pendulum under random pushes has a closed form, a walk that ev
 Each is estimated again and again, and what is counted is how often the interval holds the known probability.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import lru_cache, partial

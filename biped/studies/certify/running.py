@@ -1,7 +1,5 @@
 """Outcomes of runs in the order in which they are asked for, wherever they are made, with a journal."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from functools import partial

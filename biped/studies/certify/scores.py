@@ -4,8 +4,6 @@ A score is a signal, or several, in every row that is looked at. Where it is hig
 fall; when it first reached a level is where another run may branch off.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple

@@ -18,8 +18,6 @@ A share of the resampled runs stays as it is: it costs nothing, and as which pla
 the sample, the product stays unbiased.
 """
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_right
 from collections.abc import Generator, Sequence

@@ -1,7 +1,5 @@
 """`biped certify`: how likely a scenario's fall is, by counting or by splitting, whichever is cheaper."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Changes between two results whose runs are paired by seed: how much, how surely, whether for the better."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path

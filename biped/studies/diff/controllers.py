@@ -1,7 +1,5 @@
 """Two gaits or laws side by side: a scenario is run with each, as often as it says or until it is decided."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from contextlib import ExitStack

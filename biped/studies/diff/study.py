@@ -1,7 +1,5 @@
 """Two results side by side, run by run, and the verdict on the second."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple

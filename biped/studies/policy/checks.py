@@ -1,7 +1,5 @@
 """Self-checks of a policy's card: most policies that seem bad have a wrong card."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """A card from a YAML file beside a network: Unitree's deploy.yaml, or Isaac Lab's IO descriptors."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A card from what trainers write: mjlab's metadata in an ONNX file, or a YAML file beside it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

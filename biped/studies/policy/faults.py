@@ -1,7 +1,5 @@
 """Faults that are put into a right card: how many of them its checks find is what the checks are worth."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any, NamedTuple

@@ -3,8 +3,6 @@
 Each limit is searched upward, level by level, and ends below the first at which a run falls.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path

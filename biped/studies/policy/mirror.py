@@ -1,7 +1,5 @@
 """Left and right: what a policy does in a mirrored state, against the mirror image of what it does."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import mujoco

@@ -1,7 +1,5 @@
 """Tapes of a policy: states, observations and actions, call by call, that a right card reproduces."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """The study of readings: the thesis's claims with their weights, and the places where its text leaves a choice."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Mapping
 from functools import cache

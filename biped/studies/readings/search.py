@@ -1,7 +1,5 @@
 """Readings tried one after another: every single change of the base, then changes of the best ones so far."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple

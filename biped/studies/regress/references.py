@@ -1,7 +1,5 @@
 """The file of references: what every scenario gave, since when, why it changed, and on which platform."""
 
-from __future__ import annotations
-
 import json
 import os
 from pathlib import Path

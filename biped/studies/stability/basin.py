@@ -8,8 +8,6 @@ Every point of the slice is a change of lean and speed that several states of th
 of three things: a fall, a walk that is not the gait's, the gait.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 

@@ -10,8 +10,6 @@ the next jump; how disturbances of a given size shrink on average does: a linear
 bootstrap intervals.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

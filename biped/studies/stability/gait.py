@@ -1,7 +1,5 @@
 """Measurements of a gait, place by place: an engine at a time step."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 from biped.studies.stability.basin import Basin, Shrinking

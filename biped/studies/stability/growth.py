@@ -4,8 +4,6 @@ A walk is made twice, once with a push of one tick in mid-walk; how far apart th
 of the first foot. Nothing is taken from law or engine but the true trajectory.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Sequence

@@ -5,8 +5,6 @@ heel stays on the section: a foot pressed into the ground would be answered by a
 makes, and a state off the section is no section state. What is left are the directions in which states differ.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from biped.base.errors import RunError

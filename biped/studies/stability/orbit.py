@@ -5,8 +5,6 @@ disturbances shrink, or it does not; its largest Lyapunov exponent (Benettin's m
 to a fixed distance after every return) says whether neighbours approach or part.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple

@@ -4,8 +4,6 @@ Both are passive, walk down a slope and are integrated by an 8th-order Runge-Kut
 its dense output.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple

@@ -10,8 +10,6 @@ scenarios, (q, v) is all there is to know anyway, but for where in a tick the se
 the controller remembers of a contact change less than a hold time ago is lost by such a start.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import NamedTuple

@@ -6,8 +6,6 @@ are the times of the steps and the ways of the centre of mass in them, in natura
 scatters by itself: what it scatters without a disturbance is taken off.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Callable, Sequence

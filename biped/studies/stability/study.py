@@ -1,7 +1,5 @@
 """A scenario's gait as a limit cycle, measured in an engine at the scenario's time step and at half of it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Who is put to the standard tests: a gait, or a law for any robot by its name, its class or its policy's card."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path

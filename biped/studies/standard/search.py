@@ -3,8 +3,6 @@
 Ensembles are kept in a file: an interrupted table goes on where it was, and nothing is computed twice.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping
 from hashlib import blake2b

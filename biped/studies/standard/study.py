@@ -1,7 +1,5 @@
 """Every test of the family with every gait: what `biped standard` finds."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from functools import partial

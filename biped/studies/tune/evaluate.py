@@ -1,7 +1,5 @@
 """The score of a candidate: runs of every condition, on all cores, with seeds that all candidates share."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """How few of a found gait's gains it takes: gains are put back one by one, each time the one that is missed least."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """A search for a robot of which only the model file is known: `tune/any` on it, from the gait that comes furthest."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import product
 from pathlib import Path

@@ -4,8 +4,6 @@ Hansen, "The CMA evolution strategy: a tutorial" (arXiv:1604.00772). Every gener
 its gaits share, so that gaits are compared and not their luck; no gait is ever judged on the seeds that chose it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple

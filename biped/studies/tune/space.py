@@ -4,8 +4,6 @@ Gains vary by ratios, angles by differences, and what is zero stays zero: a gait
 four leg states with springs and dampers at the same places.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """A search in stages: easy conditions first, or a gain led step by step to where a search would not go by itself."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from msgspec.structs import replace

@@ -1,7 +1,5 @@
 """`biped tune`: the gait that a scenario's search finds, what it scores, and a gait file that says how it was found."""
 
-from __future__ import annotations
-
 import os
 import time
 from collections.abc import Callable, Sequence
