@@ -1,6 +1,7 @@
 """Standard output and error as they are found: closed, a pipe nobody reads any more, a locale without our letters."""
 
 import codecs
+import errno
 import os
 import sys
 from collections.abc import Iterator
@@ -8,7 +9,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from biped.base.errors import BipedError, InputError
-from biped.base.text import paragraph
+from biped.base.text import paragraph, safe
 
 
 @contextmanager
@@ -101,7 +102,7 @@ def complain(error: Exception, debug: bool) -> bool:
 
         traceback.print_exception(error)
     print(f"biped: {paragraph(_words(error))}", file=sys.stderr)
-    return isinstance(error, InputError)
+    return isinstance(error, InputError) or getattr(error, "errno", None) == errno.ENAMETOOLONG
 
 
 def _words(error: Exception) -> str:
@@ -110,7 +111,7 @@ def _words(error: Exception) -> str:
     if isinstance(error, MemoryError):
         return f"out of memory: {error or 'expected'} a shorter run, a slower control rate or fewer --jobs"
     if isinstance(error, OSError):
-        files = ", ".join(str(name) for name in (error.filename, error.filename2) if name is not None)
+        files = ", ".join(safe(str(name)) for name in (error.filename, error.filename2) if name is not None)
         return f"{files or 'the system'}: {(error.strerror or str(error) or type(error).__name__).lower()}"
     return (
         f"a defect of biped, not of what you wrote: {type(error).__name__}: {error}; "

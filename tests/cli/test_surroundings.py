@@ -89,3 +89,13 @@ def test_a_solver_that_is_not_installed(tmp_path, monkeypatch, capsys):
     write("s.toml", 'duration = 0.2\nactuation = { limit = "bounded", solver = "daqp", torque_limit = 20.0 }\n')
     assert main(["run", "s.toml", "--out", "r"]) == 2
     assert "actuation.solver: 'daqp' is not installed; expected active_set" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "command", [["report"], ["view"], ["plot"], ["video"], ["export", "--eurobench"], ["diff", "level_normal"]]
+)
+def test_a_name_that_no_file_can_have(command, capsys):
+    assert main([*command, "0x" + 300 * "f"]) == 2
+    words = capsys.readouterr().err
+    assert words.startswith("biped: ")
+    assert len(words) < 1000
