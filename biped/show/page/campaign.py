@@ -49,23 +49,23 @@ def section(folder: Path) -> Markup:
     ]  # fmt: skip
     body = []
     if points:
-        body += [tag("h4", "Along the sweep"), _cards(*sweeps.sweep(points, result["thresholds"], space)),
+        body += [tag("h3", "Along the sweep"), _cards(*sweeps.sweep(points, result["thresholds"], space)),
                  sweeps.points_table(points, space)]  # fmt: skip
     if not alone:
         shares = explained(kept.plan, rows, goal)
         spread = ensembles.endings(rows, goal), ensembles.costs(rows, result["thesis"])
         if len(rows) < made:
             body.append(tag("p", f"What follows is of {len(rows)} of the {made} runs, evenly spread.", class_="about"))
-        body += [tag("h4", "How the runs went"), _cards(*spread, *ensembles.causes(shares, rows, goal, space))]
+        body += [tag("h3", "How the runs went"), _cards(*spread, *ensembles.causes(shares, rows, goal, space))]
     shown = _played(kept, rows)
     if shown:
-        body += [tag("h4", "The walk"), _cards(card("", walks([one for one, _, _ in shown]), wide=True))]
+        body += [tag("h3", "The walk"), _cards(card("", walks([one for one, _, _ in shown]), wide=True))]
         whose = "the run" if alone else f"run {shown[0][2]}"
-        body += [tag("h4", f"Inside {whose}"), *motion.charts(shown[0][1], scenario.interval)]
+        body += [tag("h3", f"Inside {whose}"), *motion.charts(shown[0][1], scenario.interval)]
     else:
         body.append(tag("p", kept.again(rows[0]["index"]), class_="about"))
     if not points:
-        body += [tag("h4", "Numbers"), claims.numbers(summary, result["thesis"], rows, made)]
+        body += [tag("h3", "Numbers"), claims.numbers(summary, result["thesis"], rows, made)]
     if not alone:
         body.append(_failed(folder, kept, rows, goal))
     return tag("section", *head, *body)
@@ -144,4 +144,4 @@ def _failed(folder: Path, kept: ResultsFolder, rows: list[Mapping[str, Any]], go
         )
         more = tag("details", tag("summary", opening),
                    table(head, map(line, failed[_LISTED:_MOST]), words))  # fmt: skip
-    return tag("div", tag("h4", f"Runs that did not {GOALS[goal]}: {count}"), listed, more)
+    return tag("div", tag("h3", f"Runs that did not {GOALS[goal]}: {count}"), listed, more)

@@ -124,7 +124,7 @@ def unseen(summary: Mapping[str, Any], rows: Rows, points: Rows, made: int, goal
     if points:
         fewest = min(points, key=lambda point: (point["runs"], -goal_at(point)[1]))
         told = _drop(goal_at(fewest)[1], fewest["runs"], goal)
-        lines.append(tag("p", f"At a single point ({fewest['runs']} runs): {told}"))
+        lines.append(tag("p", f"At a single point ({fewest['runs']} run{'s' if fewest['runs'] > 1 else ''}): {told}"))
     told = _drop(int(summary[goal]), made, goal)
     lines.append(tag("p", f"All runs together: {told}" if points else told[0].upper() + told[1:]))
     walkers = [row for row in rows if row["walked"]]
@@ -138,7 +138,7 @@ def unseen(summary: Mapping[str, Any], rows: Rows, points: Rows, made: int, goal
     if changes:
         lines.append(tag("p", f"Changes of the mean {' and of the '.join(changes)} would pass unnoticed."))
     if made == 1:
-        lines.append(tag("p", "One start of a chaotic system: neighbours may end otherwise."))
+        lines.append(tag("p", "This is one start. A start close to it may end in another way."))
     return tag("div", *lines, class_="unseen")
 
 
@@ -148,13 +148,13 @@ def _drop(walked: int, runs: int, goal: str = "walked") -> str:
     if seen is not None:
         return (
             f"{runs} more runs would show a drop from {percent(walked / runs)} to {percent(seen)} or below "
-            f"(Fisher's test at 5 %, seen in {percent(POWER)} of cases); a smaller one would pass unnoticed."
+            f"(Fisher's test at 5 %, in {percent(POWER)} of cases). A smaller drop would pass unnoticed."
         )
     if walked == 0:
-        return f"none {goal}, so that nothing could be seen to get worse."
+        return f"none {goal}, so nothing could get worse."
     # Four of four against none show, and six of very many.
     enough = "four" if walked == runs else f"about {math.ceil(6 * runs / walked)}"
-    return f"no drop whatever would show in {runs} more run{'s' if runs > 1 else ''}; it takes {enough}."
+    return f"{runs} more run{'s' if runs > 1 else ''} could not show any drop; that takes {enough} runs."
 
 
 def enough_words(rate: float, runs: int) -> str | None:

@@ -67,7 +67,7 @@ def section(folder: Path) -> Markup:
         tag("p", f"The engines {found['verdict']}.", class_="about") if found.get("verdict") else None,
         tag("p", _parted(found["parted_at"]), class_="about"),
     ]
-    return tag("section", *head, _rates(runs, walked), *_walkers(folder, runs), tag("h4", "Every metric"),
+    return tag("section", *head, _rates(runs, walked), *_walkers(folder, runs), tag("h3", "Every metric"),
                _metrics(found["metrics"], list(runs)))  # fmt: skip
 
 
@@ -129,6 +129,6 @@ def _walkers(folder: Path, runs: Mapping[str, Any]) -> list[Markup]:
         shown.append(PlayedRun(name, f"{name}, run 0: {outcome(runs[engine][0])}.", frames_of(trajectory)))
     assert first is not None
     return [
-        tag("h4", "The walk"), tag("div", card("", walks(shown), wide=True), class_="cards"),
-        tag("h4", f"Inside the run in {name_of(solid)}"), *charts(*first),
+        tag("h3", "The walk"), tag("div", card("", walks(shown), wide=True), class_="cards"),
+        tag("h3", f"Inside the run in {name_of(solid)}"), *charts(*first),
     ]  # fmt: skip

@@ -119,12 +119,12 @@ def _drawn(found: Mapping[str, Any]) -> Markup:
     ]  # fmt: skip
     if found["pairs"] < LEAST_PAIRS and not found["identical"]:
         head.append(tag("div", tag("p", tag("strong", "What this could not see")),
-                        tag("p", f"{found['pairs']} pairs say nothing about chance: {LEAST_PAIRS} do of means, six "
-                                 "that disagree of counts."), class_="unseen"))  # fmt: skip
+                        tag("p", f"{found['pairs']} pairs are too few to tell a change from chance. Means need "
+                                 f"{LEAST_PAIRS} pairs, counts six pairs that differ."), class_="unseen"))  # fmt: skip
     lines = [(*cells(one), tag("span", one.verdict, class_=f"verdict-{_KIND[one.verdict]}")) for one in changes]
     return tag(
         "section", *head, _forest(changes, found["margin"]), _rates(found), _settings(found), *_worst(found),
-        tag("h4", "Every metric"), table(HEADS, lines, words=(0, 6)),
+        tag("h3", "Every metric"), table(HEADS, lines, words=(0, 6)),
         *blocks(tuple(notes_of(found["margin"]))),
     )  # fmt: skip
 
@@ -154,7 +154,7 @@ def _forest(changes: Sequence[MetricChange], margin: float) -> Markup | None:
     if not shown:
         return None
     frame = Frame(
-        (-100.0 * _WIDEST, 100.0 * _WIDEST), (-0.7, len(shown) - 0.3), "change [%; points of the runs]", "",
+        (-100.0 * _WIDEST, 100.0 * _WIDEST), (-0.7, len(shown) - 0.3), "change [%], of counts in percentage points", "",
         rungs=[one.metric.words for one in reversed(shown)], height=70.0 + 18.0 * len(shown), left=190.0,
     )  # fmt: skip
     frame.band((-100.0 * margin, 100.0 * margin), "pushed")
@@ -169,8 +169,8 @@ def _forest(changes: Sequence[MetricChange], margin: float) -> Markup | None:
             frame.line((low, high), (row, row), kind)
         frame.dot(at, row, kind, said=f"{one.metric.words}: {cells(one)[3]} ({cells(one)[4]}), {one.verdict}")
     key = legend([(kind, word) for word, kind in _KIND.items() if any(one.verdict == word for one in shown)])
-    note = (f"Within the band of ±{margin:.0%} a change is none that matters; what changed by more than {_WIDEST:.0%} "
-            "is at the edge, its number in the table below.")  # fmt: skip
+    note = (f"A change within the band of ±{margin:.0%} does not matter. A change of more than {_WIDEST:.0%} is drawn "
+            "at the edge; the table below has its number.")  # fmt: skip
     return tag("div", card("What changed", key, frame.svg("changes"), note=note), class_="cards")
 
 
@@ -188,7 +188,7 @@ def _rates(found: Mapping[str, Any]) -> Markup | None:
     lines = [(*(value_of(one["values"].get(key)) for key in keys), one["pairs"], one["first"], one["second"])
              for one in found["points"]]  # fmt: skip
     heads = (*(key_words(key) for key in keys), "pairs", "first walked", "second walked")
-    return tag("div", tag("h4", "Point by point"), table(heads, lines))
+    return tag("div", tag("h3", "Point by point"), table(heads, lines))
 
 
 def _settings(found: Mapping[str, Any]) -> Markup | None:
@@ -199,7 +199,7 @@ def _settings(found: Mapping[str, Any]) -> Markup | None:
     more = len(there) - MOST_SETTINGS
     rest = tag("p", f"… and {more} more; all are in diff.json.", class_="about") if more > 0 else None
     return tag(
-        "div", tag("h4", "Settings that differ"), table(("key", "first", "second"), lines, words=(0, 1, 2)), rest
+        "div", tag("h3", "Settings that differ"), table(("key", "first", "second"), lines, words=(0, 1, 2)), rest
     )
 
 
@@ -208,8 +208,11 @@ def _worst(found: Mapping[str, Any]) -> list[Markup]:
     worst = found["worst"]
     if worst is None or found["identical"]:
         return []
-    said = [tag("h4", "The run to look at"), tag("p", f"Run {worst['index']} of the second: {worst['outcome']}.",
-                                                 class_="about"), tag("pre", worst["again"])]  # fmt: skip
+    said = [
+        tag("h3", "The run to look at"),
+        tag("p", f"Run {worst['index']} of the second: {worst['outcome']}.", class_="about"),
+        tag("code", worst["again"], class_="command"),
+    ]
     partner = next((one["first"] for one in found["seeds"] if one["second"] == worst["index"]), None)
     shown = []
     for which, index in (("second", worst["index"]), ("first", partner)):

@@ -68,7 +68,7 @@ def table(
         return tag("tr", *(tag(name, cell, class_=kind) for cell, kind in zip(cells, kinds, strict=True)))
 
     body = tag("tbody", *(row("td", cells) for cells in rows))
-    return tag("div", tag("table", tag("thead", row("th", head)), body), class_="scroll")
+    return scroll(tag("table", tag("thead", row("th", head)), body), "table")
 
 
 def blocks(content: Document) -> list[Markup]:
@@ -79,7 +79,7 @@ def blocks(content: Document) -> list[Markup]:
 def _block(block: object) -> Markup:
     match block:
         case Heading(line, level):
-            return tag(f"h{min(2 * level, 6)}", *_line(line))
+            return tag(f"h{min(level + 1, 6)}", *_line(line))
         case Paragraph(line, note):
             return tag("p", *_line(line), class_="about" if note else None)
         case Items(lines):
@@ -107,7 +107,13 @@ def _line(line: Line) -> list[Markup]:
 def card(title: Any, *inner: Any, note: Any = None, wide: bool = False, **attributes: Any) -> Markup:
     """A figure with its title above and what it means below."""
     below = None if note is None else tag("figcaption", note)
-    return tag("figure", tag("h3", title), *inner, below, class_="card wide" if wide else "card", **attributes)
+    head = tag("p", title, class_="title") if title else None
+    return tag("figure", head, *inner, below, class_="card wide" if wide else "card", **attributes)
+
+
+def scroll(inner: Any, name: str) -> Markup:
+    """A part that scrolls by itself where it is wider than the page, by keyboard too."""
+    return tag("div", inner, class_="scroll", tabindex=0, role="group", aria_label=name)
 
 
 def _short(value: Any) -> Any:

@@ -6,7 +6,7 @@ from biped.measure.pushes import pushes_of
 from biped.measure.signals import SMOOTH, every, finite, inside, joint_limits, leg_states, smooth
 from biped.measure.trajectory import Trajectory
 from biped.robot.planar.topology import LEGS, SEGMENTS
-from biped.show.page.html import Markup, card, percent, tag
+from biped.show.page.html import Markup, card, percent, scroll, tag
 from biped.show.page.player import SIDES, spans, state_legend
 from biped.show.page.plot import Frame, around, legend
 from biped.show.words import leg_words
@@ -51,7 +51,7 @@ def _speed(run: Trajectory, rows: np.ndarray) -> Markup:
     pushes = "; ".join(f"{push.size} on the {push.body} at {push.start:g} s" for push in shown)
     key = legend([("quiet", "speed"), ("accent", f"mean {mean:.2f} m/s in {span[0]:.3g} to {span[1]:.3g} s"),
                   *([("push", f"push: {pushes}")] if pushes else [])])  # fmt: skip
-    return card("Speed", key, tag("div", frame.svg("speed against time"), class_="scroll"), wide=True)
+    return card("Speed", key, scroll(frame.svg("speed against time"), "speed against time"), wide=True)
 
 
 def _begin(run: Trajectory, rows: np.ndarray) -> slice:
@@ -80,7 +80,7 @@ def _gait(run: Trajectory, rows: np.ndarray) -> Markup:
     double, flight = float(whole.all(axis=1).mean()), float((~whole).all(axis=1).mean())
     note = f"On the ground in the window: {shares}; both legs {percent(double)}, neither {percent(flight)}."
     key = [state_legend(state), legend([("both", "both legs on the ground")])]
-    return card("Gait diagram", *key, tag("div", frame.svg("stance and swing of both legs"), class_="scroll"),
+    return card("Gait diagram", *key, scroll(frame.svg("stance and swing of both legs"), "gait diagram"),
                 note=note, wide=True)  # fmt: skip
 
 

@@ -73,7 +73,7 @@ def section(folder: Path) -> Markup:
     return tag(
         "section", tag("h2", f"Standard tests: {', '.join(found['gaits'])}"),
         *blocks(document_of(found)),
-        tag("h4", "Runs that reached the goal, by what was asked of them"),
+        tag("h3", "Runs that reached the goal, by what was asked of them"),
         tag("div", *(one for one in cards if one is not None), class_="cards"),
     )  # fmt: skip
 

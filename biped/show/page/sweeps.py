@@ -7,7 +7,7 @@ from typing import Any
 from biped.ensemble.sweeps import goal_at, threshold_words
 from biped.scenario.metrics import HEAD, METRICS
 from biped.show.page.claims import enough_words
-from biped.show.page.html import Markup, between, card, key_words, percent, setting, table, tag, value_of
+from biped.show.page.html import Markup, between, card, key_words, percent, scroll, setting, table, tag, value_of
 from biped.show.page.plot import Frame, around, legend, shade
 
 Points = Sequence[Mapping[str, Any]]
@@ -21,7 +21,7 @@ def sweep(points: Points, thresholds: Points, space: bool = False) -> list[Marku
     keys = list(points[0]["values"])
     large = len(keys) == 2 and len(points) > MAP_FROM
     cards = [_map(points, keys, space) if large else _rates(points, keys, space)]
-    if not large:
+    if not large and goal_at(points[0])[0] == "walked":  # who has to stand has no speed
         cards += [_means(points, keys, name, space) for name in ("speed", "cost_of_transport")]
     cards.append(_words(thresholds, points, space))
     return cards
@@ -148,7 +148,7 @@ def _map(points: Points, keys: list[str], space: bool) -> Markup:
                       class_="cell", style=f"fill:{ink}"))  # fmt: skip
     fewest, goal = min(p["runs"] for p in points), goal_at(points[0])[0]
     return card(f"{'Push map' if any(key.startswith('push.') for key in keys) else 'Map'}: how many {goal} [%]",
-                tag("div", frame.svg(f"rate of runs that {goal} over two keys"), class_="scroll"), wide=True,
+                scroll(frame.svg(f"rate of runs that {goal} over two keys"), "map"), wide=True,
                 note=f"{fewest} runs a cell at least. Dark: none {goal}; light: all did.")  # fmt: skip
 
 

@@ -64,7 +64,7 @@ def section(folder: Path) -> Markup:
         tag("code", found["gait"], class_="command"),
     ]
     return tag(
-        "section", *head, tag("h4", "Conditions"), _conditions(found), _settings(found["keys"]), *_search(folder)
+        "section", *head, tag("h3", "Conditions"), _conditions(found), _settings(found["keys"]), *_search(folder)
     )
 
 
@@ -97,7 +97,7 @@ def _settings(keys: Mapping[str, Any]) -> Markup | None:
     if not keys:
         return None
     lines = [(tag("code", key), number(value)) for key, value in keys.items()]
-    return join([tag("h4", "Settings found with it"), table(("key", "value"), lines)])
+    return join([tag("h3", "Settings found with it"), table(("key", "value"), lines)])
 
 
 def _search(folder: Path) -> list[Markup]:
@@ -126,7 +126,7 @@ def _search(folder: Path) -> list[Markup]:
         card("Objective", key, frame.svg("objective by generation"), note="Lower is better."),
         card("Runs that walk", rates.svg("walking runs by generation"), note="All runs of each generation."),
     ]
-    return [tag("h4", "The search"), tag("div", *cards, class_="cards")]
+    return [tag("h3", "The search"), tag("div", *cards, class_="cards")]
 
 
 def _journal(file: Path) -> list[dict[str, Any]]:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 
+from biped.cli.main import main
 from tests.show.page.browser import MISSING, browser
 
 pytestmark = pytest.mark.skipif(bool(MISSING), reason=MISSING)
@@ -22,10 +25,53 @@ MOVED = """const scrub = document.querySelectorAll('[data-part=scrub]')[argument
 scrub.value = arguments[1]; scrub.dispatchEvent(new Event('input')); return scrub.value"""
 
 
+ACCESS = r"""
+const lum = c => { const v = c.match(/[\d.]+/g).slice(0, 3).map(x => x / 255)
+  .map(x => x <= 0.03928 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4);
+  return 0.2126 * v[0] + 0.7152 * v[1] + 0.0722 * v[2]; };
+const ratio = (a, b) => { const [x, y] = [lum(a), lum(b)].sort((p, q) => q - p); return (x + 0.05) / (y + 0.05); };
+const clear = c => c === 'transparent' || /, 0\)$/.test(c);
+const under = e => {
+  for (; e; e = e.parentElement) { const c = getComputedStyle(e).backgroundColor; if (!clear(c)) return c; }
+  return 'rgb(255, 255, 255)'; };
+const all = s => [...document.querySelectorAll(s)];
+const worded = e => [...e.childNodes].some(n => n.nodeType === 3 && n.textContent.trim());
+const drawn = e => e.getClientRects().length && !['SCRIPT', 'STYLE', 'OPTION', 'title'].includes(e.tagName);
+const needs = s => {  // WCAG AA: 3 for large words, 4.5 for others
+  const size = parseFloat(s.fontSize);
+  return size >= 24 || (size >= 18.66 && Number(s.fontWeight) >= 700) ? 3 : 4.5; };
+const shows = e => {
+  const s = getComputedStyle(e);
+  return ratio(e instanceof SVGElement ? s.fill : s.color, under(e)) / needs(s); };
+const named = e => e.getAttribute('aria-label') || e.textContent.trim() || e.labels?.length || e.getAttribute('alt');
+const scrolls = e => ['auto', 'scroll'].includes(getComputedStyle(e).overflowX) && e.scrollWidth > e.clientWidth + 1;
+const short = e => e.outerHTML.slice(0, 80);
+return {
+  faint: all('body *').filter(e => worded(e) && drawn(e) && shows(e) < 1).map(short),
+  nameless: all('button, input, select, a, img, svg[role=img], [role=tab]').filter(e => !named(e)).map(short),
+  unreachable: all('body *').filter(e => scrolls(e) && e.tabIndex < 0).map(short),
+  twice: all('[id]').map(e => e.id).filter((id, i, ids) => ids.indexOf(id) !== i),
+  levels: all('h1, h2, h3, h4, h5, h6').map(e => Number(e.tagName[1])),
+  language: document.documentElement.lang, title: document.title, main: all('main').length};"""
+
+
 @pytest.fixture(scope="module")
 def page(folder):
     assert (folder / "page.html").stat().st_size < 3_000_000
     return folder / "page.html"
+
+
+@pytest.fixture(scope="module")
+def differing(folder):
+    """The page of a difference between a walk and the same on slippery ground."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        short = ["--set", "duration=1.0", "--set", "window.start=0.5", "--set", "window.end=1.0", "--jobs", "1"]
+        many = ["--set", "randomise.runs=2", "--set", "start.jitter=0.002"]
+        for name, friction in (("here", 1.0), ("there", 0.5)):
+            main(["run", "level_normal", *short, *many, "--set", f"ground.friction={friction}", "--out", name])
+        main(["diff", "here", "there", "--html", "differing.html"])
+    return folder / "differing.html"
 
 
 @pytest.fixture(scope="module")
@@ -110,6 +156,24 @@ def test_nothing_sticks_out_of_a_phone_and_words_are_readable_in_both_themes(sho
       return [Math.min(...words, ticks), Math.min(...legs)]""")
     assert contrast[0] >= 4.5  # WCAG AA of text
     assert contrast[1] >= 3.0  # and of graphics
+
+
+@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.parametrize("width", [400, 1400])
+def test_pages_can_be_read_heard_and_used_by_keyboard(shown, page, differing, width, dark):
+    """The checks of Lighthouse that need no network: contrast of every word, names, headings, keyboard."""
+    for one in (page, differing):
+        shown.open(one, width, dark)
+        found = shown.run(ACCESS)
+        assert found["faint"] == []
+        assert found["nameless"] == []
+        assert found["unreachable"] == []
+        assert found["twice"] == []
+        assert (found["language"], found["main"], bool(found["title"])) == ("en", 1, True)
+        levels = found["levels"]
+        assert levels[0] == 1
+        assert all(below <= above + 1 for above, below in pairwise(levels)), levels
+        assert shown.run("return document.documentElement.scrollWidth") <= width
 
 
 def test_the_leg_that_is_read_about_has_one_colour_everywhere(shown, page):
