@@ -8,14 +8,14 @@ Every point of the slice is a change of lean and speed that several states of th
 of three things: a fall, a walk that is not the gait's, the gait.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from biped.base.errors import RunError
 from biped.studies.stability.kicks import Kicks
-from biped.studies.stability.section import PoincareSection
+from biped.studies.stability.section import Mapped, Steady
 
 SIZES = (1e-8, 1e-6, 1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.2, 0.4)
 """Distances of the kicked state, natural units."""
@@ -42,37 +42,29 @@ class Shrinking(NamedTuple):
     walks: int
 
 
-def shrinking(
-    section: PoincareSection,
-    steady: np.ndarray,
-    stride: float,
-    rng: np.random.Generator,
-    mapped: Callable[[Callable, Sequence], list],
-) -> list[Shrinking]:
+def shrinking(gait: Steady, rng: np.random.Generator, mapped: Mapped) -> list[Shrinking]:
     """Measures how kicks of every size shrink.
 
     Args:
-        section: The section.
-        steady: (m, 17) states of steady walks; pairs start from them in turn.
-        stride: [s] about as long as a stride takes.
+        gait: Its strides; pairs start from their states.
         rng: Draws states and directions.
-        mapped: How a function of many items is carried out (`biped.ensemble.executor`).
+        mapped: Carries walks out.
     """
     starts = []
-    for z in steady[rng.integers(len(steady), size=PAIRS)]:
-        kicks = Kicks(section, z)
+    for z in gait.states[rng.integers(len(gait.states), size=PAIRS)]:
+        kicks = Kicks(gait.section, z)
         starts.append((kicks, rng.standard_normal(kicks.basis.shape[1])))
 
     def pair(start: tuple[Kicks, np.ndarray]) -> list[tuple[np.ndarray, bool]]:
         """Distances (RETURNS,) after kicks of every size, and whether the kicked walk fell."""
         kicks, direction = start
-        seconds = (RETURNS + 0.5) * stride
-        plain = section.walk(kicks.z, seconds)[1]
+        seconds = (RETURNS + 0.5) * gait.stride
+        plain = gait.section.walk(kicks.z, seconds)[1]
         out = []
         for size in SIZES:
             apart = np.full(RETURNS, np.nan)
             try:
-                t, other = section.walk(kicks.along(direction, size), seconds)
+                t, other = gait.section.walk(kicks.along(direction, size), seconds)
             except RunError:  # no such state
                 out.append((apart, False))
                 continue
@@ -156,23 +148,16 @@ def reach(steady: np.ndarray) -> float:
     return float(np.quantile(apart.min(axis=1), WITHIN))
 
 
-def basin(
-    section: PoincareSection,
-    steady: np.ndarray,
-    stride: float,
-    rng: np.random.Generator,
-    mapped: Callable[[Callable, Sequence], list],
-) -> Basin:
+def basin(gait: Steady, rng: np.random.Generator, mapped: Mapped) -> Basin:
     """Walks from every change of the grid.
 
     Args:
-        section: The section.
-        steady: (m, 17) states of steady walks.
-        stride: [s] about as long as a stride takes.
+        gait: Its strides.
         rng: Draws the states that are changed.
-        mapped: How a function of many items is carried out (`biped.ensemble.executor`).
+        mapped: Carries walks out.
     """
-    chosen = [Kicks(section, z) for z in steady[rng.permutation(len(steady))[:STATES]]]
+    steady = gait.states
+    chosen = [Kicks(gait.section, z) for z in steady[rng.permutation(len(steady))[:STATES]]]
     near = reach(steady)
 
     def outcome(at: tuple[Kicks, float, float]) -> str:
@@ -181,7 +166,7 @@ def basin(
             changed = kicks.moved(lean, speed)
         except RunError:
             return IMPOSSIBLE
-        t, states = section.walk(changed, (STRIDES + 0.5) * stride)
+        t, states = gait.section.walk(changed, (STRIDES + 0.5) * gait.stride)
         if t.end != "completed":
             return FELL
         # A walker that no longer strides is up, but not walking as the gait does.

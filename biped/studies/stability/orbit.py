@@ -6,7 +6,6 @@ to a fixed distance after every return) says whether neighbours approach or part
 """
 
 import math
-from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +17,7 @@ from biped.robot.run import Run
 from biped.scenario.vary import stream
 from biped.studies.stability.cycle import Cycle, Map, find_cycle
 from biped.studies.stability.kicks import Kicks
-from biped.studies.stability.section import PoincareSection, crossings
+from biped.studies.stability.section import Mapped, PoincareSection, Steady, crossings
 
 RETURNS = 80
 """How often the map is repeated in search of a cycle."""
@@ -141,30 +140,22 @@ def growth(P: Map, z: np.ndarray, neighbour: np.ndarray, count: int) -> np.ndarr
     return np.array(out)
 
 
-def exponent(
-    section: PoincareSection,
-    steady: np.ndarray,
-    stride: float,
-    rng: np.random.Generator,
-    mapped: Callable[[Callable, Sequence], list],
-) -> Exponent | None:
-    """Largest Lyapunov exponent of the return map, from steady states (m, 17); None if every chain fell.
+def exponent(gait: Steady, rng: np.random.Generator, mapped: Mapped) -> Exponent | None:
+    """Largest Lyapunov exponent of the return map, from steady states; None if every chain fell.
 
     Args:
-        section: The section.
-        steady: (m, 17) states of steady walks.
-        stride: [s] about as long as a stride takes.
+        gait: Its strides.
         rng: Where chains begin, and in which direction the neighbour is.
-        mapped: How a function of many items is carried out (`biped.ensemble.executor`).
+        mapped: Carries chains out.
     """
-    starts = []
+    starts, steady = [], gait.states
     for i in rng.integers(len(steady), size=CHAINS):
-        kicks = Kicks(section, steady[i])
+        kicks = Kicks(gait.section, steady[i])
         starts.append((steady[i], kicks.along(rng.standard_normal(kicks.basis.shape[1]), NEIGHBOUR)))
 
     def chain(start: tuple[np.ndarray, np.ndarray]) -> np.ndarray | None:
         try:
-            return growth(lambda z: section.returned(z, stride), *start, ALIGNED + MEASURED)[ALIGNED:]
+            return growth(lambda z: gait.section.returned(z, gait.stride), *start, ALIGNED + MEASURED)[ALIGNED:]
         except RunError:
             return None
 

@@ -11,6 +11,7 @@ the controller remembers of a contact change less than a hold time ago is lost b
 """
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -126,3 +127,30 @@ class PoincareSection:
             if len(after):
                 return after[0]
         raise RunError(f"no return to the section: {t.cause or 'the walker no longer strides'}")
+
+
+Mapped = Callable[[Callable, Sequence], list]
+"""Carries a function of many items out (`biped.ensemble.executor`)."""
+
+
+class Steady(NamedTuple):
+    """A gait's own strides.
+
+    Attributes:
+        section: Where they are cut.
+        states: (m, 17) section states.
+        periods: (p,) [s].
+        fell: Walks that fell, of `walks`.
+        walks: Walks.
+    """
+
+    section: PoincareSection
+    states: np.ndarray
+    periods: np.ndarray
+    fell: int
+    walks: int
+
+    @property
+    def stride(self) -> float:
+        """[s] mean time of a stride."""
+        return float(self.periods.mean())

@@ -1,7 +1,6 @@
 """A scenario's gait as a limit cycle, measured in an engine at the scenario's time step and at half of it."""
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from biped.studies.stability.cycle import Returns, fit_map
 from biped.studies.stability.gait import Gait, KickedFit, MeasuredGait, Studied
 from biped.studies.stability.kicks import Kicks
 from biped.studies.stability.orbit import Exponent, Orbit, exponent, find_orbit
-from biped.studies.stability.section import PoincareSection, crossings
+from biped.studies.stability.section import Mapped, PoincareSection, Steady, crossings
 
 SETTLING = 4
 """Strides that a walk is given to forget its start."""
@@ -32,26 +31,6 @@ KICK = 0.01
 
 KICKED = 100
 """Kicked walks, each followed for three returns."""
-
-Mapped = Callable[[Callable, Sequence], list]
-
-
-class Steady(NamedTuple):
-    """A gait's own strides.
-
-    Attributes:
-        section: Where they are cut.
-        states: (m, 17) section states.
-        periods: (p,) [s].
-        fell: Walks that fell, of `walks`.
-        walks: Walks.
-    """
-
-    section: PoincareSection
-    states: np.ndarray
-    periods: np.ndarray
-    fell: int
-    walks: int
 
 
 def steady_strides(plan: Plan, mapped: Mapped) -> Steady:
@@ -79,7 +58,7 @@ def steady_strides(plan: Plan, mapped: Mapped) -> Steady:
     return Steady(section, states, periods, fell, len(plan))
 
 
-def kicked_returns(gait: Steady, seconds: float, rng: np.random.Generator, mapped: Mapped) -> tuple[Returns, int]:
+def kicked_returns(gait: Steady, rng: np.random.Generator, mapped: Mapped) -> tuple[Returns, int]:
     """Returns of kicked walks, the first from the kicked state itself, and how many of the walks fell.
 
     Raises:
@@ -90,7 +69,7 @@ def kicked_returns(gait: Steady, seconds: float, rng: np.random.Generator, mappe
     ]
 
     def walk(z: np.ndarray) -> tuple[np.ndarray, bool]:
-        t, later = gait.section.walk(z, seconds)
+        t, later = gait.section.walk(z, 3.3 * gait.stride)
         return np.vstack([z[None], later]), t.end != "completed"
 
     walks = mapped(walk, starts)
@@ -134,21 +113,20 @@ def measure(plan: Plan, jobs: Jobs, slices: bool) -> MeasuredGait:
         return mapped(function, items, jobs)
 
     gait = steady_strides(plan, on_cores)
-    stride = float(gait.periods.mean())
     rng = stream(plan.scenario.seed, "stability")
-    small = exponent(gait.section, gait.states, stride, rng, on_cores)
+    small = exponent(gait, rng, on_cores)
     try:
-        orbit = find_orbit(gait.section, gait.states[-1], stride)
+        orbit = find_orbit(gait.section, gait.states[-1], gait.stride)
     except RunError:
         orbit = None
-    rows = shrinking(gait.section, gait.states, stride, rng, on_cores)
-    returns, fell = kicked_returns(gait, 3.3 * stride, rng, on_cores)
+    rows = shrinking(gait, rng, on_cores)
+    returns, fell = kicked_returns(gait, rng, on_cores)
     return MeasuredGait(
         section=f"right heel {1e3 * gait.section.height:g} mm above the ground, coming down",
         walks=gait.walks,
         fell=gait.fell,
         strides=len(gait.periods),
-        period=stride,
+        period=gait.stride,
         period_std=float(gait.periods.std()),
         spread=float(np.sqrt(gait.states.var(axis=0).sum())),
         kind=word_for(orbit, small),
@@ -157,7 +135,7 @@ def measure(plan: Plan, jobs: Jobs, slices: bool) -> MeasuredGait:
         sizes=rows,
         floor=floor(rows),
         kicked=KickedFit(fit_map(returns, rng), KICK, fell, KICKED),
-        basin=basin(gait.section, gait.states, stride, rng, on_cores) if slices else None,
+        basin=basin(gait, rng, on_cores) if slices else None,
     )
 
 

@@ -19,7 +19,7 @@ from biped.studies.stability.basin import SIZES, Shrinking, floor
 from biped.studies.stability.cycle import Returns, fit_map
 from biped.studies.stability.kicks import Kicks
 from biped.studies.stability.orbit import Exponent, Orbit, find_orbit, growth
-from biped.studies.stability.section import PoincareSection, crossings
+from biped.studies.stability.section import PoincareSection, Steady, crossings
 from biped.studies.stability.study import study, word_for
 
 SLOW = "level_slow_generalized"
@@ -210,9 +210,8 @@ def test_basin_knows_the_gait_and_a_fall(walk, monkeypatch):
     _, section, found = walk
     monkeypatch.setattr(basin_module, "LEAN", (0.0, 1.2))
     monkeypatch.setattr(basin_module, "SPEED", (0.0,))
-    cut = basin_module.basin(
-        section, section.states(found)[4:], 1.588, np.random.default_rng(0), partial(mapped, jobs=1)
-    )
+    gait = Steady(section, section.states(found)[4:], np.array([1.588]), 0, 1)
+    cut = basin_module.basin(gait, np.random.default_rng(0), partial(mapped, jobs=1))
     assert cut.counts["returned"] == [[2], [0]], "unchanged strides are the gait"
     assert cut.counts["fell"] == [[0], [2]], "69 degrees of lean is a fall"
 
