@@ -6,6 +6,7 @@ import re
 import shlex
 import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -22,7 +23,7 @@ FAILS = {
     "ci.md": ["diff"],
 }
 """Words of commands that may end with exit code 1 or 3, as their pages say."""
-SHORT = {"duration": 0.3, "window.start": 0.1, "window.end": 0.3}
+SHORT: dict[str, Any] = {"duration": 0.3, "window.start": 0.1, "window.end": 0.3}
 ANY = 'model = "h1"\nlaw = "stand"\nduration = 0.3\nwindow = { start = 0.1, end = 0.3 }\n'
 _BLOCK = re.compile(r"```(\w+)\n(.*?)```", re.DOTALL)
 _NAMED = re.compile(r"`([\w/]+\.(?:toml|py))`[^`]*\Z")
