@@ -171,6 +171,8 @@ def test_a_mirrored_state_gives_the_mirrored_action():
     np.testing.assert_allclose(feet[1], np.array(feet[0])[::-1] * [1.0, -1.0, 1.0], atol=1e-9)
     wrong = structs.replace(card, action=structs.replace(card.action, scale=(0.5,) * 8 + (-0.5, 0.5)))
     assert likeness(run_of(CARD, wrong, (0.4, 0.0, 0.0)), tape) < 0.8
+    huge = structs.replace(card, action=structs.replace(card.action, scale=(1e300,) * 10))
+    assert likeness(run_of(CARD, huge, (0.4, 0.0, 0.0)), tape) < 0.8  # and no warning of an overflow
 
 
 def test_what_it_stands_is_searched_upward_to_the_first_fall(monkeypatch, capsys):

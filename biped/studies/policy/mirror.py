@@ -105,6 +105,13 @@ def likeness(run: Run, tape: Tape) -> float | None:
         qpos=mirror.state(tape.qpos), qvel=mirror.motion(tape.qvel), command=tape.command * [1.0, -1.0, -1.0],
         target=target, action=law.action_of(target),
     )  # fmt: skip
-    found = np.array(replay(plant, image, opposite=True).targets)
-    found, target = found - found.mean(axis=0), target - target.mean(axis=0)
-    return float((found * target).sum() / max(np.sqrt((found**2).sum() * (target**2).sum()), 1e-12))
+    return _correlation(np.array(replay(plant, image, opposite=True).targets), target)
+
+
+def _correlation(first: np.ndarray, second: np.ndarray) -> float:
+    """The correlation of all columns about their means; 0 of numbers that are too large or of none that change."""
+    largest = np.max(np.abs([first, second]))  # numbers near the largest have no squares
+    if not 0.0 < largest < np.inf:
+        return 0.0
+    first, second = (one - one.mean(axis=0) for one in (first / largest, second / largest))
+    return float((first * second).sum() / max(np.sqrt((first**2).sum() * (second**2).sum()), 1e-24))
