@@ -154,7 +154,7 @@ def _forest(changes: Sequence[MetricChange], margin: float) -> Markup | None:
     if not shown:
         return None
     frame = Frame(
-        (-100.0 * _WIDEST, 100.0 * _WIDEST), (-0.7, len(shown) - 0.3), "change [%], of counts in percentage points", "",
+        (-100.0 * _WIDEST, 100.0 * _WIDEST), (-0.7, len(shown) - 0.3), "change [%]", "",
         rungs=[one.metric.words for one in reversed(shown)], height=70.0 + 18.0 * len(shown), left=190.0,
     )  # fmt: skip
     frame.band((-100.0 * margin, 100.0 * margin), "pushed")
@@ -170,7 +170,7 @@ def _forest(changes: Sequence[MetricChange], margin: float) -> Markup | None:
         frame.dot(at, row, kind, said=f"{one.metric.words}: {cells(one)[3]} ({cells(one)[4]}), {one.verdict}")
     key = legend([(kind, word) for word, kind in _KIND.items() if any(one.verdict == word for one in shown)])
     note = (f"A change within the band of ±{margin:.0%} does not matter. A change of more than {_WIDEST:.0%} is drawn "
-            "at the edge; the table below has its number.")  # fmt: skip
+            "at the edge; the table below has its number. Counts of runs change in percentage points.")  # fmt: skip
     return tag("div", card("What changed", key, frame.svg("changes"), note=note), class_="cards")
 
 
