@@ -15,7 +15,7 @@ WALKS = {
     "normal": ("level_normal",),
     "fast": ("level_fast",),
     "own": ("robust/own",),  # with u_0
-    "touching": ("level_normal", "actuation.contacts='touching'"),
+    "touching": ("level_normal", "reading='touching'"),
     "push": ("push_forward",),
     "single": ("level_slow", "actuation.single_tangential=true", "ground.slope=-1.0"),
 }
