@@ -65,7 +65,8 @@ class Reading(NamedTuple):
     rank: float = 1e-4
 
 
-PLASTIC = Reading(limit=210.0, height=0.0015, ahead=0.25, contact_time=0.007, damping_ratio=1.5)  # readings/plastic.toml
+# readings/plastic.toml
+PLASTIC = Reading(limit=210.0, height=0.0015, ahead=0.25, contact_time=0.007, damping_ratio=1.5)
 
 
 Parts = tuple[tuple[int, float, float], ...]

@@ -25,6 +25,9 @@ from biped.scenario.possible import possible
 from biped.scenario.settings import Settings, beside_gait, habits_of, lay_below, read_reading
 from biped.scenario.valid import Fail, convert, known_keys
 
+_NUMBER = re.compile(r"[0-9]{1,9}")
+"""Of an entry of a list."""
+
 
 class Read(NamedTuple):
     """A scenario as read.
@@ -116,7 +119,7 @@ def _in_lists(below: Any, change: dict[str, Any], at: str = "") -> dict[str, Any
         key = f"{at}{part}"
         if not isinstance(value, dict):
             out[part] = value
-        elif isinstance(there, list) and value and all(number.isdigit() for number in value):
+        elif isinstance(there, list) and value and all(_NUMBER.fullmatch(number) for number in value):
             out[part] = _with_entries(there, value, key)
         else:
             out[part] = _in_lists(there, value, f"{key}.")
@@ -132,12 +135,11 @@ def _with_entries(entries: list[Any], change: dict[str, Any], key: str) -> list[
                 f"--set {key}.{number}: expected an entry of {key}, which has {len(out)}; they count from 0"
             )
         there = out[int(number)]
-        if isinstance(value, dict) and isinstance(there, list):
-            out[int(number)] = _with_entries(there, value, f"{key}.{number}")
-        elif isinstance(value, dict) and isinstance(there, dict):
-            merge(there, _in_lists(there, value, f"{key}.{number}."), {}, COMMAND_LINE, emptied=True)
+        changed = _in_lists({number: there}, {number: value}, f"{key}.")[number]
+        if isinstance(changed, dict) and isinstance(there, dict):
+            merge(there, changed, {}, COMMAND_LINE, emptied=True)
         else:
-            out[int(number)] = value
+            out[int(number)] = changed
     return out
 
 

@@ -128,3 +128,6 @@ def test_a_change_reaches_an_entry_of_a_list_by_its_number(tmp_path):
         read_scenario(str(file), ["push.0.forse=[1.0,0.0]"])
     with pytest.raises(InputError, match="push"):
         read_scenario("level_normal", ["push.0.at=1"])
+    for odd in ('push."\u00b2".at=1', f"push.{'9' * 5000}.at=1", "push.0.force.x=1", "push.x.at=1"):
+        with pytest.raises(InputError, match="push"):
+            read_scenario(str(file), [odd])
