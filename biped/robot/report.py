@@ -116,23 +116,25 @@ def look(name: str) -> ModelReport:
 
 def _parts(model: mujoco.MjModel, anatomy: Anatomy) -> dict[str, str]:
     """Parts of a biped in space, by what they are."""
-    above = ", ".join(model.joint(joint).name for joint in reversed(anatomy.trunk)) or "none"
+    above = ", ".join(model.joint(joint).name for joint in reversed(anatomy.trunk))
     out = {
-        "torso": f"{model.body(anatomy.torso).name}, on legs of {anatomy.leg:.3g} m",
-        "held": f"{above} (by springs)",
-    }
+        "torso": f"{model.body(anatomy.torso).name}; a straight leg is {anatomy.leg:.3g} m long from the last hip "
+                 "joint to the sole",
+        "held": f"law = 'spatial' holds these joints by springs: {above}" if above else "no other joints",
+    }  # fmt: skip
     for side, leg in zip(("right", "left"), anatomy.legs, strict=True):
-        names = [model.joint(joint).name if joint >= 0 else "none" for joint in leg.joints]
+        names = [model.joint(joint).name if joint >= 0 else "" for joint in leg.joints]
         toe, heel = leg.sole[:2], leg.sole[2:]
         length = np.linalg.norm(toe.mean(axis=0) - heel.mean(axis=0))
         breadth = [float(np.linalg.norm(end[0] - end[1])) for end in (toe, heel)]
         straight = np.degrees(leg.zero)
+        inversion = f"; {names[INVERSION]} tilts the sole inward" if names[INVERSION] else ""
         out |= {
-            f"{side} thigh": f"{model.body(leg.thigh).name}, turned by {', '.join(names[:HIP])}",
-            f"{side} shank": f"{model.body(leg.shank).name}, {leg.length:.3g} m, turned by {names[KNEE]} (straight at "
-                             f"{straight[KNEE]:.3g} degrees)",
-            f"{side} foot": f"{model.body(leg.foot).name}, turned by {names[ANKLE]} (square at {straight[ANKLE]:.3g} "
-                            f"degrees), inward by {names[INVERSION]}",
+            f"{side} thigh": f"{model.body(leg.thigh).name}; {', '.join(names[:HIP])} turn it",
+            f"{side} shank": f"{model.body(leg.shank).name}, {leg.length:.3g} m long; {names[KNEE]} turns it, and the "
+                             f"leg is straight at {straight[KNEE]:.3g} degrees",
+            f"{side} foot": f"{model.body(leg.foot).name}; {names[ANKLE]} turns it, and the sole is at a right angle "
+                            f"to the shank at {straight[ANKLE]:.3g} degrees{inversion}",
             f"{side} sole": f"{length:.3g} m long, {breadth[0]:.3g} m wide at the toe, {breadth[1]:.3g} m at the heel",
         }  # fmt: skip
     return out

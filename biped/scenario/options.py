@@ -56,13 +56,13 @@ def differing(model: Path, simulation: Simulation) -> str:
         return ""
     theirs = ", ".join(_text(name, file[name]) for name in names)
     ours = ", ".join(_text(name, getattr(simulation, name)) for name in names)
-    return f"the file says {theirs}; this run {ours} (simulation.physics = 'file' does as the file says)"
+    return f"the file asks for {theirs}; a run has {ours}; simulation.physics = 'file' follows the file"
 
 
 def _text(name: str, value: Any) -> str:
     if name == "timestep":
-        return f"{value:g} s"
-    return f"{value}" if isinstance(value, str) else f"{name} {value:g}"
+        return f"{name} {value:g} s"
+    return f"{name} {value}" if isinstance(value, str) else f"{name} {value:g}"
 
 
 def _attributes(path: Path, beside: Path, count: list[int]) -> list[tuple[str, str]]:

@@ -34,10 +34,18 @@ def add(commands: Commands) -> None:
     take_changes(parser)
     parser.add_argument("--engine", help=ENGINE)
     relative = "stop when half the 95 %% interval is this share of the probability (default: 0.3)"
-    parser.add_argument("--relative", type=number, default=0.3, help=relative)
-    parser.add_argument("--most", type=whole, default=20_000, help="largest number of runs (default: 20000)")
-    parser.add_argument("--size", type=whole, default=100, help="of splitting: runs at each level (default: 100)")
-    score = "of splitting: the nearness to a fall that makes levels: learned (default), margin, drop or lean"
+    parser.add_argument("--relative", type=number, metavar="SHARE", default=0.3, help=relative)
+    parser.add_argument(
+        "--most", type=whole, metavar="N", default=20_000, help="largest number of runs (default: 20000)"
+    )
+    parser.add_argument(
+        "--size",
+        type=whole,
+        metavar="N",
+        default=100,
+        help="with splitting: number of runs at each level (default: 100)",
+    )
+    score = "with splitting: how nearness to a fall is measured: learned (default), margin, drop or lean"
     parser.add_argument("--score", default="learned", help=score)
     parser.add_argument(
         "--method", choices=["counting", "splitting"], help="how to estimate (default: whichever is cheaper)"

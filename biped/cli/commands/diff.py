@@ -31,7 +31,10 @@ def add(commands: Commands) -> None:
     parser.add_argument(
         "--error", type=number, default=0.05, help="with --sequential: probability of a wrong decision (default: 0.05)"
     )
-    ratio = "with --sequential: how many times as often one must walk alone as the other to count (default: 3)"
+    ratio = (
+        "with --sequential: one is better if it alone walks in this many times as many pairs as the other alone does "
+        "(default: 3)"
+    )
     parser.add_argument("--ratio", type=number, default=3.0, help=ratio)
     parser.add_argument(
         "--most", type=whole, default=500, help="with --sequential: largest number of pairs (default: 500)"

@@ -25,7 +25,7 @@ def add(commands: Commands) -> None:
     parser = command_parser(
         commands, "new", "write files to start from", command,
         description="Writes files to start from. controller: the thesis's law for a planar biped, in readable "
-        "Python. policy: a card with a small network for Unitree's H1, and the same in 30 lines of Python.",
+        "Python. policy: a card with a small network for Unitree's H1, and the same in 40 lines of Python.",
     )  # fmt: skip
     parser.add_argument("what", choices=["controller", "policy"], help="the kind of file")
     file = (

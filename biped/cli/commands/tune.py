@@ -23,7 +23,10 @@ def add(commands: Commands) -> None:
     take_trust(parser)
     take_workers(parser)
     parser.add_argument("--out", type=Path, help="results folder; the same command continues what was interrupted")
-    least = "instead of a search: put the gains of a found gait back one by one, to see which of them it needs"
+    least = (
+        "instead of a search: put the gains of a found gait back one by one to where its search began, to see which of "
+        "them it needs"
+    )
     parser.add_argument("--least", metavar="GAIT", help=least)
     take_json(parser)
 

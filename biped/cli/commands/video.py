@@ -12,8 +12,8 @@ def add(commands: Commands) -> None:
     """Adds the parser of `biped video`."""
     parser = command_parser(commands, "video", "write a clip of a run, or of several beside each other", command)
     eye = (
-        "where the camera is: three-quarters (default), side, front, back, left, or azimuth,elevation in degrees. 0 "
-        "is the robot's right and 90 is ahead. Write --eye=-30,10 if the first number is negative"
+        "where the camera is: three-quarters (default), side, front, back, left, or azimuth,elevation in degrees. "
+        "At azimuth 0 it is at the robot's right, at 90 ahead. Write --eye=-30,10 if the first number is negative"
     )
     parser.add_argument(
         "run",

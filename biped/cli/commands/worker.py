@@ -18,8 +18,12 @@ def add(commands: Commands) -> None:
         "--lifetime", metavar="TIME", help="stop after this time, such as 50m; keep it below the time limit of the job"
     )
     parser.add_argument("--memory", metavar="SIZE", default="auto", help="largest memory of each worker, such as 2GB")
-    for part in ("ca-file", "cert", "key"):
-        parser.add_argument(f"--tls-{part}", metavar="FILE", help="for a scheduler at tls://…")
+    for part, what in (
+        ("ca-file", "certificate of the authority that signed the scheduler's, for a scheduler at tls://…"),
+        ("cert", "certificate of this worker, for a scheduler at tls://…"),
+        ("key", "key of this worker's certificate"),
+    ):
+        parser.add_argument(f"--tls-{part}", metavar="FILE", help=what)
     parser.add_argument("--with-parent", action="store_true", help="stop when standard input ends")
 
 
