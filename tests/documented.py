@@ -27,13 +27,14 @@ SHELL = ("biped", "make", "python", "pip", "dask")
 """Programs that pages name; a line of shell begins with one of them."""
 
 PLACEHOLDERS = {
-    "SCENARIO": "ci/level", "RUN": "results", "A": "before", "B": "after", "BEFORE": "before", "AFTER": "after",
+    "SCENARIO": "demo/push", "RUN": "results", "A": "before", "B": "after", "BEFORE": "before", "AFTER": "after",
     "DIR": "figures", "GAIT": "whole", "ROBOT.xml": "my_robot.xml", "NAME": "level_fast", "tuned/NAME": "tuned/level",
     "my/scenario.toml": "my_scenario.toml",
 }  # fmt: skip
 """Words in capitals of a command, and what a reader may write for them."""
 SHORTER = {
-    r"^run FILE": "run robust/slope", r"^model FILE": "model my_robot.xml", r"--mcap FILE": "--mcap walk.mcap",
+    r"^(certify|find) SCENARIO": r"\1 upright/own", r"^run FILE": "run robust/slope",
+    r"^model FILE": "model my_robot.xml", r"--mcap FILE": "--mcap walk.mcap",
     r"--only 17": "--only 1", r"--reference 100": "--reference 2", r"--right 15": "--right 1",
     r"--most 300": "--most 4", r"local:8": "local:1", r"^bench (mechanisms|throughput|campaigns)$": r"bench \1 --quick",
     r"^bench policy": "bench policy --quick", r"^regress( --markdown)?$": r"regress ci/level\1",

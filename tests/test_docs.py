@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import re
 import shlex
+import shutil
+import textwrap
 import tomllib
+from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -12,48 +15,38 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.base.files import locate
+from biped.base.trust import trusted
 from biped.cli import gallery, reference
 from biped.cli.main import parsed
+from biped.ensemble.cluster import file
+from biped.robot.report import look
+from biped.scenario.card_file import read_card
+from biped.scenario.gait import speeds_of
 from biped.scenario.reading import read_scenario
 from biped.show import references
 from biped.studies.regress.references import read, shipped
+from tests import documented
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 NOTES = ROOT / "docs" / "notes"
 
 
-def commands() -> list[tuple[str, list[str]]]:
-    """Every `biped …` of a shell block or between backquotes, with its page."""
-    found = []
-    for page in PAGES:
-        text = page.read_text(encoding="utf-8")
-        blocks = "\n".join(re.findall(r"```sh\n(.*?)```", text, re.DOTALL))
-        # Between backquotes `biped tune` is a name; with an argument it is a command.
-        lines = [line.strip() for line in blocks.splitlines()] + re.findall(r"`(biped [^`]+ [^`]+)`", text)
-        for line in lines:
-            words = shlex.split(" ".join(line.split()), comments=True)
-            if words and words[0].split("/")[-1] == "biped" and "…" not in line:
-                found.append((page.name, words[1:]))
-    return found
+COMMANDS = [(page.name, command) for page in documented.PAGES for command in documented.commands(page)]
 
 
-@pytest.mark.parametrize(
-    ("page", "argv"), commands(), ids=lambda value: value if isinstance(value, str) else " ".join(value)
-)
-def test_every_command_can_be_typed(page, argv):
-    if argv[0].startswith("--"):
-        return
-    args = parsed(argv)
+@pytest.mark.parametrize(("page", "command"), COMMANDS)
+def test_every_command_can_be_typed(page, command):
+    args = parsed(shlex.split(command))
     names = getattr(args, "scenario", None) or []
     for name in [names] if isinstance(names, str) else names:
-        known = re.search(r"[A-Z*]|^my|^a\.toml", name) is None
+        known = re.search(r"[A-Z*]|^my|^first\.toml", name) is None
         if known and not Path(name).is_absolute():
             locate("scenarios", name, page)
 
 
 def test_the_commands_were_found():
-    assert len(commands()) > 40
+    assert len(COMMANDS) > 200
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -116,6 +109,34 @@ def test_scenarios_in_pages_are_valid(page, tmp_path):
         file = tmp_path / f"page{i}.toml"
         file.write_text(block, encoding="utf-8")
         read_scenario(str(file))
+
+
+def test_other_tables_in_pages_are_read(tmp_path, monkeypatch):
+    """Each by whoever reads such a file; parts of a scenario are laid over one that walks."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    shutil.copy(ROOT / "models/h1.xml", "robot.xml")
+    shutil.copy(ROOT / "controllers/policy/h1.onnx", "walker.onnx")
+    (tmp_path / "biped").mkdir()
+    readers: dict[str, tuple[str, Callable[[str], object]]] = {
+        "wait": ("cluster.toml", file.read), "trust": ("biped/config.toml", lambda name: trusted(Path(name))),
+        "network": ("card.toml", lambda name: read_card(Path(name))),
+        "kind": ("robot.toml", lambda _: look("robot.xml")),
+        "speeds": ("gait.toml", lambda name: speeds_of(Path(name))),
+    }  # fmt: skip
+    count = 0
+    for page in documented.PAGES:
+        for block in re.findall(r"^ *```toml\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE):
+            text = textwrap.dedent(block)
+            found = tomllib.loads(text)
+            kind = next((key for key in readers if key in found), None)
+            if kind is None and {"extends", "model", "law"} & set(found):
+                continue  # a whole scenario
+            name, reader = readers[kind] if kind else ("scenario.toml", read_scenario)
+            Path(name).write_text(text if kind else f'extends = "level_normal"\n{text}', encoding="utf-8")
+            assert reader(name) is not None
+            count += 1
+    assert count > 14
 
 
 def test_the_tutorial_scenario_says_what_it_says(tmp_path):

@@ -6,12 +6,15 @@ import re
 import shlex
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 import biped
 from biped.cli.main import main
+from biped.studies.policy.tape import read_tape
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -89,6 +92,18 @@ def test_the_laws_of_the_page_of_controllers_run():
     assert len(space["Walker"].observations) == 5
 
 
+def test_a_trainers_loop_writes_a_tape_that_is_read():
+    (text,) = [text for language, text, _ in steps("your-policy.md") if language == "python"]
+    before, within, after = text.split("\n\n")
+    space: dict[str, Any] = {"np": np, "data": SimpleNamespace(time=0.5, qpos=np.ones(9), qvel=np.zeros(8))}
+    space |= {name: np.zeros(3) for name in ("command", "observation", "action", "target", "target_before")}
+    for part in (before, within, within, after):
+        exec(part, space)
+    tape = read_tape(Path("tape.npz"))
+    assert tape.qpos.shape == (2, 9)
+    assert tape.time.tolist() == [0.5, 0.5]
+
+
 @pytest.mark.parametrize("module", ["pyarrow", "duckdb", "polars"])
 def test_rows_of_a_large_campaign_are_read_as_the_page_of_clusters_says(module):
     pytest.importorskip(module)
@@ -108,4 +123,4 @@ def test_rows_of_a_large_campaign_are_read_as_the_page_of_clusters_says(module):
 
 def test_every_page_with_python_has_a_test():
     pages = {page.name for page in DOCS.glob("*.md") if "```python" in page.read_text(encoding="utf-8")}
-    assert pages == {"python.md", "dynamics.md", "controllers.md", "your-robot.md", "clusters.md"}
+    assert pages == {"python.md", "dynamics.md", "controllers.md", "your-robot.md", "clusters.md", "your-policy.md"}
