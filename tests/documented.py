@@ -46,6 +46,7 @@ FEWER = {
     "find": ["--most", "40", "--failures", "1"],
     "readings": ["--tries", "1", "--confirm", "1"],
     "standard": ["--set", "randomise.runs=1"],
+    "video": ["--fps", "2"],
     "tune": [f"--set=tune.{change}" for change in (
         "stages=[]", "generations=1", "population=4", "recheck=1", "checks=1", "finalists=1", "unseen=1")],
 }  # fmt: skip
