@@ -59,7 +59,7 @@ def command_parser(
         **more: `description`, where its own help says more than the line; and defaults, among them `simulates` of a
             command that steps MuJoCo and draws nothing unless asked to.
     """
-    parser = commands.add_parser(name, help=what, description=more.pop("description", what))
+    parser = commands.add_parser(name, help=what, description=more.pop("description", f"{what[0].upper()}{what[1:]}."))
     parser.set_defaults(execute=execute, **more)
     return parser
 

@@ -60,7 +60,8 @@ def _visit(lanes: tuple[tuple[str, ...], ...], out: Path, options: list[str]) ->
     words = "running"
     if not is_compiled():
         words = "compiling for this processor"
-        print("This installation runs for the first time: it compiles for this processor, which takes about a minute.")
+        print("This installation runs for the first time: it compiles for this processor, which takes about a minute.\n"
+              "Meanwhile you can choose a page for what you want to do: docs/index.md", flush=True)  # fmt: skip
     with clock(words):
         stations = visit(
             lanes, out, options, lambda one: print(f"  {one.scenario:<12} {one.seconds:5.1f} s", flush=True)
