@@ -12,6 +12,7 @@ from biped.base.kernels import digest
 from biped.base.platform import here
 from biped.ensemble.plan import Plan
 from biped.robot.safety import files_of as model_files
+from biped.scenario.engines import ENGINES
 from biped.scenario.law import files_of as law_files
 from biped.scenario.laws import own_law
 from biped.scenario.reading import to_toml
@@ -25,19 +26,22 @@ _MORE = ("scenario", "ensemble")
 
 
 def origin_of(plan: Plan) -> dict[str, str]:
-    """Digest of the effective scenario and of every file that its runs read; versions; and platform."""
+    """Digest of the effective scenario and of every file that its runs read; versions; and platform.
+
+    Of libraries that not every run needs, an engine's or onnxruntime, only those count that these runs use.
+    """
     state = blake2b(to_toml(plan.scenario).encode(), digest_size=8)
     files = files_read_by(plan)
     for path in files:
         data = path.read_bytes()
         state.update(f"{path.name}\0{len(data)}\0".encode() + data)
-    networks = {"onnxruntime": installed("onnxruntime")} if any(path.suffix == ".onnx" for path in files) else {}
+    libraries = [ENGINES[plan.scenario.engine].library, *("onnxruntime" for path in files if path.suffix == ".onnx")]
     return {
         "scenario": state.hexdigest(),
         "biped": VERSION,
         "kernels": digest(PACKAGE, _MORE),
         **here(),
-        **networks,
+        **{name: installed(name) for name in libraries if name},
     }
 
 

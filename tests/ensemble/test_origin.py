@@ -13,7 +13,10 @@ import msgspec
 import pytest
 
 import biped
+from biped.base.errors import InputError
+from biped.ensemble.journal import Journal
 from biped.ensemble.origin import files_read_by, origin_of
+from biped.scenario.engines import ENGINES
 from biped.scenario.keys import Scenario
 from biped.scenario.law import digest
 from biped.scenario.reading import read_scenario, to_toml
@@ -201,6 +204,33 @@ def test_the_loops_of_the_blas_are_in_the_origin(tmp_path):
         for core in ("Haswell", "Sandybridge")
     ]  # fmt: skip
     assert found == ["Haswell", "Sandybridge"] or found == ["", ""]  # not every NumPy has OpenBLAS
+
+
+VERSIONS = {"drake": "9.1", "onnxruntime": "9.2"}
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_versions_of_libraries_that_runs_use_are_in_the_origin_and_no_others(engine, tmp_path, monkeypatch):
+    monkeypatch.setattr("biped.ensemble.origin.installed", VERSIONS.get)
+    found = origin_of(plan_of("level_normal", [f"engine={engine}"]))
+    assert {name: found[name] for name in VERSIONS if name in found} == ({"drake": "9.1"} if engine == "drake" else {})
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "law.py").write_text('class Law:\n    network = "walker.onnx"\n', encoding="utf-8")
+    (tmp_path / "walker.onnx").write_bytes(b"weights")
+    found = origin_of(plan_of("level_normal", [f"engine={engine}", "law=law.py:Law"]))
+    assert found["onnxruntime"] == "9.2"
+
+
+def test_a_journal_of_another_version_of_drake_is_refused(tmp_path, monkeypatch):
+    plan, path = plan_of("level_normal", ["engine=drake"]), tmp_path / "runs.jsonl"
+    origins = []
+    for version in ("1.50.0", "1.51.1"):
+        monkeypatch.setattr("biped.ensemble.origin.installed", {"drake": version}.get)
+        origins.append(origin_of(plan))
+    Journal(path, origins[0]).note({"index": 0, "seed": 1})
+    assert len(Journal(path, origins[0]).read()[0]) == 1
+    with pytest.raises(InputError, match=r"drake.*1\.5[01]\.[01].*1\.5[01]\.[01]"):
+        Journal(path, origins[1]).read()
 
 
 @pytest.mark.parametrize("change", ["sweep={}", "randomise={runs=3, draw={}}", "randomise.draw={}", "expect={}"])
