@@ -11,9 +11,10 @@ import pinocchio
 import pytest
 
 from biped.base.errors import InputError
+from biped.control.planar.estimator import ANGLE
 from biped.ensemble.campaign import simulate
 from biped.measure.metrics import assess
-from biped.robot.planar.topology import KNEE, Z
+from biped.robot.planar.topology import KNEE, PITCH, Z
 from biped.studies.planned import plan_of
 
 drake = pytest.importorskip("pydrake", reason="Drake is not installed")
@@ -37,8 +38,8 @@ def test_mass_matrix_and_bias_are_mujocos(name):
         stepper.context.SetDiscreteState(c.state(stepper.q, stepper.v))
         ours = stepper.plant.CalcMassMatrix(stepper.context)
         # M of Drake's velocities from MuJoCo's, column by column.
-        there = np.array([c.forces(stepper.q, row).copy() for row in theirs])
-        there = np.array([c.forces(stepper.q, column).copy() for column in there.T]).T
+        there = np.array([c.forces(row).copy() for row in theirs])
+        there = np.array([c.forces(column).copy() for column in there.T]).T
         assert np.abs(ours - there).max() < 1e-12 * np.abs(there).max()
 
 
@@ -66,8 +67,8 @@ def test_mass_matrix_is_pinocchios(name):
         M = v.T @ (np.triu(M) + np.triu(M, 1).T) @ v
         stepper.context.SetDiscreteState(c.state(stepper.q, stepper.v))
         ours = stepper.plant.CalcMassMatrix(stepper.context)
-        there = np.array([c.forces(stepper.q, row).copy() for row in M])
-        there = np.array([c.forces(stepper.q, column).copy() for column in there.T]).T
+        there = np.array([c.forces(row).copy() for row in M])
+        there = np.array([c.forces(column).copy() for column in there.T]).T
         assert np.abs(ours - there).max() < 1e-12 * np.abs(there).max()
 
 
@@ -215,10 +216,10 @@ def test_nothing_is_left_of_the_equations_of_motion_beside_the_stops(monkeypatch
     left = []
     original = Stepper.residual
 
-    def noted(self, after, before, acting, touching):
-        out = original(self, after, before, acting, touching)
-        left.append(np.delete(out, [column for _, _, column, *_ in self._stops]))
-        return out
+    def noted(self, columns):
+        every = original(self, range(self.model.nv))
+        left.append(np.delete(every, [column for _, _, column, *_ in self._stops]))
+        return [every[i] for i in columns]
 
     monkeypatch.setattr(Stepper, "residual", noted)
     simulate(run_of("upright/own", "duration=1.0"))
@@ -263,6 +264,33 @@ def test_ground_that_is_not_level(change):
     assert trajectory.x[-1] > 1.0
     lowest = trajectory.above.min()
     assert -0.02 < lowest < 0.001
+
+
+@pytest.mark.parametrize(("name", "changes"), [
+    ("upright/own", ("truth.mass=[1.1,1,1,1,1,1,1]",)), ("upright/own", ("truth.joint_damping=2.0",)),
+    ("upright/own", ("sensors.delay=0.004",)), ("upright/own", ("actuation.lag=0.005",)),
+    ("any/h1", ("truth.strength=0.9",)), ("any/h1", ("actuation.delay=0.003",)),
+    ("any/h1_walk", ("truth.joint_friction=2.0",)), ("any/h1_walk", ("truth.armature=0.05",)),
+])  # fmt: skip
+def test_the_truth_and_what_is_between_it_and_the_law_act_as_in_mujoco(name, changes):
+    """Each of them leads the robot away from where it would be, in both engines to nearly the same place."""
+    short, moved = ("duration=0.3", "window={start=0.1, end=0.3}", "push=[]", "randomise={}"), []
+    for engine in ("mujoco", "drake"):
+        plain, other = (simulate(plan_of(name, [*short, f"engine={engine}", *more]).run(0)).q[:120]
+                        for more in ((), changes))  # fmt: skip
+        moved.append(other - plain)
+    there, here = moved
+    assert np.linalg.norm(there) > 1e-4
+    assert np.linalg.norm(here - there) < 0.3 * np.linalg.norm(there)
+
+
+def test_an_estimator_infers_the_torsos_angle_from_drakes_contacts():
+    sensors = ("estimator={}", "sensors.encoders={}", "sensors.gyro={}", "sensors.switches={}")
+    trajectory = simulate(run_of("upright/own", "duration=0.6", "window={start=0.1, end=0.6}", *sensors))
+    assert trajectory.end == "completed"
+    missed = trajectory.inferred[10:, ANGLE] - trajectory.q[10:, PITCH]
+    assert np.ptp(trajectory.q[10:, PITCH]) > np.radians(3.0)
+    assert np.abs(missed).max() < np.radians(0.1)
 
 
 def test_slow_control_is_accounted_for_by_the_engines_own_steps():

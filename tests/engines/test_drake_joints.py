@@ -100,15 +100,11 @@ def test_a_servo_and_a_rotor_act_beside_friction():
     M = stepper.plant.CalcMassMatrix(stepper.context)
     assert M[0, 0] == pytest.approx(0.01 + MASS * LENGTH**2 + 0.3, rel=1e-12)
     stepper.q[0], stepper.target[0] = 0.4, -0.3
-    c = stepper.coordinates
     for _ in range(800):
-        before = c.state(stepper.q, stepper.v).copy()
         stepper.step()
-        after = c.state(stepper.q, stepper.v).copy()
         wanted = np.clip(30.0 * (-0.3 - stepper.q[0]) - 8.0 * stepper.v[0], -8.0, 8.0)
         assert stepper.torque[0] == pytest.approx(wanted, abs=1e-7)
-        stepper.context.SetDiscreteState(before)
-        assert np.abs(stepper.residual(after, before[1:], np.zeros(1), np.zeros(1))).max() < 1e-3
+        assert abs(stepper.residual([0])[0]) < 1e-3
     assert abs(stepper.v[0]) < 1e-4
     assert abs(stepper.torque[0] - MASS * 9.81 * LENGTH * np.sin(stepper.q[0])) <= FRICTION
 

@@ -48,8 +48,8 @@ class Meeting(NamedTuple):
     """Shapes that were built of geoms.
 
     Attributes:
-        part: MuJoCo's geom that a shape of the robot stands for, by the shape's number; shapes that are ground have
-            none.
+        part: MuJoCo's geom that a shape of the robot stands for where it meets the ground, by the shape's number;
+            other shapes, which meet only each other, and shapes that are ground have none.
         planes: (geom, frame) of planes that are moved; none where the ground is level.
     """
 
@@ -72,7 +72,6 @@ class Builder:
         self._plant, self._m, self._bodies, self._robot, self._level = plant, m, bodies, robot, level
         self._mass = float(m.body_mass.sum())
         self._shapes: dict[tuple[int, bool], list[GeometryId]] = {}
-        self._part: dict[GeometryId, int] = {}
         self._planes: list[tuple[int, FixedOffsetFrame]] = []
 
     def register(self, scenes: SceneGraph) -> Meeting:
@@ -84,14 +83,15 @@ class Builder:
         for a, b in pairs:
             first, second = (b, a) if planes[b] else (a, b)
             allow.append((self._of(first, first), self._of(second, first)))
-        plane_ids = [i for (geom, _), ids in self._shapes.items() if planes[geom] for i in ids]
-        everything = GeometrySet([*plane_ids, *self._part])
+        everything = GeometrySet([shape for shapes in self._shapes.values() for shape in shapes])
         if allow:
             filters = CollisionFilterDeclaration().ExcludeWithin(everything)
             for one, other in allow:
                 filters.AllowBetween(GeometrySet(one), GeometrySet(other))
             scenes.collision_filter_manager().Apply(filters)
-        return Meeting({shape.get_value(): geom for shape, geom in self._part.items()}, self._planes)
+        part = {shape.get_value(): geom for (geom, on_ground), shapes in self._shapes.items()
+                if on_ground and not planes[geom] for shape in shapes}  # fmt: skip
+        return Meeting(part, self._planes)
 
     def _of(self, geom: int, other: int) -> list[GeometryId]:
         """The shapes of a geom, as it meets the ground or another part."""
@@ -122,11 +122,8 @@ class Builder:
         self, geom: int, place: RigidTransform, shape: Shape, number: int, material: ProximityProperties
     ) -> GeometryId:
         body = self._bodies[self._m.geom_bodyid[geom]]
-        out = self._plant.RegisterCollisionGeometry(
-            body, place, shape, f"geom {geom}.{len(self._part)}.{number}", material
-        )
-        self._part[out] = geom
-        return out
+        name = f"geom {geom}.{len(self._shapes)}.{number}"
+        return self._plant.RegisterCollisionGeometry(body, place, shape, name, material)
 
     def _shapes_of(self, geom: int, on_ground: bool) -> Iterator[tuple[RigidTransform, Shape]]:
         """Places in its body and shapes that stand for a geom."""

@@ -6,8 +6,12 @@ They differ in their order and in a free base: Drake turns it by the world's axe
 # pyright: reportMissingImports=false
 from __future__ import annotations
 
+from math import sqrt
+from typing import Any
+
 import mujoco
 import numpy as np
+from numpy.typing import ArrayLike
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Joint
 
@@ -21,54 +25,69 @@ class Coordinates:
         plant: Finished.
         m: The model that it was built from.
         joints: The plant's, by MuJoCo's number.
+
+    Attributes:
+        q: Where hinges and slides are in MuJoCo's coordinates; a slice, where it can be one, since that costs less.
+        v: Where they are in its velocities, likewise.
+        column: Where they are in Drake's velocities, likewise.
+        rates: (nv,) Drake's velocities in the latest `state`.
     """
 
     def __init__(self, plant: MultibodyPlant, m: mujoco.MjModel, joints: list[Joint]):
-        self._nq = plant.num_positions()
-        self._x = np.zeros(self._nq + plant.num_velocities())
-        self._f = np.zeros(plant.num_velocities())
+        nq, nv = plant.num_positions(), plant.num_velocities()
+        self._x, self._f = np.zeros(nq + nv), np.zeros(nv)
+        self.rates = self._x[nq:]
         plain = [j for j in range(m.njnt) if m.jnt_type[j] != _FREE]
+        # Of each free joint: its places in q and v, in Drake's state and in its forces, and its orientation.
         self._free = [
-            (int(m.jnt_qposadr[j]), int(m.jnt_dofadr[j]), joints[j].position_start(), joints[j].velocity_start())
+            (*_parts(int(m.jnt_qposadr[j]), 3, 4), *_parts(int(m.jnt_dofadr[j]), 3, 3),
+             *_parts(joints[j].position_start(), 4, 3), *_parts(nq + joints[j].velocity_start(), 3, 3),
+             *_parts(joints[j].velocity_start(), 3, 3), np.empty((3, 3)))
             for j in range(m.njnt) if m.jnt_type[j] == _FREE
         ]  # fmt: skip
-        self.q, self.v = m.jnt_qposadr[plain].astype(int), m.jnt_dofadr[plain].astype(int)
-        self.place = np.array([joints[j].position_start() for j in plain], dtype=int)
-        self.column = np.array([joints[j].velocity_start() for j in plain], dtype=int)
-        self._rate, self._reference = self._nq + self.column, m.qpos0[self.q]
-        self._R = np.empty(9)
+        self.q, self.v = _span(m.jnt_qposadr[plain]), _span(m.jnt_dofadr[plain])
+        self.column = _span([joints[j].velocity_start() for j in plain])
+        self._place = _span([joints[j].position_start() for j in plain])
+        self._rate = _span([nq + joints[j].velocity_start() for j in plain])
+        self._reference = m.qpos0[self.q]
 
     def state(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(nq + nv,) Drake's state; the same array at every call."""
         x = self._x
-        x[self.place] = q[self.q] - self._reference
+        x[self._place] = q[self.q] - self._reference
         x[self._rate] = v[self.v]
-        for a, b, place, column in self._free:
-            x[place : place + 4], x[place + 4 : place + 7] = q[a + 3 : a + 7], q[a : a + 3]
-            at = self._nq + column
-            x[at : at + 3], x[at + 3 : at + 6] = self._turn(q, a) @ v[b + 3 : b + 6], v[b : b + 3]
+        for place, turn, speed, spin, turned, placed, spinning, moving, _, _, R in self._free:
+            mujoco.mju_quat2Mat(R.ravel(), q[turn])
+            x[turned], x[placed], x[spinning], x[moving] = q[turn], q[place], R @ v[spin], v[speed]
         return x
 
     def read(self, x: np.ndarray, q: np.ndarray, v: np.ndarray) -> None:
         """Writes MuJoCo's coordinates and velocities of a state of Drake's into q (nq,) and v (nv,)."""
-        q[self.q] = x[self.place] + self._reference
+        q[self.q] = x[self._place] + self._reference
         v[self.v] = x[self._rate]
-        for a, b, place, column in self._free:
-            q[a + 3 : a + 7] = x[place : place + 4] / np.sqrt(x[place : place + 4] @ x[place : place + 4])
-            q[a : a + 3] = x[place + 4 : place + 7]
-            at = self._nq + column
-            v[b + 3 : b + 6], v[b : b + 3] = x[at : at + 3] @ self._turn(q, a), x[at + 3 : at + 6]
+        for place, turn, speed, spin, turned, placed, spinning, moving, _, _, R in self._free:
+            quaternion = x[turned]
+            q[turn] = quaternion / sqrt(quaternion @ quaternion)
+            q[place] = x[placed]
+            mujoco.mju_quat2Mat(R.ravel(), q[turn])
+            v[spin], v[speed] = x[spinning] @ R, x[moving]
 
-    def forces(self, q: np.ndarray, forces: np.ndarray) -> np.ndarray:
-        """(nv,) generalized forces of Drake's from MuJoCo's; the same array at every call."""
+    def forces(self, forces: np.ndarray) -> np.ndarray:
+        """(nv,) Drake's generalized forces from MuJoCo's, in the latest `state`; the same array at every call."""
         out = self._f
         out[self.column] = forces[self.v]
-        for a, b, _, column in self._free:
-            out[column : column + 3] = self._turn(q, a) @ forces[b + 3 : b + 6]
-            out[column + 3 : column + 6] = forces[b : b + 3]
+        for _, _, speed, spin, _, _, _, _, moment, force, R in self._free:
+            out[moment], out[force] = R @ forces[spin], forces[speed]
         return out
 
-    def _turn(self, q: np.ndarray, a: int) -> np.ndarray:
-        """(3, 3) orientation of the free body whose coordinates begin at a."""
-        mujoco.mju_quat2Mat(self._R, q[a + 3 : a + 7])
-        return self._R.reshape(3, 3)
+
+def _parts(start: int, one: int, other: int) -> tuple[slice, slice]:
+    """Two slices, one after the other."""
+    return slice(start, start + one), slice(start + one, start + one + other)
+
+
+def _span(index: ArrayLike) -> Any:
+    """An index array as a slice, if it counts up one by one."""
+    out = np.array(index, dtype=int)
+    consecutive = len(out) and np.array_equal(out, np.arange(out[0], out[0] + len(out)))
+    return slice(int(out[0]), int(out[-1]) + 1) if consecutive else out

@@ -39,8 +39,8 @@ class JointTorques:
         if not self.any:
             return
         self._actuator, self._joint = (np.array([one[i] for one in tree.servos], dtype=int) for i in range(2))
-        self._reference = m.qpos0[m.jnt_qposadr[self._joint]]
-        self._places = m.actuator_biasprm[self._actuator, 1] != 0.0
+        holds = m.actuator_biasprm[self._actuator, 1] != 0.0
+        self._zero = np.where(holds, m.qpos0[m.jnt_qposadr[self._joint]], 0.0)
         self._net = plant.get_net_actuation_output_port()
         first: dict[int, int] = {}  # actuator of each of Drake's columns; those of one joint have the same sum
         order: list[int] = []  # which servo each row of the desired state is of; none of a brake
@@ -55,11 +55,11 @@ class JointTorques:
         column = np.array([tree.joints[j].velocity_start() for j in self._joint], dtype=int)
         self._columns, self._index = column, np.array([first[int(c)] for c in column], dtype=int)
         rank = {servo: row for row, servo in enumerate(order) if servo >= 0}
-        self._row = np.array([rank[i] for i in range(len(tree.servos))], dtype=int)
-        self._controlled = len(order)
+        # Positions that are wanted come first there, and after all of them velocities; a servo has one of the two.
+        self._rows = np.where(holds, 0, len(order)) + np.array([rank[i] for i in range(len(tree.servos))], dtype=int)
         port = plant.get_desired_state_input_port(tree.bodies[1].model_instance())
-        self._values = np.zeros(2 * self._controlled)
-        self._desired: Any = port.FixValue(context, self._values)
+        self._desired: Any = port.FixValue(context, np.zeros(2 * len(order)))
+        self._values = self._desired.GetMutableData().get_mutable_value().get_mutable_value()
         braked = np.array([j for j, _ in tree.brakes], dtype=int)
         self._most, self._rate = (np.zeros(plant.num_velocities()) for _ in range(2))
         at = np.array([tree.joints[j].velocity_start() for j in braked], dtype=int)
@@ -68,10 +68,8 @@ class JointTorques:
 
     def command(self, target: np.ndarray) -> None:
         """Has servos hold their joints at targets (nu,)."""
-        wanted = target[self._actuator]
-        self._values[self._row] = np.where(self._places, wanted - self._reference, 0.0)
-        self._values[self._controlled + self._row] = np.where(self._places, 0.0, wanted)
-        self._desired.GetMutableData().get_mutable_value().SetFromVector(self._values)
+        self._desired.GetMutableData()  # without it Drake does not know that they change
+        self._values[self._rows] = target[self._actuator] - self._zero
 
     def read(self, context: Context, now: np.ndarray, torque: np.ndarray) -> None:
         """Finds what they gave in the step whose last velocities are `now`.
@@ -82,7 +80,7 @@ class JointTorques:
             torque: (njnt,) torques of servos are written here.
         """
         if self.rubs:
-            np.clip(-self._rate * now, self._least, self._most, out=self.friction)
+            np.minimum(np.maximum(-self._rate * now, self._least), self._most, out=self.friction)
         if self._joint.size:
             found = self._net.Eval(context)[self._index] - self.friction[self._columns]
             torque[self._joint] = self.servo[self._columns] = found

@@ -34,9 +34,10 @@ def simulate(run: Run) -> Trajectory:
     applied = np.zeros(NQ if generalized else NQ - BASE)
     acts = joints if generalized else joints[BASE:]
     limits = np.full(NQ, np.inf) if generalized else np.array(run.torque_limits)
-    columns = {int(geom): FORCE + 2 * point for point, geom in enumerate(order.points)}
+    columns = {int(geom): 2 * point for point, geom in enumerate(order.points)}
     substeps, account, forces = run.substeps, np.zeros(run.ticks), np.zeros((model.nbody - 1, 3))
-    share, stops = 1.0 / substeps, [(STOP + leg, int(joints[KNEE[leg]])) for leg in range(N_STOPS)]
+    share, nothing = 1.0 / substeps, [0.0] * (STOP - FORCE + N_STOPS)
+    stops = [(STOP - FORCE + leg, int(joints[KNEE[leg]])) for leg in range(N_STOPS)]
     bounded = np.empty(applied.size)
 
     def push(pushes: np.ndarray) -> None:
@@ -44,8 +45,7 @@ def simulate(run: Run) -> Trajectory:
         stepper.push(forces)
 
     def step(k: int, log: np.ndarray) -> None:
-        line = log[k]
-        line[FORCE : STOP + N_STOPS] = 0.0
+        means = nothing.copy()
         np.minimum(applied, limits, out=bounded)
         stepper.applied[acts] = np.maximum(bounded, -limits, out=bounded)
         stepper.work = stepper.given = 0.0
@@ -54,13 +54,14 @@ def simulate(run: Run) -> Trajectory:
                 mirror.qpos[:] = stepper.q
                 mujoco.mj_kinematics(model, mirror)
                 lay(planes, mirror.geom_xpos, order.points)
-            for part, _, force in stepper.step():
-                at = columns[part]
-                line[at] += share * force[0]
-                line[at + 1] += share * force[2]
+            for part, force, _ in stepper.step():
+                at, (along, _, up) = columns[part], force.tolist()
+                means[at] += share * along
+                means[at + 1] += share * up
             if stepper.stopped:
                 for column, joint in stops:
-                    line[column] += share * stepper.stop[joint]
+                    means[column] += share * stepper.stop[joint]
+        log[k, FORCE : STOP + N_STOPS] = means
         account[k] = stepper.work
         q[:], v[:] = stepper.q[joints], stepper.v[joints]
 

@@ -57,7 +57,8 @@ class DrakePlant(MujocoPlant):
         add = bound(add_forces, state.point, state.foot, *found.first(2), False, com, *spare, forces, total)
         driven = self.model.actuator_trnid[:, 0]
         torque, limited = np.zeros(len(robot.drives)), self.model.actuator_ctrllimited
-        span = np.where(limited, self.model.actuator_ctrlrange.T, [[-np.inf], [np.inf]])
+        least, most = np.where(limited, self.model.actuator_ctrlrange.T, [[-np.inf], [np.inf]])
+        substeps = self.run.substeps
 
         def step(k: int) -> None:
             forces[:], total[:], torque[:], acting[:] = 0.0, 0.0, 0.0, 0.0
@@ -66,9 +67,9 @@ class DrakePlant(MujocoPlant):
             elif direct:
                 stepper.applied[columns] = data.ctrl
             else:
-                np.clip(data.ctrl, *span, out=stepper.target)
+                np.minimum(np.maximum(data.ctrl, least), most, out=stepper.target)
             stepper.work = stepper.given = 0.0
-            for substep in range(self.run.substeps):
+            for substep in range(substeps):
                 if substep:
                     data.qpos[:] = stepper.q
                     mujoco.mj_kinematics(model, data)
@@ -84,7 +85,7 @@ class DrakePlant(MujocoPlant):
                     self.log[k, self._energy] = stepper.energy
             data.qpos[:], data.qvel[:] = stepper.q, stepper.v
             self.log_step(k, forces, total[:3], torque, (stepper.work, stepper.given))
-            self.outside[k, 3:] = (total + acting) / self.run.substeps
+            self.outside[k, 3:] = (total + acting) / substeps
 
         return step
 
@@ -108,9 +109,9 @@ class _Found:
 
     def of(self, contacts: list[PointForce]) -> tuple[Contacts, Solved]:
         """Contacts and their forces, along the world's axes."""
-        for i, (part, place, force) in enumerate(contacts):
-            self._geoms[i, 1], self._place[i] = part, place
-            self._force[3 * i : 3 * i + 3] = force
+        for i, contact in enumerate(contacts):
+            self._geoms[i, 1], self._place[i] = contact.part, contact.place
+            self._force[3 * i : 3 * i + 3] = contact.force
         return self.first(len(contacts))
 
     def first(self, n: int) -> tuple[Contacts, Solved]:

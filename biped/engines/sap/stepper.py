@@ -8,7 +8,8 @@ its stops and its code, and not in its integrator.
 # pyright: reportMissingImports=false
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -31,13 +32,18 @@ class PointForce(NamedTuple):
 
     Attributes:
         part: MuJoCo's number of the robot's geom.
-        place: (3,) [m].
         force: (3,) [N] of the ground.
+        found: Drake's own record of it.
     """
 
     part: int
-    place: np.ndarray
     force: np.ndarray
+    found: Any
+
+    @property
+    def place(self) -> np.ndarray:
+        """(3,) [m], read from Drake's record where somebody asks for it."""
+        return self.found.contact_point()
 
 
 class Stepper:
@@ -86,10 +92,13 @@ class Stepper:
         self.target, self.torque, self.stop = np.zeros(m.nu), np.zeros(m.njnt), np.zeros(m.nv)
         self.work = self.given = self.energy = 0.0
         self._pushes: list[tuple[int, np.ndarray]] = []
-        self._nq = plant.num_positions()
-        self._before, self._mean, self._given = (np.zeros(plant.num_velocities()) for _ in range(3))
-        port = plant.get_applied_generalized_force_input_port()
-        self._fixed = port.FixValue(context, np.zeros(plant.num_velocities()))
+        nq, nv = plant.num_positions(), plant.num_velocities()
+        self._mean, self._touching = np.zeros(nv), np.zeros(nv)
+        # Drake's own arrays, of the forces that it reads and of the state that it finds.
+        self._port = plant.get_applied_generalized_force_input_port().FixValue(context, np.zeros(nv))
+        self._acting = self._port.GetMutableData().get_mutable_value().get_mutable_value()
+        self._after = self._now = np.zeros(0)
+        self._velocities = slice(nq, nq + nv)
         self._contacts = plant.get_contact_results_output_port()
         instance = tree.bodies[1].model_instance()
         self._contact_forces = plant.get_generalized_contact_forces_output_port(instance)
@@ -121,41 +130,46 @@ class Stepper:
         Args:
             measured: Whether `energy` is to be that of its start.
         """
-        plant, context, c, m = self.plant, self.context, self.coordinates, self.model
-        state, before, step, given = c.state(self.q, self.v), self._before, self._mean, self._given
-        before[:] = state[self._nq :]
-        context.SetDiscreteState(state)  # without it Drake steps on the forces of the step before
+        context, c, joints, acting = self.context, self.coordinates, self._joints, self._acting
+        context.SetDiscreteState(c.state(self.q, self.v))  # without it Drake steps on the forces of the step before
         if measured:
             self.energy = self._energy()
         for geom, frame in self._meeting.planes:
-            frame.SetPoseInParentFrame(context, pose(m.geom_pos[geom], m.geom_quat[geom]))
-        given[:] = c.forces(self.q, self.applied)
+            frame.SetPoseInParentFrame(context, pose(self.model.geom_pos[geom], self.model.geom_quat[geom]))
+        given = c.forces(self.applied)
         for body, force in self._pushes:
             given += force @ self._jacobian(body)
-        acting = given.copy()
+        self.act(given)
         if self._sprung:
             acting[c.column] -= self._stiffness * (self.q[c.q] - self._rest)
-        self._fixed.GetMutableData().get_mutable_value().SetFromVector(acting)
-        if self._joints.any:
-            self._joints.command(self.target)
-        after = plant.EvalUniquePeriodicDiscreteUpdate(context).get_vector().get_value()
-        now = after[self._nq :]
-        touching = self._contact_forces.Eval(context)
-        np.add(before, now, step)
+        if joints.any:
+            joints.command(self.target)
+        update = self.plant.EvalUniquePeriodicDiscreteUpdate(context)
+        if not self._after.size:
+            self._after = update.get_vector().get_value()  # which is where it finds every later one, too
+            self._now = self._after[self._velocities]
+        now = self._now
+        self._touching = touching = self._contact_forces.Eval(context)
+        step = np.add(c.rates, now, self._mean)
         step *= 0.5 * self._dt
-        if self._joints.any:
-            self._joints.read(context, now, self.torque)
-            given += self._joints.servo
-            self.work += float(self._joints.friction @ step)
-        self.given += (done := float(given @ step))
-        self.work += done + float(touching @ step)
-        if self._find_stops(after, before, acting, touching):
-            self.work += float(self._stop_forces @ step)
+        if joints.any:
+            joints.read(context, now, self.torque)
+            given += joints.servo
+            self.work += joints.friction.dot(step)
+        self.given += (done := given.dot(step))
+        self.work += done + touching.dot(step)
+        if self._find_stops():
+            self.work += self._stop_forces.dot(step)
         if self._damped:
-            self.work -= float((self._damping * now) @ step)
+            self.work -= (self._damping * now).dot(step)
         out = self._ground_contacts()
-        c.read(after, self.q, self.v)
+        c.read(self._after, self.q, self.v)
         return out
+
+    def act(self, forces: np.ndarray) -> None:
+        """Has generalized forces (nv,) of Drake's act in its next step."""
+        self._port.GetMutableData()  # without it Drake does not know that they change
+        self._acting[:] = forces
 
     def _energy(self) -> float:
         """[J] kinetic, potential, and of springs, at the context's state, by Drake's own M."""
@@ -174,51 +188,50 @@ class Stepper:
             world, world,
         )  # fmt: skip
 
-    def _find_stops(self, after: np.ndarray, before: np.ndarray, acting: np.ndarray, touching: np.ndarray) -> bool:
+    def _find_stops(self) -> bool:
         """Finds the stops' forces, which are in no port of Drake's: what is left of the equations of motion.
 
         Returns:
             Whether any stop pushes.
         """
-        places, rates, dt, pushing = self.q.tolist(), after.tolist(), self._dt, []
+        places, rates, dt, pushing = self.q.tolist(), self._now.tolist(), self._dt, []
         for q, v, column, low, high in self._stops:
             now = places[q]
-            then = now + dt * rates[self._nq + column]
-            if min(then - low, high - then) <= max(0.6 * min(now - low, high - now), _NEAR):
+            then = now + dt * rates[column]
+            # Without min and max, whose calls would cost more than all the rest.
+            before = now - low if now - low < high - now else high - now
+            after = then - low if then - low < high - then else high - then
+            if after <= _NEAR or after <= 0.6 * before:
                 pushing.append((v, column))
         if self.stopped:
             self._stop_forces[:] = self.stop[:] = 0.0
         self.stopped = bool(pushing)
         if pushing:
-            left = self.residual(after, before, acting, touching)
-            for v, column in pushing:
-                self.stop[v] = self._stop_forces[column] = left[column]
+            for (v, column), force in zip(pushing, self.residual([column for _, column in pushing]), strict=True):
+                self.stop[v] = self._stop_forces[column] = force
         return self.stopped
 
-    def residual(self, after: np.ndarray, before: np.ndarray, acting: np.ndarray, touching: np.ndarray) -> np.ndarray:
-        """(nv,) what M Δv/Δt + C v − τ_g leaves after all that has a port: stops, and otherwise nothing.
+    def residual(self, columns: Sequence[int]) -> list[float]:
+        """Left of M Δv/Δt + C v − τ_g after all that has a port, in the latest step: forces of stops and nothing else.
 
         Args:
-            after: (nq + nv,) state at the end of the step.
-            before: (nv,) velocities at its start.
-            acting: (nv,) generalized forces that were applied.
-            touching: (nv,) of contacts.
+            columns: Numbers of Drake's velocities.
         """
-        plant, context = self.plant, self.context
-        now = after[len(after) - len(before) :]
-        M = plant.CalcMassMatrix(context)
-        bias = plant.CalcBiasTerm(context) - plant.CalcGravityGeneralizedForces(context)
-        out = M @ ((now - before) / self._dt) + bias - acting - touching + self._damping * now
-        return out - self._joints.servo - self._joints.friction
+        plant, context, now, acting, joints = self.plant, self.context, self._now, self._acting, self._joints
+        inertial = plant.CalcMassMatrix(context) @ ((now - self.coordinates.rates) / self._dt)
+        bias, gravity = plant.CalcBiasTerm(context), plant.CalcGravityGeneralizedForces(context)
+        touching, damping, servo, friction = self._touching, self._damping, joints.servo, joints.friction
+        return [inertial[i] + (bias[i] - gravity[i]) - acting[i] - touching[i] + damping[i] * now[i] - servo[i]
+                - friction[i] for i in columns]  # fmt: skip
 
     def _ground_contacts(self) -> list[PointForce]:
-        found, part, out = self._contacts.Eval(self.context), self._meeting.part, []
-        for i in range(found.num_point_pair_contacts()):
-            info = found.point_pair_contact_info(i)
-            pair = info.point_pair()
-            first, second = part.get(pair.id_A.get_value()), part.get(pair.id_B.get_value())
-            if first is None and second is not None:  # the ground is no part of the robot
-                out.append(PointForce(second, info.contact_point(), info.contact_force()))
-            elif first is not None and second is None:
-                out.append(PointForce(first, info.contact_point(), -info.contact_force()))
+        """The ground's contacts in the latest step, read with few calls, each of which costs a microsecond or two."""
+        results, part, out = self._contacts.Eval(self.context), self._meeting.part, []
+        for i in range(results.num_point_pair_contacts()):
+            found = results.point_pair_contact_info(i)
+            pair = found.point_pair()
+            if (geom := part.get(pair.id_B.get_value())) is not None:
+                out.append(PointForce(geom, found.contact_force(), found))
+            elif (geom := part.get(pair.id_A.get_value())) is not None:
+                out.append(PointForce(geom, -found.contact_force(), found))
         return out

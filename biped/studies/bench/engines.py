@@ -5,8 +5,10 @@ Both steps are called from Python and take the same generalized forces. MuJoCo's
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
+from time import perf_counter
 from typing import Any, NamedTuple
 
 import mujoco
@@ -18,9 +20,8 @@ from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.robot.run import Run
 from biped.scenario.reading import read_scenario
-from biped.studies.bench.parts import clock
 
-REPEATS = 5
+REPEATS = 15
 ROBOTS = {"seven links": "upright/own", "in space": "spatial/own"}
 """Scenarios by what walks in them."""
 SECONDS, STRIDE = 2.0, 3
@@ -51,10 +52,10 @@ class StepCost(NamedTuple):
 
 
 def step_costs(repeats: int = REPEATS, seconds: float = SECONDS) -> dict[str, StepCost]:
-    """Measures each of `ROBOTS`; least times of interleaved repeats.
+    """Measures each of `ROBOTS`; of each state the least time of interleaved repeats, which other work disturbs least.
 
     Args:
-        repeats: Of which the least times count.
+        repeats: Of each state.
         seconds: [s] of each walk.
 
     Raises:
@@ -86,26 +87,28 @@ def step_cost(run: Run, repeats: int = REPEATS) -> StepCost:
     memory = resident() - before
     context, plant, coordinates = stepper.context, stepper.plant, stepper.coordinates
 
-    def foreign(step: bool) -> None:
-        for data.qpos[:], data.qvel[:], data.qfrc_applied[:], data.qacc_warmstart[:] in states:
-            if step:
-                mujoco.mj_step(model, data)
+    def foreign(q: np.ndarray, v: np.ndarray, forces: np.ndarray, warm: np.ndarray) -> Callable[[], object]:
+        data.qpos[:], data.qvel[:], data.qfrc_applied[:], data.qacc_warmstart[:] = q, v, forces, warm
+        return lambda: mujoco.mj_step(model, data)
 
-    def update(step: bool) -> None:
-        for q, v, stepper.applied[:], _ in states:
-            context.SetDiscreteState(coordinates.state(q, v))
-            if step:
-                plant.EvalUniquePeriodicDiscreteUpdate(context)
+    def update(q: np.ndarray, v: np.ndarray, forces: np.ndarray, _: np.ndarray) -> Callable[[], object]:
+        context.SetDiscreteState(coordinates.state(q, v))
+        stepper.act(coordinates.forces(forces))
+        return lambda: plant.EvalUniquePeriodicDiscreteUpdate(context)
 
-    def engine(step: bool) -> None:
-        for stepper.q[:], stepper.v[:], stepper.applied[:], _ in states:
-            if step:
-                stepper.step()
+    def engine(q: np.ndarray, v: np.ndarray, forces: np.ndarray, _: np.ndarray) -> Callable[[], object]:
+        stepper.q[:], stepper.v[:], stepper.applied[:] = q, v, forces
+        return stepper.step
 
-    parts = [(part, step) for part in (foreign, update, engine) for step in (True, False)]
-    rows = [[clock(lambda part=part, step=step: part(step)) for part, step in parts] for _ in range(repeats)]
-    least = np.min(rows, axis=0)
-    mujoco_step, drake_update, drake_step = (1e6 * (least[::2] - least[1::2]) / len(states)).tolist()
+    least = np.full((3, len(states)), np.inf)
+    for _ in range(repeats):
+        for row, begin in zip(least, (foreign, update, engine), strict=True):
+            for i, state in enumerate(states):
+                call = begin(*state)
+                start = perf_counter()
+                call()
+                row[i] = min(row[i], perf_counter() - start)
+    mujoco_step, drake_update, drake_step = (1e6 * least.mean(axis=1)).tolist()
     return StepCost(len(states), mujoco_step, drake_update, drake_step, memory)
 
 
