@@ -24,9 +24,7 @@ from biped.scenario.origin import COMMAND_LINE, Origin
 from biped.scenario.possible import possible
 from biped.scenario.settings import Settings, beside_gait, habits_of, lay_below, read_reading
 from biped.scenario.valid import Fail, convert, known_keys
-
-_NUMBER = re.compile(r"[0-9]{1,9}")
-"""Of an entry of a list."""
+from biped.scenario.vary import ENTRY
 
 
 class Read(NamedTuple):
@@ -119,7 +117,7 @@ def _in_lists(below: Any, change: dict[str, Any], at: str = "") -> dict[str, Any
         key = f"{at}{part}"
         if not isinstance(value, dict):
             out[part] = value
-        elif isinstance(there, list) and value and all(_NUMBER.fullmatch(number) for number in value):
+        elif isinstance(there, list) and value and all(ENTRY.fullmatch(number) for number in value):
             out[part] = _with_entries(there, value, key)
         else:
             out[part] = _in_lists(there, value, f"{key}.")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import zlib
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -26,6 +27,9 @@ FIXED = (
     "threshold", "failures", "tune", "standard",
 )  # fmt: skip
 """Sections that say what a campaign is and cannot vary within it."""
+
+ENTRY = re.compile(r"[0-9]{1,8}")
+"""The number of an entry of a list, as keys name it."""
 
 
 class ChangeOrigin(NamedTuple):
@@ -139,7 +143,7 @@ def lookup(scenario: Scenario, key: str, asked: ChangeOrigin) -> Any:
                 raise asked.fault(f'."{safe(key)}": {what}')
             at = getattr(at, part)
         elif isinstance(at, tuple):
-            if not (part.isascii() and part.isdigit() and len(part) < 9 and int(part) < len(at)):
+            if not (ENTRY.fullmatch(part) and int(part) < len(at)):
                 there = f"0 … {len(at) - 1}" if at else "of an entry, of which there are none,"
                 what = f"expected an index {there} instead of '{safe(part)}'"
                 raise asked.fault(f'."{safe(key)}": {what}')

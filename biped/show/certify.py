@@ -139,17 +139,6 @@ def stored() -> list[dict[str, Any]]:
     return json.loads(DATA.read_bytes()) if DATA.exists() else []
 
 
-def main(argv: Sequence[str]) -> None:
-    """Takes results folders, `TITLE=FOLDER` each, into the page; without any, writes the page anew."""
-    if argv:
-        found = []
-        for word in argv:
-            title, _, folder = word.rpartition("=")
-            found.append(json.loads((Path(folder) / "certify.json").read_bytes()) | {"title": title, "folder": ""})
-        write_text(DATA, dumps(found, indent=1))
-    write_text(PAGE, page(stored()))
-
-
 def ways_document(found: Mapping[str, Any]) -> Document:
     """The ways to fall and what each takes.
 
@@ -175,6 +164,17 @@ def ways_document(found: Mapping[str, Any]) -> Document:
         Table(("fell", "at [s]", "|z|² found", "made likelier", "scenario"), rows, (0, 4)),
         Paragraph(note, note=True),
     )
+
+
+def main(argv: Sequence[str]) -> None:
+    """Takes results folders, `TITLE=FOLDER` each, into the page; without any, writes the page anew."""
+    if argv:
+        found = []
+        for word in argv:
+            title, _, folder = word.rpartition("=")
+            found.append(json.loads((Path(folder) / "certify.json").read_bytes()) | {"title": title, "folder": ""})
+        write_text(DATA, dumps(found, indent=1))
+    write_text(PAGE, page(stored()))
 
 
 if __name__ == "__main__":

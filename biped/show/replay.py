@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from biped.base.errors import InputError
+from biped.base.files import is_file
 from biped.control.planar.believed import believed_forces
 from biped.ensemble import campaign
 from biped.ensemble.columns import StoredRows, batches, smallest
@@ -141,11 +142,11 @@ def recording_of(path: Path | None) -> Path:
     if path is None:
         return newest_recording()
     if path.suffix == ".rrd":
-        if not path.is_file():
+        if not is_file(path):
             raise InputError(f"view: no recording {path}; expected an .rrd file or a results folder")
         return path
     recording = path / "recording.rrd"
-    if not recording.is_file():
+    if not is_file(recording):
         kept = ResultsFolder(path)
         picked = [index for _, index in chosen(kept.result["runs"])]
         found = {index: kept.trajectory(index) for index in picked}

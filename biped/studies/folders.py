@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from biped.base.errors import InputError
-from biped.base.files import label
+from biped.base.files import is_file, label
 from biped.base.progress import Told
 from biped.base.writing import reason
 from biped.ensemble.folder import Folder
@@ -66,7 +66,7 @@ def results_at(path: Path) -> dict[str, Any]:
         InputError: It is not a results folder, or its result is not whole.
     """
     file = path / "result.json"
-    if not file.is_file():
+    if not is_file(file):
         known = [label(p) for p in sorted(RUNS.glob("*"))]
         raise InputError(
             f"{path}: expected a results folder (with result.json); there are: {', '.join(known) or 'none'}"
