@@ -36,14 +36,14 @@ SHORTER = {
     r"^(certify|find) SCENARIO": r"\1 upright/own", r"^run FILE": "run robust/slope",
     r"^model FILE": "model my_robot.xml", r"--mcap FILE": "--mcap walk.mcap",
     r"--only 17": "--only 1", r"--reference 100": "--reference 2", r"--right 15": "--right 1",
-    r"--most 300": "--most 4", r"local:8": "local:1", r"^bench (mechanisms|throughput|campaigns)$": r"bench \1 --quick",
+    r"--most 300": "--most 20", r"local:8": "local:1", r"^bench (mechanisms|throughput|campaigns)$": r"bench \1 --quick",
     r"^bench policy": "bench policy --quick", r"^regress( --markdown)?$": r"regress ci/level\1",
     r"^regress --update": "regress ci/level --file mine.json --update",
 }  # fmt: skip
 """Parts of commands that are long, change the repository or name what a test has not, and what replaces them."""
 FEWER = {
-    "certify": ["--most", "40"],
-    "find": ["--most", "40", "--failures", "1"],
+    "certify": ["--most", "200", "--method", "counting", "--set", "duration=1"],
+    "find": ["--most", "200", "--failures", "1", "--set", "duration=1"],
     "readings": ["--tries", "1", "--confirm", "1"],
     "standard": ["--set", "randomise.runs=1"],
     "video": ["--fps", "2"],
@@ -52,8 +52,13 @@ FEWER = {
 }  # fmt: skip
 """Options that make a command short, by its name."""
 
-MINUTES: dict[str, float] = {}
-"""Commands that are not executed because they take this many minutes of CPU even with fewer runs."""
+MINUTES = (
+    "bench campaigns", "bench campaigns --quick", "bench tolerances --out DIR", "bench walking --out figures",
+    "stability --growth policy/h1", "stability calm/own", "stability level_slow_generalized",
+    "stability robust/own --engine home --basin", "stability spatial/own --norm", "stability upright/own",
+    "tune tune/pushing --least calm", "tune tune/pushing --least calm --out back",
+)  # fmt: skip
+"""Commands that are not executed because each takes more than a minute of CPU even with fewer runs."""
 SKIPPED: dict[str, tuple[str, str]] = {
     "view": ("window", "waits until a viewer is closed"),
     "--live": ("window", "opens a window"),
@@ -75,7 +80,8 @@ def shell(page: Path) -> list[str]:
         elif found["language"] == "sh":
             lines += found["block"].splitlines()
     parts = [part.strip() for line in lines for part in " ".join(line.split()).split(" && ")]
-    return [part for part in parts if part.removeprefix(".venv/bin/").startswith(SHELL) and "…" not in part]
+    ours = [part for part in parts if part.removeprefix(".venv/bin/").startswith(SHELL)]
+    return [part for part in ours if "…" not in part.partition(" #")[0]]
 
 
 def commands(page: Path) -> list[str]:
@@ -93,8 +99,8 @@ def skipped(command: str) -> str | None:
     return next((part for part in SKIPPED if re.search(rf"(?<![\w/]){re.escape(part)}(?![\w-])", command)), None)
 
 
-def short(command: str, furnish: Callable[[list[str]], None]) -> list[str]:
-    """The words of a documented command with fewer runs.
+def short(command: str, furnish: Callable[[list[str]], None]) -> list[list[str]]:
+    """The words of a documented command with fewer runs; of one with several scenarios a command for each.
 
     Args:
         command: As it stands on its page.
@@ -105,15 +111,24 @@ def short(command: str, furnish: Callable[[list[str]], None]) -> list[str]:
     words = []
     for word in (PLACEHOLDERS.get(word, word) for word in shlex.split(command)):
         words += sorted(str(p.relative_to(ROOT)) for p in ROOT.glob(word)) if "*" in word else [word]
-    words += FEWER.get(words[0], [])
+    words += [] if "--reference" in words else FEWER.get(words[0], [])
     if words[0] == "standard" and "--test" not in words:
         words += ["--test", "push_forward"]
     furnish(words)
     args = parsed(words)
-    if words[0] in ("run", "check", "compare", "diff") and args.scenario and getattr(args, "only", None) is None:
-        for name in args.scenario if isinstance(args.scenario, list) else [args.scenario]:
-            words += fewer(plan_of(name, args.changes))
-    return [*words, "--jobs", "1"] if hasattr(args, "jobs") and args.cluster is None else words
+    jobs = ["--jobs", "1"] if hasattr(args, "jobs") and args.cluster is None else []
+    if (
+        words[0] not in ("run", "check", "compare", "diff")
+        or not args.scenario
+        or getattr(args, "only", None) is not None
+    ):
+        return [[*words, *jobs]]
+    names = args.scenario if isinstance(args.scenario, list) else [args.scenario]
+    out = []
+    for name in names:
+        others = [word for word in words if word == name or word not in names or words[0] == "diff"]
+        out.append([*others, *fewer(plan_of(name, args.changes)), *jobs])
+    return out
 
 
 def fewer(plan: Plan) -> list[str]:

@@ -62,10 +62,11 @@ def results(tmp_path_factory):
     return folder
 
 
-def law() -> str:
-    """The law of the tutorial of a robot, under all the names that pages have for a law."""
-    (text,) = [text for language, text, _ in steps("your-robot.md") if language == "python"]
-    return text + "\n\nclass Stand(Law):\n    pass\n"
+def law(name: str) -> str:
+    """The text of a law that pages name: `Stand` is for seven links, the law of the tutorial of a robot for any."""
+    page, begins = ("python.md", "# stand.py") if name == "stand.py" else ("your-robot.md", "class Law")
+    (text,) = [text for language, text, _ in steps(page) if language == "python" and text.startswith(begins)]
+    return text
 
 
 def network_of(words: list[str]) -> None:
@@ -97,7 +98,7 @@ def furnish(words: list[str], results: Path) -> None:
         if name in SCENARIOS:
             write(name, SCENARIOS[name])
         elif name in LAWS and words[0] != "new":
-            write(name, law())
+            write(name, law(name))
         elif name in MODELS:
             Path(name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / "models/h1.xml", name)
@@ -122,7 +123,9 @@ def promised(args) -> list[Path]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=lambda page: page.stem)
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if commands(page)], ids=lambda page: str(page.relative_to(ROOT))
+)
 def test_the_commands_of_a_page_can_be_typed_in_their_order(page, results, tmp_path, monkeypatch, capsys):
     """Exit code 2 is bad input, so a reader cannot type the command. 1 and 3 are verdicts on runs; a test has few."""
     monkeypatch.chdir(tmp_path)
@@ -136,10 +139,10 @@ def test_the_commands_of_a_page_can_be_typed_in_their_order(page, results, tmp_p
         need = SKIPPED[part][0] if (part := skipped(command)) else ""
         if command in MINUTES or (part and find_spec(need) is None):
             continue
-        words = short(command, lambda words: furnish(words, results))
-        assert main(words) in (0, 1, 3), f"biped {shlex.join(words)}: {capsys.readouterr().err}"
-        for path in promised(parsed(words)):
-            assert path.exists(), f"biped {shlex.join(words)}: {path}"
+        for words in short(command, lambda words: furnish(words, results)):
+            assert main(words) in (0, 1, 3), f"biped {shlex.join(words)}: {capsys.readouterr().err}"
+            for path in promised(parsed(words)):
+                assert path.exists(), f"biped {shlex.join(words)}: {path}"
 
 
 def test_every_exception_is_still_needed():
