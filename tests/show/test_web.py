@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import re
+import signal
 import socket
 import subprocess
 import sys
@@ -55,7 +57,9 @@ def test_the_viewer_is_there(tmp_path):
     assert main(["run", "level_normal", "--set", "duration=0.3", "--set", "window.start=0.1", "--set",
                  "window.end=0.3", "--record", "--out", str(tmp_path / "one")]) in (0, 1)  # fmt: skip
     found = web.served(tmp_path / "one" / "recording.rrd")
-    process = subprocess.Popen(found.command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    # The package's command starts the server as another process, which outlives it: both are a group of their own.
+    process = subprocess.Popen(found.command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                               start_new_session=True)  # fmt: skip
     try:
         page, began = re.sub(r"\?.*", "", found.url), time.monotonic()
         while True:
@@ -67,5 +71,5 @@ def test_the_viewer_is_there(tmp_path):
                 assert time.monotonic() - began < 60.0
                 time.sleep(0.2)
     finally:
-        process.terminate()
+        os.killpg(process.pid, signal.SIGTERM)
         process.wait()

@@ -39,12 +39,19 @@ def ends_with_this_process(command: list[str]) -> subprocess.Popen[bytes]:
 _serving: list[subprocess.Popen[bytes]] = []
 """Watchers of servers: their pipes stay open as long as this process lives."""
 _WATCH = """
-import subprocess, sys
-served = subprocess.Popen(sys.argv[1:], stdin=subprocess.DEVNULL)
+import os, signal, subprocess, sys
+served = subprocess.Popen(sys.argv[1:], stdin=subprocess.DEVNULL, start_new_session=True)
 sys.stdin.buffer.read()
-served.terminate()
+if hasattr(os, "killpg"):
+    try:
+        os.killpg(served.pid, signal.SIGTERM)
+    except ProcessLookupError:
+        pass
+else:
+    served.terminate()
 served.wait()
 """
+"""Ends a command and all that it started: rerun's own command starts the server as another process."""
 
 
 def _in_notebook() -> bool:

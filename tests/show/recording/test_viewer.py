@@ -16,7 +16,8 @@ SHOWS = """
 import sys, time
 from biped.show.recording.viewer import ends_with_this_process
 server = "import os, time; print(os.getpid(), flush=True); time.sleep(600)"
-kept = ends_with_this_process([sys.executable, "-c", server])
+command = "import subprocess, sys; subprocess.call(sys.argv[1:])"     # as rerun's: it starts the server and waits
+kept = ends_with_this_process([sys.executable, "-c", command, sys.executable, "-c", server])
 time.sleep(600)
 """
 
