@@ -36,8 +36,9 @@ SHORTER = {
     r"^(certify|find) SCENARIO": r"\1 upright/own", r"^run FILE": "run robust/slope",
     r"^model FILE": "model my_robot.xml", r"--mcap FILE": "--mcap walk.mcap",
     r"--only 17": "--only 1", r"--reference 100": "--reference 2", r"--right 15": "--right 1",
-    r"--most 300": "--most 20", r"local:8": "local:1", r"^bench (mechanisms|throughput|campaigns)$": r"bench \1 --quick",
-    r"^bench policy": "bench policy --quick", r"^regress( --markdown)?$": r"regress ci/level\1",
+    r"--most 300": "--most 20", r"local:8": "local:1",
+    r"^bench (mechanisms|throughput|campaigns)$": r"bench \1 --quick", r"^bench policy": "bench policy --quick",
+    r"^regress( --markdown)?$": r"regress ci/level\1",
     r"^regress --update": "regress ci/level --file mine.json --update",
 }  # fmt: skip
 """Parts of commands that are long, change the repository or name what a test has not, and what replaces them."""
