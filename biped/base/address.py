@@ -4,8 +4,6 @@ Addresses are arguments of kernels, so what is compiled does not depend on where
 disk. Whoever passes an address has checked it: a wrong one ends the process.
 """
 
-from __future__ import annotations
-
 from biped.base.jit import intrinsic
 
 _CODE = "biped.base.address_code"

@@ -1,7 +1,5 @@
 """Intrinsics that `biped.base.address` is compiled to."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from llvmlite import ir

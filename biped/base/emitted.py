@@ -1,7 +1,5 @@
 """Writes code that numba has compiled as object code that is called without it (`biped.base.objects`)."""
 
-from __future__ import annotations
-
 import json
 import math
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """Where models, controllers, readings and scenarios are: a path, or a name in the folder of their kind."""
 
-from __future__ import annotations
-
 import difflib
 import re
 import tomllib

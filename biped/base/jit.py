@@ -4,8 +4,6 @@ Nothing here imports numba until something has to be compiled: importing it and 
 ten seconds of walking. Kernels that a run calls from Python are loaded as object code instead (`biped.base.objects`).
 """
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Callable, Iterator

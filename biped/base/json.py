@@ -1,7 +1,5 @@
 """Results as JSON: a number that does not exist is null."""
 
-from __future__ import annotations
-
 import json
 import math
 from typing import Any

@@ -5,8 +5,6 @@ that it was compiled with after they, or a number that they take in, have change
 carries a digest of every file of every room that has kernels.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import shutil

@@ -7,8 +7,6 @@ operator, most of them for strings and lists, whenever it meets one: what it fin
 remembered here while something of biped's is being compiled.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any

@@ -7,8 +7,6 @@ A file is made for one processor, one numba and one llvmlite, and lies in the fo
 kernels' sources. One that is damaged, or calls what is not there, is not used.
 """
 
-from __future__ import annotations
-
 import ctypes
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """Statements about pairs: the same runs under two conditions, and whether what changed is more than chance."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

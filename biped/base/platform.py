@@ -5,8 +5,6 @@ the same bits. What matters is the library code that adds and multiplies: MuJoCo
 picks its loops by the processor) and the C library's sines (likewise). See docs/regression.md.
 """
 
-from __future__ import annotations
-
 import ctypes
 import json
 import platform

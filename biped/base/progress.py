@@ -1,7 +1,5 @@
 """Progress of long work, as callbacks: whoever starts it hands them in, and nobody below prints."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 

@@ -1,7 +1,5 @@
 """Nothing of somebody's is written over: the one guard of all commands that write where a user says."""
 
-from __future__ import annotations
-
 import os
 import stat
 from pathlib import Path

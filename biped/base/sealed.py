@@ -1,7 +1,5 @@
 """numba's cache with a checksum over every file: what is damaged is compiled again, never executed."""
 
-from __future__ import annotations
-
 import hashlib
 import pickle
 import sys

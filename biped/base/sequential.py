@@ -6,8 +6,6 @@ Wald, Sequential Analysis, 1947, chapter 6), once for each way, as P. Armitage h
 test of Wald's asks whether more than a share of all pairs disagree at all.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from typing import Any, NamedTuple

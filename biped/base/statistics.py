@@ -1,7 +1,5 @@
 """Statements about ensembles."""
 
-from __future__ import annotations
-
 import math
 
 Z95 = 1.959963984540054

@@ -1,7 +1,5 @@
 """Words of somebody else, made safe to print: no control characters, no surrogates, no endless echoes."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

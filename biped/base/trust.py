@@ -4,8 +4,6 @@ A scenario may come from anybody, and its law is a program with every right of t
 enough to run one: the user must have said so, here or in their own configuration.
 """
 
-from __future__ import annotations
-
 import os
 import tomllib
 from collections.abc import Iterator

@@ -3,8 +3,6 @@
 msgspec works out a type when it is first converted to, and ends the process where two threads do so at once.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Hashable
 from threading import RLock

@@ -1,7 +1,5 @@
 """Files that are there whole or not at all: a full disk or a kill leaves what was there before."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress

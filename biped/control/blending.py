@@ -1,7 +1,5 @@
 """Gains that go over to others during a run, [[change]]: the numbers of the gait in any law's controller record."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """A law of a robot of any kind: found by name, in the user's file or handed over; asked at every tick; checked."""
 
-from __future__ import annotations
-
 import math
 import traceback
 from collections.abc import Callable

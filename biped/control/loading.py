@@ -1,7 +1,5 @@
 """A law of the user's own from its file: loaded if it is trusted, apart from every other law, and blamed by line."""
 
-from __future__ import annotations
-
 import importlib.util
 import re
 import signal

@@ -1,7 +1,5 @@
 """A network of an ONNX file: its session, its hidden state, its widths."""
 
-from __future__ import annotations
-
 import os
 from functools import lru_cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The observation of a law of a robot of any kind at a tick; only the parts that it reads are computed."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cached_property
 from typing import NamedTuple

@@ -4,8 +4,6 @@ Two points bear no moment about the line through them, so that only turning part
 across it. The motion near the equilibrium, contacts included, is linearised by finite differences of MuJoCo's own step.
 """
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 from scipy.optimize import least_squares

@@ -4,8 +4,6 @@ Imported only by runs whose scenario has sensors or a truth of its own; without 
 Contacts and their forces are told as they are.
 """
 
-from __future__ import annotations
-
 import math
 
 import mujoco

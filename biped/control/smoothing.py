@@ -4,8 +4,6 @@ Of a first-order lag of the actuators the law knows nothing; of this one it does
 that it means.
 """
 
-from __future__ import annotations
-
 import math
 
 from biped.base.jit import kernel

@@ -1,7 +1,5 @@
 """Numbers that a policy is shown, measured, delayed, scaled and remembered; and its clock."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from collections.abc import Callable, Sequence

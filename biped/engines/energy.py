@@ -1,7 +1,5 @@
 """Work of what acts on the robot, step by step: what its energy is judged by."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 

@@ -5,8 +5,6 @@ has no part in it. Kernels judge: `biped.engines.row` of any robot, `biped.engin
 `biped.engines.space.walk` of the compiled free base; statuses and words are the same for all.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 GOING, LOW, TILTED, NOT_FINITE, RAISED = 0, 1, 2, 3, 4

@@ -1,7 +1,5 @@
 """Forces of the ground, as MuJoCo's solver found them, on the contact points that are nearest to where they act."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import mujoco

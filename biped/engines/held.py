@@ -3,8 +3,6 @@
 The same digits as tick by tick in Python (`biped.engines.plant`), whose kernels are called here too.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
@@ -16,11 +14,10 @@ from biped.base.jit import bound, inner_kernel, long_kernel
 from biped.control.card import Walker
 from biped.control.law import Commander
 from biped.control.observation import Observation
-from biped.engines.actuate import actuate
+from biped.engines.actuators import Latency, actuate
 from biped.engines.energy import Account
 from biped.engines.fall import GOING, RAISED
 from biped.engines.forces import Contacts, GroundContacts, Solved, add_forces
-from biped.engines.latency import Latency
 from biped.engines.native import ContactLayout, contact_layout, halves
 from biped.engines.row import FORCE, GROUND_FORCE, State, U, log_state
 from biped.robot.robot import Robot

@@ -5,8 +5,6 @@ Of a scenario's physics it uses the slope, tiles and steps, the pushes, the trut
 meaning here.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -4,8 +4,6 @@ What is stepped is a *plant*. An engine is a module with `simulate(run)`, which 
 where law and physics are compiled together the plant's `advance` is one call of compiled code, otherwise `in_python`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple, Protocol

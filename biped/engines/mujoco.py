@@ -1,7 +1,5 @@
 """MuJoCo's compliant contacts, for any robot; the thesis's law walks seven links and a free base in compiled loops."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

@@ -6,8 +6,6 @@ address and number is known by offset, and checked against what MuJoCo's binding
 right result: where anything does not hold, `reason` says what, and the engine steps from Python.
 """
 
-from __future__ import annotations
-
 import ctypes
 import threading
 from collections.abc import Iterator

@@ -15,11 +15,10 @@ from biped.control.card import Networked
 from biped.control.law import Commander, Setup, command_of, maker_of
 from biped.control.observation import Observation
 from biped.control.smoothing import fraction
-from biped.engines.actuate import actuate
+from biped.engines.actuators import Latency, actuate
 from biped.engines.energy import Account
 from biped.engines.fall import GOING, LOW, fall_words
 from biped.engines.forces import Contacts, GroundContacts, add_forces
-from biped.engines.latency import Latency
 from biped.engines.loop import Ending, in_python, mujoco_warnings
 from biped.engines.row import log_state, state_of
 from biped.engines.uneven import Uneven, own

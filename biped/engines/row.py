@@ -1,7 +1,5 @@
 """The state of any robot at a tick: judged for a fall, and written into its row of the trajectory, in one kernel."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ What `biped.engines.planar.planes` is to the compiled loop, this is to a run tha
 `biped.robot.uneven`'s.
 """
 
-from __future__ import annotations
-
 import copy
 
 import mujoco

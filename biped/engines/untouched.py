@@ -6,8 +6,6 @@ its momentum (`biped.measure.momentum`); this finds what acts inside, too. It lo
 in `EVERY`, at the state, and at one look in `RARELY` and at the end of the run at the model's constants.
 """
 
-from __future__ import annotations
-
 import random
 from collections import Counter
 

@@ -1,7 +1,5 @@
 """Who may carry items out for `biped.ensemble.executor`: this process, others, threads, a cluster."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from typing import Any, NamedTuple, Protocol

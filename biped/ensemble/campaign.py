@@ -1,7 +1,5 @@
 """Many runs on all cores: the same numbers for any number of jobs, every finished run kept."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager

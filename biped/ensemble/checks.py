@@ -5,8 +5,6 @@ share of the runs is a statement on the rate behind them: it passes when Wilson'
 it, fails when the interval lies outside it, and is undecided in between, which more runs would decide.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Mapping, Sequence
 from itertools import zip_longest

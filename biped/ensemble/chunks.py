@@ -4,8 +4,6 @@ What travels to a worker is the scenario's text, a digest of all that it stands 
 are rows as they will lie on disk.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import socket

@@ -4,8 +4,6 @@ Of millions nobody looks at all. Which ones are kept depends on the rows alone, 
 again, which is exact.
 """
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Iterator
 from functools import partial

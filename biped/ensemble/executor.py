@@ -8,8 +8,6 @@ Who carries items out is a `Backend`: this process, its children, or any executo
 threads here, a cluster's elsewhere. Its workers share nothing but the function and their items.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Files of runs that fell in a campaign: their last seconds, and how to see each again."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The guard of a results folder: its name, the lock of whoever works in it, and when it is refused."""
 
-from __future__ import annotations
-
 import errno
 import json
 import os

@@ -1,7 +1,5 @@
 """A campaign whose rows lie in files: a large one, one on a cluster, one in shards; each can go on from any other."""
 
-from __future__ import annotations
-
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise

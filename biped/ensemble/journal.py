@@ -5,8 +5,6 @@ last key, `sum`, is a digest of the line and of that head: a line that was cut, 
 to another journal does not match, is left out with a word, and its work is done again.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterator, Mapping

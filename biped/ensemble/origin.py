@@ -1,7 +1,5 @@
 """The origin of runs, the files and versions they depend on. Rows of different origin never mix in one journal."""
 
-from __future__ import annotations
-
 from hashlib import blake2b
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path

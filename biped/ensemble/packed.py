@@ -5,8 +5,6 @@ from tick to tick, their low bytes first: what changes smoothly packs well. Stat
 exact. What a replay needs is none of this but the scenario and the number of the run: it gives the same bytes again.
 """
 
-from __future__ import annotations
-
 import json
 import lzma
 import math

@@ -268,17 +268,6 @@ def rows_of(
             ) from None
 
 
-def read_all(part: PartFile) -> pyarrow.Table:
-    """All rows of a file.
-
-    Raises:
-        InputError: It is damaged.
-    """
-    import pyarrow as pa
-
-    return pa.Table.from_batches(rows_of([PartRange(part, part.first, part.last)]))
-
-
 def commit_to(folder: Path, made: FinishedChunk) -> None:
     """Puts rows into a folder of parts: on disk, under their name, when this returns.
 

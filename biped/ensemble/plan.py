@@ -1,7 +1,5 @@
 """A scenario becomes concrete runs: each with its own seed and every random draw resolved, replayable alone."""
 
-from __future__ import annotations
-
 import math
 from functools import cached_property
 from pathlib import Path

@@ -4,8 +4,6 @@ Each has a pipe of its own, whose other end closes with it however it ends, even
 known who is gone, and with which item. (The pools of the standard library lose the item, or all of them.)
 """
 
-from __future__ import annotations
-
 import ctypes
 import multiprocessing
 import multiprocessing.process

@@ -1,7 +1,5 @@
 """Concrete runs of a scenario: model file, gait, start and pushes found and checked."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar

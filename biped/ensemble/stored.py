@@ -1,7 +1,5 @@
 """Results that were written once are read again: what is not whole is refused in one sentence, not halfway through."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Annotated, Any

@@ -1,7 +1,5 @@
 """Results of a sweep: success at every point with its interval, and thresholds below which everything holds."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any

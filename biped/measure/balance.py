@@ -3,8 +3,6 @@
 Definitions are those of EuroBench's indicators for humanoids (eb_hum_bench), in a plane.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

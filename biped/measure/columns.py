@@ -1,7 +1,5 @@
 """Where each quantity stands in a row of a trajectory's log: the robot says which there are."""
 
-from __future__ import annotations
-
 import math
 
 from biped.robot.planar.topology import LEGS, N_CONSTRAINTS, N_POINTS, N_STOPS, NQ, NU

@@ -8,8 +8,6 @@ O. Tirosh and W. A. Sparrow (Journal of Applied Biomechanics 19, 2003) find that
 of foot strike, and that toe-off needs one of 10 N or less. docs/results.md shows what the two numbers here change.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from biped.robot.robot import Robot

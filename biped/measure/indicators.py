@@ -1,7 +1,5 @@
 """EuroBench's performance indicators, by the names under which its benchmarks write them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from itertools import pairwise

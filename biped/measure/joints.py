@@ -4,8 +4,6 @@ Joint angles are the thesis's: hip θ1 − θ, knee θ2 − θ1 and ankle θ3 �
 Those of seven links are their coordinates; of other robots they are between trunk, thigh, shank and foot.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

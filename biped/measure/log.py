@@ -3,8 +3,6 @@
 The robot says which columns are logged (`biped.measure.columns`).
 """
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import dataclass, replace

@@ -13,8 +13,6 @@ leg, is taken off.
 Nor may the centre of mass move by anything but its velocity: who sets places instead of forces leaves momentum alone.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

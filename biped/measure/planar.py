@@ -5,8 +5,6 @@ the mean of its velocities, in the configuration that it begins with. What actua
 applied times how far things went.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

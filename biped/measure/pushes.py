@@ -1,7 +1,5 @@
 """Pushes as people see them: the pieces of one that changes belong together."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Time series that people look at, derived from a trajectory; recordings and figures show the same ones."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

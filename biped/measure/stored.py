@@ -1,7 +1,5 @@
 """Trajectories from files, of this version and of all before it."""
 
-from __future__ import annotations
-
 import json
 import zlib
 from collections.abc import Mapping

@@ -10,8 +10,6 @@ momentum within 0.13 %, links up to 18 m/s and 57 rad/s in falls (the human's bo
 ticks chattering. Where forces are `sampled`: energy within 3.6 %, momentum within 5 %.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import NamedTuple

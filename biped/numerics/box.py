@@ -8,8 +8,6 @@ towards their minimum until the first of them meets a bound, and at a minimum th
 lowers the cost, so that ends.
 """
 
-from __future__ import annotations
-
 import math
 
 from biped.base.jit import kernel

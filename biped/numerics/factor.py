@@ -6,11 +6,7 @@ remaining row is longer than ``tolerance`` times the first pivot. Everything (3.
 pseudo-inverse follows from it. Golub & Van Loan, Matrix Computations, 4th ed., section 5.4.
 """
 
-from __future__ import annotations
-
 import math
-
-import numpy as np
 
 from biped.base.jit import kernel
 from biped.numerics.triangular import BLOCK
@@ -213,20 +209,3 @@ def reflect_block(B, rank, tau, X, work):
         for k in range(i + 1, X.shape[0]):
             for j in range(BLOCK):
                 X[k, j] -= B[i, k] * work[j]
-
-
-def pseudo_inverse(B: np.ndarray, tolerance: float = 1e-12) -> np.ndarray:
-    """The pseudo-inverse (n, k) of B (k, n) by the kernels above; for tests and small one-off uses."""
-    k, n = B.shape
-    out = np.empty((n, k))
-    wide = max(k, n)
-    for j in range(k):
-        d = np.zeros(k)
-        d[j] = 1.0
-        x = np.empty(n)
-        minimum_norm(
-            np.array(B, dtype=float), k, n, tolerance, np.empty(wide), np.empty(wide, np.int64),
-            np.empty((wide, wide)), np.empty(wide), d, np.empty(wide), x,
-        )  # fmt: skip
-        out[:, j] = x
-    return out

@@ -6,8 +6,6 @@ fixed order: results do not depend on how wide the registers are, and are those 
 work on arrays (12,). What is done to a few right-hand sides at once takes four lanes.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from biped.base.jit import COMPILED, intrinsic

@@ -4,8 +4,6 @@ Twelve numbers are eight and four, the widths of vector registers: what is as wi
 single numbers wherever a loop hands it from one turn to the next.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from typing import Any
 

@@ -5,8 +5,6 @@ sides at once; when that stops helping, one at a time, which ends for every posi
 free unknowns that was right in the last problem usually is in the next one, which then costs one factorisation.
 """
 
-from __future__ import annotations
-
 from biped.base.jit import inner_kernel, kernel
 from biped.numerics.lanes import LANES, added, load, store
 

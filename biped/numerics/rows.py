@@ -5,8 +5,6 @@ pivots. It is what `biped.numerics.factor` does row after row, all rows at once,
 Columns stand one under the other: C[j, i] is entry j of row i.
 """
 
-from __future__ import annotations
-
 import math
 
 from biped.base.jit import kernel

@@ -4,8 +4,6 @@ Angles are reduced to |r| <= π/4 by multiples of π/2 in three parts (Cody & Wa
 Functions, 1980); the polynomials there are those of fdlibm (Sun Microsystems, 1993). Within 1.2e-16 of the truth.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The Cholesky factor R of M = RᵀR, and solves with it."""
 
-from __future__ import annotations
-
 import math
 
 from biped.base.jit import kernel

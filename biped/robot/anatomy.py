@@ -5,8 +5,6 @@ hinges of the ankle. Angles count from geometry: a knee is straight where hip, k
 at zero where the sole is square to the shank.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

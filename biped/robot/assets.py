@@ -1,7 +1,5 @@
 """Parts of a model file that a walk can do without: meshes and textures that are only looked at, idle joints."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A robot's base, the ground it stands on, and what a file has beside both that a run cannot account for."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 

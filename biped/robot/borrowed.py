@@ -4,8 +4,6 @@ Torso and thighs are turned as the human's are, knees and ankles bent as far, wi
 by the root of the ratio of leg lengths, and the base moves so that the foot that stands moves as the human's does.
 """
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 from typing import NamedTuple

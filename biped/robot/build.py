@@ -1,7 +1,5 @@
 """The model that MuJoCo steps in a run: this ground, this solver, these limits, actuators as the law commands them."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from pathlib import Path
 from typing import Literal, NamedTuple

@@ -1,7 +1,5 @@
 """Actuators of a model file: which joint, which kind, what torque at most."""
 
-from __future__ import annotations
-
 import mujoco
 
 from biped.base.files import nearest

@@ -1,7 +1,5 @@
 """Gravity and the ground's frame, which everything is in."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -11,7 +9,14 @@ GRAVITY = 9.81
 
 
 def gravity(slope: float) -> tuple[float, float]:
-    """Gravity (x, z) [m/s²] in the frame of a slope [degrees]."""
+    """Gravity in the frame of a slope, in the plane.
+
+    Args:
+        slope: [degrees] by which the ground rises forward.
+
+    Returns:
+        Its parts along the ground and out of it [m/s²].
+    """
     return -GRAVITY * math.sin(math.radians(slope)), -GRAVITY * math.cos(math.radians(slope))
 
 

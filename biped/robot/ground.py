@@ -5,8 +5,6 @@ straight piece below it: its height, and its normal, which both change from one 
 Coordinates are those of the slope, x along it and z normal to it.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

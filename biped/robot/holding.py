@@ -4,8 +4,6 @@ Each is named, with what it is and what is expected. `biped.measure.momentum` ne
 whatever else acts.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import mujoco

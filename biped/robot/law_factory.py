@@ -1,7 +1,5 @@
 """A control law that is handed over as a Python object instead of a file's name."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable
 from copy import deepcopy

@@ -3,8 +3,6 @@
 Index 0 … 3 is leg state 1 … 4 of the thesis; gains are given in this order, and a log holds the index plus one.
 """
 
-from __future__ import annotations
-
 from biped.base.jit import inner_kernel
 
 STANCE, PUSH_OFF, SWING, EXTENDED = 0, 1, 2, 3

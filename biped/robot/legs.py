@@ -1,7 +1,5 @@
 """Chains of bodies between the base and a foot: what a leg consists of, and how long it is."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 

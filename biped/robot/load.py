@@ -1,7 +1,5 @@
 """Robots from model files, and from what results keep of them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Start postures: a keyframe, disturbed if that is asked for, set down on the ground."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import mujoco

@@ -1,7 +1,5 @@
 """Recognises the robot in a model file: base, feet, actuators; every fault at once, each with what to write."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path

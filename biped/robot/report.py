@@ -1,7 +1,5 @@
 """The robot in a model file, recognised before anything of it is run."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """Joints of a robot that are taken out of its model file: what hung on them is stiff, as the robot's start has it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import mujoco

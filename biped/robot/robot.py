@@ -1,7 +1,5 @@
 """A robot as data, as its model file and its description say it: it is kept with what the robot did."""
 
-from __future__ import annotations
-
 from itertools import islice
 
 import numpy as np

@@ -5,8 +5,6 @@ what passes is compiled in a process of its own first (`biped.robot.trial`), bec
 complete. Models of the package are spared both.
 """
 
-from __future__ import annotations
-
 import math
 import re
 import stat

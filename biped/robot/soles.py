@@ -1,7 +1,5 @@
 """Where a foot touches: points of its geoms that are lowest in a posture, fixed to the body from then on."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 

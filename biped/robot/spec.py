@@ -1,7 +1,5 @@
 """A model file as MuJoCo parses it, completed: what a URDF or a bare body lacks to be a robot on ground."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path

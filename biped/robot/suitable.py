@@ -1,7 +1,5 @@
 """Whether a scenario and a gait suit a robot: laws, gaits and keys that it has no use for are refused by name."""
 
-from __future__ import annotations
-
 from biped.base.errors import InputError
 from biped.robot.robot import Robot, torque_limits
 from biped.robot.truth import check_truth

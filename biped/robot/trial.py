@@ -1,7 +1,5 @@
 """Work tried in a process of its own, with bounds on time and memory: what kills it is told in words."""
 
-from __future__ import annotations
-
 import faulthandler
 import os
 import resource

@@ -1,7 +1,5 @@
 """The true robot, where it differs from the model file that its law knows: masses, inertias, damping."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 from msgspec import structs

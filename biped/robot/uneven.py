@@ -5,8 +5,6 @@ any other part as it is, with the plane below its middle. Planes are laid along 
 step (`biped.engines.uneven`).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import mujoco

@@ -4,8 +4,6 @@ It is a sum of cosines of random frequencies and phases, which is a draw of a Ga
 exponential covariance (A. Rahimi, B. Recht, NIPS 2007): smooth, bounded, and as random in one joint as in another.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """A posture of level ground stood on a slope: feet as they were on the ground, all above them upright."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 

@@ -1,7 +1,5 @@
 """How Q_d becomes torques: a table of a scenario file."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from msgspec import Meta

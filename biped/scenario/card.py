@@ -1,7 +1,5 @@
 """A policy card: what a network sees, what its numbers mean, how often it is asked; a TOML file beside the network."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from msgspec import Meta, field

@@ -1,7 +1,5 @@
 """Policy cards from their files, checked: what cannot be is refused by file and key."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The velocity that a law is asked for: a table of a scenario file, constant or in pieces."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import numpy as np

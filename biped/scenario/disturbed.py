@@ -1,7 +1,5 @@
 """The random force of a run as pushes of constant force: what engines apply."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The engines that a scenario can name: the one list of them, which everything else asks."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from biped.base.errors import InputError

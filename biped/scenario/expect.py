@@ -1,7 +1,5 @@
 """The table [expect] of a scenario file: bounds of metrics, counts of runs also as shares of them."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Mapping

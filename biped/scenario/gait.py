@@ -1,7 +1,5 @@
 """A gait file: gains, perhaps a family of them, and the settings that they were made for."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path

@@ -4,8 +4,6 @@ A scenario with `[robot]` is one of these; so is one whose model is described wi
 lacks the parts of the human while a law of one's own is there to move it, and one whose law is for any robot.
 """
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The ground, a table of a scenario file: slope, tiles, steps, contacts."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from msgspec import Meta

@@ -1,7 +1,5 @@
 """Python's values as what stands after `--set`."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Mapping

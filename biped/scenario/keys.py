@@ -5,8 +5,6 @@ docs/, obtained with the human; a robot's description may say otherwise (`[scena
 angles in files are degrees where the key says so and radians otherwise.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from msgspec import Meta, field

@@ -1,7 +1,5 @@
 """A law of the user's own in a scenario: which file, whether it may run, what it was when results were made."""
 
-from __future__ import annotations
-
 import ast
 import re
 import warnings

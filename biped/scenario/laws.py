@@ -1,7 +1,5 @@
 """Laws for any robot that a scenario asks for by name."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 Keys = dict[str, tuple[str, ...]]

@@ -3,8 +3,6 @@
 One list for all: what `biped.measure` computes, what [expect] and [thesis] may name, what tables print.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, Literal, NamedTuple
 

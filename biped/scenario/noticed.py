@@ -1,7 +1,5 @@
 """Which keys robots of any kind take notice of, by law; a scenario that says any other is refused, by name."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """Physics that an MJCF file asks for: the attributes of its `<option>`, read as text before anything is compiled."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Where a scenario's keys were written, so that whatever is found wrong later still names the file."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path

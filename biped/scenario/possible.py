@@ -1,7 +1,5 @@
 """Checks of a scenario that no type makes: times within the run, bounds in order, no more than a machine holds."""
 
-from __future__ import annotations
-
 import math
 
 from biped.base.files import nearest

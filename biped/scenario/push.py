@@ -1,7 +1,5 @@
 """Forces on bodies: tables of a scenario file, which `biped.scenario.pushing` and `disturbed` cut into pieces."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from msgspec import Meta

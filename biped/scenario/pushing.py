@@ -1,7 +1,5 @@
 """A push as pieces of constant force: what engines apply, and what metrics and pictures count."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

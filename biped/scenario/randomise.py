@@ -1,7 +1,5 @@
 """An ensemble: what is drawn for each run, and what is made of them."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from msgspec import Meta, field

@@ -1,7 +1,5 @@
 """From a scenario file and the command line's changes to a checked `Scenario`; every complaint names file and key."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from copy import deepcopy

@@ -3,8 +3,6 @@
 The words around the tables are in docs/scenarios.in.md, where `<!-- keys -->` stands for them.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from functools import cache

@@ -3,8 +3,6 @@
 What is not said is recognised in the model file (`biped.robot.recognise`).
 """
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from msgspec import Meta

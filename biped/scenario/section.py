@@ -4,8 +4,6 @@ No number of a walk comes near these bounds: they keep what is computed from a n
 what a machine holds, so that nothing behind them has to ask again.
 """
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from msgspec import Meta, Struct

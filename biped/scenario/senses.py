@@ -3,8 +3,6 @@
 The defaults are chapter IV's robot's; a scenario asks for them by an empty table, `[sensors.gyro]`.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated
 

@@ -4,8 +4,6 @@ They lie below the scenario's own keys in this order. A gait that comes with set
 takes only the tables that no gait file has.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The table [standard] of a scenario file: a test of `biped standard`, and what is searched to failure in it."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from msgspec import Meta, field

@@ -1,7 +1,5 @@
 """Whether the thesis's numbers in a scenario are still about it: each was printed for one gait, model and situation."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """How what walks differs from the model that its controller knows: a table of a scenario file."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from msgspec import Meta

@@ -1,7 +1,5 @@
 """The table [tune] of a scenario file: what a search varies, under which conditions, and what it wants."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from msgspec import Meta, field

@@ -1,7 +1,5 @@
 """Validation of scenario and gait files: known keys, right types, finite numbers."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Changing single keys of a scenario: the points of a sweep and the draws of an ensemble."""
 
-from __future__ import annotations
-
 import math
 import re
 import zlib

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from biped.base.errors import InputError
-from biped.engines.latency import Latency
+from biped.engines.actuators import Latency
 from biped.engines.mujoco import simulate
 from biped.robot.build import Servo, compiled
 from biped.studies.planned import plan_of

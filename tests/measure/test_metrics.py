@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from biped.measure.metrics import aggregate, measure
+from biped.measure.metrics import measure
+from biped.measure.metrics.totals import Totals
 from biped.scenario.metrics import METRICS
 from tests.measure.made_up import borne, steady
 from tests.runs import made, mirrored
@@ -56,6 +58,12 @@ def test_a_run_that_ended_before_the_window_has_no_means():
     assert math.isnan(numbers["speed"])
     assert math.isfinite(numbers["peak_torque"])
     assert numbers["falls"] == 1
+
+
+def aggregate(runs):
+    totals = Totals()
+    totals.add({name: np.array([run[name] for run in runs], dtype=float) for name in METRICS})
+    return totals.numbers
 
 
 def test_ensemble_means_are_over_walkers():

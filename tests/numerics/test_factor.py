@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from biped.numerics.factor import (
     factor_rows,
     least_squares,
-    pseudo_inverse,
+    minimum_norm,
     reflect,
     reflect_back,
     transposed_minimum_norm,
@@ -23,6 +23,23 @@ def matrix(rng, k: int, n: int, rank: int, spread: float = 1.0) -> np.ndarray:
     s = np.zeros((k, n))
     s[range(rank), range(rank)] = np.logspace(0.0, -spread, rank) if rank else []
     return U @ s @ V
+
+
+def pseudo_inverse(B: np.ndarray, tolerance: float = 1e-12) -> np.ndarray:
+    """The pseudo-inverse (n, k) of B (k, n) by the compiled kernels."""
+    k, n = B.shape
+    out = np.empty((n, k))
+    wide = max(k, n)
+    for j in range(k):
+        d = np.zeros(k)
+        d[j] = 1.0
+        x = np.empty(n)
+        minimum_norm(
+            np.array(B, dtype=float), k, n, tolerance, np.empty(wide), np.empty(wide, np.int64),
+            np.empty((wide, wide)), np.empty(wide), d, np.empty(wide), x,
+        )  # fmt: skip
+        out[:, j] = x
+    return out
 
 
 shapes = st.tuples(st.integers(1, 10), st.integers(1, 9)).flatmap(

@@ -9,8 +9,6 @@ This holds for any M and A that the controller may believe in; with the tree's o
 finds the same torques in a third of the time.
 """
 
-from __future__ import annotations
-
 from biped.base.jit import kernel
 from biped.control.planar.constraints import believed_mass, imposed_constraints
 from biped.numerics.factor import minimum_norm, reflect_block

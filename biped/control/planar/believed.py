@@ -1,7 +1,5 @@
 """The ground forces that a law for ground that only pushes counts on, found again from what a run logged."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from biped.base.jit import kernel

@@ -4,8 +4,6 @@ With B and d of the reduced problem, min ‖B u - d‖² over |u| <= limit is a 
 It is solved exactly; other people's solvers can be asked to (`actuation.solver`), which costs a hundred times as much.
 """
 
-from __future__ import annotations
-
 import warnings
 
 import numpy as np

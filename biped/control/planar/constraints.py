@@ -5,8 +5,6 @@ release test keeps a row only "when imposed on the robot": a point whose normal 
 `release_force` is not a constraint, and is dropped before the torques are computed.
 """
 
-from __future__ import annotations
-
 from biped.base.jit import inner_kernel, kernel
 from biped.numerics.factor import factor_rows, least_squares, transposed_minimum_norm
 from biped.numerics.triangular import cholesky, solve_transposed, solve_upper, weigh_rows

@@ -1,7 +1,5 @@
 """The law of a run: the thesis's, compiled, or a user's own (`biped.control.planar.user`)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import Protocol

@@ -4,8 +4,6 @@ The generator is the combined one of L'Ecuyer (Communications of the ACM 31, 198
 sign, so that compiled code and plain Python find the same numbers. Normals are Box and Muller's (1958).
 """
 
-from __future__ import annotations
-
 import math
 
 from biped.base.jit import kernel

@@ -9,8 +9,6 @@ Rates are differences of successive ticks, those of the torso too, of the same p
 follow from touching points at rest on the ground, in the air from gravity.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

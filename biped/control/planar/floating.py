@@ -15,8 +15,6 @@ appears. Which rows count is decided as in the allocation, by the pivots of C = 
 feet and so keeps the zeros between the legs.
 """
 
-from __future__ import annotations
-
 import math
 
 from biped.base.jit import inner_kernel, kernel

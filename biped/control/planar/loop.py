@@ -1,7 +1,5 @@
 """One tick of a thesis controller between what is measured and what is applied, for compiled loops."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

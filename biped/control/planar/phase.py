@@ -4,8 +4,6 @@ The step back is not in the thesis, but made of its parts: a leg state from cont
 spring and a damper.
 """
 
-from __future__ import annotations
-
 import math
 
 from biped.base.jit import inner_kernel

@@ -18,8 +18,6 @@ ten non-negative unknowns, solved exactly. A torque at its limit leaves E, and i
 in lanes, and in lane `Q_LANE` the forces that both problems weigh.
 """
 
-from __future__ import annotations
-
 from biped.base.jit import kernel
 from biped.control.planar.constraints import perturb_row, perturbed_mass
 from biped.numerics.lanes import added, everywhere, load, plus, squared, store, times, total

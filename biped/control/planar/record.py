@@ -5,8 +5,6 @@ is one thing that can be copied, saved and compared. A part has one job: `c["gai
 is nobody's but the solver's.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from biped.numerics.lanes import LANES

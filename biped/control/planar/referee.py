@@ -4,8 +4,6 @@ That it does is remembered beside the compiled kernels, for the same files, numb
 have it read the file takes longer than ten seconds of walking.
 """
 
-from __future__ import annotations
-
 import hashlib
 from contextlib import suppress
 from functools import lru_cache

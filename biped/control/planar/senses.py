@@ -1,7 +1,5 @@
 """The sensors and the estimator of a run of seven links; imported only by runs whose scenario has either."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The controller's sensing: link angles, toe and heel heights, and contacts that are believed only after a while."""
 
-from __future__ import annotations
-
 from biped.base.jit import inner_kernel, kernel
 from biped.robot.ground import height_below
 from biped.robot.planar.kinematics import biases_on_links, forward, link_angles, points_on_links

@@ -1,7 +1,5 @@
 """A run's controller record: gait, beliefs and settings written into it before the first tick."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

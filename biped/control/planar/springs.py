@@ -1,7 +1,5 @@
 """The spring-damper couples: desired generalized forces Q_d, (3.16)-(3.17), in joint coordinates."""
 
-from __future__ import annotations
-
 import math
 
 from biped.base.jit import inner_kernel

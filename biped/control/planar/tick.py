@@ -3,8 +3,6 @@
 The log row is written here because every number in it is at hand; its columns are those of `biped.measure.trajectory`.
 """
 
-from __future__ import annotations
-
 import math
 
 from biped.base.jit import inner_kernel, kernel

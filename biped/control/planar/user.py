@@ -1,7 +1,5 @@
 """A control law of the user's own on seven links: its setup and its observation, in the thesis's coordinates."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

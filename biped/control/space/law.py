@@ -1,7 +1,5 @@
 """The thesis's law for a biped with a free base, as a law of a robot of any kind: `law = "spatial"`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -4,8 +4,6 @@ Everything follows from what an engine computes anyway in order to step (MuJoCo'
 "com-based"): nothing is computed twice.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

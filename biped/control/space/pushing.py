@@ -4,8 +4,6 @@ The two problems and their prices are those of the plane; an edge is one of four
 within a point's friction cone. Points so high that neither problem can want them are left out.
 """
 
-from __future__ import annotations
-
 import math
 
 from biped.base.jit import inner_kernel, kernel

@@ -3,8 +3,6 @@
 Its sizes are those of the biped: kernels are compiled for them, so that a walker without arms does not pay for them.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import NamedTuple
 

@@ -6,8 +6,6 @@ directions of different legs meet in the base and in joints that both hang on: n
 foot's four points have twelve directions: the lanes.
 """
 
-from __future__ import annotations
-
 from biped.base.jit import kernel
 from biped.control.space.record import DIRECTIONS
 from biped.control.space.topology import LEG, LEG_POINTS, LEGS

@@ -1,7 +1,5 @@
 """Spring-damper couples as moments on bodies: Q_d = Σ J_ωᵀ τ, (3.16)-(3.17) with three axes instead of one."""
 
-from __future__ import annotations
-
 import math
 
 from biped.base.jit import inner_kernel, kernel

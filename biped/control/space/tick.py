@@ -1,7 +1,5 @@
 """One control tick of a biped with a free base: sense, decide the leg states, Q_d, joint torques."""
 
-from __future__ import annotations
-
 from biped.base.jit import inner_kernel
 from biped.control.smoothing import smooth
 from biped.control.space.places import believe_contacts, point_motion, sense_places

@@ -6,8 +6,6 @@ that both legs hang on last. The base's velocities are linear ones along the wor
 inversion; what a leg has not stands there as a mass of its own that nothing moves. A foot has four points.
 """
 
-from __future__ import annotations
-
 BASE = 6
 """Coordinates of a free base."""
 LEGS = 2

@@ -4,8 +4,6 @@ Springs are in m g l, dampers in m g l √(l/g), placement in 1/l and 1/√(g l)
 lengths are in l, times in √(l/g), accelerations in g and the price of torques in 1/(m l²). Angles are as they are.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

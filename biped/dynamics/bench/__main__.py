@@ -1,7 +1,5 @@
 """`python -m biped.dynamics.bench`: the benches of chapter II; `biped bench` hands its own over to it."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence

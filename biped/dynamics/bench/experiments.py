@@ -4,8 +4,6 @@ A leg hangs from a torso that is held still. Fig 4.7: hip and knee swing freely,
 ones. Fig 4.8: spring-dampers at hip, knee and ankle follow equilibria that move.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

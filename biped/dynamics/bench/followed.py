@@ -1,7 +1,5 @@
 """Fig 4.8: spring-dampers at hip, knee and ankle follow equilibria that move."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from pathlib import Path

@@ -3,8 +3,6 @@
 Both are read from the robot's model file. In MuJoCo the torso is fixed and joints that are held are welded.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import NamedTuple
 

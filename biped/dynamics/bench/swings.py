@@ -1,7 +1,5 @@
 """Fig 4.7: hip and knee swing freely, with the robot's gears and with high ones."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Tables of the benches on a terminal."""
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Sequence

@@ -5,8 +5,6 @@ thesis are φ1 = q1, φ2 = q2 − q1, φ3 = q3 − q2 (the torso upright). Joint
 viscous and Coulomb friction, and a spring-damper with a moving equilibrium; those that are locked are constraints.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

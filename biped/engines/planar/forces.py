@@ -1,7 +1,5 @@
 """Forces of the ground and of the knees' stops, read from MuJoCo's constraint solver into the log."""
 
-from __future__ import annotations
-
 from biped.base.jit import inner_kernel
 from biped.engines.planar.planes import above, turned
 from biped.measure.columns import FORCE, STOP, Q

@@ -1,7 +1,5 @@
 """The foreign engine: MuJoCo's compliant contacts."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from copy import copy
 from dataclasses import replace

@@ -5,8 +5,6 @@ exactly the line of `biped.robot.ground`, whose corners no shape of MuJoCo's has
 a sinking point would be pushed out of sideways. Level ground is the model file's plane, and nothing is moved.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ Only the pelvis meets the seat, and the pelvis is the torso's. Of MuJoCo's const
 coordinates the feet's part is known from the log, and the stops act on none of them: what is left is the seat's.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import mujoco

@@ -1,7 +1,5 @@
 """One tick of seven links in compiled loops: the law decides, the fall is judged, the actuators move."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Controller and MuJoCo in one compiled loop: no Python between two ticks."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

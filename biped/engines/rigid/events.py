@@ -5,8 +5,6 @@ once per step, with the values at its start, q -= WΦ and v -= WΦ̇. A step tha
 knee through its stop, or hold a constraint that pulls, is cut where that begins.
 """
 
-from __future__ import annotations
-
 from biped.base.jit import entry_kernel, kernel
 from biped.engines.rigid.ground import add_impulse
 from biped.engines.rigid.locate import TOUCH, attempt, beyond_event, keep_stage, locate

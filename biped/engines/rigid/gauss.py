@@ -10,8 +10,6 @@ a least-squares problem with signs, solved exactly and in finitely many steps by
 forces, or the impulses. Redundant rows cost nothing: y is unique, and λ the shortest of those that belong to it.
 """
 
-from __future__ import annotations
-
 from biped.base.jit import kernel
 from biped.numerics.factor import (
     factor_rows,

@@ -6,8 +6,6 @@ the front lands on it as anywhere else: a plastic impact, no slip; the foot has 
 function here is the level one.
 """
 
-from __future__ import annotations
-
 import math
 
 from biped.base.jit import kernel

@@ -4,8 +4,6 @@ The first crossing is bracketed, predicted by the cubic through gaps and gap rat
 by the chord), and the step is tried again with that length until the event is met.
 """
 
-from __future__ import annotations
-
 from biped.base.jit import kernel
 from biped.engines.rigid.motion import evaluate
 from biped.engines.rigid.release import multiplier_row, pulled

@@ -4,8 +4,6 @@ The first constraints are the points of the feet: the height is the gap, and whi
 along the ground. Then come the stops of the knees: their gap is the angle to the stop.
 """
 
-from __future__ import annotations
-
 from biped.base.jit import kernel
 from biped.engines.rigid.gauss import change, factor_all, multipliers, shortest, unilateral
 from biped.engines.rigid.ground import add_impulse, bias_on, row_on, set_down, stand_on

@@ -1,7 +1,5 @@
 """All that the compiled rigid-body step reads and remembers, as one numpy record (`biped.control.planar.record`)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from biped.numerics.lanes import FEW, LANES

@@ -1,7 +1,5 @@
 """Contacts release when the ground would have to pull: which of the touching constraints go on acting."""
 
-from __future__ import annotations
-
 from biped.base.jit import kernel
 from biped.engines.rigid.gauss import change, unilateral
 from biped.engines.rigid.ground import bias_on, row_on

@@ -7,8 +7,6 @@ M = LᵀL from the feet up, C = A L⁻¹ and C H = [Λ 0] by reflections. With f
 The three stand in three lanes. Where only forces change, all but g stays.
 """
 
-from __future__ import annotations
-
 from biped.base.jit import kernel
 from biped.engines.rigid.gauss import RANK
 from biped.engines.rigid.ground import bias_on, off_ground, row_on

@@ -5,8 +5,6 @@ than everything else together. Places count from the torso's centre of mass, so 
 road.
 """
 
-from __future__ import annotations
-
 from biped.base.jit import kernel
 from biped.robot.planar.kinematics import add_force, bias_forces, forward, mass_matrix
 from biped.robot.planar.topology import BASE, N_LINKS, NQ, NU

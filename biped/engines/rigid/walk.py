@@ -1,7 +1,5 @@
 """Controller and rigid biped in one compiled loop: no Python between two ticks."""
 
-from __future__ import annotations
-
 from biped.base.jit import kernel, long_kernel
 from biped.engines.planar.tick import tick
 from biped.engines.rigid.events import advance

@@ -1,7 +1,5 @@
 """The compiled loop of a biped with a free base as a plant: which runs it suits, and what it is handed."""
 
-from __future__ import annotations
-
 import math
 
 import mujoco

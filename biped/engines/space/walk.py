@@ -1,7 +1,5 @@
 """A compiled law and MuJoCo in one compiled loop: no Python between two ticks of a run."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Work on a worker, and the versions and platform that a worker must have, told as Dask's resources."""
 
-from __future__ import annotations
-
 import socket
 import sys
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """A connection to a Dask scheduler, which may be lost and found again."""
 
-from __future__ import annotations
-
 import logging
 import time
 from collections.abc import Callable, Mapping

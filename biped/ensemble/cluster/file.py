@@ -1,7 +1,5 @@
 """A cluster as a file says: a scheduler with its certificates, workers here, or jobs of SLURM, PBS or LSF."""
 
-from __future__ import annotations
-
 import re
 import shlex
 import sys

@@ -1,7 +1,5 @@
 """A scheduler and workers on this machine, as processes that end with this one, however it ends."""
 
-from __future__ import annotations
-
 import asyncio
 import os
 import subprocess

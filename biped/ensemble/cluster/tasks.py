@@ -5,8 +5,6 @@ again by Dask; what it gives up comes back as lost. A scheduler that is gone is 
 is sent once more, since nobody else commits results.
 """
 
-from __future__ import annotations
-
 import queue
 import time
 import uuid

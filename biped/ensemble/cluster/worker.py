@@ -1,7 +1,5 @@
 """`biped worker`: Dask's own worker, set up for walking: one thread, a nanny, kernels loaded, versions told."""
 
-from __future__ import annotations
-
 import os
 import sys
 import threading

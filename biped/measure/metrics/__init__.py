@@ -1,12 +1,9 @@
 """Pure functions of a trajectory: what a run's numbers are, over the scenario's window.
 
-`assess` judges a run and gives every number of `biped.scenario.metrics.METRICS`; `aggregate` those of an ensemble.
+`assess` judges a run and gives every number of `biped.scenario.metrics.METRICS`; `totals.Totals` those of an ensemble.
 """
 
-from __future__ import annotations
-
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -14,7 +11,6 @@ import numpy as np
 
 from biped.measure import verdict
 from biped.measure.metrics import belief, energy, gait, ground, pushed, space
-from biped.measure.metrics.totals import Totals
 from biped.measure.metrics.walking import outcome_of, spread, stopped
 from biped.measure.momentum import Unexplained, unexplained
 from biped.measure.trajectory import Trajectory
@@ -109,13 +105,3 @@ def span_of(t: Trajectory, window: tuple[float, float]) -> slice | None:
     first = int(np.searchsorted(t.time, window[0] - 1e-9))
     last = min(int(np.searchsorted(t.time, window[1] + 1e-9, side="right")), len(t))
     return slice(first, last) if last - first > 1 else None
-
-
-def aggregate(runs: Sequence[Mapping[str, Any]]) -> dict[str, float]:
-    """Numbers of an ensemble: outcomes are counted; all else is the mean over runs that walked.
-
-    Where none walked, means are over the runs that have the number; nan if none has.
-    """
-    totals = Totals()
-    totals.add({name: np.array([run[name] for run in runs], dtype=float) for name in METRICS})
-    return totals.numbers

@@ -1,7 +1,5 @@
 """Metrics of the law's belief: changes of its leg states and of its rows in A. A run is judged by none of them."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 

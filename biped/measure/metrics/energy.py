@@ -1,7 +1,5 @@
 """Torques, powers, costs of transport; and how far energy and momentum are accounted for."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

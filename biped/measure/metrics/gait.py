@@ -1,7 +1,5 @@
 """Speed, steps and support phases: by the true state and the ground's force alone."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

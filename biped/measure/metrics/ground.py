@@ -1,7 +1,5 @@
 """Contact forces, centre of pressure, slip, penetration and foot clearance."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

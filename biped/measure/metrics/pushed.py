@@ -3,8 +3,6 @@
 Only of runs that are pushed; nothing here is computed for others.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Metrics of robots that move in space alone: step width, heading, drift, and the margin of stability sideways."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 

@@ -3,8 +3,6 @@
 tests/measure/referee.py says the same in NumPy.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Numbers of an ensemble from its runs in pieces: however many there are, they take no more memory than a piece."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 
@@ -50,7 +48,9 @@ class RunningMean:
 
 
 class Totals:
-    """The same as `biped.measure.metrics.aggregate`, of runs that come in pieces.
+    """Numbers of an ensemble whose runs come in pieces: counts of outcomes, and means over the runs that walked.
+
+    Where none walked, means are over the runs that have the number; nan if none has.
 
     Args:
         names: The metrics that are asked for; default: all.

@@ -5,8 +5,6 @@ what walks here show (all shipped scenarios and the four gaits at home): support
 8 % of the window, which is chatter of contacts, and at least a third of the foot strikes the other leg's.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping

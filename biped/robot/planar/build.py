@@ -1,7 +1,5 @@
 """The model of seven links that MuJoCo steps in a run: only what the run needs, its ground, solver and limits."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple

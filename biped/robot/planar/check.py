@@ -4,8 +4,6 @@ Both libraries read the file, and each silently tolerates what the other does no
 no gears), so whatever would make them disagree is refused here.
 """
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 

@@ -5,8 +5,6 @@ names of the human's; so a variant of the human is a model file alone, and anoth
 description. Names are in the canonical order of `biped.robot.planar.topology`; the model file may have another.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any

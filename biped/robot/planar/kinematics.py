@@ -11,8 +11,6 @@ The numbers are Pinocchio's at a tenth of the price; the controller asks Pinocch
 `biped.robot.planar.topology`; vectors (x, z), angles counter-clockwise.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from biped.base.jit import inner_kernel, kernel

@@ -5,8 +5,6 @@ another order (`biped.robot.planar.order`). What MuJoCo steps is `biped.robot.pl
 computes with `biped.robot.planar.controller_model`.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from pathlib import Path
 

@@ -4,8 +4,6 @@ A file may list legs, motors and contact pairs in any order. Engines and control
 (`biped.robot.planar.topology`); where the file's is another, the MuJoCo engine gathers and scatters by these numbers.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import mujoco

@@ -5,8 +5,6 @@ projected: the least change of the nine coordinates (angles, with the torso free
 names on the ground, no other point below it and no knee beyond its stop.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

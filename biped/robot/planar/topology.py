@@ -7,8 +7,6 @@ the canonical order: whatever order a model file has (`biped.robot.planar.descri
 one. Compiled code takes these numbers in as constants.
 """
 
-from __future__ import annotations
-
 LEGS = 2
 SEGMENTS = 3
 """Links of a leg, and joints: thigh on the hip, shank on the knee, foot on the ankle."""

@@ -4,8 +4,6 @@ Links, coordinates and contact points are in the order of `biped.robot.planar.to
 counter-clockwise.
 """
 
-from __future__ import annotations
-
 from functools import cached_property
 from typing import NamedTuple
 

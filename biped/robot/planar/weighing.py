@@ -4,8 +4,6 @@ M = LᵀL with L lower keeps the zeros between the legs, which meet only in the 
 rows. A perturbed M need not be positive: pivots are floored, far below any physical one.
 """
 
-from __future__ import annotations
-
 import math
 
 from biped.base.jit import inner_kernel, kernel

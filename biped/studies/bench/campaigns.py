@@ -1,7 +1,5 @@
 """The cost of a campaign besides its runs: processes here against a cluster on this machine, by the clock."""
 
-from __future__ import annotations
-
 import os
 import tempfile
 import time

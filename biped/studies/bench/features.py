@@ -4,8 +4,6 @@ A process runs one scenario and reports what it imported, which kernels it compi
 a tick took, beside bare `mj_step` in the same process.
 """
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -4,8 +4,6 @@ Bare steps replay what a run was commanded and pushed with, on the same compiled
 Least times of interleaved repeats, as in `biped.studies.bench.scenes`.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise

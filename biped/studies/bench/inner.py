@@ -1,7 +1,5 @@
 """Parts of a control tick in compiled loops of their own, for the bench alone."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from biped.base.address import call

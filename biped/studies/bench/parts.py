@@ -4,8 +4,6 @@ Bare steps are called from Python, with MuJoCo's clock on: what anybody pays who
 comparison is with the same steps in compiled code, the clock off.
 """
 
-from __future__ import annotations
-
 import statistics
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Cost of a learned policy's closed loop, as a ratio to its bare steps of MuJoCo and its bare network calls."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path

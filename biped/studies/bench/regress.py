@@ -4,8 +4,6 @@ Costs are ratios to bare `mj_step` in the same process, so that they mean the sa
 are measurements, and a slow one is no failure.
 """
 
-from __future__ import annotations
-
 from datetime import date
 from pathlib import Path
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """Where a tick of the home engine goes: its parts repeated by themselves over states of one run."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import Any

@@ -3,8 +3,6 @@
 Least times of many interleaved repeats: what else runs on the machine can only add to a time.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 

@@ -4,8 +4,6 @@ Bare `mj_step` replays the recorded torques of the same trajectory, so that it m
 handing over the torques is measured by itself and subtracted.
 """
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -7,8 +7,6 @@ scenario's rate, so that only the physics changes, but where the rate itself is 
 with itself: how far the two are apart is for `biped compare`.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Sequence

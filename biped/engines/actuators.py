@@ -1,11 +1,33 @@
-"""Latency between a law and its motors: commands that are under way, each for a time of its own."""
+"""Actuators between a law and the physics: bounded torques, a first-order lag, and commands that are under way."""
 
-from __future__ import annotations
+import math
 
 import numpy as np
 
+from biped.base.jit import kernel
 from biped.robot.run import Run
 from biped.scenario.vary import stream
+
+
+@kernel
+def actuate(command, limits, follow, wanted, target):
+    """Brings actuators towards what a law commands; returns whether that is finite, and otherwise does nothing.
+
+    Args:
+        command: (n,) what the law returned.
+        limits: (n,) [N m] bounds of torques; inf of other commands.
+        follow: Fraction of the way that actuators go in a tick.
+        wanted: (n,) where they are, overwritten.
+        target: (n,) what MuJoCo takes commands from, overwritten.
+    """
+    for j in range(command.size):
+        if not math.isfinite(command[j]):
+            return False
+    for j in range(command.size):
+        bounded = min(max(command[j], -limits[j]), limits[j])
+        wanted[j] += follow * (bounded - wanted[j])
+        target[j] = wanted[j]
+    return True
 
 
 class Latency:
