@@ -108,6 +108,7 @@ docs: setup ## write the pages that are made from the code
 	$(BIN)/python -m biped.cli.gallery
 	$(BIN)/python -m biped.show.standing
 	$(BIN)/python -m biped.show.readings
+	$(BIN)/python -m biped.show.programme
 	$(BIN)/python -m biped.show.certify
 	$(BIN)/python -m biped.show.walks
 	$(BIN)/python -m biped.show.atlas

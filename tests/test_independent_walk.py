@@ -49,7 +49,7 @@ def test_the_means_of_an_ensemble_are_the_same():
     for _ in range(6):
         start = np.array(STARTS["heel_toe"])
         start[2:] += 0.002 * random.standard_normal(7)
-        one = walk(HUMAN, "normal", start, 10.0)
+        one = walk(HUMAN, "normal", start, 10.0, PLASTIC)
         if not one.fell:
             others.append(means(one))
     assert min(len(mine), len(others)) >= 5

@@ -25,7 +25,7 @@ ROOT = Path(__file__).parents[2]
 PAGE, TEMPLATE, DATA = ROOT / "docs" / "readings.md", ROOT / "docs" / "readings.in.md", ROOT / "docs" / "readings.json"
 THESIS = ROOT / "docs" / "thesis.md"
 FILE = "readings.json"
-SHIPPED = "bounded"
+SHIPPED = "plastic"
 PUSHES = "push_"
 """Scenarios of pushes begin with it."""
 NEARLY, HALF = 0.9, 0.5

@@ -104,11 +104,11 @@ def test_shipped_readings_are_read_and_described():
         assert read_scenario("level_normal", [f"reading={path.stem}"]).reading == path.stem
 
 
-def test_the_published_gaits_are_read_as_bounded_and_no_searched_one_is():
+def test_the_published_gaits_are_read_as_plastic_and_no_searched_one_is():
     for name in names("scenarios"):
         s = read_scenario(name, looking=True)
         published = s.controller in {"slow", "normal", "fast", "style", "downhill"}
-        if s.reading == "bounded":
+        if s.reading == "plastic":
             assert published, name
 
 
