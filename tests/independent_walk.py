@@ -66,7 +66,9 @@ class Reading(NamedTuple):
 
 
 # readings/plastic.toml
-PLASTIC = Reading(limit=210.0, height=0.0015, ahead=0.25, contact_time=0.007, damping_ratio=1.5)
+PLASTIC = Reading(
+    limit=210.0, release=120.0, height=0.0013, hold=(0, 10, 0, 0), ahead=0.25, contact_time=0.0066, damping_ratio=1.475
+)
 
 
 Parts = tuple[tuple[int, float, float], ...]
@@ -274,7 +276,7 @@ def means(run: Walk, start: float = 5.0) -> dict[str, float]:
     """Speed, net cost of transport and share of double support, from so many seconds on."""
     q, v, u, load = (rows[round(1000 * start) :] for rows in run[:4])
     way = q[-1, 0] - q[0, 0]
-    power = (u * v[:, 3:]).sum(axis=1)  # torques and rates at the beginning of a tick
+    power = (u[:-1] * (v[:-1, 3:] + v[1:, 3:]) / 2.0).sum(axis=1)  # torques and mean rates of a tick
     return {
         "speed": way / (1e-3 * (len(q) - 1)),
         "cost_of_transport": float(np.abs(power).sum() * 1e-3 / (M * G * way)),

@@ -36,7 +36,7 @@ def test_joint_torques_walk_and_carry_the_weight():
     numbers = measure(t, scenario.interval)
     assert numbers["walked"]
     assert numbers["support"] == pytest.approx(1.0, abs=0.03)
-    assert np.abs(t.u).max() <= 200.0
+    assert np.abs(t.u).max() <= scenario.actuation.torque_limit
     assert not t.warnings
 
 

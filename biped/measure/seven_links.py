@@ -112,8 +112,8 @@ class PlanarTrajectory(Trajectory):
 
     @property
     def net_power(self) -> np.ndarray:
-        """(n,) [W] sum of the powers of all that the law does."""
-        return (self.applied * self.v).sum(axis=1)
+        """(n - 1,) [W] mean sum of the powers of all that the law does from each row to the next."""
+        return (self.applied[:-1] * 0.5 * (self.v[:-1] + self.v[1:])).sum(axis=1)
 
     @property
     def link_speed(self) -> np.ndarray:

@@ -85,8 +85,10 @@ class Trajectory(Log):
 
     @property
     def net_power(self) -> np.ndarray:
-        """(n,) [W] sum of the powers of all that the law does, and of pushes where its forces are no actuators'."""
-        return self.input_work / self.tick if self.generalized else (self.u * self.rate).sum(axis=1)
+        """(n - 1,) [W] mean sum of the powers of all that the law does, and of pushes where it drives no joints."""
+        if self.generalized:
+            return self.input_work[:-1] / self.tick
+        return (self.u[:-1] * 0.5 * (self.rate[:-1] + self.rate[1:])).sum(axis=1)
 
     @cached_property
     def ground_force(self) -> np.ndarray:

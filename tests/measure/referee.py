@@ -102,29 +102,28 @@ def from_nowhere(t: Trajectory, whole: Motion) -> float:
 
 def transport(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
     u, rate = t.u[span], t.v[span, BASE:]
-    power = u * rate
     weight = float(t.tree.mass.sum()) * GRAVITY * travelled(t, span) / t.tick
     if t.generalized:
         # Q_d's virtual actuators: torso and thighs to the inertial frame, knees and ankles between links.
         Q, v = t.Q_d[span], t.v[span]
         rates = whole.rate[span]
-        powers = [(Q[:, PITCH] - Q[:, HIP[0]] - Q[:, HIP[1]]) * rates[:, TORSO]]
-        for hip, knee, ankle, thigh in zip(HIP, KNEE, ANKLE, THIGH, strict=True):
-            powers += [Q[:, hip] * rates[:, thigh], Q[:, knee] * v[:, knee], Q[:, ankle] * v[:, ankle]]
-        power = np.column_stack(powers)
+        torso = Q[:, PITCH] - Q[:, HIP[0]] - Q[:, HIP[1]]
+        u = np.column_stack([torso, Q[:, HIP], Q[:, KNEE], Q[:, ANKLE]])
+        rate = np.column_stack([rates[:, TORSO], rates[:, THIGH], v[:, KNEE], v[:, ANKLE]])
+    power = u[:-1] * (rate[:-1] + rate[1:]) / 2.0
     step = np.diff(whole.point[span], axis=0)
     ground = (t.column("force")[span][:-1] * step).sum(axis=(1, 2)) / t.tick
-    jumps = np.abs(np.diff(u, axis=0)).max(axis=1)
+    jumps = np.abs(np.diff(t.u[span], axis=0)).max(axis=1)
     return {
         "cost_of_transport": float(np.abs(power.sum(axis=1)).sum() / weight),
         "cost_of_transport_absolute": float(np.abs(power).sum() / weight),
         "cost_of_transport_positive": float(np.maximum(power, 0.0).sum() / weight),
-        "mean_torque": float(np.abs(u).mean()),
-        "peak_power": float(np.abs(power).max()),
+        "mean_torque": float(np.abs(t.u[span]).mean()),
+        "peak_power": float(np.abs(u * rate).max()),
         "torque_rate": float(jumps.mean() * 1e-3 / t.tick),
         "torque_rate_99": float(np.percentile(jumps, 99.0) * 1e-3 / t.tick),
         "torque_jump": float(jumps.max()),
-        "saturation": float((np.abs(u) >= np.array(t.torque_limit)).any(axis=1).mean()),
+        "saturation": float((np.abs(t.u[span]) >= np.array(t.torque_limit)).any(axis=1).mean()),
         "contact_loss": float(-ground.mean()),
     }
 

@@ -18,6 +18,7 @@ from biped.robot.robot import with_tree
 from biped.scenario.actuation import Actuation
 from biped.scenario.ground import Ground
 from biped.scenario.keys import Scenario, Simulation, Start, Truth
+from biped.studies.planned import plan_of
 from tests.measure.made_up import WEIGHT
 from tests.runs import made, synthetic
 from tests.ticks import HUMAN
@@ -68,22 +69,34 @@ def test_energy_that_comes_from_nowhere_is_noticed():
 def test_costs_of_transport_by_hand():
     t = made("walk")
     rows = slice(500, 2000)
-    power = t.u[rows] * t.v[rows, 3:]
+    steps = slice(500, 1999)
+    power = t.u[steps] * (t.v[500:1999, 3:] + t.v[501:2000, 3:]) / 2.0
     work = WEIGHT * abs(t.q[1999, 0] - t.q[500, 0])
     numbers = measure(t, (0.5, 2.0))
     assert numbers["cost_of_transport"] == pytest.approx(0.001 * sum(abs(p.sum()) for p in power) / work)
     assert numbers["cost_of_transport_absolute"] == pytest.approx(0.001 * np.abs(power).sum() / work)
     assert numbers["cost_of_transport_positive"] == pytest.approx(0.001 * power[power > 0].sum() / work)
-    assert numbers["peak_power"] == pytest.approx(np.abs(power).max())
+    assert numbers["peak_power"] == pytest.approx(np.abs(t.u[rows] * t.v[rows, 3:]).max())
     assert numbers["mean_torque"] == pytest.approx(np.abs(t.u[rows]).mean())
     assert numbers["per_joint"]["knee"]["peak_torque"] == pytest.approx(np.abs(t.u[rows][:, [1, 4]]).max())
+
+
+def test_the_cost_is_that_of_the_work_done_where_torques_switch():
+    """With physics much finer than the tick, the work of a torque that is held is it times how far its joint turns."""
+    changes = ["simulation.timestep=5e-5", "duration=4", "window.start=1", "window.end=4"]
+    t = campaign.simulate(plan_of("level_normal", changes).run(0))
+    steps, weight = slice(1000, 3999), WEIGHT * abs(t.q[3999, 0] - t.q[1000, 0])
+    turned = np.diff(t.q[1000:4000, 3:], axis=0)
+    done = np.abs((t.u[steps] * turned).sum(axis=1)).sum() / weight
+    before = 0.001 * np.abs((t.u[steps] * t.v[steps, 3:]).sum(axis=1)).sum() / weight
+    assert measure(t, (1.0, 4.0))["cost_of_transport"] == pytest.approx(done, rel=0.01)
+    assert before < 0.97 * done  # the rates at the beginning of a tick are not those within it
 
 
 def test_generalized_power_is_that_of_the_springs():
     """Q_d's power is the power of the seven spring-dampers: what flows into the joint coordinates, no more."""
     t = made("generalized")
-    rows = slice(500, 1000)
-    total = (t.Q_d[rows] * t.v[rows]).sum(axis=1)
+    total = (t.Q_d[500:999] * (t.v[500:999] + t.v[501:1000]) / 2.0).sum(axis=1)
     work = WEIGHT * abs(t.q[999, 0] - t.q[500, 0])
     numbers = measure(t, (0.5, 1.0))
     assert numbers["cost_of_transport"] == pytest.approx(0.001 * np.abs(total).sum() / work)

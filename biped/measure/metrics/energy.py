@@ -19,7 +19,9 @@ LEAST_TIME = 0.1
 def transport(t: Trajectory, span: slice) -> dict[str, Any]:
     """Costs of transport and torques over a span of rows; of forces that are no joint's the net cost alone.
 
-    The thesis's c_mt matches |sum of joint powers|; the other two are what hardware pays.
+    The thesis's c_mt matches |sum of joint powers|; the other two are what hardware pays. A power is that of a torque
+    at the mean of the rates before and after a step, which is what changes the kinetic energy: torques that switch, and
+    impacts, change the rates within it.
     """
     weight = t.mass * GRAVITY * travelled(t, span)
     if not t.has_torques:
@@ -28,9 +30,10 @@ def transport(t: Trajectory, span: slice) -> dict[str, Any]:
     jumps = np.abs(np.diff(t.u[span], axis=0)).max(axis=1)
     rows, net, absolute, positive, peak = span.stop - span.start, sums.net, sums.absolute, sums.positive, sums.power
     if t.generalized:
-        power = _spring_powers(t, span)
+        forces, rates = _springs(t, span)
+        power = forces[:-1] * 0.5 * (rates[:-1] + rates[1:])
         net, absolute = float(np.abs(power.sum(axis=1)).sum()), float(np.abs(power).sum())
-        positive, peak = float(np.maximum(power, 0.0).sum()), np.abs(power)
+        positive, peak = float(np.maximum(power, 0.0).sum()), np.abs(forces * rates)
     return {
         "cost_of_transport": net * energy,
         "cost_of_transport_absolute": absolute * energy,
@@ -46,14 +49,18 @@ def transport(t: Trajectory, span: slice) -> dict[str, Any]:
     }
 
 
-def _spring_powers(t: Trajectory, span: slice) -> np.ndarray:
-    """(n, 7) [W] of Q_d's virtual actuators: torso and thighs to the inertial frame, knees and ankles between links."""
+def _springs(t: Trajectory, span: slice) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 7) torques [N m] and rates [rad/s] of Q_d's virtual actuators.
+
+    Torso and thighs are turned against the inertial frame, knees and ankles against the link above.
+    """
     Q, v = t.Q_d[span], t.v[span]
-    rate = motion(t.tree, t.q[span], v).rate
-    parts = [(Q[:, PITCH] - Q[:, HIP[0]] - Q[:, HIP[1]]) * rate[:, TORSO]]
+    turning = motion(t.tree, t.q[span], v).rate
+    torques, rates = [Q[:, PITCH] - Q[:, HIP[0]] - Q[:, HIP[1]]], [turning[:, TORSO]]
     for hip, knee, ankle, thigh in zip(HIP, KNEE, ANKLE, THIGH, strict=True):
-        parts += [Q[:, hip] * rate[:, thigh], Q[:, knee] * v[:, knee], Q[:, ankle] * v[:, ankle]]
-    return np.column_stack(parts)
+        torques += [Q[:, hip], Q[:, knee], Q[:, ankle]]
+        rates += [turning[:, thigh], v[:, knee], v[:, ankle]]
+    return np.column_stack(torques), np.column_stack(rates)
 
 
 def _per_joint(t: Trajectory, sums: Driven, rows: int) -> dict[str, dict[str, float]]:

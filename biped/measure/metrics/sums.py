@@ -15,18 +15,19 @@ from biped.robot.gravity import GRAVITY
 
 
 class Driven(NamedTuple):
-    """Sums over the actuators in a span; powers are torque times rate in each row.
+    """Sums over the actuators in a span.
 
     Attributes:
-        net: [W] sum of |sum of powers|.
-        absolute: [W] sum of all |powers|.
+        net: [W] sum over the steps from row to row of |sum of mean powers|: torque times the mean of the rates before
+            and after the step.
+        absolute: [W] sum of all |mean powers|.
         positive: [W] sum of the positive ones.
         jumps: [N m] sum of the largest changes of a torque from row to row.
         saturated: Rows with a torque at its limit.
         torque: (nu,) [N m] sums of |torque|.
         squared: (nu,) [N² m²] sums of the torques' squares.
         most: (nu,) [N m] largest |torque|.
-        power: (nu,) [W] largest |power|.
+        power: (nu,) [W] largest |torque times rate| in a row.
     """
 
     net: float
@@ -53,16 +54,18 @@ def _driven(u, v, columns, limit, torque, squared, most, power):
     for k in range(u.shape[0]):
         total, jump, over = 0.0, 0.0, False
         for j in range(u.shape[1]):
-            one = u[k, j]
-            size, here = abs(one), one * v[k, columns[j]]
+            one, rate = u[k, j], v[k, columns[j]]
+            size = abs(one)
             torque[j] += size
             squared[j] += one * one
             most[j] = max(most[j], size)
-            power[j] = max(power[j], abs(here))
+            power[j] = max(power[j], abs(one * rate))
             over |= size >= limit[j]
-            total += here
-            absolute += abs(here)
-            positive += max(here, 0.0)
+            if k + 1 < u.shape[0]:
+                mean = one * 0.5 * (rate + v[k + 1, columns[j]])
+                total += mean
+                absolute += abs(mean)
+                positive += max(mean, 0.0)
             if k > 0:
                 jump = max(jump, abs(one - u[k - 1, j]))
         net += abs(total)

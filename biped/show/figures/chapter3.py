@@ -34,20 +34,10 @@ COLOURS = ("#B91C1C", "#111827", "#2563EB")
 STEADY = 5.0
 """[s] from which the cycles of Fig 3.12 are drawn."""
 TRIALS = 100
-SCATTER = "start.jitter=0.002"
-STARTS = 20
-LASTS = 9000
-"""Ticks of a run of ten seconds that stayed up."""
 
 
 def _walk(name: str, *changes: str) -> Trajectory:
     return simulate_planar(plan_of(name, changes).run(0))
-
-
-def _gait(name: str) -> Trajectory:
-    """A walk from the scenario's start or, if that one falls, from the first start near it that does not."""
-    walks = (_walk(name, *changes) for changes in ((), *((SCATTER, f"seed={n}") for n in range(STARTS))))
-    return next(walk for walk in walks if len(walk.time) > LASTS)
 
 
 def velocities(walks: Sequence[tuple[str, Trajectory]]) -> Figure:
@@ -102,8 +92,8 @@ def main(argv: Sequence[str]) -> None:
     make_folder(folder)
     with matplotlib.rc_context(SETTINGS):
         for name, scenario in STROBES.items():
-            save(strobe(_gait(scenario), scenario), folder / f"{name}.png")
-        walks = [(name, _gait(name)) for name in SPEEDS]
+            save(strobe(_walk(scenario), scenario), folder / f"{name}.png")
+        walks = [(name, _walk(name)) for name in SPEEDS]
         for name, draw in (("fig_3_10", velocities), ("fig_3_11", torsos), ("fig_3_12", cycles)):
             save(draw(walks), folder / f"{name}.png")
         save(pushed([(_walk(forward), _walk(backward)) for forward, backward in PUSHES]), folder / "fig_3_13.png")

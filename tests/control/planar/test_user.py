@@ -163,8 +163,8 @@ def test_the_law_to_start_from_is_the_compiled_one(controller):
         "duration=1.5",
         "window.start=0.5",
         "window.end=1.5",
-        "actuation.limit=clip",
-    ]  # as the law to start from keeps limits, whatever reading the scenario has
+        "reading=clipped",
+    ]  # of which the law to start from is a copy
     s = read_scenario("level_normal", changes)
     t = simulate(Plan(s).run(0))
     run = Plan(s, law=factory_of(start_law.Law)).run(0)
