@@ -13,6 +13,7 @@ from pathlib import Path
 from biped.base.trust import trusting
 from biped.scenario.engines import ENGINES
 from biped.show.markdown import replaced
+from biped.show.words import share
 from biped.studies.engine_table import SCENARIOS, Cell, ScenarioCells, cells_of
 
 PAGE = Path(__file__).parents[2] / "docs" / "engines.md"
@@ -35,11 +36,10 @@ def _words(cell: Cell | str | None) -> str:
         return "not run"
     if isinstance(cell, str):
         return "–"
-    low, high = (round(100.0 * share) for share in cell.interval)
     value, half = cell.speed
     error = f" ± {half:.3f}" if math.isfinite(half) else ""
     speed = f"; {value:.3f}{error} m/s" if math.isfinite(value) and abs(value) > 0.05 else ""
-    return f"{cell.reached} of {cell.runs} ({low} – {high} %){speed}"
+    return f"{share(cell.reached, cell.runs)}{speed}"
 
 
 def main(folder: Path, more: Sequence[str], finished: bool = False) -> None:

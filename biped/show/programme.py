@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from biped.base.json import dumps
-from biped.base.statistics import wilson
 from biped.base.writing import write_text
 from biped.ensemble.sweeps import goal_at
 from biped.scenario.metrics import HEAD, METRICS
@@ -21,6 +20,7 @@ from biped.show.document import Block, Document, Heading, Items, Paragraph, Pict
 from biped.show.replay import plot_results
 from biped.show.results import causes_of, number
 from biped.show.standing import DOCS
+from biped.show.words import share
 from biped.studies.folders import results_at
 
 PAGE, TEMPLATE, DATA = (DOCS / f"thesis-programme{suffix}" for suffix in (".md", ".in.md", ".json"))
@@ -65,7 +65,7 @@ def document_of(found: Sequence[Mapping[str, Any]]) -> Document:
     head = ("scenario", "duration", "reading", "contacts", "starts", "walked (95 %)", "fell")
     rows = tuple(
         (Words(one["scenario"], "code"), f"{one['duration']:g} s", one["reading"], one["contacts"], one["starts"],
-         _share(one["walked"], one["runs"]), str(one["falls"]))
+         share(one["walked"], one["runs"]), str(one["falls"]))
         for one in found
     )  # fmt: skip
     blocks: list[Block] = [Table(head, rows, (0, 2, 3, 4))]
@@ -91,15 +91,10 @@ def _section(one: Mapping[str, Any]) -> list[Block]:
     return blocks
 
 
-def _share(count: int, runs: int) -> str:
-    low, high = wilson(count, runs)
-    return f"{count} of {runs} ({100.0 * low:.0f} – {100.0 * high:.0f} %)"
-
-
 def _listed(points: Sequence[Mapping[str, Any]]) -> Table:
     keys = tuple(points[0]["values"])
     rows = tuple(
-        (*(number(point["values"][key]) for key in keys), _share(point["walked"], point["runs"]), str(point["falls"]),
+        (*(number(point["values"][key]) for key in keys), share(point["walked"], point["runs"]), str(point["falls"]),
          *(METRICS[name].text(point[name]) if point["walked"] else "–" for name in HEAD))
         for point in points
     )  # fmt: skip

@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from biped.base.json import dumps
-from biped.base.statistics import wilson
 from biped.base.writing import write_text
 from biped.show import markdown
 from biped.show.document import Document, Paragraph, Table
 from biped.show.standing import DOCS
 from biped.show.standing import FILE as STANDARD
+from biped.show.words import share
 
 PAGE, TEMPLATE, DATA = DOCS / "any-biped.md", DOCS / "any-biped.in.md", DOCS / "any-biped.json"
 MARK = "<!-- tables -->"
@@ -48,8 +48,7 @@ def _count(one: Mapping[str, Any], title: str) -> str:
     test = next((test for test in one["tests"] if test["title"] == title), None)
     if test is None:
         return "not run"
-    low, high = wilson(test["reached"], test["runs"])
-    return f"{test['reached']} of {test['runs']} ({100.0 * low:.0f} – {100.0 * high:.0f} %)"
+    return share(test["reached"], test["runs"])
 
 
 def _walk(one: Mapping[str, Any]) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 import re
 from typing import Any
 
+from biped.base.statistics import wilson
 from biped.base.text import plain
 
 STATES = {1: "stance", 2: "heel off", 3: "swing", 4: "knee straight"}
@@ -17,6 +18,12 @@ def literal(text: Any) -> str:
 def words(name: str) -> str:
     """The name of a number, for people."""
     return literal(name.replace("_", " "))
+
+
+def share(count: int, runs: int) -> str:
+    """So many of these runs, with Wilson's 95 % interval of the share behind them."""
+    low, high = wilson(count, runs)
+    return f"{count} of {runs} ({100.0 * low:.0f} – {100.0 * high:.0f} %)"
 
 
 def leg_words(foot: str) -> str:

@@ -10,7 +10,6 @@ from biped.base.errors import InputError
 from biped.base.files import names
 from biped.base.paired import means
 from biped.base.progress import Progress, silent
-from biped.base.statistics import wilson
 from biped.ensemble.backend import Jobs
 from biped.studies.planned import plan_of, title_of
 from biped.studies.run import run
@@ -31,14 +30,12 @@ class Cell(NamedTuple):
     Attributes:
         reached: Runs that walked; where the scenario asks for standing, that stood.
         runs: All runs.
-        interval: 95 % of the share that reached it.
         speed: [m/s] mean of those that walked, and half of its 95 % interval; nan where there is none.
         failures: What became of the others: point or seed, end and cause.
     """
 
     reached: int
     runs: int
-    interval: tuple[float, float]
     speed: tuple[float, float]
     failures: list[str]
 
@@ -109,5 +106,5 @@ def _cell(rows: Sequence[dict[str, Any]], goal: str) -> Cell:
         f"{row['values'] or row['seed']}: {row['end']} {row['cause'] or row.get('doubt', '')}"
         for row in rows if not row[goal]
     ]  # fmt: skip
-    return Cell(len(reached), len(rows), wilson(len(reached), len(rows)), (speed.change, speed.high - speed.change),
+    return Cell(len(reached), len(rows), (speed.change, speed.high - speed.change),
                 failures)  # fmt: skip
