@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from biped.measure.planar import Derived, Forces, derive
-from biped.measure.trajectory import Trajectory
+from biped.measure.trajectory import Trajectory, mean_powers
 from biped.robot.gravity import gravity
 from biped.robot.planar.topology import BASE, CHAINS, PITCH, X
 from biped.robot.planar.tree import motion
@@ -113,7 +113,7 @@ class PlanarTrajectory(Trajectory):
     @property
     def net_power(self) -> np.ndarray:
         """(n - 1,) [W] mean sum of the powers of all that the law does from each row to the next."""
-        return (self.applied[:-1] * 0.5 * (self.v[:-1] + self.v[1:])).sum(axis=1)
+        return mean_powers(self.applied, self.v).sum(axis=1)
 
     @property
     def link_speed(self) -> np.ndarray:

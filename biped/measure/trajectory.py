@@ -88,7 +88,7 @@ class Trajectory(Log):
         """(n - 1,) [W] mean sum of the powers of all that the law does, and of pushes where it drives no joints."""
         if self.generalized:
             return self.input_work[:-1] / self.tick
-        return (self.u[:-1] * 0.5 * (self.rate[:-1] + self.rate[1:])).sum(axis=1)
+        return mean_powers(self.u, self.rate).sum(axis=1)
 
     @cached_property
     def ground_force(self) -> np.ndarray:
@@ -230,3 +230,11 @@ class Trajectory(Log):
     def qpos(self, model: mujoco.MjModel) -> np.ndarray:
         """(n, nq) coordinates as a MuJoCo model of the robot has them."""
         return self.q
+
+
+def mean_powers(forces: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    """(n - 1, k) [W] of forces and rates (n, k) from each row to the next: at the mean of the rates before and after.
+
+    This is what changes the kinetic energy in a step.
+    """
+    return forces[:-1] * 0.5 * (rates[:-1] + rates[1:])

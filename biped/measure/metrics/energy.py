@@ -7,7 +7,7 @@ import numpy as np
 
 from biped.measure.metrics.gait import travelled
 from biped.measure.metrics.sums import Driven, driven
-from biped.measure.trajectory import Trajectory
+from biped.measure.trajectory import Trajectory, mean_powers
 from biped.robot.gravity import GRAVITY, frame
 from biped.robot.planar.topology import ANKLE, BASE, HIP, KNEE, PITCH, THIGH, TORSO
 from biped.robot.planar.tree import motion
@@ -31,7 +31,7 @@ def transport(t: Trajectory, span: slice) -> dict[str, Any]:
     rows, net, absolute, positive, peak = span.stop - span.start, sums.net, sums.absolute, sums.positive, sums.power
     if t.generalized:
         forces, rates = _springs(t, span)
-        power = forces[:-1] * 0.5 * (rates[:-1] + rates[1:])
+        power = mean_powers(forces, rates)
         net, absolute = float(np.abs(power.sum(axis=1)).sum()), float(np.abs(power).sum())
         positive, peak = float(np.maximum(power, 0.0).sum()), np.abs(forces * rates)
     return {
