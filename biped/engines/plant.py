@@ -20,6 +20,7 @@ from biped.engines.energy import Account
 from biped.engines.fall import GOING, LOW, fall_words
 from biped.engines.forces import Contacts, GroundContacts, add_forces
 from biped.engines.loop import Ending, in_python, mujoco_warnings
+from biped.engines.patches import PatchedContacts
 from biped.engines.row import log_state, state_of
 from biped.engines.uneven import Uneven, own
 from biped.engines.untouched import Untouched
@@ -27,9 +28,10 @@ from biped.measure.columns import columns_of, width_of
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import frame, gravity3
 from biped.robot.run import Run
-from biped.robot.unmodelled import torques_at, unmodelled_of
+from biped.robot.unmodelled import patches_of, torques_at, unmodelled_of
 from biped.scenario.command import COMMANDED
 from biped.scenario.laws import SPATIAL, own_law
+from biped.scenario.noticed import SPLIT
 from biped.scenario.pushing import pieces
 from biped.scenario.senses import Sensors
 
@@ -39,9 +41,6 @@ if TYPE_CHECKING:
 
 Watch = Callable[[mujoco.MjModel, mujoco.MjData, np.ndarray], None]
 """Called after every tick with the model, its data, and the pushes that act, (bodies, 3) [N]."""
-
-_SPLIT = ("Euler", "implicit", "implicitfast")
-"""Integrators whose step has two halves, between which a law can tick without anything being computed twice."""
 
 
 class MujocoPlant:
@@ -105,8 +104,11 @@ class MujocoPlant:
         self.contacts = GroundContacts(
             self.model, self.data, self.robot, None if self.uneven is None else self.uneven.planes
         )
+        self.patched = tuple(
+            PatchedContacts(one, self.model, self.data, self.contacts.is_ground) for one in patches_of(run)
+        )
         self.account = Account(self.model, self.data)
-        self.split = s.simulation.integrator in _SPLIT
+        self.split = s.simulation.integrator in SPLIT
         self.pushing, self._pushed = np.zeros((self.model.nbody - 1, 3)), ()
         self.wanted = np.zeros(self.law.size)
         self.compiled: Any = self._compiled()
@@ -115,7 +117,7 @@ class MujocoPlant:
     def _compiled(self) -> SpacePlant | HeldPlant | None:
         """The compiled loop's plant, where the law has one."""
         s = self.s
-        if not self.split or self.sensors or self.uneven or self.watch or self.unmodelled:
+        if not self.split or self.sensors or self.uneven or self.watch or self.unmodelled or self.patched:
             return None
         if s.law != SPATIAL:
             from biped.engines.held import held_plant
@@ -172,13 +174,15 @@ class MujocoPlant:
 
     def _first_half(self) -> Callable[[], None]:
         """Returns a function that brings MuJoCo's data to the state that a step begins with."""
-        data, model, uneven = self.data, self.model, self.uneven
+        data, model, uneven, patched = self.data, self.model, self.uneven, self.patched
         first_half = mujoco.mj_step1 if self.split else mujoco.mj_forward
 
         def begin() -> None:
             if uneven is not None:
                 uneven.lay()
             first_half(model, data)
+            for one in patched:
+                one.change()
 
         return begin
 

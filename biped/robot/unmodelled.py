@@ -1,6 +1,7 @@
-"""Joint torques that nobody modelled: a random function of the joints' state, drawn for a run and fixed in it.
+"""Realities that nobody modelled: random functions that are drawn for a run and fixed in it.
 
-It is a sum of cosines of random frequencies and phases, which is a draw of a Gaussian process with a squared
+Joint torques are a function of the joints' state, friction and softness of the ground are functions of the place on it.
+Each is a sum of cosines of random frequencies and phases, which is a draw of a Gaussian process with a squared
 exponential covariance (A. Rahimi, B. Recht, NIPS 2007): smooth, bounded, and as random in one joint as in another.
 """
 
@@ -84,3 +85,53 @@ def torques_at(made, angles, rates):
         cosine = math.cos(phase)
         for j in range(n):
             made.added[j] += made.torques[j, i] * cosine
+
+
+class Patches(NamedTuple):
+    """The ground of a run: two sums, which are the logarithms of factors.
+
+    Attributes:
+        frequencies: (TERMS, 2) [1/m] along the ground and to the left.
+        phases: (TERMS,) [rad].
+        sizes: (2, TERMS) of the cosines in the logarithms of the factors of friction and of contact time.
+        least: [s] below which no contact time falls.
+    """
+
+    frequencies: np.ndarray
+    phases: np.ndarray
+    sizes: np.ndarray
+    least: float
+
+
+def patches_of(run: Run) -> tuple[Patches, ...]:
+    """The ground of a run, or () where its scenario asks for none: a tuple's length is part of its type.
+
+    Args:
+        run: The run; its seed fixes the functions, of whose logarithms twice the strength is twice the same.
+    """
+    keys = run.scenario.truth.unmodelled
+    if not keys.patchy:
+        return ()
+    rng = stream(run.seed, "unmodelled ground")
+    frequencies = rng.standard_normal((TERMS, 2)) / keys.patch
+    phases = rng.uniform(0.0, 2.0 * math.pi, TERMS)
+    strengths = np.array([[keys.friction], [keys.softness]])
+    sizes = math.sqrt(2.0 / TERMS) * strengths * rng.standard_normal((2, TERMS))
+    return (Patches(frequencies, phases, sizes, 2.0 * run.scenario.simulation.timestep),)
+
+
+@kernel
+def factors_at(patches, x, y):
+    """Factors of friction and of contact time at a place.
+
+    Args:
+        patches: `Patches`.
+        x: [m] along the ground.
+        y: [m] to the left.
+    """
+    friction, time = 0.0, 0.0
+    for i in range(patches.phases.size):
+        cosine = math.cos(patches.frequencies[i, 0] * x + patches.frequencies[i, 1] * y + patches.phases[i])
+        friction += patches.sizes[0, i] * cosine
+        time += patches.sizes[1, i] * cosine
+    return math.exp(friction), math.exp(time)

@@ -26,6 +26,8 @@ CARD: Keys = {"": ("command",)}
 """Keys that a policy's card reads besides."""
 OWN: Keys = {"": ("controller", "gains", "command"), "ground": ("angles",)}
 """Keys that a law of one's own is handed besides (`biped.control.law.Setup`)."""
+SPLIT = ("Euler", "implicit", "implicitfast")
+"""MuJoCo's integrators whose step has two halves, between which a law ticks and contacts change."""
 _ASKED = ("controller", "reading", "gains", "change", "backstep", "estimator", "command")
 """Keys of the scenario itself that only some laws read."""
 
@@ -71,6 +73,9 @@ def taken(s: Scenario, fail: Fail) -> None:
     if s.truth.unmodelled.torque > 0.0 and not ENGINES[s.engine].beside:
         raise fail("truth.unmodelled.torque", f"expected 0: in the engine '{s.engine}' nothing acts beside the "
                    f"actuators of model '{s.model}'; use engine = 'mujoco'")  # fmt: skip
+    if s.truth.unmodelled.patchy and s.simulation.integrator not in SPLIT:
+        raise fail("simulation.integrator", f"expected one of {', '.join(SPLIT)}: within a step of "
+                   f"'{s.simulation.integrator}' no contact can be changed, as truth.unmodelled asks for")  # fmt: skip
     if s.gains.speed is not None and not s.controller:
         raise fail("gains.speed", "expected none: no controller is named, and it is the speed of one that is a family")
     read = read_by(s.law)

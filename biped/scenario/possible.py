@@ -139,10 +139,14 @@ def _sensed(s: Scenario, fail: Fail) -> None:
 
 
 def _unmodelled(s: Scenario, fail: Fail) -> None:
-    """Rejects joint torques that nobody modelled where there are no joint torques."""
+    """Rejects what nobody modelled where it cannot be: torques without joints, friction and softness by place."""
     if s.truth.unmodelled.torque > 0.0 and s.actuation.mode != "joint":
         raise fail("truth.unmodelled.torque", "expected 0, or actuation.mode = 'joint': generalized forces come "
                    "through no joint")  # fmt: skip
+    for key in ("friction", "softness"):
+        if getattr(s.truth.unmodelled, key) > 0.0 and (why := ENGINES[s.engine].uniform):
+            raise fail(f"truth.unmodelled.{key}", f"expected 0: in the engine '{s.engine}' {why}; use engine = "
+                       "'mujoco'")  # fmt: skip
 
 
 def _searched(s: Scenario, fail: Fail) -> None:

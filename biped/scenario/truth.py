@@ -24,20 +24,34 @@ class BodyTruth(Section, frozen=True):
 
 
 class UnmodelledKeys(Section, frozen=True):
-    """Joint torques that nobody modelled: a random smooth function of the joints' angles and rates, one for every run.
+    """Realities that nobody modelled: random smooth functions, drawn for every run and fixed in it.
 
-    A draw of a Gaussian process, fixed in a run. It stands for what a model leaves out between joints and their motors:
-    cables, friction that depends on the posture, flexible parts, wrong maps of torque. It stands for nothing that
-    remembers, that depends on time or on the ground, or that is the same in every robot.
+    Draws of Gaussian processes: joint torques as a function of the joints' angles and rates, friction and softness of
+    the ground as functions of the place on it. Torques stand for what a model leaves out between joints and their
+    motors: cables, friction that depends on the posture, flexible parts, wrong maps of torque. Nothing here remembers,
+    depends on time, or is the same in every robot.
 
     Attributes:
         torque: Root mean square over realities, as a share of each joint's torque limit. Of seven links the sum with
             the motor's torque stays within the limit and is what is recorded; of other robots it acts beside.
         angle: [rad] that a joint moves until the torque is another one; rates count as what they cover in 0.1 s.
+        friction: Root mean square of the logarithm of a factor of the ground's friction: 0.3 is some 30 % more or less.
+            MuJoCo's.
+        softness: The same of a factor of the contacts' time constant, with whose inverse square stiffness goes; never
+            less than two time steps. MuJoCo's.
+        patch: [m] along the ground until friction and softness are others.
     """
 
     torque: Annotated[float, Meta(ge=0, le=10)] = 0.0
     angle: Positive = 0.3
+    friction: Annotated[float, Meta(ge=0, le=3)] = 0.0
+    softness: Annotated[float, Meta(ge=0, le=3)] = 0.0
+    patch: Annotated[float, Meta(ge=0.001, le=1000)] = 0.5
+
+    @property
+    def patchy(self) -> bool:
+        """Whether the ground differs from place to place."""
+        return self.friction > 0.0 or self.softness > 0.0
 
 
 class Truth(Section, frozen=True):
@@ -60,7 +74,7 @@ class Truth(Section, frozen=True):
         servo_damping: Factor of their damping.
         joint_friction: [N m] of dry friction added to the joints.
         armature: [kg m²] of rotors added to the joints.
-        unmodelled: Joint torques that nobody modelled.
+        unmodelled: Joint torques, friction and softness that nobody modelled.
         part: Bodies that differ, of a robot of any kind.
     """
 

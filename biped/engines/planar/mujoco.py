@@ -8,10 +8,12 @@ from functools import partial
 import mujoco
 import numpy as np
 
+from biped.base.errors import InputError
 from biped.base.jit import begun, bound
 from biped.engines.loop import drive, mujoco_warnings
 from biped.engines.native import native as native_of
 from biped.engines.native import without_clock
+from biped.engines.patches import LEAST_FRICTION, patch_pairs, patched_pairs
 from biped.engines.planar.forces import log_forces
 from biped.engines.planar.planes import lay, planes_of
 from biped.engines.planar.plant import Physics, PlanarPlant
@@ -20,10 +22,7 @@ from biped.measure.trajectory import Trajectory
 from biped.robot.planar.build import Foreign
 from biped.robot.robot import seven_links
 from biped.robot.run import Run
-
-_LEAST_FRICTION = 1e-5
-"""MuJoCo's smallest coefficient of friction."""
-
+from biped.robot.unmodelled import patches_of
 
 Watch = Callable[[mujoco.MjModel, mujoco.MjData, np.ndarray], None]
 """Called after every tick with the model, its data, and the pushes that act, (bodies, 2) [N]."""
@@ -47,14 +46,20 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
     order, robot = foreign.order, seven_links(run.robot)
     native = None if s.law is not None or watch is not None or not order.canonical else native_of(foreign.model, order)
     ground = run.profile
-    model = foreign.model if ground.level else copy(foreign.model)  # whose planes move
-    data = _data(foreign) if ground.level else mujoco.MjData(model)
+    patches = patches_of(run)
+    shared = ground.level and not patches
+    model = foreign.model if shared else copy(foreign.model)  # whose planes move, or whose pairs change
+    data = _data(foreign) if shared else mujoco.MjData(model)
     planes = planes_of(model, data, robot, ground)
     data.qpos[order.joints], data.qvel[order.joints] = run.q, run.v
     substeps = round(1.0 / s.simulation.control_rate / s.simulation.timestep)
     place, mj_step = data.geom_xpos, mujoco.mj_step
     where = order.points, robot.contact.radius, order.contacts, order.stops, order.bent
-    pyramid = max(s.ground.friction or 0.0, _LEAST_FRICTION) if s.simulation.cone == "pyramidal" else 0.0
+    patched = tuple(patched_pairs(one, model, robot) for one in patches)
+    if patched and s.simulation.cone == "pyramidal":
+        raise InputError("simulation.cone: expected 'elliptic' with truth.unmodelled.friction or softness of seven "
+                         "links; got 'pyramidal'", "simulation.cone")  # fmt: skip
+    pyramid = max(s.ground.friction or 0.0, LEAST_FRICTION) if s.simulation.cone == "pyramidal" else 0.0
 
     seat = (seated(data, order, round(s.duration * s.simulation.control_rate)),) if s.ground.seat.height > 0.0 else ()
 
@@ -67,12 +72,14 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
 
     def step(k: int, log: np.ndarray) -> None:
         nonlocal log_of_step
-        if ground.level:
+        if shared:
             mj_step(model, data, substeps)
         else:
             for _ in range(substeps):
                 mujoco.mj_kinematics(model, data)
-                lay(planes, place, order.points)
+                if not ground.level:
+                    lay(planes, place, order.points)
+                patch_pairs(patched, place, order.points)
                 mj_step(model, data)
         if log_of_step is None:  # not all runs are stepped from Python
             log_of_step = bound(log_forces, log, 0, data.efc_force, place, *where, pyramid, planes)
@@ -95,6 +102,7 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
             plant = WalkPlant(
                 native.step, model._address, data._address, data._address + native.nefc, data._address + native.force,
                 substeps, data.qpos, data.qvel, applied, place, *where, pyramid, native.kinematics, planes, seat,
+                patched,
             )  # fmt: skip
             walk = partial(begun, walk_plant, plant)
         physics = Physics(foreign.tree, data.qpos, data.qvel, applied, bodies, push, step, walk, warnings)
@@ -110,7 +118,7 @@ def simulate(run: Run, watch: Watch | None = None) -> Trajectory:
         physics = Physics(foreign.tree, q, v, wanted, bodies, push, reordered, None, warnings)
     with without_clock():
         trajectory = drive(PlanarPlant(run, physics))
-    if watch is None and ground.level:  # who looked on may still look
+    if watch is None and shared:  # who looked on may still look
         foreign.spare.append(data)
     sampled = substeps > 1 or s.simulation.integrator == "RK4"
     for one in seat:

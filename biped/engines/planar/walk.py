@@ -6,6 +6,7 @@ import numpy as np
 
 from biped.base.address import call, doubles_at, int32_at
 from biped.base.jit import long_kernel
+from biped.engines.patches import PatchedPairs, patch_pairs
 from biped.engines.planar.forces import log_forces
 from biped.engines.planar.planes import Planes, lay
 from biped.engines.planar.seat import Seated, log_seat
@@ -35,6 +36,7 @@ class WalkPlant(NamedTuple):
         kinematics: Address of mj_kinematics.
         planes: The ground below the points.
         seat: What can be sat on, (`Seated`,), or (): a tuple's length is part of its type.
+        patched: Ground that differs from place to place, (`PatchedPairs`,), or (), likewise.
     """
 
     step: int
@@ -56,6 +58,7 @@ class WalkPlant(NamedTuple):
     kinematics: int
     planes: Planes
     seat: tuple[Seated, ...]
+    patched: tuple[PatchedPairs, ...]
 
 
 @long_kernel
@@ -78,9 +81,12 @@ def walk_plant(plant, control, fall, log, first, last):
         if status != 0:
             return status, k + 1
         for _ in range(plant.substeps):
-            if plant.planes.ground[0]["count"] > 0:
+            uneven = plant.planes.ground[0]["count"] > 0
+            if uneven or len(plant.patched) > 0:
                 call(plant.kinematics, plant.model, plant.data)
+            if uneven:
                 lay(plant.planes, plant.place, plant.points)
+            patch_pairs(plant.patched, plant.place, plant.points)
             call(plant.step, plant.model, plant.data)
         force = doubles_at(plant.force, int32_at(plant.nefc))
         log_forces(log, k, force, plant.place, plant.points, plant.radius, plant.contacts, plant.stops, plant.bent,
