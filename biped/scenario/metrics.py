@@ -146,6 +146,8 @@ _ALL = (
     Metric("push_impulse", "N s", "impulse of the strongest push, forward positive"),
     Metric("push_speed", "m/s", "impulse of the strongest push / mass of the robot"),
     Metric("push_froude", "", "impulse of the strongest push / (mass x sqrt(g leg length))"),
+    Metric("push_share", "", "the strongest push / the largest that any controller could survive by steps of a leg "
+           "length, as fast as those before it", show="share"),
     Metric("recovery_time", "s", "from the end of the last push until all steps are as fast as before it, "
            "within 10 % or two standard deviations", better="less"),
     Metric("first_step", "m", "length of the first step after the last push"),

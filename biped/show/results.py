@@ -155,6 +155,8 @@ def push_words(numbers: Mapping[str, Any]) -> str:
         return ""
     impulse, speed, share = (number(numbers[name]) for name in ("push_impulse", "push_speed", "push_froude"))
     told = f"pushed with {impulse} N s, {speed} m/s of the whole robot, {share} sqrt(g leg)"
+    if real(numbers["push_share"]):
+        told += f", {100.0 * numbers['push_share']:.0f} % of the most that steps of a leg length could catch"
     steps = [numbers[name] for name in STEPS_AFTER if real(numbers[name])]
     if real(numbers["recovery_time"]):
         told += f"; recovered in {number(numbers['recovery_time'])} s"

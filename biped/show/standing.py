@@ -81,7 +81,7 @@ def _metrics_of(test: Mapping[str, Any], one: Mapping[str, Any]) -> list[str]:
     for name in test["shows"]:
         value, metric = one["numbers"].get(name), METRICS[name]
         if value is not None:
-            short = {"cost_of_transport": "c.o.t.", "push_froude": "J/(m√(g l))"}.get(name, "")
+            short = {"cost_of_transport": "c.o.t.", "push_froude": "J/(m√(g l))", "push_share": "bound"}.get(name, "")
             unit = f" {metric.unit}" if metric.unit else ""
             words = short or ("" if name == "speed" else metric.words.split()[0])
             lines.append(f"{words} {metric.text(value)}{unit}".strip().replace("-", "−"))

@@ -22,7 +22,7 @@ def test_every_name_is_measured():
     # Two seconds have two steps; neither motors nor an estimator; no push, no change.
     motors = ["cost_of_transport_heat", "cost_of_transport_electrical", "motor_load", "gear_load", "beyond_gear"]
     posture = ["torso_error", "torso_error_worst", "underactuated", "longest_gap", "gyro_clipped"]
-    pushes = ["pull", "push_impulse", "push_speed", "push_froude", "recovery_time"]
+    pushes = ["pull", "push_impulse", "push_speed", "push_froude", "push_share", "recovery_time"]
     steps = ["first_step", "second_step", "third_step", "fourth_step"]
     command = ["commanded", "command_error", "yaw_error"]
     space = ["step_width", "cross_over", "margin_of_stability", "heading", "drift"]

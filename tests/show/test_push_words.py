@@ -14,6 +14,8 @@ def test_a_push_is_told_in_the_fields_units():
     assert push_words(none) == ""
     pushed = none | {"push_impulse": 40.0, "push_speed": 40.0 / 75.0, "push_froude": 0.174}
     assert push_words(pushed) == "pushed with 40 N s, 0.533 m/s of the whole robot, 0.174 sqrt(g leg)"
+    bounded = pushed | {"push_share": 0.618}
+    assert push_words(bounded).endswith("sqrt(g leg), 62 % of the most that steps of a leg length could catch")
     recovered = pushed | {"recovery_time": 1.2, "first_step": 0.7, "second_step": 0.65}
     assert push_words(recovered).endswith("; recovered in 1.2 s; next steps 0.7, 0.65 m")
     assert push_words(dict.fromkeys(METRICS)) == ""

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from biped.measure.metrics.capture import push_share
 from biped.measure.metrics.gait import heels
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
@@ -89,7 +90,8 @@ def pushed(t: Trajectory) -> dict[str, float]:
     found = impulses(t)
     if not found:
         return {}
-    strongest = max((push.size for push in found), key=abs)
+    hardest = max(found, key=lambda push: abs(push.size))
+    strongest = hardest.size
     rows = np.array([row for row, _ in t.strikes], dtype=int)
     heel = heels(t, rows)
     lengths = np.abs(heel[:, 0] - heel[:, 1])
@@ -98,6 +100,7 @@ def pushed(t: Trajectory) -> dict[str, float]:
         "push_impulse": strongest,
         "push_speed": strongest / t.mass,
         "push_froude": strongest / (t.mass * math.sqrt(GRAVITY * t.robot.leg)),
+        "push_share": push_share(t, hardest.start, hardest.end, hardest.impulse),
         "recovery_time": recovery(t.x, t.time, t.tick, rows, found[0].start, found[-1].end)
         if t.end == "completed"
         else math.nan,
