@@ -1,7 +1,7 @@
 """Gaits and policies beside each other: what each withstands, and whether the gait sensitivity norm foretells it.
 
-`python -m biped.show.atlas FOLDER… GAIT=NORM.json…` takes results folders of `biped standard`, and what
-`biped stability --norm --json` prints of a gait, into docs/atlas.md; without any, it writes the page anew.
+`python -m biped.show.atlas FOLDER…` takes results folders of `biped standard --atlas` into docs/atlas.md, where they
+replace what was known of the same gait; without any, it writes the page anew.
 """
 
 import json
@@ -13,14 +13,15 @@ from typing import Any, NamedTuple
 
 from biped.base.json import dumps
 from biped.base.writing import write_text
-from biped.show import markdown, standing
+from biped.show import markdown
 from biped.show.document import Document, Paragraph, Table
 from biped.show.standing import DOCS
 from biped.show.standing import FILE as STANDARD
 from biped.studies.stability.sensitivity import rank_correlation
 
 PAGE, TEMPLATE, DATA = DOCS / "atlas.md", DOCS / "atlas.in.md", DOCS / "atlas.json"
-MARKS = {"plane": "<!-- plane -->", "space": "<!-- space -->", "norm": "<!-- norm -->"}
+MARKS = {"plane": "<!-- plane -->", "other": "<!-- other -->", "space": "<!-- space -->",
+         "space other": "<!-- space other -->", "norm": "<!-- norm -->"}  # fmt: skip
 PUSHES, RISES = ("push forward", "push backward"), ("step up", "step down")
 """Disturbances of `biped stability --norm` whose norms are shown together, as the root of their mean square."""
 _LEVEL = "level"
@@ -30,6 +31,11 @@ _TESTS = {
     "steps_down": "steps down [l]",
 }  # fmt: skip
 """Tests whose limits are columns, and their headings."""
+_OTHERS = {"delay": ("delay [ms]", 1000.0), "unmodelled": ("unmodelled torques [% of the limits]", 100.0)}
+"""Tests whose limits are columns of the second table: their headings, and what values are multiplied by."""
+_RANDOM = "random_push"
+GROWN = 1e-3
+"""Push [m √(g l)] whose growth is shown."""
 
 
 class Largest(NamedTuple):
@@ -40,18 +46,21 @@ class Largest(NamedTuple):
         sure: The largest of which 95 % intervals are sure; None: of none.
         fails: The smallest that surely fails; None: none.
         most: Whether nothing larger was tried.
+        share: Of a push, how much of what any controller could survive it is; None: not known.
     """
 
     value: float
     sure: float | None
     fails: float | None
     most: bool
+    share: float | None = None
 
     @property
     def text(self) -> str:
         """The value, and in brackets what is sure."""
         bounds = " … ".join("–" if one is None else f"{one:.3g}" for one in (self.sure, self.fails))
-        return f"{'≥ ' if self.most else ''}{self.value:.3g} ({bounds})"
+        share = "" if self.share is None else f", {100.0 * self.share:.0f} %"
+        return f"{'≥ ' if self.most else ''}{self.value:.3g} ({bounds}){share}"
 
 
 def withstood(tables: Sequence[Mapping[str, Any]], space: bool) -> dict[str, dict[str, Any]]:
@@ -69,16 +78,16 @@ def withstood(tables: Sequence[Mapping[str, Any]], space: bool) -> dict[str, dic
                 continue
             row = out.setdefault(one["gait"], {})
             name = name.removeprefix("space_")
-            row[name] = one["tried"][0] if name == _LEVEL else _largest(name, one)
+            row[name] = one["tried"][0] if name in (_LEVEL, _RANDOM) else _largest(name, one)
     return out
 
 
 def _largest(name: str, one: Mapping[str, Any]) -> Largest | None:
     """The largest of one kind that a gait withstands; None of a kind that is no column."""
     limit, tried = one["limit"], one["tried"]
-    if name not in _TESTS or limit is None:
+    if name not in (*_TESTS, *_OTHERS) or limit is None:
         return None
-    unit = 1.0
+    unit = _OTHERS[name][1] if name in _OTHERS else 1.0
     if name.startswith("push"):  # an impulse in proportion to what is searched
         shares = [one["numbers"]["push_froude"] / one["value"] for one in tried if one["numbers"].get("push_froude")]
         if not shares:
@@ -88,8 +97,9 @@ def _largest(name: str, one: Mapping[str, Any]) -> Largest | None:
     def size(value: float | None) -> float | None:
         return None if value is None else abs(unit * value)
 
+    best = next((one["numbers"] for one in tried if one["value"] == limit["holds_to"]), {})
     return Largest(size(limit["holds_to"]) or 0.0, size(limit["sure_to"]), size(limit["surely_fails_at"]),
-                   limit["fails_at"] is None)  # fmt: skip
+                   limit["fails_at"] is None, best.get("push_share"))  # fmt: skip
 
 
 def table_of(found: Mapping[str, Mapping[str, Any]]) -> Table:
@@ -104,6 +114,58 @@ def table_of(found: Mapping[str, Mapping[str, Any]]) -> Table:
         stands = [row.get(name) for name, _ in tests]
         lines.append((gait, *walked, *("–" if one is None else one.text for one in stands)))
     return Table(("gait", "level", "speed [m/s]", "c.o.t.", *(head for _, head in tests)), tuple(lines))
+
+
+def others_of(found: Mapping[str, Mapping[str, Any]], grown: Mapping[str, Sequence[Mapping[str, Any]]]) -> Document:
+    """One line for each gait of which a delay, growth, a random force or torques that nobody modelled are known."""
+    lines = []
+    for gait, row in found.items():
+        stands = [row.get(name) for name in _OTHERS]
+        growth = next((one for one in grown.get(gait, ()) if one["size"] == GROWN), None)
+        cells = (stands[0].text if stands[0] else "–", _growth_text(growth), _steps_text(row.get(_RANDOM)),
+                 stands[1].text if stands[1] else "–")  # fmt: skip
+        if set(cells) != {"–"}:
+            lines.append((gait, *cells))
+    delay, torques = (head for head, _ in _OTHERS.values())
+    return (Table(("gait", delay, "growth per stride", "steps to a fall", torques), tuple(lines)),) if lines else ()
+
+
+def _growth_text(one: Mapping[str, Any] | None) -> str:
+    if one is None or one["factor"] is None or math.isnan(one["factor"]):
+        return "–"
+    return f"{one['factor']:.2g} ({one['low']:.2g} … {one['high']:.2g})"
+
+
+def steps_to_fall(one: Mapping[str, Any]) -> tuple[float, float, float]:
+    """Mean number of steps to a fall and its 95 % interval, each step as dangerous as any other.
+
+    Args:
+        one: Walks under a random force; their steps are those of the walks that did not fall.
+    """
+    steps, (low, high) = one["numbers"].get("steps") or math.nan, one["interval"]
+
+    def at(stood: float) -> float:
+        return math.inf if stood >= 1.0 else 0.0 if stood <= 0.0 else steps / -math.log(stood)
+
+    return at(one["reached"] / one["runs"]), at(low), at(high)
+
+
+def _steps_text(one: Mapping[str, Any] | None) -> str:
+    if one is None:
+        return "–"
+    value, low, high = steps_to_fall(one)
+    return f"> {low:.3g}" if math.isinf(value) else f"{value:.3g} ({low:.3g} … {high:.3g})"
+
+
+def rows_of(found: Mapping[str, Any]) -> Document:
+    """The rows of results of `biped standard --atlas`, as a document."""
+    parts: list[Any] = []
+    for space in (False, True):
+        rows = withstood([found], space)
+        if rows:
+            parts += [table_of(rows), *others_of(rows, found["growth"])]
+    norms = {gait: kinds for gait, kinds in found["norms"].items() if kinds}
+    return (*parts, *foretold(withstood([found], space=False), norms)) if norms else tuple(parts)
 
 
 def _text(value: float | None, form: str) -> str:
@@ -152,9 +214,12 @@ def _agreement(name: str, pairs: Sequence[tuple[float, float]]) -> str:
 
 def page(stored: Mapping[str, Any]) -> str:
     """The text of docs/atlas.md."""
-    tables = [*standing.stored(), *stored["tables"]]
-    plane, space = withstood(tables, space=False), withstood(tables, space=True)
-    parts = {"plane": (table_of(plane),), "space": (table_of(space),), "norm": foretold(plane, stored["norms"])}
+    plane, space = withstood(stored["tables"], space=False), withstood(stored["tables"], space=True)
+    norms = {gait: kinds for gait, kinds in stored["norms"].items() if gait in plane}
+    parts = {
+        "plane": (table_of(plane),), "other": others_of(plane, stored["growth"]), "space": (table_of(space),),
+        "space other": others_of(space, stored["growth"]), "norm": foretold(plane, norms),
+    }  # fmt: skip
     text = TEMPLATE.read_text(encoding="utf-8")
     for name, document in parts.items():
         text = text.replace(MARKS[name], markdown.text(document).rstrip())
@@ -162,22 +227,30 @@ def page(stored: Mapping[str, Any]) -> str:
 
 
 def stored() -> dict[str, Any]:
-    """The page's own data: tables of `biped standard` beyond those of docs/standard.md, and norms by gait."""
-    return json.loads(DATA.read_bytes()) if DATA.is_file() else {"tables": [], "norms": {}}
+    """The page's data: tables of `biped standard --atlas`, and of each gait the norms and the growth."""
+    empty: dict[str, Any] = {"tables": [], "norms": {}, "growth": {}}
+    return empty | (json.loads(DATA.read_bytes()) if DATA.is_file() else {})
+
+
+def taken_in(known: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, Any]:
+    """Data with results of `biped standard --atlas`, which replace what was known of the same gaits."""
+    new = found.get("norms", {}), found.get("growth", {})
+    again = {(one["test"], one["gait"]) for one in found["standings"]}
+    tables = [{"standings": [one for one in table["standings"] if (one["test"], one["gait"]) not in again]}
+              for table in known["tables"]]  # fmt: skip
+    tables.append({"standings": [one for one in found["standings"] if one["tried"]]})
+    return {"tables": [table for table in tables if table["standings"]],
+            "norms": {**known["norms"], **new[0]}, "growth": {**known["growth"], **new[1]}}  # fmt: skip
 
 
 def main(argv: Sequence[str]) -> None:
-    """Takes results into the page; without any, writes the page anew."""
+    """Takes results folders into the page; without any, writes the page anew."""
+    known = stored()
+    for folder in argv:
+        known = taken_in(known, json.loads((Path(folder) / STANDARD).read_bytes()))
     if argv:
-        found: dict[str, Any] = {"tables": [], "norms": {}}
-        for word in argv:
-            gait, equals, file = word.partition("=")
-            if equals:
-                found["norms"][gait] = json.loads(Path(file).read_bytes())["kinds"]
-            else:
-                found["tables"].append({"standings": json.loads((Path(word) / STANDARD).read_bytes())["standings"]})
-        write_text(DATA, dumps(found))
-    write_text(PAGE, page(stored()))
+        write_text(DATA, dumps(known))
+    write_text(PAGE, page(known))
 
 
 if __name__ == "__main__":

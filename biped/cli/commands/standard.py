@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from biped.base.errors import InputError
 from biped.base.files import label
 from biped.cli.common import DONE, changes_of, engines_of, print_json, workers_of
 from biped.cli.parser import ENGINE, Commands, command_parser, take_changes, take_json, take_trust, take_workers
@@ -19,6 +20,11 @@ def add(commands: Commands) -> None:
         "name, path.py:Class, or a policy's card")  # fmt: skip
     test = "only this test: name in scenarios/standard, or path of a scenario with [standard] (repeatable)"
     parser.add_argument("--test", metavar="NAME", action="append", default=[], help=test)
+    parser.add_argument(
+        "--atlas",
+        action="store_true",
+        help="all of a row of docs/atlas.md instead: its tests, the growth of small pushes, the gait sensitivity norm",
+    )
     take_changes(parser, "change a key of all tests, e.g. model=robot (repeatable)")
     parser.add_argument("--engine", help=ENGINE)
     parser.add_argument(
@@ -33,19 +39,26 @@ def add(commands: Commands) -> None:
 def command(args: argparse.Namespace) -> int:
     """Puts gaits to the tests; what an interrupt leaves is gone on with by the same command."""
     from biped.ensemble.guard import new_folder
+    from biped.show.atlas import rows_of
     from biped.show.standing import document_of, write
     from biped.show.terminal import progress, show
     from biped.studies.folders import RUNS
+    from biped.studies.standard.atlas import atlas
     from biped.studies.standard.study import standard
 
     engines = engines_of(args)
+    if args.atlas and (args.test or engines):
+        raise InputError("--atlas: expected neither --test nor --engines: a row has tests of its own")
     out: Path = args.out or new_folder(RUNS, "standard")
     with workers_of(args) as jobs:
-        found = standard(args.gait, args.test, changes_of(args), jobs, out, progress, engines).as_dict()
+        if args.atlas:
+            found = atlas(args.gait, changes_of(args), jobs, out, progress)
+        else:
+            found = standard(args.gait, args.test, changes_of(args), jobs, out, progress, engines).as_dict()
     write(found, out)
     if args.json:
         print_json(found)
     else:
-        show(document_of(found))
+        show(rows_of(found) if args.atlas else document_of(found))
         print(f"  standard.json and standard.md in {label(out)}/")
     return DONE

@@ -176,7 +176,7 @@ class StoredMeasurements:
 
     def get(self, plan: Plan, goal: str, value: float) -> TriedValue | None:
         """The ensemble of a plan, if it was made."""
-        kept = self._kept.get(_key(plan, goal))
+        kept = self._kept.get(digest_of(plan, goal))
         return None if kept is None else TriedValue(value, **kept)
 
     def keep(self, plan: Plan, goal: str, tried: TriedValue) -> None:
@@ -185,11 +185,12 @@ class StoredMeasurements:
         Raises:
             InputError: It cannot be written.
         """
-        self._kept[_key(plan, goal)] = {name: one for name, one in tried._asdict().items() if name != "value"}
+        self._kept[digest_of(plan, goal)] = {name: one for name, one in tried._asdict().items() if name != "value"}
         with writing(label(self._file)):
             write_text(self._file, dumps(self._kept, indent=0))
 
 
-def _key(plan: Plan, goal: str) -> str:
+def digest_of(plan: Plan, goal: str) -> str:
+    """Tells apart what is made of plans: scenario, model, gains, kernels, machine, and what is asked for."""
     origin: Mapping[str, str] = origin_of(plan)
     return blake2b(json.dumps([origin, goal], sort_keys=True).encode(), digest_size=12).hexdigest()
