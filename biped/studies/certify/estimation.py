@@ -10,7 +10,7 @@ from biped.studies.certify.estimate import LEAST_SAMPLES, Probability, combined,
 from biped.studies.certify.learning import AT_MOST, fitted, learned
 from biped.studies.certify.outcome import RunOutcome
 from biped.studies.certify.running import Outcomes
-from biped.studies.certify.scores import LEARNED
+from biped.studies.certify.scores import LEARNED, LEFT
 from biped.studies.certify.splitting import (
     SHARE,
     Levels,
@@ -28,6 +28,8 @@ FIRST = 200
 """Plain runs that decide between counting and splitting."""
 WAVE = 5
 """Samples that are drawn side by side at most."""
+PILOTS = 3
+"""In all but the last of which the score is learned once more."""
 LEAST_SIZE = 20
 """Runs at each level of a sample at least."""
 LEAST_FALLS = 10
@@ -132,16 +134,17 @@ def levels_of(
         return None
     score = learned(seed, outcomes, sum(outcome.fell for _, outcome in first)) if moving.times else None
     outcomes.score, outcomes.learns = score or OTHERWISE, score is not None
-    first = outcomes.plain(stream(seed, "certify.first"), accuracy.size)
-    levels = _piloted(seed, outcomes, first, moving, accuracy)
+    for number in range(PILOTS):
+        outcomes.learns = score is not None and number < PILOTS - 1
+        first = outcomes.plain(stream(seed, f"certify.first.{number}"), accuracy.size)
+        levels = _piloted(seed + number, outcomes, first, moving, accuracy)
+        if not outcomes.learns or accuracy.most - outcomes.runs < accuracy.size:
+            break
+        # Walks that a pilot brought close to a fall say what the score has wrong: it is learned once more, with them.
+        outcomes.score = fitted(np.array(outcomes.states), LEFT)
     outcomes.learns = False
-    if score is None or accuracy.most - outcomes.runs < accuracy.size:
-        return levels
-    # Walks that a pilot brought close to a fall say what the score has wrong: it is learned once more, with them.
-    outcomes.score = fitted(np.array(outcomes.states))
     outcomes.states.clear()
-    first = outcomes.plain(stream(seed, "certify.second"), accuracy.size)
-    return _piloted(seed + 1, outcomes, first, moving, accuracy)
+    return levels
 
 
 def _piloted(

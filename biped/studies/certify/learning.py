@@ -11,7 +11,7 @@ import numpy as np
 from biped.scenario.normals import Move, Normals
 from biped.scenario.vary import stream
 from biped.studies.certify.running import Outcomes
-from biped.studies.certify.scores import LearnedScore, design
+from biped.studies.certify.scores import LEFT, LearnedScore, design, time_left
 from biped.studies.certify.splitting import EARLIEST
 
 FACTORS = (1.25, 1.5, 2.0, 3.0, 4.0, 6.0)
@@ -26,17 +26,20 @@ LEAST = 8
 """Falls that a score is learned from."""
 PENALTY = 10.0
 """Of the squares of the weights."""
+GOLDEN = 0.618034
+"""Whose multiples' fractions are spread evenly."""
 ROWS = 20_000
 """States at most, those that precede falls aside."""
 
 
-def learned(seed: int, outcomes: Outcomes, falls: int) -> LearnedScore | None:
+def learned(seed: int, outcomes: Outcomes, falls: int, column: int | None = LEFT) -> LearnedScore | None:
     """Learns a score; None where too few runs fell, however strong the disturbance was.
 
     Args:
         seed: Of everything random in it.
         outcomes: Of runs, whose states are recorded.
         falls: Runs that fell among those whose states were recorded before.
+        column: As of `fitted`.
     """
     rng = stream(seed, "certify.learn")
 
@@ -53,16 +56,23 @@ def learned(seed: int, outcomes: Outcomes, falls: int) -> LearnedScore | None:
             break
         if fell < OFTEN * BATCH:  # falls of one batch may be chance: every batch says whether it is strong enough
             number = min(number + 1, len(FACTORS) - 1)
-    return fitted(np.array(outcomes.states)) if falls >= LEAST else None
+    return fitted(np.array(outcomes.states), column) if falls >= LEAST else None
 
 
-def fitted(rows: np.ndarray) -> LearnedScore:
+def fitted(rows: np.ndarray, column: int | None = None) -> LearnedScore:
     """The logistic regression, quadratic in the state.
 
     Args:
-        rows: (n, k + 1) states, and of each whether a fall follows (0 or 1).
+        rows: (n, k + 1) states, and of each how long it takes until the fall [horizons].
+        column: Of the state that says how much time is left. What would have been if less had been left is known as
+            well, and learned from: every state is taken once more, with a share of its time.
     """
-    follows = rows[:, -1] > 0.5
+    follows = rows[:, -1] < 1.0
+    if column is not None:
+        less, share = rows.copy(), np.arange(1, len(rows) + 1) * GOLDEN % 1.0
+        time = share * np.exp(rows[:, column])
+        less[:, column] = time_left(time)
+        rows, follows = np.concatenate([rows, less]), np.concatenate([follows, rows[:, -1] < time])
     each = max(1, (~follows).sum() // ROWS)
     chosen = follows | (np.cumsum(~follows) % each == 0)
     states, labels = rows[chosen, :-1], follows[chosen].astype(float)

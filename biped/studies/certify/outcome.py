@@ -1,5 +1,6 @@
 """The record of a run: whether it fell, how, and how its score rose."""
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -7,7 +8,7 @@ import numpy as np
 
 from biped.measure.metrics.space import headings
 from biped.measure.trajectory import Trajectory
-from biped.studies.certify.scores import EVERY, SCORES, Score, horizon_of, states_of
+from biped.studies.certify.scores import EVERY, NEVER, SCORES, Score, horizon_of, states_of
 
 LEARNT_EVERY = 5
 """Of the rows that are looked at, those that a score is learned from: every 50 ms."""
@@ -25,7 +26,7 @@ class RunOutcome(NamedTuple):
         way: How it fell: whither, on which foot, and when after its last strike; else empty.
         squares: Sum of the squares of the normals that it drew.
         stands: Whether another law stood what this one met; of a comparison.
-        states: States of the walk, and whether it falls soon (0 or 1): what a score is learned from.
+        states: States of the walk, and how long it takes until the fall: what a score is learned from.
     """
 
     fell: bool
@@ -54,19 +55,19 @@ class RunOutcome(NamedTuple):
         return min(times, default=self.end)
 
 
-def outcome_of(t: Trajectory, score: Score | None, duration: float, learns: bool = False) -> RunOutcome:
+def outcome_of(t: Trajectory, score: Score | None, duration: float, since: float = math.inf) -> RunOutcome:
     """The outcome of a run.
 
     Args:
         t: The run.
         score: What rises; None: nothing does.
         duration: [s] that it would take.
-        learns: Whether states are recorded, from which a score is learned.
+        since: [s] from which states are recorded, from which a score is learned; default: never.
     """
     other = "" if t.end in ("fell", "completed") else t.end
     end = round(float(t.time[-1]), 9)
     with np.errstate(all="ignore"):
-        states = _labelled(t, duration) if learns else ()
+        states = _labelled(t, duration, since) if since < math.inf else ()
         out = RunOutcome(t.end == "fell", end, (), len(t.strikes), other, way_of(t), states=states)
         if score is None:
             return out
@@ -83,16 +84,13 @@ def outcome_of(t: Trajectory, score: Score | None, duration: float, learns: bool
     return out._replace(rises=tuple(sorted(rises)))
 
 
-def _labelled(t: Trajectory, duration: float) -> tuple[tuple[float, ...], ...]:
-    """States of a walk, and of each whether it falls within the horizon."""
+def _labelled(t: Trajectory, duration: float, since: float) -> tuple[tuple[float, ...], ...]:
+    """States of a walk, and of each how long it takes until the fall [horizons]."""
     states = states_of(t, duration)[::LEARNT_EVERY]
     times = np.arange(len(states)) * LEARNT_EVERY * max(1, round(EVERY / t.tick)) * t.tick
-    soon = (t.end == "fell") & (t.time[-1] - times < horizon_of(t))
-    sound = np.isfinite(states).all(axis=1)
-    return tuple(
-        (*(float(f"{number:.4g}") for number in state), float(label))
-        for state, label in zip(states[sound], soon[sound], strict=True)
-    )
+    until = np.minimum((t.time[-1] - times) / horizon_of(t), NEVER) if t.end == "fell" else np.full(len(times), NEVER)
+    sound = np.isfinite(states).all(axis=1) & (times >= since)
+    return tuple(tuple(float(f"{number:.4g}") for number in row) for row in np.column_stack([states, until])[sound])
 
 
 def way_of(t: Trajectory) -> str:

@@ -1,5 +1,6 @@
 """Outcomes of runs in the order in which they are asked for, wherever they are made, with a journal."""
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from functools import partial
@@ -51,9 +52,25 @@ class MakingOutcomes:
         run = Normals(int(seed), seed.moves)
         with np.errstate(all="ignore"):
             trajectory, duration = simulate(self._plan.run_from(run)), self._plan.scenario.duration
-            outcome = outcome_of(trajectory, request.score, duration, request.learns)
+            outcome = outcome_of(trajectory, request.score, duration, since_of(run) if request.learns else math.inf)
             stands = not outcome.fell or self._against is None or simulate(self._against.run_from(seed)).end != "fell"
         return outcome._replace(squares=round(run.squares, 6), stands=stands)
+
+
+def since_of(run: Normals) -> float:
+    """[s] from which a score may be learned from a run: from where it branched off.
+
+    A branch's past was chosen for reaching a level, and all of a run that was only mixed resembles one that was chosen.
+    """
+    if not run.moves:
+        return 0.0
+    last = run.moves[-1]
+    return last.after if last.beta == 1.0 else 0.0 if multiplied(run) else math.inf
+
+
+def multiplied(run: Normals) -> bool:
+    """Whether a run's last move multiplies its normals, so that it is likelier or less likely than a plain one."""
+    return bool(run.moves) and run.moves[-1].beta == 0.0
 
 
 class Outcomes:
@@ -71,6 +88,7 @@ class Outcomes:
         score: As given, until it is learned.
         learns: Whether their states are recorded.
         states: Those that were.
+        fell: Runs that fell by a force as strong as the scenario's, however they were chosen, with their outcomes.
     """
 
     def __init__(self, carried_out: Callable[[Iterator[Request]], Iterator[RunOutcome]], noted: dict[int, RunOutcome],
@@ -79,6 +97,7 @@ class Outcomes:
         self._carried_out, self._noted, self._note, self._advance = carried_out, noted, note, advance
         self.runs, self.score, self.learns = 0, score, score is None
         self.states: list[tuple[float, ...]] = []
+        self.fell: list[tuple[Normals, RunOutcome]] = []
 
     def __call__(self, seeds: Sequence[Normals]) -> list[RunOutcome]:
         """The outcomes of runs."""
@@ -91,7 +110,9 @@ class Outcomes:
             self._advance()
         found = [self._noted.pop(number) for number in numbers]
         self.states += [state for outcome in found for state in outcome.states]
-        return [outcome._replace(states=()) for outcome in found]
+        found = [outcome._replace(states=()) for outcome in found]
+        self.fell += [(run, one) for run, one in zip(seeds, found, strict=True) if one.fell and not multiplied(run)]
+        return found
 
     def plain(self, rng: np.random.Generator, count: int) -> list[tuple[Normals, RunOutcome]]:
         """Runs that nothing selects, with their outcomes."""

@@ -16,8 +16,14 @@ from biped.robot.gravity import GRAVITY
 
 EVERY = 0.01
 """[s] between the rows that are looked at."""
-HORIZON = 3.0
-"""[√(l/g)] ahead of a state within which a fall counts, with l the length of a leg: about 1 s."""
+HORIZON = 6.0
+"""[√(l/g)] ahead of a state within which a fall counts, with l the length of a leg: about 1.9 s, two to three steps."""
+NEVER = 9.0
+"""[horizons] until a fall that was not seen."""
+LEFT = 18
+"""Column of a state that says how much time is left."""
+LEAST_LEFT = 0.05
+"""[horizons] of time left below which less makes no difference."""
 LATEST = 5.0
 """[√(l/g)] since the last strike after which a step is simply late."""
 FARTHEST = 6.0
@@ -87,19 +93,25 @@ SCORES: dict[str, Callable[[Trajectory], np.ndarray]] = {"margin": margins, "dro
 """Precursors by the name of the score that is made of them."""
 
 
+def time_left(time: np.ndarray) -> np.ndarray:
+    """(n,) logarithm of the time [horizons] that is left, of as much as makes a difference."""
+    return np.log(np.clip(time, LEAST_LEFT, 1.0))
+
+
 def horizon_of(t: Trajectory) -> float:
     """[s] ahead of a state within which a fall counts."""
     return HORIZON * math.sqrt(t.robot.leg / GRAVITY)
 
 
 def states_of(t: Trajectory, duration: float) -> np.ndarray:
-    """(n, 19) the state of a walk every 10 ms, in leg lengths, √(l/g) and rad.
+    """(n, 22) the state of a walk every 10 ms, in leg lengths, √(l/g), weights and rad.
 
     The foot that struck last stands, the next one swings; where the first foot swings, left and right change places.
     Columns: extrapolated centre of mass forward and to the side of either foot, centre of mass of the standing foot
     (6); its height above the ground and its vertical velocity; lean forward and to the side, and their rates (4);
     height of the lowest point of either foot, and whether it is on the ground (4); time since the last strike; how far
-    the other foot is ahead of the standing one; time left of the run, at most the horizon.
+    the other foot is ahead of the standing one; time left of the run, at most the horizon (`time_left`); sum of the
+    pushes forward, to the side and up (3).
 
     Args:
         t: The run.
@@ -128,7 +140,8 @@ def states_of(t: Trajectory, duration: float) -> np.ndarray:
     down = t.down[rows].astype(float)
     step = np.diff(rows, prepend=rows[0] - 1) * t.tick / unit
     since = (rows - np.concatenate([[0], strikes[:, 0]])[number]) * t.tick / unit
-    remaining = np.clip(duration - t.time[rows], 0.0, horizon_of(t)) / horizon_of(t)
+    remaining = time_left((duration - t.time[rows]) / horizon_of(t))
+    push = _pushes(t, rows) / (t.mass * GRAVITY)
     return np.stack(
         [
             *away(capture, standing), *away(capture, swinging), *away(centre[:, :2], standing),
@@ -136,6 +149,18 @@ def states_of(t: Trajectory, duration: float) -> np.ndarray:
             lean, roll, np.diff(lean, prepend=lean[0]) / step, np.diff(roll, prepend=roll[0]) / step,
             low[pick, stands], low[pick, swings], down[pick, stands], down[pick, swings],
             np.minimum(since, LATEST), away(swinging, standing)[0], remaining,
+            (push[:, :2] * forward).sum(axis=1), mirror * (push[:, :2] * left).sum(axis=1), push[:, 2],
         ],
         axis=1,
     )  # fmt: skip
+
+
+def _pushes(t: Trajectory, rows: np.ndarray) -> np.ndarray:
+    """(n, 3) [N] sum of the pushes that act at rows."""
+    changes = np.zeros((len(rows) + 1, 3))
+    for start, end, *force, _ in t.pushes:
+        first, last = np.searchsorted(t.time[rows], (start - 1e-9, end - 1e-9))
+        given = np.array([force[0], 0.0, force[1]] if len(force) == 2 else force)
+        changes[first] += given
+        changes[last] -= given
+    return changes.cumsum(axis=0)[:-1]
