@@ -160,7 +160,10 @@ def ways_document(found: Mapping[str, Any]) -> Document:
     return (
         Heading(f"{found['scenario']}: ways to fall", 1),
         Paragraph(Words(head, "bad" if ways else "strong")),
-        Paragraph(f"{found['runs']} runs in all; {found['falls']} of {found['plain']} plain ones fell."),
+        Paragraph(
+            f"{found['runs']} runs in all; {found['falls']} of {found['plain']} plain ones fell. {found['distinct']} "
+            f"falls have different forces in the second before, in {found['cells']} pairs of a way and a step."
+        ),
         Table(("fell", "at [s]", "|z|² found", "made likelier", "scenario"), rows, (0, 4)),
         Paragraph(note, note=True),
     )

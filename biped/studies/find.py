@@ -11,6 +11,7 @@ from collections.abc import Generator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 from msgspec.structs import replace
 
 from biped.base.errors import InputError
@@ -23,19 +24,22 @@ from biped.ensemble.guard import OF_RUNS
 from biped.ensemble.plan import Plan
 from biped.scenario.disturbed import piece_times
 from biped.scenario.expect import Bound
+from biped.scenario.keys import Scenario
 from biped.scenario.normals import Move, Normals
 from biped.scenario.reading import to_toml
 from biped.scenario.vary import stream
-from biped.studies.certify.estimation import FIRST, Accuracy, levels_of
+from biped.studies.certify.estimation import FIRST, LEAST_SIZE, Accuracy, levels_of
 from biped.studies.certify.outcome import RunOutcome
 from biped.studies.certify.running import MakingOutcomes, Outcomes, journalled
-from biped.studies.certify.splitting import EARLIEST, Member, Moving, sampled
+from biped.studies.certify.splitting import EARLIEST, Member, Moving, cost_of, sampled
 from biped.studies.certify.study import check_random
 from biped.studies.folders import folder_for
 from biped.studies.planned import plan_of, title_of
 
 ENOUGH = 5
-"""Falls among plain runs from which splitting is not asked for more."""
+"""Falls among plain runs from which more plain runs are made, and splitting is not asked for more."""
+LAST = 1.0
+"""[s] before a fall in which falls are compared."""
 
 
 class Failure(NamedTuple):
@@ -66,6 +70,8 @@ class Failures(NamedTuple):
         runs: How many were made.
         plain: How many of them nothing selected.
         falls: How many of those fell.
+        distinct: Falls no two of which share half of the random force of the last second, however they were found.
+        cells: In how many ways, at how many steps, they fell: pairs of both.
         found: The failures, the likeliest first.
     """
 
@@ -75,6 +81,8 @@ class Failures(NamedTuple):
     runs: int
     plain: int
     falls: int
+    distinct: int
+    cells: int
     found: tuple[Failure, ...]
 
     def as_dict(self) -> dict[str, Any]:
@@ -117,8 +125,10 @@ def find(
         outcomes, closing = journalled(folder, carried_out, {"find": True, "against": against, "most": most}, most,
                                        progress, title, tell)  # fmt: skip
         with closing:
-            plain, fell = _fallen(plan, outcomes, accuracy)
-            chosen = _distinct(fell, failures)
+            plain, fell = _fallen(plan, outcomes, accuracy, failures)
+            chosen = _likeliest(fell, failures)
+            apart = distinct(plan.scenario, fell)
+            cells = {(outcome.way, outcome.steps) for _, outcome in apart}
             ends = outcomes.finish([plainer(one, plan.scenario.duration) for one in chosen]) if chosen else []
         order = sorted(range(len(ends)), key=lambda i: ends[i][1].squares)
         found = []
@@ -129,32 +139,58 @@ def find(
                 Failure(outcome.way, outcome.squares, chosen[i][1].squares, outcome.end, folder.path / file)
             )  # fmt: skip
         falls = sum(outcome.fell for _, outcome in plain)
-        result = Failures(title, against, folder.path, outcomes.runs, len(plain), falls, tuple(found))
+        result = Failures(
+            title, against, folder.path, outcomes.runs, len(plain), falls, len(apart), len(cells), tuple(found)
+        )
         folder.save_text("find.json", dumps(result.as_dict(), indent=1))
     return result
 
 
-def _fallen(plan: Plan, outcomes: Outcomes, accuracy: Accuracy) -> tuple[list[Member], list[Member]]:
-    """Plain runs, and runs that fell while the other law stood, if need be by splitting."""
+def _fallen(plan: Plan, outcomes: Outcomes, accuracy: Accuracy, ways: int) -> tuple[list[Member], list[Member]]:
+    """Plain runs, and runs that fell while the other law stood, until there are so many ways or runs run out."""
     seed = plan.scenario.seed
     plain = outcomes.plain(stream(seed, "find.plain"), FIRST)
-    fell = [one for one in plain if one[1].fell and one[1].stands]
     moving = Moving(tuple(piece_times(plan.scenario)))
-    number, levels = 0, None
-    while len(fell) < ENOUGH and outcomes.runs < accuracy.most:
-        if number == 0:
-            levels = levels_of(seed, outcomes, plain, moving, accuracy)
-        if levels is None:
-            more = outcomes.plain(stream(seed, f"find.plain.{number}"), min(FIRST, accuracy.most - outcomes.runs))
-            plain, fell = plain + more, fell + [one for one in more if one[1].fell and one[1].stands]
+
+    def fell() -> list[Member]:
+        return [one for one in outcomes.fell if one[1].stands]
+
+    rare, number = len(fell()) < ENOUGH, 0
+    levels = levels_of(seed, outcomes, plain, moving, accuracy) if rare else None
+    while len({outcome.way for _, outcome in fell()}) < ways and outcomes.runs < accuracy.most:
+        left = accuracy.most - outcomes.runs
+        if levels is None or cost_of(levels, LEAST_SIZE, moving) > left:
+            plain = plain + outcomes.plain(stream(seed, f"find.plain.{number}"), min(FIRST, left))
         else:
-            (sample,) = outcomes.finish([sampled(seed, number, accuracy.size, levels, moving)])
-            fell += [one for one in sample.fell if one[1].stands]
+            size = accuracy.size
+            while cost_of(levels, size, moving) > left:
+                size -= 1
+            outcomes.finish([sampled(seed, number, size, levels, moving)])
         number += 1
-    return plain, fell
+    return plain, fell()
 
 
-def _distinct(fell: Sequence[Member], most: int) -> list[Member]:
+def distinct(scenario: Scenario, fell: Sequence[Member]) -> list[Member]:
+    """Falls no two of which share half of the random force of the last second before them; without one, all of them.
+
+    What splitting copies falls again in much the same way, and does not count; falls among plain runs share nothing.
+    """
+    times = piece_times(scenario)
+    if scenario.disturbance is None:
+        return list(fell)
+    kept: list[Member] = []
+    drawn: list[np.ndarray] = []
+    for run, outcome in fell:
+        fresh = Normals(int(run), run.moves)
+        z = stream(fresh, "disturbance").standard_normal((len(times), len(scenario.disturbance.force)), times)
+        rows = (times >= outcome.end - LAST) & (times < outcome.end)
+        if all(np.mean(np.all(z[rows] == other[rows], axis=1)) < 0.5 for other in drawn):
+            kept.append((run, outcome))
+            drawn.append(z)
+    return kept
+
+
+def _likeliest(fell: Sequence[Member], most: int) -> list[Member]:
     """Of every way to fall the likeliest run; the likeliest ways first."""
     likeliest: dict[str, Member] = {}
     for one in sorted(fell, key=lambda member: member[1].squares):

@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 from biped.cli.main import main
-from biped.scenario.normals import Normals
+from biped.scenario.normals import Move, Normals
+from biped.studies.certify.outcome import RunOutcome
 from biped.studies.certify.reference import Pendulum, Regulated
 from biped.studies.certify.running import Outcomes
-from biped.studies.find import plainer
+from biped.studies.find import distinct, plainer
+from biped.studies.planned import plan_of
 
 FORCE = "disturbance={force=[250.0,0.0],correlation=0.2}"
 
@@ -47,6 +49,7 @@ def test_failures_are_found_and_made_again_from_their_files(tmp_path, capsys):
     assert found["falls"] > 0
     assert found["plain"] == 200
     assert 1 <= len(found["found"]) <= 2
+    assert found["falls"] == found["distinct"] >= found["cells"] >= 1  # plain runs have nothing in common
     for one in found["found"]:
         assert one["squares"] < one["before"]
         file = Path(out, Path(one["file"]).name)
@@ -56,6 +59,15 @@ def test_failures_are_found_and_made_again_from_their_files(tmp_path, capsys):
         assert run["time"] == pytest.approx(one["end"], abs=2e-3)
     assert np.all(np.diff([one["squares"] for one in found["found"]]) >= 0.0)
     assert "ways to fall" in (out / "find.md").read_text()
+
+
+def test_falls_that_share_the_force_before_them_count_once():
+    scenario = plan_of("upright/own", [FORCE, "duration=4"]).scenario
+    outcome = RunOutcome(True, 3.0, ())
+    run = Normals(5)
+    runs = [run, run.moved(Move(seed=6, after=2.7)), run.moved(Move(seed=6, after=2.3)), Normals(7)]
+    apart = distinct(scenario, [(one, outcome) for one in runs])
+    assert [one for one, _ in apart] == [runs[0], runs[2], runs[3]]
 
 
 @pytest.mark.parametrize(
