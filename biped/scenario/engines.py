@@ -18,7 +18,6 @@ class Engine(NamedTuple):
         rigid: Whether its contacts give way to nothing.
         own_clock: Whether its contacts need two of its steps within `ground.contact_time`.
         seat: Whether a biped can sit in it.
-        beside: Whether torques can act beside the actuators of a robot of any kind.
         uniform: Why its contacts are the same wherever they are; empty: they can differ.
         library: Name of the package that it needs besides biped's own, on whose version its last digits depend.
     """
@@ -29,7 +28,6 @@ class Engine(NamedTuple):
     rigid: bool = False
     own_clock: bool = False
     seat: bool = False
-    beside: bool = True
     uniform: str = ""
     library: str = ""
 
@@ -39,7 +37,7 @@ ENGINES: dict[str, Engine] = {
     HOME: Engine("biped.engines.home", "the thesis's own rigid contacts", any_robot=False, rigid=True,
                  uniform="contacts are rigid and do not slip"),
     DRAKE: Engine("biped.engines.drake", "Drake's compliant contacts (SAP), which no gait here was searched in",
-                  beside=False, uniform="friction and stiffness belong to bodies, not to places", library="drake"),
+                  uniform="friction and stiffness belong to bodies, not to places", library="drake"),
 }  # fmt: skip
 
 

@@ -70,9 +70,6 @@ def taken(s: Scenario, fail: Fail) -> None:
     if not ENGINES[s.engine].any_robot:
         others = " or ".join(f"'{name}'" for name, engine in ENGINES.items() if engine.any_robot)
         raise fail("engine", f"expected {others}: '{s.engine}' has seven links; got '{s.engine}'")
-    if s.truth.unmodelled.torque > 0.0 and not ENGINES[s.engine].beside:
-        raise fail("truth.unmodelled.torque", f"expected 0: in the engine '{s.engine}' nothing acts beside the "
-                   f"actuators of model '{s.model}'; use engine = 'mujoco'")  # fmt: skip
     if s.truth.unmodelled.patchy and s.simulation.integrator not in SPLIT:
         raise fail("simulation.integrator", f"expected one of {', '.join(SPLIT)}: within a step of "
                    f"'{s.simulation.integrator}' no contact can be changed, as truth.unmodelled asks for")  # fmt: skip

@@ -169,6 +169,34 @@ def test_penetration_at_rest_is_weight_over_stiffness(more, time):
     assert contacts[0].force == pytest.approx([0.0, 0.0, 5.0 * 9.81], rel=1e-6, abs=1e-6)
 
 
+def test_contacts_begin_at_mujocos_margin():
+    text = BALL.format(ball='solref="0.01 1" margin="0.003"').replace(
+        '<geom type="plane"', '<geom margin="0.002" type="plane"'
+    )
+    model = mujoco.MjModel.from_xml_string(text)
+    stepper, data = Stepper(model, run_of("any/humanoid").robot, True, "ball"), mujoco.MjData(model)
+    for _ in range(600):
+        stepper.step()
+        mujoco.mj_step(model, data)
+    assert stepper.q[2] == pytest.approx(0.105 - 9.81 * 0.01**2, abs=1e-6)
+    assert data.qpos[2] == pytest.approx(0.105, abs=3e-4)
+
+
+@pytest.mark.parametrize("ratio", [0.1, 0.4])
+def test_a_ball_rebounds_as_its_damping_ratio_says(ratio):
+    """The closed form of a damped spring that only pushes (T. Schwager, T. Pöschel, Granular Matter 9, 2007)."""
+    text = BALL.format(ball=f'solref="0.01 {ratio}"').replace('solref="0.01 1"/>', f'solref="0.01 {ratio}"/>')
+    option = '<mujoco><option timestep="1e-5" gravity="0 0 0"/>'
+    model = mujoco.MjModel.from_xml_string(text.replace("<mujoco>", option))
+    stepper = Stepper(model, run_of("any/humanoid").robot, True, "ball")
+    stepper.v[2] = -0.5
+    for _ in range(4000):
+        stepper.step()
+    root = np.sqrt(1.0 - ratio**2)
+    released = np.pi - np.arctan2(2.0 * ratio * root, 1.0 - 2.0 * ratio**2)
+    assert stepper.v[2] / 0.5 == pytest.approx(np.exp(-ratio / root * released), rel=5e-3)
+
+
 @pytest.mark.parametrize(("more", "friction"), [
     ('friction="0.3"', 1.0),  # the larger, as in MuJoCo: the ground has 1
     ('friction="0.3" priority="1"', 0.3),
@@ -311,6 +339,7 @@ MODEL = """<mujoco><worldbody><geom type="plane" size="0 0 1"/>
     ('type="ball"', "", "ball joint 'a'"),
     ('axis="0 1 0"', '<equality><joint joint1="a" joint2="b"/></equality>', "equality constraints"),
     ('axis="0 1 0"', '<option density="1.2"/>', "air or water"),
+    ('axis="0 1 0"', '<option><flag limit="disable"/></option>', r"disabled parts of the physics \(limit\)"),
 ])  # fmt: skip
 def test_what_drake_has_not_is_refused_by_name(joint, more, word):
     from biped.engines.sap.refused import check_model

@@ -80,6 +80,22 @@ def test_friction_never_exceeds_its_limit_and_always_opposes_motion():
     assert abs(stepper.v[0]) < 1e-4
 
 
+@pytest.mark.parametrize("margin", [0.0, 0.05])
+def test_a_stop_begins_at_mujocos_margin(margin):
+    text = MODEL.format(gravity=-9.81, friction=0.0, armature=0.0, more="", step=STEP)
+    limits = f'limited="true" range="-20 60" margin="{margin}" damping="1" '
+    model = mujoco.MjModel.from_xml_string(text.replace('axis="0 1 0"', limits + 'axis="0 1 0"'))
+    stepper, data = Stepper(model, run_of("any/humanoid").robot, True, "rod"), mujoco.MjData(model)
+    stepper.q[0] = data.qpos[0] = 0.5
+    stepper.applied[0] = data.qfrc_applied[0] = 30.0
+    for _ in range(2000):
+        stepper.step()
+        mujoco.mj_step(model, data)
+    assert stepper.q[0] == pytest.approx(np.radians(60.0) - margin, abs=1e-3)
+    assert data.qpos[0] == pytest.approx(stepper.q[0], abs=5e-3)
+    assert stepper.stop[0] == pytest.approx(MASS * 9.81 * LENGTH * np.sin(stepper.q[0]) - 30.0, rel=1e-3)
+
+
 def test_a_swinging_pendulum_is_mujocos():
     stepper, q = hinge(friction=0.3), []
     m = stepper.model

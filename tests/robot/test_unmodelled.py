@@ -98,8 +98,3 @@ def test_a_robot_of_any_kind_moves_as_if_its_motors_did_it(tmp_path):
 def test_what_makes_no_sense_is_refused_in_one_sentence(changes, words):
     with pytest.raises(InputError, match=words):
         plan_of("upright/own", [STRENGTH, *changes]).run(0)
-
-
-def test_an_engine_that_has_no_place_for_them_says_so():
-    with pytest.raises(InputError, match=r"in the engine 'drake' nothing acts beside the actuators of model 'h1'"):
-        plan_of(named("h1"), [STRENGTH, "engine=drake"]).run(0)

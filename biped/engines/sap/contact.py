@@ -7,6 +7,7 @@ corners, and a capsule at its ends, as it does in MuJoCo; an edged foot at its c
 # pyright: reportMissingImports=false
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -39,6 +40,9 @@ _POINT = 1e-6
 """[m] radius of the spheres that stand for points."""
 _ENDLESS = 1e200
 """So much that what is put in series with it stays what it is, to the last digit."""
+_BLOCK = 200.0
+"""[m] edges of the blocks whose tops are planes that move. A half-space that moves makes Drake crash after a second or
+two: it keeps what moves in a tree of bounding boxes, and a half-space's box is endless."""
 _CORNERS = 32
 """Most vertices of a mesh that meet the ground: the outermost in so many directions."""
 _KIND = mujoco.mjtGeom
@@ -77,6 +81,7 @@ class Builder:
     def register(self, scenes: SceneGraph) -> Meeting:
         """Registers all shapes that meet anything, and lets only those meet that do in MuJoCo."""
         m = self._m
+        logging.getLogger("drake").addFilter(_of_bodies_that_bend)
         pairs = list(_pairs(m))
         planes = m.geom_type == _KIND.mjGEOM_PLANE
         allow = []
@@ -103,20 +108,23 @@ class Builder:
             else:
                 contact = contact_of(self._m, other, geom) if on_ground else contact_of(self._m, geom, geom)
                 material = _material(self._mass, contact, on_ground)
+                reach = _margin_of(self._m, other, geom) if on_ground else 0.0
                 self._shapes[key] = [self._part_of(geom, place, shape, i, material) for i, (place, shape)
-                                     in enumerate(self._shapes_of(geom, on_ground))]  # fmt: skip
+                                     in enumerate(self._shapes_of(geom, on_ground, reach))]  # fmt: skip
         return self._shapes[key]
 
     def _plane(self, geom: int) -> GeometryId:
         m, plant, name = self._m, self._plant, f"plane {geom}"
         place = pose(m.geom_pos[geom], m.geom_quat[geom])
-        body = self._bodies[m.geom_bodyid[geom]]
-        if not self._level:
-            frame = plant.AddFrame(FixedOffsetFrame(f"{name} at", plant.world_frame(), place))
-            body, place = plant.AddRigidBody(name), RigidTransform()
-            plant.AddJoint(WeldJoint(name, frame, body.body_frame(), RigidTransform()))
-            self._planes.append((geom, frame))
-        return plant.RegisterCollisionGeometry(body, place, HalfSpace(), name, _ground())
+        if self._level:
+            body = self._bodies[m.geom_bodyid[geom]]
+            return plant.RegisterCollisionGeometry(body, place, HalfSpace(), name, _ground())
+        frame = plant.AddFrame(FixedOffsetFrame(f"{name} at", plant.world_frame(), place))
+        body = plant.AddRigidBody(name)
+        plant.AddJoint(WeldJoint(name, frame, body.body_frame(), RigidTransform()))
+        self._planes.append((geom, frame))
+        below = RigidTransform([0.0, 0.0, -0.5 * _BLOCK])
+        return plant.RegisterCollisionGeometry(body, below, Box(_BLOCK, _BLOCK, _BLOCK), name, _ground())
 
     def _part_of(
         self, geom: int, place: RigidTransform, shape: Shape, number: int, material: ProximityProperties
@@ -125,24 +133,24 @@ class Builder:
         name = f"geom {geom}.{len(self._shapes)}.{number}"
         return self._plant.RegisterCollisionGeometry(body, place, shape, name, material)
 
-    def _shapes_of(self, geom: int, on_ground: bool) -> Iterator[tuple[RigidTransform, Shape]]:
-        """Places in its body and shapes that stand for a geom."""
+    def _shapes_of(self, geom: int, on_ground: bool, reach: float) -> Iterator[tuple[RigidTransform, Shape]]:
+        """Places in its body and shapes that stand for a geom, which on ground reach further by a contact's margin."""
         m, kind = self._m, _KIND(self._m.geom_type[geom])
         place, size = pose(m.geom_pos[geom], m.geom_quat[geom]), m.geom_size[geom]
         if on_ground and kind in (_KIND.mjGEOM_BOX, _KIND.mjGEOM_CYLINDER, _KIND.mjGEOM_MESH):
             for foot in self._robot.feet:
                 if geom in foot.geoms:
                     on = [p for body, p in zip(foot.on, foot.points, strict=True) if body == m.geom_bodyid[geom]]
-                    yield from ((RigidTransform(np.array(p)), Sphere(_POINT)) for p in on)
+                    yield from ((RigidTransform(np.array(p)), Sphere(_POINT + reach)) for p in on)
                     return
-            yield from ((place @ RigidTransform(corner), Sphere(_POINT)) for corner in _corners(m, geom))
+            yield from ((place @ RigidTransform(corner), Sphere(_POINT + reach)) for corner in _corners(m, geom))
             return
         match kind:
             case _KIND.mjGEOM_SPHERE:
-                yield place, Sphere(size[0])
+                yield place, Sphere(size[0] + reach)
             case _KIND.mjGEOM_CAPSULE if on_ground:
                 for end in (size[1], -size[1]):
-                    yield place @ RigidTransform([0.0, 0.0, end]), Sphere(size[0])
+                    yield place @ RigidTransform([0.0, 0.0, end]), Sphere(size[0] + reach)
             case _KIND.mjGEOM_CAPSULE:
                 yield place, Capsule(size[0], 2.0 * size[1])
             case _KIND.mjGEOM_BOX:
@@ -150,9 +158,14 @@ class Builder:
             case _KIND.mjGEOM_CYLINDER:
                 yield place, Cylinder(size[0], 2.0 * size[1])
             case _KIND.mjGEOM_ELLIPSOID:
-                yield place, Ellipsoid(size)
+                yield place, Ellipsoid(size + reach)
             case _:
                 yield place, Convex(_vertices(m, geom).T, m.geom(geom).name or "mesh")
+
+
+def _of_bodies_that_bend(record: logging.LogRecord) -> bool:
+    """Whether a warning of Drake's is of something else than half-spaces that bodies which bend would not meet."""
+    return "deformable" not in record.getMessage()
 
 
 def contact_of(m: mujoco.MjModel, one: int, other: int) -> tuple[float, float, float]:
@@ -170,6 +183,14 @@ def contact_of(m: mujoco.MjModel, one: int, other: int) -> tuple[float, float, f
         time, ratio = weights / weights.sum() @ m.geom_solref[[one, other], :2]
         friction, dim = m.geom_friction[[one, other], 0].max(), m.geom_condim[[one, other]].max()
     return float(time), float(ratio), float(friction) if dim > 1 else 0.0
+
+
+def _margin_of(m: mujoco.MjModel, one: int, other: int) -> float:
+    """[m] between two geoms at which they begin to push each other, by MuJoCo's rules."""
+    for i in range(m.npair):
+        if {one, other} == {int(m.pair_geom1[i]), int(m.pair_geom2[i])}:
+            return float(m.pair_margin[i])
+    return float(m.geom_margin[one] + m.geom_margin[other])
 
 
 def _material(mass: float, contact: tuple[float, float, float], on_ground: bool) -> ProximityProperties:

@@ -9,6 +9,9 @@ import numpy as np
 
 from biped.base.errors import InputError
 
+_FLAGS = ("CONSTRAINT", "CONTACT", "LIMIT", "FRICTIONLOSS", "SPRING", "DAMPER", "GRAVITY", "FILTERPARENT", "CLAMPCTRL",
+          "ACTUATION")  # fmt: skip
+"""MuJoCo's flags of parts of the physics that Drake's plant is built with in any case."""
 _EDGED = (mujoco.mjtGeom.mjGEOM_HFIELD, mujoco.mjtGeom.mjGEOM_SDF)
 
 
@@ -53,6 +56,8 @@ def _reasons(m: mujoco.MjModel) -> Iterator[tuple[str, str]]:
                    "which Drake's has not")  # fmt: skip
     if np.any(m.geom_solref[:, 0] <= 0.0) or np.any(m.pair_solref[:, 0] <= 0.0):
         yield "contacts of a stiffness and damping of their own (solref < 0)", "which have no contact time here"
+    if off := [name for name in _FLAGS if m.opt.disableflags & getattr(mujoco.mjtDisableBit, f"mjDSBL_{name}")]:
+        yield f"disabled parts of the physics ({', '.join(off).lower()})", "which are not taken away here"
     if m.nflex:
         yield "parts that bend", "which are not built here"
     for g in np.flatnonzero(np.isin(m.geom_type, _EDGED)):

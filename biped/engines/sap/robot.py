@@ -62,11 +62,10 @@ class DrakePlant(MujocoPlant):
 
         def step(k: int) -> None:
             forces[:], total[:], torque[:], acting[:] = 0.0, 0.0, 0.0, 0.0
-            if generalized:
-                stepper.applied[:] = data.qfrc_applied
-            elif direct:
-                stepper.applied[columns] = data.ctrl
-            else:
+            stepper.applied[:] = data.qfrc_applied
+            if direct:
+                stepper.applied[columns] += data.ctrl
+            elif not generalized:
                 np.minimum(np.maximum(data.ctrl, least), most, out=stepper.target)
             stepper.work = stepper.given = 0.0
             for substep in range(substeps):

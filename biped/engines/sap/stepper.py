@@ -20,7 +20,7 @@ from biped.engines.sap.contact import Builder
 from biped.engines.sap.coordinates import Coordinates
 from biped.engines.sap.joints import JointTorques
 from biped.engines.sap.refused import check_model
-from biped.engines.sap.tree import add_tree, pose
+from biped.engines.sap.tree import add_tree, pose, stops_of
 from biped.robot.robot import Robot
 
 _NEAR = 1e-6
@@ -110,7 +110,7 @@ class Stepper:
         self._damped = bool(self._damping.any())
         # Of each joint with stops: its places in q, in v and in Drake's velocities, and its range.
         self._stops = [(int(m.jnt_qposadr[j]), int(m.jnt_dofadr[j]), tree.joints[j].velocity_start(),
-                        *m.jnt_range[j].tolist()) for j in np.flatnonzero(m.jnt_limited)]  # fmt: skip
+                        *stops_of(m, j).tolist()) for j in np.flatnonzero(m.jnt_limited)]  # fmt: skip
         self.stopped, self._stop_forces = False, np.zeros(plant.num_velocities())
         context.SetDiscreteState(self.coordinates.state(self.q, self.v))
 

@@ -65,6 +65,13 @@ def add_tree(plant: MultibodyPlant, m: mujoco.MjModel) -> PlantParts:
     return PlantParts(bodies, joints, *_add_actuators(plant, m, joints))
 
 
+def stops_of(m: mujoco.MjModel, joint: int) -> np.ndarray:
+    """(2,) [m, rad] where a joint's stops begin to push: its range without the margins at both ends."""
+    low, high = m.jnt_range[joint]
+    margin = min(float(m.jnt_margin[joint]), 0.5 * (high - low))
+    return np.array([low + margin, high - margin])
+
+
 def pose(place: np.ndarray, quaternion: np.ndarray) -> RigidTransform:
     """A pose from MuJoCo's place (3,) [m] and quaternion (4,)."""
     out = np.empty(9)
@@ -99,7 +106,7 @@ def _add_body(
                  m.jnt_axis[j], damping=damping)
         )  # fmt: skip
         if m.jnt_limited[j]:
-            low, high = m.jnt_range[j] - m.qpos0[m.jnt_qposadr[j]]
+            low, high = stops_of(m, j) - m.qpos0[m.jnt_qposadr[j]]
             added.set_position_limits([low], [high])
         joints.append(added)
         on, rest = body, RigidTransform()
