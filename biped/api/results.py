@@ -217,7 +217,7 @@ class Compared:
         return Path(folder)
 
     def show(self) -> None:
-        """Opens a recording in the rerun viewer: MuJoCo's walker, and the last engine's as a ghost."""
+        """Opens a recording in the rerun viewer: MuJoCo's walker, and those of the other engines as ghosts."""
         from biped.show.recording.viewer import open_viewer
 
         open_viewer(self.save(tempfile.mkdtemp(prefix="biped-")) / "recording.rrd")

@@ -63,9 +63,9 @@ def _ending(c: Comparison, engine: str) -> str:
 
 
 def draw(comparison: Comparison, folder: Path) -> None:
-    """Writes the overlay, the first strike, and a recording in which the last engine's walker is a ghost over another.
+    """Writes the overlay, the first strike, and a recording of one engine's walker with the others' as ghosts over it.
 
-    That is MuJoCo's where there is one.
+    That one is MuJoCo's where there is one.
 
     Args:
         comparison: What to draw.
@@ -80,9 +80,9 @@ def draw(comparison: Comparison, folder: Path) -> None:
 
     plot_together(comparison.first, folder, comparison.scenario)
     solid = MUJOCO if MUJOCO in comparison.engines else comparison.engines[0]
-    ghost = next(engine for engine in reversed(comparison.engines) if engine != solid)
+    ghosts = [engine for engine in comparison.engines if engine != solid]
     recorded = []
-    for engine in (solid, ghost):
+    for engine in (solid, *ghosts):
         plan, result = comparison.plans[engine], comparison.results[engine]
         recorded.append(
             Recorded(
@@ -93,10 +93,11 @@ def draw(comparison: Comparison, folder: Path) -> None:
                 metrics=result["runs"][0],
                 checks=[dict(check) for check in result["checks"]],
                 scenario_text=to_toml(plan.scenario),
-                ghost=engine == ghost,
+                ghost=engine != solid,
             )
         )
-    title = f"{comparison.scenario}: {name_of(solid)}, and {name_of(ghost)} as a ghost"
+    shadows = " and ".join(map(name_of, ghosts))
+    title = f"{comparison.scenario}: {name_of(solid)}, and {shadows} as {'ghosts' if len(ghosts) > 1 else 'a ghost'}"
     record(folder / "recording.rrd", recorded, title=title)
 
 

@@ -9,13 +9,15 @@ import msgspec
 
 from biped.base.statistics import same_rate, wilson
 from biped.ensemble import campaign
+from biped.ensemble.origin import installed
 from biped.ensemble.plan import Plan
 from biped.measure.metrics.walking import outcome
-from biped.scenario.engines import HOME, MUJOCO
+from biped.measure.trajectory import Trajectory
+from biped.scenario.engines import ENGINES, HOME, MUJOCO
 from biped.scenario.laws import own_law
 from biped.scenario.metrics import metrics_of_table
 from biped.scenario.reading import read_scenario
-from biped.show.page.frames import frames_of
+from biped.show.page.frames import Frames, frames_of
 from biped.show.page.html import Markup, between, card, chip, percent, table, tag
 from biped.show.page.motion import charts
 from biped.show.page.player import PlayedRun, walks
@@ -48,6 +50,7 @@ class _Comparison(msgspec.Struct):
     metrics: dict[str, dict[str, Any]]
     results: dict[str, _ComparedResult]
     verdict: str = ""
+    parted: dict[str, Number] = {}
 
 
 def section(folder: Path) -> Markup:
@@ -65,7 +68,7 @@ def section(folder: Path) -> Markup:
         tag("h2", f"{found['scenario']}: {', '.join(names[:-1])} and {names[-1]}" if names else found["scenario"]),
         tag("p", chip(found["passed"], "✓ comparable", "✗ a run diverged"), _verdict(runs, walked), class_="verdict"),
         tag("p", f"The engines {found['verdict']}.", class_="about") if found.get("verdict") else None,
-        tag("p", _parted(found["parted_at"]), class_="about"),
+        tag("p", _parted(found.get("parted") or {" ".join(runs): found["parted_at"]}), class_="about"),
     ]
     return tag("section", *head, _rates(runs, walked), *_walkers(folder, runs), tag("h3", "Every metric"),
                _metrics(found["metrics"], list(runs)))  # fmt: skip
@@ -83,11 +86,13 @@ def _verdict(runs: Mapping[str, Any], walked: Mapping[str, int]) -> str:
     return f"Walked {counts}: {same} (Fisher p = {p:.2g})."
 
 
-def _parted(at: float | None) -> str:
-    first = "The first walkers"
-    if at is None:
-        return f"{first} stay together to the end (base and legs never differ by {PARTED} m)."
-    return f"{first} part after {at:.2f} s, when base or legs differ by {PARTED} m."
+def _parted(pairs: Mapping[str, float | None]) -> str:
+    """When the first walkers of each pair of engines part."""
+    words = []
+    for pair, at in pairs.items():
+        names = " and ".join(map(name_of, pair.split()))
+        words.append(f"{names} stay together to the end" if at is None else f"{names} part after {at:.2f} s")
+    return f"The first walkers: {'; '.join(words)}. They part when base or legs differ by {PARTED} m."
 
 
 def _rates(runs: Mapping[str, Any], walked: Mapping[str, int]) -> Markup | None:
@@ -113,22 +118,30 @@ def _metrics(metrics: Mapping[str, Mapping[str, Any]], engines: Sequence[str]) -
 
 
 def _walkers(folder: Path, runs: Mapping[str, Any]) -> list[Markup]:
-    """Two first walkers, MuJoCo's and a ghost; only where the scenario lies there and needs nobody's law."""
-    if not (folder / "scenario.toml").is_file():
+    """MuJoCo's first walker with those of the other engines as ghosts, and each of these by itself.
+
+    Only where the scenario lies there and needs nobody's law. An engine that is not installed has no walker.
+    """
+    if not (folder / "scenario.toml").is_file() or not all(runs.values()):
         return []
-    shown, first = [], None
-    solid = MUJOCO if MUJOCO in runs else next(iter(runs), "")
-    ghost = next((engine for engine in reversed(list(runs)) if engine != solid), "")
-    for engine in (solid, ghost):
+    walked: dict[str, tuple[Trajectory, Frames]] = {}
+    for engine in sorted(runs, key=lambda engine: engine != MUJOCO):
         plan = Plan(read_scenario(str(folder / "scenario.toml"), [f"engine={engine}"], looking=True))
-        if own_law(plan.scenario.law) or not runs[engine]:
+        if own_law(plan.scenario.law):
             return []
-        trajectory = campaign.run_one(plan, 0)[0]
-        first = first or (trajectory, plan.scenario.interval)
-        name = name_of(engine)
-        shown.append(PlayedRun(name, f"{name}, run 0: {outcome(runs[engine][0])}.", frames_of(trajectory)))
-    assert first is not None
+        library = ENGINES[engine].library
+        if not library or installed(library):
+            trajectory = campaign.run_one(plan, 0)[0]
+            walked[engine] = trajectory, frames_of(trajectory)
+    if not walked:
+        return []
+    solid, *ghosts = walked
+    said = {engine: f"{name_of(engine)}, run 0: {outcome(runs[engine][0])}." for engine in walked}
+    seen = tuple((name_of(engine), walked[engine][1]) for engine in ghosts)
+    shown = [PlayedRun("together" if ghosts else name_of(solid), " ".join(said.values()), walked[solid][1], seen)]
+    shown += [PlayedRun(name_of(engine), said[engine], walked[engine][1]) for engine in walked if ghosts]
     return [
         tag("h3", "The walk"), tag("div", card("", walks(shown), wide=True), class_="cards"),
-        tag("h3", f"Inside the run in {name_of(solid)}"), *charts(*first),
+        tag("h3", f"Inside the run in {name_of(solid)}"),
+        *charts(walked[solid][0], plan.scenario.interval),
     ]  # fmt: skip

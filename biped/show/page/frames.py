@@ -105,6 +105,12 @@ class Frames(NamedTuple):
             "floor": self.floor() if self.space else [],
         }
 
+    def shadow(self) -> dict[str, Any]:
+        """As the page's script reads a ghost: when it begins, and where legs and trunk are."""
+        place = self.place[:, :11] - self.base[:, None]
+        return {"start": round(float(self.time[0]), 4), "n": len(self.time), "base": _packed(self.base, "<f4"),
+                "place": _packed(place / UNIT, "<i2")}  # fmt: skip
+
 
 def frames_of(trajectory: Trajectory, model: mujoco.MjModel | None = None) -> Frames:
     """Pictures of a run.

@@ -21,6 +21,7 @@
         root, base: real(data.base), place: whole(data.place), force: whole(data.force),
         state: new Uint8Array(bytes(data.state)), frame: 0, playing: null,
       });
+      this.ghosts = this.ghosts.map((ghost) => ({ ...ghost, points: 11, base: real(ghost.base), place: whole(ghost.place) }));
       this.largest = Math.max(1e-9, ...this.pushes.map((push) => Math.hypot(...push.slice(2))));
       this.parts = Object.fromEntries([...root.querySelectorAll("[data-part]")].map((part) => [part.dataset.part, part]));
       this.cursors = root.querySelectorAll(".cursor");
@@ -52,22 +53,35 @@
       return [this.across, this.down].map((axis) => axis[0] * vector[0] + axis[1] * vector[1] + axis[2] * vector[2]);
     }
 
-    // A point of a picture in the drawing.
-    point(i) {
-      const at = 3 * (this.points * this.frame + i), below = 3 * this.frame;
-      return this.seen([0, 1, 2].map((k) => this.base[below + k] + this.place[at + k] * this.unit));
+    // A point of a picture in the drawing, of this walk or of a ghost.
+    point(i, walk = this, frame = this.frame) {
+      const at = 3 * (walk.points * frame + i), below = 3 * frame;
+      return this.seen([0, 1, 2].map((k) => walk.base[below + k] + walk.place[at + k] * this.unit));
+    }
+
+    // Legs and trunk of points in the drawing; parts of a ghost begin with its name.
+    figure(all, name = "") {
+      const line = (points) => points.map((point) => point.map((v) => v.toFixed(4)).join(",")).join(" ");
+      for (const [leg, first] of [["first", 0], ["second", 5]]) {
+        const order = [first, first + 1, first + 2, first + 4, first + 3, first + 2];
+        this.parts[name + leg].setAttribute("points", line(order.map((i) => all[i])));
+      }
+      const hip = [0, 1].map((k) => 0.5 * (all[0][k] + all[5][k]));
+      this.parts[`${name}trunk`].setAttribute("points", line([all[0], all[5], hip, all[10]]));
+      return hip;
     }
 
     show(frame) {
       this.frame = Math.min(this.n - 1, Math.max(0, Math.round(frame)));
       const all = Array.from({ length: this.points }, (_, i) => this.point(i));
       const corners = (...which) => which.map((i) => all[i].map((v) => v.toFixed(4)).join(",")).join(" ");
-      for (const [leg, first] of [["first", 0], ["second", 5]]) {
-        this.parts[leg].setAttribute("points", corners(first, first + 1, first + 2, first + 4, first + 3, first + 2));
-      }
-      const hip = [0, 1].map((k) => 0.5 * (all[0][k] + all[5][k])), top = all[10];
+      const hip = this.figure(all), top = all[10];
       const long = Math.hypot(top[0] - hip[0], top[1] - hip[1]) || 1;
-      this.parts.trunk.setAttribute("points", `${corners(0, 5)} ${hip.map((v) => v.toFixed(4)).join(",")} ${corners(10)}`);
+      this.ghosts.forEach((ghost, i) => {
+        const at = this.frame + Math.round((this.start - ghost.start) / this.dt);
+        const frame = Math.min(ghost.n - 1, Math.max(0, at));  // who has fallen lies where it fell
+        this.figure(Array.from({ length: ghost.points }, (_, point) => this.point(point, ghost, frame)), `ghost${i}`);
+      });
       this.arms.forEach((arm, i) => this.parts[`arm${i}`].setAttribute("points", corners(...arm)));
       this.put("head", top[0] + (0.17 * this.leg * (top[0] - hip[0])) / long, top[1] + (0.17 * this.leg * (top[1] - hip[1])) / long);
       this.put("centre", ...all[11]);

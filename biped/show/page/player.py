@@ -30,11 +30,13 @@ class PlayedRun(NamedTuple):
         name: On its tab.
         said: What became of it, in a sentence.
         frames: Its pictures.
+        ghosts: Names and pictures of others that are seen as shadows beside it.
     """
 
     name: str
     said: str
     frames: Frames
+    ghosts: tuple[tuple[str, Frames], ...] = ()
 
 
 def walks(shown: Sequence[PlayedRun]) -> Markup:
@@ -66,15 +68,17 @@ def _panel(run: PlayedRun) -> Markup:
         class_="views", role="group", aria_label="Camera",
     ) if frames.space else None  # fmt: skip
     key = legend([(SIDES[0], legs[0]), (SIDES[1], legs[1]), ("force", "ground force"),
-                  *([("push", "push")] if frames.pushes else [])])  # fmt: skip
+                  *([("push", "push")] if frames.pushes else []),
+                  *((f"ghost{i}", f"ghost: {name}") for i, (name, _) in enumerate(run.ghosts))])  # fmt: skip
+    data = frames.data() | {"ghosts": [ghost.shadow() for _, ghost in run.ghosts]}
     return tag(
-        "div", tag("p", run.said, class_="about"), key, views, _stage(frames), _strobe(frames), _lanes(frames, legs),
-        controls, tag("p", "", class_="readout", data_part="readout"), class_="walk",
-        data_walk=json.dumps(frames.data(), separators=(",", ":")), data_legs="|".join(legs),
+        "div", tag("p", run.said, class_="about"), key, views, _stage(frames, len(run.ghosts)), _strobe(frames),
+        _lanes(frames, legs), controls, tag("p", "", class_="readout", data_part="readout"), class_="walk",
+        data_walk=json.dumps(data, separators=(",", ":")), data_legs="|".join(legs),
     )  # fmt: skip
 
 
-def _stage(frames: Frames) -> Markup:
+def _stage(frames: Frames, ghosts: int) -> Markup:
     """The drawing that the script moves; metres, down positive."""
     leg = frames.leg
     along = frames.place[:, 11, 0]
@@ -84,6 +88,11 @@ def _stage(frames: Frames) -> Markup:
         tag("g", _ground(frames, along.min() - 3.0 * leg, along.max() + 3.0 * leg), data_part="ground"),
         tag("path", class_="floor", data_part="floor"),
         tag("path", class_="trail", data_part="trail"),
+        *(
+            tag("polyline", class_=f"limb ghost ghost{i}", data_part=f"ghost{i}{part}")
+            for i in range(ghosts)
+            for part in ("first", "second", "trunk")
+        ),
         *left,
         tag("polyline", class_="limb left", data_part="second"),
         tag("polyline", class_="limb trunk", data_part="trunk"),

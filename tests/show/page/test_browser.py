@@ -75,6 +75,17 @@ def differing(folder):
 
 
 @pytest.fixture(scope="module")
+def compared(folder):
+    """The page of a scenario in two engines."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        short = ["--set", "duration=2.0", "--set", "window.start=1.0", "--set", "window.end=2.0"]
+        assert main(["compare", "level_normal", *short, "--out", "k"]) == 0
+        assert main(["report", "k", "--html", "compared.html"]) == 0
+    return folder / "compared.html"
+
+
+@pytest.fixture(scope="module")
 def shown():
     with browser() as opened:
         yield opened
@@ -121,6 +132,22 @@ def test_it_plays_to_the_end(shown, page):
     look(); })"""
     assert shown.run(done)
     assert shown.run(until) == "Play"
+
+
+def test_another_engines_walker_is_a_ghost_that_goes_its_own_way(shown, compared):
+    shown.open(compared)
+    leg = "return document.querySelector('[data-part={}]').getAttribute('points')"
+    legs = [leg.format("first"), leg.format("ghost0first")]
+    begun = [shown.run(one) for one in legs]
+    assert begun[0] == begun[1]  # the same start
+    shown.run(MOVED, 0, 70)
+    later = [shown.run(one) for one in legs]
+    assert later[0] != later[1]
+    assert later[1] != begun[1]
+    assert shown.run("return [...document.querySelectorAll('[role=tab]')].map(tab => tab.textContent)") == [
+        "together", "MuJoCo", "home"]  # fmt: skip
+    assert shown.run("return document.querySelector('.legend').textContent").endswith("ghost: home")
+    assert shown.complaints() == []
 
 
 def test_a_tab_shows_its_run_alone(shown, page):
