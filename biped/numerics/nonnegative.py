@@ -1,16 +1,17 @@
 """Convex quadratic problems in a few non-negative unknowns, exactly: min ½ xᵀHx - fᵀx with x >= 0.
 
-Block principal pivoting (Júdice and Pires, Computers & Operations Research 21, 1994): all infeasible unknowns change
-sides at once; when that stops helping, one at a time, which ends for every positive definite H (Murty, 1974). A set of
-free unknowns that was right in the last problem usually is in the next one, which then costs one factorisation.
+The active set of Lawson and Hanson (Solving Least Squares Problems, 1974, chapter 23), begun with a set of unknowns
+that is believed to be free: those that the solution wants negative leave it, and then the unknown with the worst
+multiplier enters, one at a time. Every step lowers the cost, so that no set comes twice, however many unknowns share
+what few could do. A set that was right in the last problem usually is in the next one, which then costs one
+factorisation.
 """
 
 from biped.base.jit import inner_kernel, kernel
 from biped.numerics.lanes import LANES, added, load, store
 
 MOST = 200
-"""Changes of the free set after which the problem is given up (never seen beyond 30)."""
-_PATIENCE = 3
+"""Changes of the free set after which the problem is given up: only where rounding decides (never seen beyond 45)."""
 
 
 @kernel
@@ -31,34 +32,52 @@ def nonnegative(H, f, n, free, order, U, L, x, y):
     Returns:
         How often the free set changed; MOST if no solution was found.
     """
-    fewest = n + 1
-    patience = _PATIENCE
     top = 0.0
     for i in range(n):
+        y[0, i] = 0.0
         top = max(top, abs(f[0, i]))
     tiny = 1e-13 * top
     for turn in range(MOST):
         m = _solve_free(H, f, n, free, order, U, L, x)
-        _multipliers(H, f, n, m, free, order, x, y)
-        wrong, last = 0, -1
-        for i in range(n):
-            if (free[i] and x[0, i] < 0.0) or y[0, i] < -tiny:
-                wrong += 1
-                last = i
-        if wrong == 0:
-            return turn
-        if wrong < fewest:
-            fewest = wrong
-            patience = _PATIENCE
-        elif patience > 0:
-            patience -= 1
-        else:
-            free[last] = 1 - free[last]
+        if _leave(m, free, order, x, y):
             continue
+        _multipliers(H, f, n, m, free, order, x, y)
+        worst, enters = 0.0, -1
         for i in range(n):
-            if (free[i] and x[0, i] < 0.0) or y[0, i] < -tiny:
-                free[i] = 1 - free[i]
+            if y[0, i] < -tiny and y[0, i] * y[0, i] > worst * H[i, i]:
+                worst, enters = y[0, i] * y[0, i] / H[i, i], i
+        if enters < 0:
+            return turn
+        free[enters] = 1
+        for i in range(n):
+            y[0, i] = x[0, i]
     return MOST
+
+
+@inner_kernel
+def _leave(m, free, order, x, y):
+    """Goes from the feasible y towards x as far as no unknown is negative; who stops it is no longer free.
+
+    Returns:
+        Whether one did.
+    """
+    most, first = 1.0, -1
+    for a in range(m):
+        i = order[a]
+        if x[0, i] < 0.0:
+            part = y[0, i] / (y[0, i] - x[0, i])
+            if first < 0 or part < most:
+                most, first = part, i
+    if first < 0:
+        return False
+    for a in range(m):
+        i = order[a]
+        falls = x[0, i] < 0.0
+        y[0, i] += most * (x[0, i] - y[0, i])
+        if i == first or (falls and y[0, i] <= 0.0):
+            free[i] = 0
+            y[0, i] = 0.0
+    return True
 
 
 @inner_kernel

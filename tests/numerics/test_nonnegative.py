@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import qpsolvers
 from scipy.optimize import nnls
 
 from biped.numerics.lanes import LANES
@@ -73,3 +74,36 @@ def test_nearly_dependent_columns_that_circle_still_end():
         slack = B.T @ (B @ x) - f
         assert slack.min() > -1e-7 * np.abs(f).max()
         assert abs(slack @ x) < 1e-6 * np.abs(f).max() * max(1.0, x.max())
+
+
+def feet(rng):
+    """(18, 32) what two flat feet's pyramids do to a walker: edges of four corners each, sixteen forces of rank six."""
+    wrenches = np.zeros((12, 32))
+    for k in range(32):
+        foot, corner, edge = k // 16, k // 4 % 4, k % 4
+        place = np.array([(-0.1, 0.15)[corner % 2], (-0.04, 0.04)[corner // 2], -0.05])
+        force = np.array([0.0, 0.0, 1.0])
+        force[edge // 2] = (0.8, -0.8)[edge % 2]
+        wrenches[6 * foot : 6 * foot + 6, k] = *force, *np.cross(place, force)
+    return rng.normal(size=(18, 12)) @ wrenches
+
+
+def test_two_flat_feet_move_as_a_library_says_from_problem_to_problem():
+    """Corners are asked for what no rigid foot can do quite: which of sixteen forces push is then nearly a tie."""
+    rng = np.random.default_rng(5)
+    most, kinds = 0, set()
+    for _ in range(10):
+        B, d, free = feet(rng), 30.0 * rng.normal(size=18), np.zeros(32, np.uint8)
+        for _ in range(20):
+            d += 3.0 * rng.normal(size=18)
+            asked = 1e-4 * rng.normal(size=32)
+            H, x, y = B.T @ B, np.zeros((1, wide(32))), np.zeros((1, wide(32)))
+            H += 1e-9 * H.max() * np.eye(32)
+            work = np.zeros(32, np.int64), np.zeros((32, wide(32))), np.zeros((32, 32))
+            most = max(most, nonnegative(lanes(H), lanes(B.T @ d + asked), 32, free, *work, x, y))
+            moved = qpsolvers.solve_qp(np.eye(18), d, -B.T, -asked, solver="quadprog")
+            assert moved is not None
+            np.testing.assert_allclose(B @ x[0, :32] - d, moved, atol=1e-6 * np.abs(d).max())
+            kinds.add(tuple(x[0, :32] > 0.0))
+    assert len(kinds) > 50, "many different sets of forces"
+    assert most < 60, "the set goes straight to the solution"

@@ -8,6 +8,10 @@ import qpsolvers
 
 from biped.control.space.pushing import FAR
 from biped.control.space.tick import spatial_tick
+from biped.engines.loop import drive
+from biped.engines.mujoco import MujocoPlant
+from biped.ensemble.plan import Plan
+from biped.scenario.reading import read_scenario
 from tests.control.space.scene import BASE, LEG, N, Scene
 
 EDGES, N_EDGES = 4, 32
@@ -90,6 +94,22 @@ def test_motion_and_torques_are_those_of_the_quadratic_programs(scene):
         assert u == pytest.approx(Problem(scene, np.inf).nearest(), abs=3e-3 * np.abs(u).max())
         bounded += int((np.abs(u) > problem.limit - 1e-9).any())
     assert bounded > 0, "no torque met its limit: the test would not see that it does"
+
+
+def test_no_tick_of_a_walk_is_given_up():
+    """Flat feet of a gait that used to change a problem's set up to 200 times, and then went on without a solution."""
+    run, changes, given_up = Plan(read_scenario("spatial/quick", ["duration=3.0"])).run(0), [], []
+
+    def watch(*_):
+        tick = plant.law.law.record[0]["tick"]
+        changes.append(tick["changes"].copy())
+        given_up.append(tick["given_up"])
+
+    plant = MujocoPlant(run, watch)
+    drive(plant)
+    assert len(given_up) == 3000
+    assert not any(given_up)
+    assert 1 < np.max(changes) < 60
 
 
 def test_without_the_stops_the_knees_torques_do_what_they_would(scene):
