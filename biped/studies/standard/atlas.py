@@ -23,7 +23,7 @@ SEARCHED = (
     "space_level", "space_push_forward", "space_push_backward", "space_push_sideways", "space_delay",
 )  # fmt: skip
 """Tests with `RUNS` runs at each value, unless a change says otherwise."""
-COUNTED = ("unmodelled", "random_push")
+COUNTED = ("unmodelled", "random_push", "space_random_push")
 """Tests with as many runs as they say themselves."""
 RUNS = "randomise.runs=10"
 FILE = "walks.json"
