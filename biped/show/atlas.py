@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from biped.base.json import dumps
+from biped.base.statistics import wilson
 from biped.base.writing import write_text
 from biped.show import markdown
 from biped.show.document import Document, Paragraph, Table
@@ -140,14 +141,18 @@ def steps_to_fall(one: Mapping[str, Any]) -> tuple[float, float, float]:
     """Mean number of steps to a fall and its 95 % interval, each step as dangerous as any other.
 
     Args:
-        one: Walks under a random force; their steps are those of the walks that did not fall.
+        one: Walks under a random force; their steps are those of the walks that did not fall. Where it has no number of
+            falls, whoever does not walk has fallen.
     """
-    steps, (low, high) = one["numbers"].get("steps") or math.nan, one["interval"]
+    numbers, runs = one["numbers"], one["runs"]
+    falls = numbers.get("falls")
+    up = one["reached"] if falls is None else runs - round(falls)
+    steps, (low, high) = numbers.get("steps") or math.nan, wilson(up, runs)
 
     def at(stood: float) -> float:
         return math.inf if stood >= 1.0 else 0.0 if stood <= 0.0 else steps / -math.log(stood)
 
-    return at(one["reached"] / one["runs"]), at(low), at(high)
+    return at(up / runs), at(low), at(high)
 
 
 def _steps_text(one: Mapping[str, Any] | None) -> str:

@@ -63,8 +63,8 @@ def test_results_are_taken_in(empty):
     page = (empty / "PAGE").read_text(encoding="utf-8")
     assert not any(mark in page for mark in atlas.MARKS.values())
     assert "| mine | 9 of 10 | 0.70 | 0.20 | 0.1 (– … 0.2), 62 % |" in page
-    # 12 / -ln(0.9) steps, and the ends of the interval likewise.
-    assert "| mine | 3 (– … 6) | 1.5 (1.1 … 2) | 114 (23.5 … 594) | – |" in page
+    # 12 / -ln(0.9) steps, and the ends of Wilson's interval of 9 of 10 likewise.
+    assert "| mine | 3 (– … 6) | 1.5 (1.1 … 2) | 114 (23.2 … 665) | – |" in page
     lines = [line.split(" | ") for line in page.splitlines() if line.startswith(("| calm | 3", "| sure | –"))]
     assert [line[1:3] for line in lines] == [["3.0", "3.0"], ["–", "–"]]
     assert [line[-1] for line in lines] == ["0 of 96 |", "52 of 96 |"]
@@ -92,6 +92,8 @@ def test_steps_to_a_fall_are_of_walks_whose_falls_are_as_likely_at_every_step():
     value, low, high = atlas.steps_to_fall(one)
     assert low < value < high
     assert value == pytest.approx(50.0, rel=0.02)
+    astray = one | {"reached": 10, "numbers": {"steps": 12.0, "falls": 4000.0 - stood}}
+    assert atlas.steps_to_fall(astray) == (value, low, high), "who strays has not fallen"
     never = {"numbers": {"steps": 12.0}, "reached": 100, "runs": 100, "interval": wilson(100, 100)}
     assert atlas._steps_text(never) == "> 318"
     assert atlas.steps_to_fall({"numbers": {"steps": None}, "reached": 0, "runs": 10, "interval": (0.0, 0.3)})[0] == 0.0
