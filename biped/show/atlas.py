@@ -187,18 +187,20 @@ def norms_of(kinds: Sequence[Mapping[str, Any]], wanted: Sequence[str]) -> float
 
 def foretold(found: Mapping[str, Mapping[str, Any]], norms: Mapping[str, Sequence[Mapping[str, Any]]]) -> Document:
     """The norms of gaits beside what they withstand, and how well the ranks of both agree."""
-    lines, pairs = [], {"pushes": [], "steps": []}
+    lines, pairs = [], {"pushes": [], "steps": [], "pushes and the random force": []}
     for gait, kinds in norms.items():
         row = found.get(gait, {})
         pushes, steps = norms_of(kinds, PUSHES), norms_of(kinds, RISES)
-        stands = _mean(row, "push_forward", "push_backward"), _mean(row, "steps_up", "steps_down")
+        to_fall = steps_to_fall(row[_RANDOM])[0] if _RANDOM in row else None
+        stands = _mean(row, "push_forward", "push_backward"), _mean(row, "steps_up", "steps_down"), to_fall
         fell = f"{sum(one['fell'] for one in kinds)} of {sum(one['walks'] for one in kinds)}"
         shown = [_text(None if math.isnan(value) else value, "{:.1f}") for value in (pushes, steps)]
         lines.append((gait, *shown, *(_text(value, "{:.3g}") for value in stands), fell))
-        for name, norm, value in zip(pairs, (pushes, steps), stands, strict=True):
+        for name, norm, value in zip(pairs, (pushes, steps, pushes), stands, strict=True):
             if value is not None:
                 pairs[name].append((math.inf if math.isnan(norm) else norm, value))
-    heads = ("gait", "norm of pushes", "norm of steps", "pushes withstood, mean", "steps withstood, mean [l]", "fell")
+    heads = ("gait", "norm of pushes", "norm of steps", "pushes withstood, mean", "steps withstood, mean [l]",
+             "steps to a fall", "fell")  # fmt: skip
     words = [_agreement(name, both) for name, both in pairs.items()]
     return Table(heads, tuple(lines)), *(Paragraph(word) for word in words)
 
