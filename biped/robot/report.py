@@ -36,6 +36,7 @@ class ModelReport(NamedTuple):
         parts: Torso, thighs, shanks, feet, soles and hinges of a biped in space, in words; empty of any other.
         not_spatial: Why the thesis's law in space cannot walk it; empty if it can.
         held: Joints of such a biped that neither base nor legs need: arms, waist, head.
+        leg: [m] length of its straight leg; 0 of any other.
     """
 
     file: Path
@@ -49,6 +50,7 @@ class ModelReport(NamedTuple):
     parts: dict[str, str]
     not_spatial: str
     held: tuple[str, ...] = ()
+    leg: float = 0.0
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data, as `--json` prints it."""
@@ -84,7 +86,7 @@ def look(name: str) -> ModelReport:
         known_keys(data, Described, "", fail)
         table = convert(data, Described, fail)
     robot, faults, notes = looked_at(path, table)
-    laws, parts, not_spatial, held = tuple(name for name in BUILT_IN if name != SPATIAL), {}, "", ()
+    laws, parts, not_spatial, held, leg = tuple(name for name in BUILT_IN if name != SPATIAL), {}, "", (), 0.0
     physics = "" if robot is None else differing(path, Simulation())
     if robot is None:
         laws = ()
@@ -94,7 +96,7 @@ def look(name: str) -> ModelReport:
             anatomy = anatomy_of(model, robot)
             parts = _parts(model, anatomy)
             held = tuple(model.joint(joint).name for joint in anatomy.trunk[: len(anatomy.trunk) - anatomy.shared])
-            laws = (SPATIAL, *laws)
+            laws, leg = (SPATIAL, *laws), anatomy.leg
         except InputError as error:
             not_spatial = str(error)
     return ModelReport(
@@ -109,6 +111,7 @@ def look(name: str) -> ModelReport:
         parts,
         not_spatial,
         held,
+        leg,
     )
 
 

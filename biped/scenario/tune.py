@@ -98,6 +98,8 @@ class Tune(Section, frozen=True):
         conditions: What the gait is tuned for, by name.
         weights: The objective.
         limits: Metrics and the most that they should be, e.g. `{ torso_lean = 10.0, torque_rate = 2.0 }`.
+        pace: [m/s] that a run which misses its goal must keep to earn all that `weights.progress` gives; default: that
+            of the slowest walk.
         duration: [s] of runs while searching; re-checks take the scenario's own.
         generations: Generations of CMA-ES.
         population: Gaits per generation.
@@ -121,6 +123,7 @@ class Tune(Section, frozen=True):
     conditions: dict[str, Condition] = field(default_factory=dict)
     weights: Weights = Weights()
     limits: dict[str, Positive] = field(default_factory=dict)
+    pace: Positive | None = None
     duration: Positive | None = None
     generations: Count = 40
     population: Annotated[int, Meta(ge=4, le=100_000)] = 16

@@ -155,8 +155,8 @@ class Study:
         weights, seconds = self.tune.weights, run.scenario.duration
         earned = min(1.0, numbers["time"] / seconds)
         if condition.goal == "walked":
-            # All the progress that counts is that of the slowest walk.
-            far = max(0.0, numbers["distance"]) / (_slowest(run) * seconds)
+            # Who falls forward once has come as far as the slowest walk goes in some seconds.
+            far = max(0.0, numbers["distance"]) / ((self.tune.pace or run.robot.walked.speed) * seconds)
             earned = (1.0 - weights.progress) * earned + weights.progress * min(1.0, far)
         return weights.falls * (1.0 - 0.5 * earned)
 
@@ -188,11 +188,6 @@ class Study:
             conditions[name].weight * sum(o.cost for o in found) / len(found) for name, found in outcomes.items()
         )
         return mean / total + self.tune.weights.closeness * distance
-
-
-def _slowest(run: Run) -> float:
-    """[m/s] of the slowest walk that counts as one."""
-    return run.robot.walked.speed
 
 
 def by_condition(tasks: Sequence[Task], outcomes: Sequence[GainOutcome]) -> dict[str, list[GainOutcome]]:

@@ -1,5 +1,6 @@
 """A search for a robot of which only the model file is known: `tune/any` on it, from the gait that comes furthest."""
 
+import math
 from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
@@ -14,6 +15,7 @@ from biped.ensemble import executor
 from biped.ensemble.backend import Jobs
 from biped.ensemble.campaign import run_one
 from biped.ensemble.plan import Plan
+from biped.robot.gravity import GRAVITY
 from biped.robot.report import look
 from biped.scenario.inline import setting
 from biped.scenario.reading import read_scenario
@@ -22,10 +24,10 @@ SCENARIO = "tune/any"
 GAITS = ("any/sure", "any/quick", "any/short", "any/long")
 """Gaits of the human in units of any walker."""
 POSTURES = ("heel_toe", "flat", "single")
-ASSISTS = (1.0, 0.5, 0.0)
-"""Shares of Q_d itself in what acts."""
-_FIRST = 0.5
-"""Of them in the first stage of the search, which begins at the gait that comes furthest so."""
+ASSISTS = (1.0, 0.0)
+"""Shares of Q_d itself in what acts; the search begins at the gait that stays up longest with none."""
+_PACE = 0.3
+"""[√(g l)] that a run which falls must have kept to earn all that its distance can earn: a brisk walk."""
 _SECONDS = 6.0
 """Of a trial."""
 
@@ -87,22 +89,20 @@ def search_of(
         assist, gait, _ = cases[i]
         times, distances = zip(*found[i : i + len(POSTURES)], strict=True)
         trials.append(Trial(gait, assist, times, distances))
-    half, direct = (max((one for one in trials if one.assist == assist), key=lambda one: one.merit)
-                    for assist in (_FIRST, 0.0))  # fmt: skip
-    begins = direct if direct.merit >= 0.5 * _SECONDS else half
-    return [model, f'controller="{begins.gait}"', _stages(report.held, begins.assist), *changes], trials
+    begins = max((one for one in trials if not one.assist), key=lambda one: one.merit)
+    pace = f"tune.pace={_PACE * math.sqrt(GRAVITY * report.leg):.3g}"
+    return [model, f'controller="{begins.gait}"', pace, _stages(report.held), *changes], trials
 
 
-def _stages(joints: Sequence[str], assist: float) -> str:
-    """The change that begins with a share of Q_d, and has arms, waist and head stiff where a stage asks for it."""
+def _stages(joints: Sequence[str]) -> str:
+    """The change that has arms, waist and head stiff where a stage asks for it."""
     tune = read_scenario(SCENARIO).tune
     stages = [] if tune is None else [{key: value for key, value in to_builtins(stage).items() if value}
                                       for stage in tune.stages]  # fmt: skip
-    kept = [stage for stage in stages if stage.get("set", {}).get("actuation", {}).get("assist", 0.0) <= assist]
-    for stage in kept:
+    for stage in stages:
         if "robot" in stage.get("set", {}):
             stage["set"]["robot"] = {"rigid": list(joints)}
-    return setting("tune.stages", kept)
+    return setting("tune.stages", stages)
 
 
 class _Shipped:

@@ -116,3 +116,34 @@ def test_who_should_stand_is_paid_for_standing_and_not_for_distance(tmp_path):
     walking = study_of(path, "window.start=0.5", "window.end=1.5", "tune.conditions.quiet.goal=walked")
     with workers(walking, 1) as evaluate:
         assert not evaluate(walking.tasks(candidate, 1, True, {"quiet": range(1)}))[0].walked
+
+
+FALL = """
+extends = "tune/any"
+controller = "any/short"
+duration = 2.5
+[start]
+jitter = 0.0
+[randomise.draw]
+"start.posture" = { grid = ["single"] }
+[tune]
+weights = { progress = 1.0 }
+"""
+
+
+def test_a_fall_forward_is_no_walk_at_a_brisk_pace(tmp_path):
+    """H1 falls after 1.3 s and 0.33 m, which is further than the slowest walk comes in 2.5 s: 0.25 m."""
+    path = tmp_path / "fall.toml"
+    path.write_text(FALL, encoding="utf-8")
+    earned = []
+    for pace in 0.1, 0.5, 2.0:
+        study = study_of(path, f"tune.pace={pace}")
+        space = SearchSpace(study.scenario, study.gains)
+        candidate = space.candidate([0.0] * len(space.axes))
+        with workers(study, 1) as evaluate:
+            (outcome,) = evaluate(study.tasks(candidate, 1, True, {"level": range(1)}))
+        assert not outcome.walked
+        earned.append(2.0 * (1.0 - outcome.cost))
+    assert earned[0] == 1.0
+    assert 0.2 < earned[1] < 0.4
+    assert earned[2] == pytest.approx(0.25 * earned[1])
