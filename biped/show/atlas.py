@@ -117,18 +117,26 @@ def table_of(found: Mapping[str, Mapping[str, Any]]) -> Table:
     return Table(("gait", "level", "speed [m/s]", "c.o.t.", *(head for _, head in tests)), tuple(lines))
 
 
-def others_of(found: Mapping[str, Mapping[str, Any]], grown: Mapping[str, Sequence[Mapping[str, Any]]]) -> Document:
+def others_of(
+    found: Mapping[str, Mapping[str, Any]], grown: Mapping[str, Sequence[Mapping[str, Any]]],
+    norms: Mapping[str, Sequence[Mapping[str, Any]]],
+) -> Document:  # fmt: skip
     """One line for each gait of which a delay, growth, a random force or torques that nobody modelled are known."""
     lines = []
     for gait, row in found.items():
         stands = [row.get(name) for name in _OTHERS]
+        norm = norms_of(norms.get(gait, ()), PUSHES)
         growth = next((one for one in grown.get(gait, ()) if one["size"] == GROWN), None)
-        cells = (stands[0].text if stands[0] else "–", _growth_text(growth), _steps_text(row.get(_RANDOM)),
-                 stands[1].text if stands[1] else "–")  # fmt: skip
+        cells = (
+            stands[0].text if stands[0] else "–", _growth_text(growth),
+            _text(None if math.isnan(norm) else norm, "{:.1f}"), _steps_text(row.get(_RANDOM)),
+            stands[1].text if stands[1] else "–",
+        )  # fmt: skip
         if set(cells) != {"–"}:
             lines.append((gait, *cells))
     delay, torques = (head for head, _ in _OTHERS.values())
-    return (Table(("gait", delay, "growth per stride", "steps to a fall", torques), tuple(lines)),) if lines else ()
+    heads = ("gait", delay, "growth per stride", "norm of pushes", "steps to a fall", torques)
+    return (Table(heads, tuple(lines)),) if lines else ()
 
 
 def _growth_text(one: Mapping[str, Any] | None) -> str:
@@ -168,7 +176,7 @@ def rows_of(found: Mapping[str, Any]) -> Document:
     for space in (False, True):
         rows = withstood([found], space)
         if rows:
-            parts += [table_of(rows), *others_of(rows, found["growth"])]
+            parts += [table_of(rows), *others_of(rows, found["growth"], found["norms"])]
     norms = {gait: kinds for gait, kinds in found["norms"].items() if kinds}
     return (*parts, *foretold(withstood([found], space=False), norms)) if norms else tuple(parts)
 
@@ -224,8 +232,8 @@ def page(stored: Mapping[str, Any]) -> str:
     plane, space = withstood(stored["tables"], space=False), withstood(stored["tables"], space=True)
     norms = {gait: kinds for gait, kinds in stored["norms"].items() if gait in plane}
     parts = {
-        "plane": (table_of(plane),), "other": others_of(plane, stored["growth"]), "space": (table_of(space),),
-        "space other": others_of(space, stored["growth"]), "norm": foretold(plane, norms),
+        "plane": (table_of(plane),), "other": others_of(plane, stored["growth"], norms), "space": (table_of(space),),
+        "space other": others_of(space, stored["growth"], stored["norms"]), "norm": foretold(plane, norms),
     }  # fmt: skip
     text = TEMPLATE.read_text(encoding="utf-8")
     for name, document in parts.items():

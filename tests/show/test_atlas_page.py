@@ -64,7 +64,7 @@ def test_results_are_taken_in(empty):
     assert not any(mark in page for mark in atlas.MARKS.values())
     assert "| mine | 9 of 10 | 0.70 | 0.20 | 0.1 (– … 0.2), 62 % |" in page
     # 12 / -ln(0.9) steps, and the ends of Wilson's interval of 9 of 10 likewise.
-    assert "| mine | 3 (– … 6) | 1.5 (1.1 … 2) | 114 (23.2 … 665) | – |" in page
+    assert "| mine | 3 (– … 6) | 1.5 (1.1 … 2) | – | 114 (23.2 … 665) | – |" in page
     lines = [line.split(" | ") for line in page.splitlines() if line.startswith(("| calm | 3", "| sure | –"))]
     assert [line[1:3] for line in lines] == [["3.0", "3.0"], ["–", "–"]]
     assert [line[-1] for line in lines] == ["0 of 96 |", "52 of 96 |"]
