@@ -25,7 +25,8 @@ def simulate(run: Run) -> Trajectory:
     foreign = run.planar_model()
     order, robot = foreign.order, seven_links(run.robot)
     model = foreign.model if ground.level else copy(foreign.model)  # whose planes move
-    stepper = Stepper(model, run.robot, ground.level, s.model)
+    # Of a tick of one step the log says all that its work is summed of.
+    stepper = Stepper(model, run.robot, ground.level, s.model, ledger=run.substeps > 1)
     mirror = None if ground.level else mujoco.MjData(model)
     planes = None if mirror is None else planes_of(model, mirror, robot, ground)
     q, v, joints = np.array(run.q), np.array(run.v), order.joints

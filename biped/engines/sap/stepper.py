@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
+from pydrake.multibody.tree import MultibodyForces
 from pydrake.systems.framework import DiagramBuilder
 
 from biped.engines.sap.contact import Builder
@@ -54,6 +55,7 @@ class Stepper:
         robot: What it is.
         level: Whether the ground is level.
         name: What the scenario calls the model.
+        ledger: Whether work is summed.
 
     Attributes:
         q: (nq,) coordinates, as MuJoCo has them.
@@ -71,8 +73,9 @@ class Stepper:
         InputError: The model has what Drake has not.
     """
 
-    def __init__(self, m: mujoco.MjModel, robot: Robot, level: bool, name: str):
+    def __init__(self, m: mujoco.MjModel, robot: Robot, level: bool, name: str, ledger: bool = True):
         check_model(m, name)
+        self._ledger = ledger
         self.model, self._dt = m, float(m.opt.timestep)
         builder = DiagramBuilder()
         config = MultibodyPlantConfig(
@@ -93,7 +96,7 @@ class Stepper:
         self.work = self.given = self.energy = 0.0
         self._pushes: list[tuple[int, np.ndarray]] = []
         nq, nv = plant.num_positions(), plant.num_velocities()
-        self._mean, self._touching = np.zeros(nv), np.zeros(nv)
+        self._mean = np.zeros(nv)
         # Drake's own arrays, of the forces that it reads and of the state that it finds.
         self._port = plant.get_applied_generalized_force_input_port().FixValue(context, np.zeros(nv))
         self._acting = self._port.GetMutableData().get_mutable_value().get_mutable_value()
@@ -110,7 +113,8 @@ class Stepper:
         self._damped = bool(self._damping.any())
         # Of each joint with stops: its places in q, in v and in Drake's velocities, and its range.
         self._stops = [(int(m.jnt_qposadr[j]), int(m.jnt_dofadr[j]), tree.joints[j].velocity_start(),
-                        *stops_of(m, j).tolist()) for j in np.flatnonzero(m.jnt_limited)]  # fmt: skip
+                        *stops_of(m, j).tolist()) for j in np.flatnonzero(m.jnt_limited).tolist()]  # fmt: skip
+        self._weight = MultibodyForces(plant)
         self.stopped, self._stop_forces = False, np.zeros(plant.num_velocities())
         context.SetDiscreteState(self.coordinates.state(self.q, self.v))
 
@@ -149,22 +153,29 @@ class Stepper:
             self._after = update.get_vector().get_value()  # which is where it finds every later one, too
             self._now = self._after[self._velocities]
         now = self._now
-        self._touching = touching = self._contact_forces.Eval(context)
-        step = np.add(c.rates, now, self._mean)
-        step *= 0.5 * self._dt
         if joints.any:
             joints.read(context, now, self.torque)
-            given += joints.servo
-            self.work += joints.friction.dot(step)
-        self.given += (done := given.dot(step))
-        self.work += done + touching.dot(step)
-        if self._find_stops():
-            self.work += self._stop_forces.dot(step)
-        if self._damped:
-            self.work -= (self._damping * now).dot(step)
+        self._find_stops()
+        if self._ledger:
+            self._sum_work(given)
         out = self._ground_contacts()
         c.read(self._after, self.q, self.v)
         return out
+
+    def _sum_work(self, given: np.ndarray) -> None:
+        """Adds the work of the step, of which `given` are the generalized forces that were applied."""
+        joints, now = self._joints, self._now
+        step = np.add(self.coordinates.rates, now, self._mean)
+        step *= 0.5 * self._dt
+        if joints.any:
+            given += joints.servo
+            self.work += joints.friction.dot(step)
+        self.given += (done := given.dot(step))
+        self.work += done + self._contact_forces.Eval(self.context).dot(step)
+        if self.stopped:
+            self.work += self._stop_forces.dot(step)
+        if self._damped:
+            self.work -= (self._damping * now).dot(step)
 
     def act(self, forces: np.ndarray) -> None:
         """Has generalized forces (nv,) of Drake's act in its next step."""
@@ -188,12 +199,8 @@ class Stepper:
             world, world,
         )  # fmt: skip
 
-    def _find_stops(self) -> bool:
-        """Finds the stops' forces, which are in no port of Drake's: what is left of the equations of motion.
-
-        Returns:
-            Whether any stop pushes.
-        """
+    def _find_stops(self) -> None:
+        """Finds the stops' forces, which are in no port of Drake's: what is left of the equations of motion."""
         places, rates, dt, pushing = self.q.tolist(), self._now.tolist(), self._dt, []
         for q, v, column, low, high in self._stops:
             now = places[q]
@@ -209,7 +216,6 @@ class Stepper:
         if pushing:
             for (v, column), force in zip(pushing, self.residual([column for _, column in pushing]), strict=True):
                 self.stop[v] = self._stop_forces[column] = force
-        return self.stopped
 
     def residual(self, columns: Sequence[int]) -> list[float]:
         """Left of M Δv/Δt + C v − τ_g after all that has a port, in the latest step: forces of stops and nothing else.
@@ -218,11 +224,11 @@ class Stepper:
             columns: Numbers of Drake's velocities.
         """
         plant, context, now, acting, joints = self.plant, self.context, self._now, self._acting, self._joints
-        inertial = plant.CalcMassMatrix(context) @ ((now - self.coordinates.rates) / self._dt)
-        bias, gravity = plant.CalcBiasTerm(context), plant.CalcGravityGeneralizedForces(context)
-        touching, damping, servo, friction = self._touching, self._damping, joints.servo, joints.friction
-        return [inertial[i] + (bias[i] - gravity[i]) - acting[i] - touching[i] + damping[i] * now[i] - servo[i]
-                - friction[i] for i in columns]  # fmt: skip
+        plant.CalcForceElementsContribution(context, self._weight)
+        needed = plant.CalcInverseDynamics(context, (now - self.coordinates.rates) / self._dt, self._weight)
+        touching, damping = self._contact_forces.Eval(context), self._damping
+        servo, friction = joints.servo, joints.friction
+        return [needed[i] - acting[i] - touching[i] + damping[i] * now[i] - servo[i] - friction[i] for i in columns]
 
     def _ground_contacts(self) -> list[PointForce]:
         """The ground's contacts in the latest step, read with few calls, each of which costs a microsecond or two."""

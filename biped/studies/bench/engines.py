@@ -22,8 +22,8 @@ from biped.robot.run import Run
 from biped.scenario.reading import read_scenario
 
 REPEATS = 15
-ROBOTS = {"seven links": "upright/own", "in space": "spatial/own"}
-"""Scenarios by what walks in them."""
+ROBOTS = {"seven links": ("upright/own", False), "in space": ("spatial/own", True)}
+"""Scenarios by what walks in them, and whether their engine sums work."""
 SECONDS, STRIDE = 2.0, 3
 """[s] of a walk, and ticks between two states."""
 
@@ -64,10 +64,11 @@ def step_costs(repeats: int = REPEATS, seconds: float = SECONDS) -> dict[str, St
     if find_spec("pydrake") is None:
         raise InputError(NEEDS, "engine")
     changes = [f"duration={seconds}", f"window={{start=0.1, end={seconds}}}"]
-    return {kind: step_cost(Plan(read_scenario(name, changes)).run(0), repeats) for kind, name in ROBOTS.items()}
+    return {kind: step_cost(Plan(read_scenario(name, changes)).run(0), repeats, ledger)
+            for kind, (name, ledger) in ROBOTS.items()}  # fmt: skip
 
 
-def step_cost(run: Run, repeats: int = REPEATS) -> StepCost:
+def step_cost(run: Run, repeats: int = REPEATS, ledger: bool = True) -> StepCost:
     """Measures the steps of a walk on level ground; see `step_costs`."""
     states: list[tuple[np.ndarray, ...]] = []
     models: list[mujoco.MjModel] = []
@@ -82,7 +83,7 @@ def step_cost(run: Run, repeats: int = REPEATS) -> StepCost:
     data, before = mujoco.MjData(model), resident()
     from biped.engines.sap.stepper import Stepper
 
-    stepper = Stepper(model, run.robot, True, run.scenario.model)
+    stepper = Stepper(model, run.robot, True, run.scenario.model, ledger)
     stepper.step()
     memory = resident() - before
     context, plant, coordinates = stepper.context, stepper.plant, stepper.coordinates
