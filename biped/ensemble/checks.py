@@ -6,6 +6,7 @@ it, fails when the interval lies outside it, and is undecided in between, which 
 """
 
 import math
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from itertools import zip_longest
 from pathlib import Path
@@ -178,6 +179,13 @@ def _words(bound: Bound) -> str:
 JUNIT = Kind("a report of biped check", (".xml",), (b'<testsuites name="biped"',))
 
 
+def titles(results: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Names of results as `--json` prints them; of a scenario that was checked in several engines, with the engine."""
+    counts = Counter(result["scenario"] for result in results)
+    return [f"{result['scenario']} in {result['engine']}" if counts[result["scenario"]] > 1 else result["scenario"]
+            for result in results]  # fmt: skip
+
+
 def write_junit(path: Path, results: Sequence[Mapping[str, Any]], seconds: Sequence[float] = ()) -> None:
     """Writes checks as JUnit XML: one suite per scenario, one case per check; what is undecided is skipped.
 
@@ -189,17 +197,17 @@ def write_junit(path: Path, results: Sequence[Mapping[str, Any]], seconds: Seque
         seconds: [s] that each took; default: it is not said.
     """
     root = ElementTree.Element("testsuites", name="biped")
-    for result, taken in zip_longest(results, seconds):
+    for title, result, taken in zip_longest(titles(results), results, seconds):
         words = [word_of(check) for check in result["checks"]]
         suite = ElementTree.SubElement(
-            root, "testsuite", name=result["scenario"], tests=str(len(words)), failures=str(words.count(FAILED)),
+            root, "testsuite", name=title, tests=str(len(words)), failures=str(words.count(FAILED)),
             skipped=str(words.count(UNDECIDED)),
         )  # fmt: skip
         # Its checks are of the same runs: what these took is shared out among them.
         if taken is not None:
             suite.set("time", f"{taken:.3f}")
         for check, word in zip(result["checks"], words, strict=True):
-            case = ElementTree.SubElement(suite, "testcase", classname=result["scenario"], name=check["name"])
+            case = ElementTree.SubElement(suite, "testcase", classname=title, name=check["name"])
             if taken is not None:
                 case.set("time", f"{taken / len(words):.3f}")
             properties = ElementTree.SubElement(case, "properties")

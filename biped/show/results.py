@@ -14,7 +14,7 @@ import numpy as np
 from biped.base.replacing import Kind as FileKind
 from biped.base.statistics import wilson
 from biped.base.writing import write_text
-from biped.ensemble.checks import FAILED, NOTHING, PASSED, UNDECIDED, goal_of, judgement, sentence_of, word_of
+from biped.ensemble.checks import FAILED, NOTHING, PASSED, UNDECIDED, goal_of, judgement, sentence_of, titles, word_of
 from biped.ensemble.columns import batches
 from biped.ensemble.sweeps import goal_at, threshold_words
 from biped.measure.metrics.gait import MOVED
@@ -217,8 +217,8 @@ def summary_of(results: Sequence[Mapping[str, Any]]) -> str:
     failed = words.count(FAILED)
     verdict = f"{failed} of {len(words)} scenarios failed" if failed else f"{len(words)} scenarios, none failed"
     rows: list[tuple[Line, ...]] = []
-    for result in results:
-        name, count = result["scenario"], len(result["runs"])
+    for name, result in zip(titles(results), results, strict=True):
+        count = len(result["runs"])
         for check in result["checks"]:
             word = word_of(check)
             of = f" of {count}" if check["name"] in ("walked", "stood", "sat", "falls") else ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import resource
 from xml.etree import ElementTree
 
@@ -12,6 +13,7 @@ from biped.base.statistics import wilson
 from biped.cli.common import all_passed, code_of
 from biped.ensemble.checks import Check, judge, judgement, passed, write_junit
 from biped.scenario.expect import Bound
+from biped.show.results import summary_of
 
 
 def row(end: str = "completed", flight: float = 0.0, verdict: str = "sound") -> dict:
@@ -135,6 +137,18 @@ def test_junit_is_what_ci_reads(tmp_path):
     assert undecided is not None
     message = undecided.get("message")
     assert message.startswith("walked = 98, expected >= 97 % (98 of 100: 93.0 – 99.4 % with 95 % confidence, too few")
+
+
+def test_a_scenario_in_several_engines_has_a_name_for_each(tmp_path):
+    checks = [one._asdict() for one in judge({"falls": Bound(max=0)}, {"falls": 0, **SOUND}, ROWS)]
+    results = [
+        {"scenario": name, "engine": engine, "checks": checks, "runs": ROWS, "passed": True}
+        for name, engine in (("slope", "mujoco"), ("slope", "drake"), ("level", "mujoco"))
+    ]
+    names = ["slope in mujoco", "slope in drake", "level"]
+    write_junit(tmp_path / "report.xml", results)
+    assert [suite.get("name") for suite in ElementTree.parse(tmp_path / "report.xml").getroot()] == names
+    assert re.findall(r"^\| (\w+(?: in \w+)?) \| falls", summary_of(results), re.MULTILINE) == names
 
 
 @pytest.mark.parametrize("verdict", ["diverged", "doubtful"])

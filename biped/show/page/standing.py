@@ -69,12 +69,11 @@ def section(folder: Path) -> Markup:
     """
     found = read_as(folder / FILE, _StandingFile, "what biped standard writes", "biped standard GAIT…")
     searched = [test for test in found["tests"] if test["key"] is not None]
-    cards = [_curves(found, test) for test in searched]
+    cards = [card for test in searched if (card := _curves(found, test)) is not None]
+    curves = [tag("h3", "Runs that reached the goal, by what was asked of them"), tag("div", *cards, class_="cards")]
     return tag(
         "section", tag("h2", f"Standard tests: {', '.join(found['gaits'])}"),
-        *blocks(document_of(found)),
-        tag("h3", "Runs that reached the goal, by what was asked of them"),
-        tag("div", *(one for one in cards if one is not None), class_="cards"),
+        *blocks(document_of(found)), *(curves if cards else ()),
     )  # fmt: skip
 
 
