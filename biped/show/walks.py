@@ -1,7 +1,7 @@
 """Robots of others beside each other: tables of docs/any-biped.md, from results of the tests any/cells.
 
 `python -m biped.show.walks ROBOT=FOLDER[,SEARCH]…` takes results folders of `biped standard`, and of the `biped tune`
-that found the gait, into the page; without any, it writes the page anew.
+that found the gait, into the page, in the place of what it had of these robots; without any, it writes the page anew.
 """
 
 import json
@@ -35,10 +35,10 @@ def document_of(found: Sequence[Mapping[str, Any]]) -> Document:
         found: By robot: its name, the gait's, rows of its tests, and its search.
     """
     titles = list(dict.fromkeys(test["title"] for one in found for test in one["tests"]))
-    cells = [(one["robot"], *(_count(one, title) for title in titles)) for one in found]
+    cells = [(title, *(_count(one, title) for one in found)) for title in titles]
     how = [(one["robot"], *_walk(one), *_search(one)) for one in found]
     return (
-        Table(("robot", *titles), tuple(cells)),
+        Table(("test", *(one["robot"] for one in found)), tuple(cells)),
         Paragraph(_NOTE, note=True),
         Table(("robot", *_COLUMNS), tuple(how)),
     )  # fmt: skip
@@ -97,12 +97,12 @@ def taken(robot: str, folder: Path, search: Path | None) -> dict[str, Any]:
 def main(argv: Sequence[str]) -> None:
     """Takes results into the page; without any, writes the page anew."""
     if argv:
-        robots = []
+        robots = {one["robot"]: one for one in stored()}
         for word in argv:
             robot, _, folders = word.partition("=")
             folder, _, search = folders.partition(",")
-            robots.append(taken(robot, Path(folder), Path(search) if search else None))
-        write_text(DATA, dumps(robots))
+            robots[robot] = taken(robot, Path(folder), Path(search) if search else None)
+        write_text(DATA, dumps(list(robots.values())))
     write_text(PAGE, page(stored()))
 
 

@@ -27,14 +27,14 @@ def test_results_are_taken_in(tmp_path, monkeypatch):
     result(tmp_path / "two", (7, 0))
     for name in ("DATA", "PAGE"):
         monkeypatch.setattr(walks, name, tmp_path / name)
-    walks.main([f"First={tmp_path / 'one'},{tmp_path / 'one'}", f"Second={tmp_path / 'two'}"])
+    (tmp_path / "DATA").write_text("[]", encoding="utf-8")
+    walks.main([f"First={tmp_path / 'two'}", f"Second={tmp_path / 'two'}"])
+    walks.main([f"First={tmp_path / 'one'},{tmp_path / 'one'}"])  # in the place of what was there; the other stays
     page = (tmp_path / "PAGE").read_text(encoding="utf-8")
     assert walks.MARK not in page
-    first, second = (next(line for line in page.splitlines() if line.startswith(f"| {name} | 1") or
-                          line.startswith(f"| {name} | 7")) for name in ("First", "Second"))  # fmt: skip
-    assert "19 of 20 (76 – 99 %)" in first
-    assert "20 of 20 (84 – 100 %)" in first
-    assert "0 of 20 (0 – 16 %)" in second
+    assert "| test | First | Second |" in page
+    assert "| 10 s | 19 of 20 (76 – 99 %) | 7 of 20 (18 – 57 %) |" in page
+    assert "| 60 s | 20 of 20 (84 – 100 %) | 0 of 20 (0 – 16 %) |" in page
     assert "| First | 0.63 | 0.75 | 1.2% | any/mine | 1,317 | 224 |" in page
     assert "| Second | 0.63 | 0.75 | 1.2% | any/mine | – | – |" in page
     walks.main([])
