@@ -142,7 +142,8 @@ def others_of(
 def _growth_text(one: Mapping[str, Any] | None) -> str:
     if one is None or one["factor"] is None or math.isnan(one["factor"]):
         return "–"
-    return f"{one['factor']:.2g} ({one['low']:.2g} … {one['high']:.2g})"
+    factor, low, high = (f"{float(f'{one[name]:.2g}'):g}" for name in ("factor", "low", "high"))
+    return f"{factor} (–)" if one["low"] == one["high"] else f"{factor} ({low} … {high})"  # of one pair there is none
 
 
 def steps_to_fall(one: Mapping[str, Any]) -> tuple[float, float, float]:
