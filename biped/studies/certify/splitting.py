@@ -32,6 +32,8 @@ from biped.studies.certify.outcome import RunOutcome
 
 SHARE = 0.3
 """Of a sample that reaches the next level, and of the runs at a level that are not moved."""
+FEWER = 0.1
+"""Share of a sample that falls from which its levels are enough if the score rises no further."""
 USUAL = 0.9
 """Share of plain runs in which a precursor stays below its baseline."""
 WHOLE = 0.2
@@ -139,6 +141,8 @@ def pilot(
         level = float(np.sort(scores)[-max(2, math.ceil(SHARE * len(scores)))])
         if values and level <= values[-1]:
             level = min((score for score in scores if score > values[-1]), default=math.inf)
+        if values and not math.isfinite(level) and np.isinf(scores[scores > 0.0]).sum() >= FEWER * len(scores):
+            return Levels(tuple(values), baseline)
         if (len(values) + 1) * moving.repeats * moved_of(len(first)) > most or not math.isfinite(level):
             return None
         values.append(level)

@@ -16,6 +16,16 @@ class Jumping(Regulated):
         return out._replace(rises=tuple((time, 0, float(value > third)) for time, _, value in out.rises))
 
 
+class Capped(Regulated):
+    """The regulated walk with a score that rises no further than three quarters of the bound."""
+
+    def __call__(self, run):
+        """The outcome of a run."""
+        out = super().__call__(run)
+        cap = 0.75 * self._bound
+        return out._replace(rises=tuple((time, which, min(value, cap)) for time, which, value in out.rises))
+
+
 class Trap(Regulated):
     """The regulated walk that falls besides, once in fifty runs, whatever it does."""
 

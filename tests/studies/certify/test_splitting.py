@@ -15,7 +15,7 @@ from biped.studies.certify.estimation import Accuracy
 from biped.studies.certify.outcome import RunOutcome
 from biped.studies.certify.reference import Pendulum, Regulated, _drawn, estimate, validate
 from biped.studies.certify.splitting import baseline_of
-from tests.studies.certify.problems import Jumping, Timeless, Trap
+from tests.studies.certify.problems import Capped, Jumping, Timeless, Trap
 
 
 def test_the_known_probabilities_are_those_of_plain_runs():
@@ -63,6 +63,15 @@ def test_a_score_that_does_not_grade_is_called_so_and_runs_are_counted():
     assert "stopped rising" in found.doubt
     assert not found.samples
     assert found.probability.low < walk.falls() < found.probability.high
+
+
+def test_levels_end_where_the_score_rises_no_further_and_some_fall():
+    walk = Capped(5.6)
+    found, _ = estimate(walk, 8, Accuracy(most=9000, relative=1e-3, method="splitting", size=60))
+    estimates = np.array([sample.probability for sample in found.samples])
+    assert found.levels.values[-1] + min(found.levels.baseline) <= 0.75 * 5.6 + 1e-9
+    assert len(estimates) >= 10
+    assert abs(estimates.mean() - walk.falls()) < 4.0 * estimates.std(ddof=1) / math.sqrt(len(estimates))
 
 
 def test_falls_that_no_level_leads_to_are_counted_too():
