@@ -1,0 +1,34 @@
+"""Splitting on a walker against the count of its plain runs."""
+
+from __future__ import annotations
+
+import pytest
+
+from biped.scenario.disturbed import piece_times
+from biped.scenario.vary import stream
+from biped.studies.certify.estimate import combined
+from biped.studies.certify.estimation import Accuracy, levels_of
+from biped.studies.certify.running import MakingOutcomes, Outcomes
+from biped.studies.certify.splitting import Moving, least_scatter, sampled
+from biped.studies.planned import plan_of
+
+
+def problem(name, force):
+    plan = plan_of(name, [f"disturbance={{force=[{force},0.0]}}", "duration=4"])
+    make = MakingOutcomes(plan)
+    outcomes = Outcomes(lambda wanted: map(make, wanted), {}, lambda _, outcome: outcome, lambda: None)
+    return plan, outcomes, Moving(tuple(piece_times(plan.scenario)))
+
+
+@pytest.mark.slow
+def test_intervals_of_a_walker_hold_the_count_of_its_plain_runs():
+    _, outcomes, moving = problem("upright/own", 30.0)
+    repeats, each, size = 15, 5, 30
+    first = outcomes.plain(stream(2, "certify.plain"), 200)
+    levels = levels_of(2, outcomes, first, moving, Accuracy(most=10**6, method="splitting"))
+    held = 0
+    for repeat in range(repeats):
+        samples = outcomes.finish([sampled(2000, repeat * each + i, size, levels, moving) for i in range(each)])
+        found = combined([sample.probability for sample in samples], least_scatter(samples, size))
+        held += found.low <= 34 / 5685 <= found.high
+    assert held >= 14
