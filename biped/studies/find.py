@@ -38,6 +38,8 @@ from biped.studies.planned import plan_of, title_of
 
 ENOUGH = 5
 """Falls among plain runs from which more plain runs are made, and splitting is not asked for more."""
+SIZE = 50
+"""Runs at each level: a search wants many falls of many origins, not a number."""
 LAST = 1.0
 """[s] before a fall in which falls are compared."""
 
@@ -113,7 +115,7 @@ def find(
     """
     plan = plan_of(name, changes)
     other = None if against is None else plan_of(name, [*changes, against])
-    accuracy = Accuracy(most=most, size=100)
+    accuracy = Accuracy(most=most, size=SIZE)
     check_random(plan)
     if failures < 1:
         raise InputError(f"--failures {failures}: expected at least 1")
