@@ -178,9 +178,11 @@ def check_random(plan: Plan) -> None:
             raise InputError(f'randomise.draw."{key}": expected choice, which is random, instead of grid', "randomise")
     random = s.randomise
     sensed = s.sensors.angle_noise or s.sensors.rate_noise or s.sensors.height_noise or s.sensors.zero_error
-    drawn = random.draw or random.controller_mass_matrix or random.controller_constraints or s.truth.unmodelled.torque
-    if not (drawn or s.start.jitter or s.disturbance or s.ground.tiles.height or sensed or s.sensors.gyro):
+    drawn = random.draw or random.controller_mass_matrix or random.controller_constraints
+    reality = s.truth.unmodelled.torque or s.truth.unmodelled.patchy
+    if not (drawn or reality or s.start.jitter or s.disturbance or s.ground.tiles.height or sensed or s.sensors.gyro):
         raise InputError(
             "nothing random in this scenario: every run is the same; expected [disturbance], [randomise.draw], "
-            "start.jitter, ground.tiles or noise of sensors, e.g. --set 'disturbance={force=[40.0,0.0]}'"
+            "start.jitter, ground.tiles, truth.unmodelled or noise of sensors, e.g. "
+            "--set 'disturbance={force=[40.0,0.0]}'"
         )

@@ -15,7 +15,7 @@ from biped.scenario.normals import Move, Normals
 from biped.studies.certify.estimation import Accuracy
 from biped.studies.certify.outcome import outcome_of
 from biped.studies.certify.scores import SCORES
-from biped.studies.certify.study import certify
+from biped.studies.certify.study import certify, check_random
 from biped.studies.planned import plan_of
 
 FORCE = "disturbance={force=[120.0,0.0],correlation=0.2}"
@@ -112,3 +112,11 @@ def test_what_cannot_be_certified_is_refused_in_one_sentence(changes, words, tmp
     assert main(["certify", "upright/own", "--out", str(tmp_path / "out"), *changes]) == 2
     assert words in " ".join(capsys.readouterr().err.split())
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("key", ["torque", "friction", "softness"])
+def test_realities_that_nobody_modelled_are_random(key):
+    still = ["start.jitter=0"]
+    with pytest.raises(InputError, match="nothing random"):
+        check_random(plan_of("upright/own", still))
+    check_random(plan_of("upright/own", [*still, f"truth.unmodelled.{key}=0.1"]))
