@@ -152,6 +152,16 @@ def test_the_page_of_commands_is_what_the_parsers_say():
     assert reference.PAGE.read_text(encoding="utf-8") == reference.page(), "python -m biped.cli.reference"
 
 
+@pytest.mark.parametrize("template", sorted((ROOT / "docs").glob("*.in.md")), ids=lambda path: path.name)
+def test_a_page_that_is_made_of_a_template_has_its_words(template):
+    """An edit of the page instead of its template would be lost when the page is made again."""
+    words = template.read_text(encoding="utf-8").splitlines()
+    page = template.with_name(template.name.replace(".in.md", ".md")).read_text(encoding="utf-8").splitlines()
+    assert f"docs/{template.name}" in "\n".join(words), "the template names itself, for whoever opens the page"
+    lost = [line for line in words if line not in page and not re.fullmatch("<!-- [a-z ]+ -->", line)]
+    assert not lost
+
+
 def test_every_page_is_listed():
     """Whoever opens the documentation finds every page from its first one."""
     index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")

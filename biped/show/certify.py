@@ -19,7 +19,7 @@ DOCS = Path(__file__).parents[2] / "docs"
 PAGE, TEMPLATE, DATA = DOCS / "certify.md", DOCS / "certify.in.md", DOCS / "certify.json"
 MARK = "<!-- tables -->"
 _SCORES = {
-    "learned": "log odds of a fall within some 1 s, learned from runs under stronger disturbances, above the usual",
+    "learned": "log odds of a fall within some 2 s, learned from runs under stronger disturbances, above the usual",
     "margin": "how far the extrapolated centre of mass is beyond the feet that stand, above the usual, in leg lengths",
     "drop": "how far the centre of mass has come down, above the usual, in leg lengths",
     "lean": "lean of the base, above the usual, in rad",
