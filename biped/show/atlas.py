@@ -129,7 +129,7 @@ def others_of(
         growth = next((one for one in grown.get(gait, ()) if one["size"] == GROWN), None)
         cells = (
             stands[0].text if stands[0] else "–", _growth_text(growth),
-            _text(None if math.isnan(norm) else norm, "{:.1f}"), _steps_text(row.get(_RANDOM)),
+            _norm_text(norm), _steps_text(row.get(_RANDOM)),
             stands[1].text if stands[1] else "–",
         )  # fmt: skip
         if set(cells) != {"–"}:
@@ -182,16 +182,23 @@ def rows_of(found: Mapping[str, Any]) -> Document:
     return (*parts, *foretold(withstood([found], space=False), norms)) if norms else tuple(parts)
 
 
+def _norm_text(norm: float) -> str:
+    return "–" if math.isnan(norm) else f"{norm:.1f}" if norm else "within scatter"
+
+
 def _text(value: float | None, form: str) -> str:
     return "–" if value is None else form.format(value)
 
 
 def norms_of(kinds: Sequence[Mapping[str, Any]], wanted: Sequence[str]) -> float:
-    """The norm of several kinds of disturbances together; nan where one is missing or too many walks fell."""
+    """The norm of several kinds of disturbances together; nan where one is missing or too many walks fell.
+
+    It is 0 where one of them changes the steps less than they scatter by themselves: what it would be is not known.
+    """
     values = [one["norm"] for one in kinds if one["disturbance"] in wanted and 2 * one["fell"] <= one["walks"]]
     if len(values) < len(wanted) or any(value is None for value in values):
         return math.nan
-    return math.sqrt(sum(value**2 for value in values) / len(values))
+    return math.sqrt(sum(value**2 for value in values) / len(values)) if all(values) else 0.0
 
 
 def foretold(found: Mapping[str, Mapping[str, Any]], norms: Mapping[str, Sequence[Mapping[str, Any]]]) -> Document:
@@ -203,10 +210,9 @@ def foretold(found: Mapping[str, Mapping[str, Any]], norms: Mapping[str, Sequenc
         to_fall = steps_to_fall(row[_RANDOM])[0] if _RANDOM in row else None
         stands = _mean(row, "push_forward", "push_backward"), _mean(row, "steps_up", "steps_down"), to_fall
         fell = f"{sum(one['fell'] for one in kinds)} of {sum(one['walks'] for one in kinds)}"
-        shown = [_text(None if math.isnan(value) else value, "{:.1f}") for value in (pushes, steps)]
-        lines.append((gait, *shown, *(_text(value, "{:.3g}") for value in stands), fell))
+        lines.append((gait, _norm_text(pushes), _norm_text(steps), *(_text(value, "{:.3g}") for value in stands), fell))
         for name, norm, value in zip(pairs, (pushes, steps, pushes), stands, strict=True):
-            if value is not None:
+            if value is not None and norm != 0.0:
                 pairs[name].append((math.inf if math.isnan(norm) else norm, value))
     heads = ("gait", "norm of pushes", "norm of steps", "pushes withstood, mean", "steps withstood, mean [l]",
              "steps to a fall", "fell")  # fmt: skip

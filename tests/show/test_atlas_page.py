@@ -108,3 +108,8 @@ def test_small_norms_that_withstand_most_agree():
     text = markdown.text(atlas.foretold(rows, norms))
     assert text.count("is 1.00") == 3
     assert text.count("7 gaits") == 3
+    for one in norms["7"]:
+        one["norm"] = 0.0
+    unresolved = markdown.text(atlas.foretold(rows, norms))
+    assert unresolved.count("within scatter") == 2
+    assert unresolved.count("6 gaits") == 3, "a norm that is lost in the scatter has no rank"
