@@ -147,6 +147,7 @@ def test_a_harmful_model_is_refused(name, put_down):
 def test_what_is_not_known_to_be_harmful_does_its_harm_elsewhere(name, says, put_down, monkeypatch):
     """Were the list of tricks empty, the process that tries a model would still take the harm."""
     monkeypatch.setattr(models, "examine", lambda path: None)
+    monkeypatch.setattr(trial, "MOST_SECONDS", 60)  # so that a busy machine does not run into this limit first
     with pytest.raises(InputError, match=r"m\.xml") as error:
         spec_of(put_down(HARMFUL[name][0]))
     assert says in str(error.value)
