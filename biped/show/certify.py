@@ -170,13 +170,13 @@ def ways_document(found: Mapping[str, Any]) -> Document:
 
 
 def main(argv: Sequence[str]) -> None:
-    """Takes results folders, `TITLE=FOLDER` each, into the page; without any, writes the page anew."""
+    """Takes results folders, `TITLE=FOLDER` each, into the page beside its other rows; without any, writes it anew."""
     if argv:
-        found = []
+        found = {one["title"]: one for one in stored()}
         for word in argv:
             title, _, folder = word.rpartition("=")
-            found.append(json.loads((Path(folder) / "certify.json").read_bytes()) | {"title": title, "folder": ""})
-        write_text(DATA, dumps(found, indent=1))
+            found[title] = json.loads((Path(folder) / "certify.json").read_bytes()) | {"title": title, "folder": ""}
+        write_text(DATA, dumps(list(found.values()), indent=1))
     write_text(PAGE, page(stored()))
 
 
