@@ -170,10 +170,9 @@ def _of_bodies_that_bend(record: logging.LogRecord) -> bool:
 
 def contact_of(m: mujoco.MjModel, one: int, other: int) -> tuple[float, float, float]:
     """Contact time [s], damping ratio and friction between two geoms, by MuJoCo's rules; of one with itself its own."""
-    for i in range(m.npair):
-        if {one, other} == {int(m.pair_geom1[i]), int(m.pair_geom2[i])}:
-            (time, ratio), friction = m.pair_solref[i, :2], float(m.pair_friction[i, 0])
-            return float(time), float(ratio), friction if m.pair_dim[i] > 1 else 0.0
+    if (pair := _pair_of(m, one, other)) is not None:
+        (time, ratio), friction = m.pair_solref[pair, :2], float(m.pair_friction[pair, 0])
+        return float(time), float(ratio), friction if m.pair_dim[pair] > 1 else 0.0
     first, second = m.geom_priority[one], m.geom_priority[other]
     if first != second:
         wins = one if first > second else other
@@ -187,10 +186,14 @@ def contact_of(m: mujoco.MjModel, one: int, other: int) -> tuple[float, float, f
 
 def _margin_of(m: mujoco.MjModel, one: int, other: int) -> float:
     """[m] between two geoms at which they begin to push each other, by MuJoCo's rules."""
-    for i in range(m.npair):
-        if {one, other} == {int(m.pair_geom1[i]), int(m.pair_geom2[i])}:
-            return float(m.pair_margin[i])
-    return float(m.geom_margin[one] + m.geom_margin[other])
+    pair = _pair_of(m, one, other)
+    return float(m.geom_margin[one] + m.geom_margin[other] if pair is None else m.pair_margin[pair])
+
+
+def _pair_of(m: mujoco.MjModel, one: int, other: int) -> int | None:
+    """The explicit pair of two geoms; None if the model has none."""
+    wanted = {one, other}
+    return next((i for i in range(m.npair) if {int(m.pair_geom1[i]), int(m.pair_geom2[i])} == wanted), None)
 
 
 def _material(mass: float, contact: tuple[float, float, float], on_ground: bool) -> ProximityProperties:
