@@ -27,11 +27,7 @@ def disturbed(s: Scenario, seed: int) -> Scenario:
     given = s.disturbance
     if given is None:
         return s
-    start = piece_times(s)
-    rng = stream(seed, "disturbance")
-    size = (len(start), len(given.force))
-    moved = isinstance(rng, NormalStream)
-    z = rng.standard_normal(size, start) if moved else rng.standard_normal(size)
+    start, z = piece_times(s), piece_normals(s, seed)
     rho = math.exp(-(start[1] - start[0]) / given.correlation) if len(start) > 1 else 0.0
     force = np.empty_like(z)
     force[0] = z[0]
@@ -54,3 +50,11 @@ def piece_times(s: Scenario) -> np.ndarray:
     each = max(1, round(s.disturbance.correlation / PIECES / tick))
     first, count = round(s.disturbance.at / tick), round(s.duration / tick)
     return np.arange(first, max(count, first + 1), each) * tick
+
+
+def piece_normals(s: Scenario, seed: int) -> np.ndarray:
+    """(n, directions) normal numbers that the pieces of a run's random force are made of; empty without one."""
+    start = piece_times(s)
+    rng = stream(seed, "disturbance")
+    size = (len(start), len(s.disturbance.force) if s.disturbance else 0)
+    return rng.standard_normal(size, start) if isinstance(rng, NormalStream) else rng.standard_normal(size)

@@ -22,7 +22,7 @@ from biped.ensemble.backend import Jobs
 from biped.ensemble.executor import workers
 from biped.ensemble.guard import OF_RUNS
 from biped.ensemble.plan import Plan
-from biped.scenario.disturbed import piece_times
+from biped.scenario.disturbed import piece_normals, piece_times
 from biped.scenario.expect import Bound
 from biped.scenario.keys import Scenario
 from biped.scenario.normals import Move, Normals
@@ -183,8 +183,7 @@ def distinct(scenario: Scenario, fell: Sequence[Member]) -> list[Member]:
     kept: list[Member] = []
     drawn: list[np.ndarray] = []
     for run, outcome in fell:
-        fresh = Normals(int(run), run.moves)
-        z = stream(fresh, "disturbance").standard_normal((len(times), len(scenario.disturbance.force)), times)
+        z = piece_normals(scenario, Normals(int(run), run.moves))
         rows = (times >= outcome.end - LAST) & (times < outcome.end)
         if all(np.mean(np.all(z[rows] == other[rows], axis=1)) < 0.5 for other in drawn):
             kept.append((run, outcome))
