@@ -10,6 +10,7 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.base.files import locate, nearest
 from biped.base.text import safe
+from biped.robot.gravity import GRAVITY
 from biped.robot.ground import begin_beyond, first_of, profile_of
 from biped.robot.law_factory import Factory
 from biped.robot.load import RobotStarts, load_robot, starts_of
@@ -27,6 +28,7 @@ from biped.scenario.origin import Origin
 from biped.scenario.push import Disturbance, Push
 from biped.scenario.robot import Described
 from biped.scenario.settings import Settings, read_reading, resettled, settings_on
+from biped.scenario.truth import BodyTruth
 from biped.scenario.vary import stream
 
 
@@ -99,7 +101,7 @@ class Runs:
         path, robot, starts = self._load(s)
         q, v = starts.start(s, stream(seed, "start.jitter") if s.start.jitter > 0.0 else None)
         return Run(
-            scenario=disturbed(_pushes(s, robot), seed),
+            scenario=disturbed(_pushes(_weighed(s, robot, seed), robot), seed),
             model=path,
             robot=robot,
             gains=self.gains(s),
@@ -172,7 +174,24 @@ def _on_body(s: Scenario, robot: Robot, acting: _Acting, at: str) -> _Acting:
         hint = nearest(body, list(robot.bodies))
         raise InputError(f"{at}.body: model '{s.model}' has no body '{safe(body)}'; {hint}", f"{at}.body")
     check_force(robot, acting.force, f"{at}.force", s.model)
+    if isinstance(acting, Push) and acting.of == "weight":
+        force = tuple(robot.mass * GRAVITY * one for one in acting.force)
+        acting = msgspec.structs.replace(acting, force=force, of="si")
     return acting if body == acting.body else msgspec.structs.replace(acting, body=body)
+
+
+def _weighed(s: Scenario, robot: Robot, seed: int) -> Scenario:
+    """The scenario with true masses that are drawn for this run."""
+    most = s.randomise.masses
+    if most == 0.0:
+        return s
+    replace = msgspec.structs.replace
+    factors = stream(seed, "masses").uniform(1.0 - most, 1.0 + most, len(robot.bodies)).tolist()
+    said = {one.name: one for one in s.truth.part}
+    parts = (said.get(name, BodyTruth(name=name)) for name in robot.bodies)
+    drawn = tuple(replace(one, mass=factor * one.mass) for one, factor in zip(parts, factors, strict=True))
+    truth = replace(s.truth, part=drawn)
+    return replace(s, truth=truth, randomise=replace(s.randomise, masses=0.0))
 
 
 def _begins_beyond(s: Scenario, starts: RobotStarts) -> None:

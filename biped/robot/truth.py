@@ -37,8 +37,8 @@ def apply_truth(spec: mujoco.MjSpec, truth: Truth, robot: Robot) -> None:
     for joint in spec.joints:
         if joint.type == _HINGE and joint.parent.name != base.name:
             # MuJoCo 4 keeps a polynomial in the rate: linear, quadratic and cubic coefficient.
-            joint.damping = joint.damping + np.array([truth.joint_damping, 0.0, 0.0])
-            joint.frictionloss += truth.joint_friction
+            joint.damping = truth.joint_losses * (joint.damping + np.array([truth.joint_damping, 0.0, 0.0]))
+            joint.frictionloss = truth.joint_losses * (joint.frictionloss + truth.joint_friction)
             joint.armature += truth.armature
 
 

@@ -21,6 +21,8 @@ class Pushing(Section, frozen=True):
         smoothing: Time constant [s] with which torques go to what is asked for; 0: at once.
         compensation: Share of the joints' damping and dry friction, as the model file says them, that motors make up
             for; of a biped in space.
+        learning: Whether that share is only where it begins, and legs in the air show what their joints really lose; of
+            a biped in space with joint torques.
     """
 
     friction: Positive = 1.0
@@ -31,6 +33,7 @@ class Pushing(Section, frozen=True):
     stops: bool = True
     smoothing: Hold = 0.0
     compensation: Annotated[float, Meta(ge=0, le=2)] = 1.0
+    learning: bool = False
 
 
 class Actuation(Section, frozen=True):

@@ -16,10 +16,10 @@ ALL: Keys = {
     "sensing": (),
     "sensors": ("angle_noise", "rate_noise", "height_noise", "delay", "quantisation", "zero_error", "gyro"),
     "truth": (
-        "joint_damping", "part", "strength", "servo_stiffness", "servo_damping", "joint_friction", "armature",
-        "unmodelled",
+        "joint_damping", "part", "strength", "servo_stiffness", "servo_damping", "joint_friction", "joint_losses",
+        "armature", "unmodelled",
     ),
-    "randomise": ("runs", "draw", "moves"),
+    "randomise": ("runs", "masses", "draw", "moves"),
 }  # fmt: skip
 """Whatever the law is. Tables that are not named here are read whole."""
 CARD: Keys = {"": ("command",)}

@@ -22,8 +22,9 @@ MOST_DELAY = 100_000
 """Control ticks that sensors or commands may lag behind: each is kept."""
 OF_ANY_KIND = (
     ("sensors", "zero_error"), ("truth", "part"), ("truth", "strength"), ("truth", "servo_stiffness"),
-    ("truth", "servo_damping"), ("truth", "joint_friction"), ("truth", "armature"), ("actuation", "delay"),
-    ("actuation", "delay_jitter"), ("ground", "side_slope"),
+    ("truth", "servo_damping"), ("truth", "joint_friction"), ("truth", "joint_losses"), ("truth", "armature"),
+    ("actuation", "delay"), ("actuation", "delay_jitter"), ("ground", "side_slope"),
+    ("randomise", "masses"),
 )  # fmt: skip
 """Keys that seven links in a plane have no use for: table and name."""
 MOST_VALUES = 100_000

@@ -18,6 +18,7 @@ class Push(Section, frozen=True):
         duration: [s] for which it acts.
         force: [N] forward (horizontally) and up, of a robot that moves in space forward, to the left and up; of shapes
             that change, the largest.
+        of: What the force is a multiple of: 1 N (`si`), or the robot's `weight` m g.
         body: A body of the model; the force acts at its centre of mass.
         shape: How the force goes with time: `constant`; a `ramp` from nothing to `force` at the end; or a `sine`.
         frequency: [Hz] of the sine.
@@ -28,6 +29,7 @@ class Push(Section, frozen=True):
     at: NonNegative
     duration: Positive
     force: Force
+    of: Literal["si", "weight"] = "si"
     body: Name = "torso"
     shape: Literal["constant", "ramp", "sine"] = "constant"
     frequency: Annotated[float, Meta(gt=0, le=100)] = 1.0

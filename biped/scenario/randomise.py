@@ -34,6 +34,8 @@ class Randomise(Section, frozen=True):
         controller_mass_matrix: Relative standard deviation, elementwise, of the controller's M.
         controller_constraints: The same of its A.
         controller_errors: Whether these two are drawn once for a `run`, or anew at every `tick`.
+        masses: Share by which the mass of each body may differ from the file's, either way: a factor of it is drawn for
+            every run and body, and moments of inertia follow; of a robot of any kind.
         draw: Dotted scenario key, e.g. "ground.friction" or "push.0.at", to its distribution.
         moves: How the normals that runs draw are moved, as `biped find` writes it for a run that fell; default: not at
             all.
@@ -43,6 +45,7 @@ class Randomise(Section, frozen=True):
     controller_mass_matrix: Annotated[float, Meta(ge=0, le=1000)] = 0.0
     controller_constraints: Annotated[float, Meta(ge=0, le=1000)] = 0.0
     controller_errors: Literal["run", "tick"] = "run"
+    masses: Annotated[float, Meta(ge=0, lt=1)] = 0.0
     draw: dict[str, Distribution] = field(default_factory=dict)
     moves: Annotated[tuple[Move, ...], Meta(max_length=10_000)] | None = None
 

@@ -60,8 +60,8 @@ class Truth(Section, frozen=True):
     Links are torso, right thigh, shank, foot, left thigh, shank, foot. A length scales everything placed along the
     link; inertias follow masses and lengths (m l²) and are scaled by their own factor on top. Of a robot of any kind
     each body that differs has a table `[[truth.part]]`; `joint_damping` is that of all hinges but the base's, and so
-    are `joint_friction` and `armature`. `strength` and what follows it are of these robots alone, `mass`, `inertia`,
-    `length` and `hip_mass` of seven links.
+    are `joint_friction`, `joint_losses` and `armature`. `strength` and what follows it are of these robots alone,
+    `mass`, `inertia`, `length` and `hip_mass` of seven links.
 
     Attributes:
         mass: Factors of the masses.
@@ -73,6 +73,7 @@ class Truth(Section, frozen=True):
         servo_stiffness: Factor of the servos' stiffness.
         servo_damping: Factor of their damping.
         joint_friction: [N m] of dry friction added to the joints.
+        joint_losses: Factor of what joints lose by damping and by dry friction, with what is added.
         armature: [kg m²] of rotors added to the joints.
         unmodelled: Joint torques, friction and softness that nobody modelled.
         part: Bodies that differ, of a robot of any kind.
@@ -87,6 +88,7 @@ class Truth(Section, frozen=True):
     servo_stiffness: Factor = 1.0
     servo_damping: Factor = 1.0
     joint_friction: NonNegative = 0.0
+    joint_losses: Factor = 1.0
     armature: NonNegative = 0.0
     unmodelled: UnmodelledKeys = UnmodelledKeys()
     part: Annotated[tuple[BodyTruth, ...], Meta(max_length=1000)] = ()

@@ -66,6 +66,7 @@ ACTS: tuple[tuple[Any, ...], ...] = (
     }.items()),
     (PLANAR, (*PUSH, "push.0.every=0.15"), "push.0.times", 2),
     (PLANAR, (*PUSH, "push.0.shape=sine"), "push.0.frequency", 10.0),
+    (PLANAR, ("push=[{at=0.05, duration=0.1, force=[0.2, 0.0]}]",), "push.0.of", "weight"),
     (PLANAR, (*PUSH, "push.0.times=2", "push.0.every=0.15"), "push.0.every", 0.12),
     (SPACE, SIDEWAYS, "push.0.force", [0.0, 60.0, 60.0]), (H1, SIDEWAYS, "push.0.body", "pelvis"),
     *((PLANAR, RANDOM, f"disturbance.{key}", value) for key, value in {
@@ -96,12 +97,14 @@ ACTS: tuple[tuple[Any, ...], ...] = (
     (POLICY, (), "truth.unmodelled.torque", 0.05),
     (H1, NONE, "truth.strength", 0.9), (POLICY, (), "truth.strength", 0.8),
     (POLICY, (), "truth.servo_stiffness", 0.7), (POLICY, (), "truth.servo_damping", 2.0),
-    (H1, NONE, "truth.joint_damping", 2.0), (WALK, (), "truth.joint_friction", 2.0), (WALK, (), "truth.armature", 0.05),
+    (H1, NONE, "truth.joint_damping", 2.0), (WALK, (), "truth.joint_friction", 2.0),
+    (WALK, (), "truth.joint_losses", 3.0), (WALK, (), "truth.armature", 0.05),
     *((H1, (*NONE, "truth.part=[{name='torso'}]"), f"truth.part.0.{key}", value) for key, value in
       {"name": "left_foot", "mass": 1.2, "inertia": 3.0, "shift": [0.03, 0.0, 0.0]}.items() if key != "name"),
     (H1, (*NONE, "truth.part=[{name='torso', mass=1.2}]"), "truth.part.0.name", "pelvis"),
     (PLANAR, (), "randomise.controller_mass_matrix", 0.05), (STYLE, (), "randomise.controller_constraints", 0.05),
     (PLANAR, ("randomise.controller_mass_matrix=0.05",), "randomise.controller_errors", "tick"),
+    (H1, NONE, "randomise.masses", 0.1),
     (PLANAR, (), "randomise.draw", {"truth.hip_mass": {"uniform": [3.0, 6.0]}}),
     (PLANAR, TURNED, "change.0.at", 0.1), (PLANAR, TURNED, "change.0.over", 0.1),
     (PLANAR, TURNED, "change.0.gains", {"theta_b": 95.0}),

@@ -59,6 +59,41 @@ def test_every_run_draws_its_own():
     assert len({plan.run(i).scenario.actuation.delay for i in range(3)}) == 3
 
 
+def test_joints_lose_a_factor_of_what_the_file_says():
+    true, file = models("truth.joint_losses=0.5", "truth.joint_damping=0.2", "truth.joint_friction=0.7")
+    legs = slice(6, None)
+    assert (file.dof_damping[legs] > 0.0).all()
+    np.testing.assert_allclose(true.dof_damping[legs], 0.5 * (file.dof_damping[legs] + 0.2))
+    np.testing.assert_allclose(true.dof_frictionloss[legs], 0.5 * (file.dof_frictionloss[legs] + 0.7))
+
+
+def test_masses_are_drawn_for_every_run():
+    """Each body's, within the share; the law's robot is the file's; the same run has the same masses."""
+    plan, plain = plan_of("any/h1", ("randomise={runs=3, masses=0.1}",)), plan_of("any/h1", ("randomise={}",)).run(0)
+    runs = [plan.run(i) for i in range(3)]
+    factors = np.array([run.true_robot.masses for run in runs]) / plain.robot.masses
+    assert np.abs(factors - 1.0).max() <= 0.1 + 1e-12
+    assert np.abs(factors - 1.0).max() > 0.08
+    assert len(np.unique(factors.round(12))) == factors.size
+    assert runs[1].robot.masses == plain.robot.masses
+    np.testing.assert_array_equal(plan.run(2).true_robot.masses, runs[2].true_robot.masses)
+
+
+@pytest.mark.parametrize("name", ["any/h1", "level_normal"])
+def test_a_push_in_weights_of_the_robot(name):
+    force = [0.1] if name == "level_normal" else [0.1, -0.05]
+    run = plan_of(
+        name,
+        (
+            "randomise={}",
+            f"push=[{{at=0.1, duration=0.1, force={[*force, 0.0]}, of='weight'}}]",
+        ),
+    ).run(0)
+    weight = 9.81 * sum(run.robot.masses)
+    assert run.scenario.push[0].force == pytest.approx([*(weight * one for one in force), 0.0], rel=1e-3)
+    assert run.scenario.push[0].of == "si"
+
+
 COUNTING = """    def __init__(self, setup):
         self.k = -1
     def torques(self, sensed):
@@ -88,6 +123,12 @@ def test_a_delay_that_is_drawn_every_tick():
 
 
 def test_seven_links_have_none_of_it():
-    for change in ("truth.strength=0.8", "actuation.delay=0.002", "truth.armature=1.1"):
+    for change in (
+        "truth.strength=0.8",
+        "actuation.delay=0.002",
+        "truth.armature=1.1",
+        "truth.joint_losses=0.9",
+        "randomise={masses=0.1}",
+    ):
         with pytest.raises(InputError, match="belongs to robots of any kind"):
             plan_of("level_normal", (change,))

@@ -81,7 +81,7 @@ def base_of(law: str) -> Scenario:
         push=(Push(at=0.004, duration=0.015, force=(30.0, 20.0, 10.0), shape="sine", frequency=40.0,
                    times=2, every=0.006),),
         sensors=Sensors(angle_noise=1e-3, gyro=Gyro(range=20.0), delay=0.002),
-        truth=Truth(part=(BodyTruth("left_thigh", mass=1.1),),
+        truth=Truth(joint_friction=0.1, part=(BodyTruth("left_thigh", mass=1.1),),
                     unmodelled=UnmodelledKeys(torque=0.02, friction=0.1, softness=0.1)),
         disturbance=Disturbance(force=(5.0, 3.0, 2.0), correlation=0.05, at=0.006),
     )  # fmt: skip

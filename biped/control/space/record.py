@@ -89,6 +89,7 @@ def _actuation(driven: int) -> np.dtype:
             ("generalized", "u1"), ("limit", "f8", driven),
             ("friction", "f8"), ("approach", "f8"), ("reach", "f8"), ("yielding", "f8"), ("regularisation", "f8"),
             ("stops", "u1"), ("compensation", "f8"), ("follow", "f8"),
+            ("learning", "u1"), ("tick", "f8"), ("worth", "f8"),
         ],
         align=True,
     )  # fmt: skip
@@ -97,13 +98,15 @@ def _actuation(driven: int) -> np.dtype:
 def _memory(driven: int, unknowns: int) -> np.dtype:
     """The memory that lasts from tick to tick.
 
-    Contacts, ticks that a change has lasted, leg states; the allocation's latest sets and torques.
+    Contacts, ticks that a change has lasted, leg states; the allocation's latest sets and torques; factors of what
+    joints lose, by coordinate, and what they follow from (`biped.control.space.losses`).
     """
     return np.dtype(
         [
             ("believed", "u1", ENDS), ("waiting", "i8", ENDS), ("phase", "i8", LEGS),
             ("held", "u1", unknowns), ("pressed", "u1", unknowns), ("side", "i8", driven),
-            ("latest", "f8", driven),
+            ("latest", "f8", driven), ("factor", "f8", driven + BASE), ("before", "f8", driven + BASE),
+            ("clear", "u1", LEGS), ("shown", "f8", LEG), ("weight", "f8", LEG),
         ],
         align=True,
     )  # fmt: skip

@@ -9,6 +9,7 @@ import numpy as np
 from biped.control.law import Setup
 from biped.control.smoothing import fraction
 from biped.control.space import record
+from biped.control.space.losses import WORTH
 from biped.control.space.places import Mechanics
 from biped.control.space.record import Sizes
 from biped.control.space.topology import ANKLE, BASE, INVERSION, KNEE, LEG, LEGS
@@ -102,6 +103,7 @@ def controller_record(setup: Setup) -> np.ndarray:
                 c["at"]["M_leg"][leg, i, i] = 1.0
     _set_sensing(c["sensing"], s, setup.tick)
     _set_actuation(c["actuation"], setup, order, unit_of(robot, anatomy))
+    c["memory"]["factor"] = c["actuation"]["compensation"]
     return out
 
 
@@ -166,9 +168,11 @@ def _set_actuation(actuation: np.void, setup: Setup, order: LawOrder, unit: Unit
     pushing = si_pushing(s.actuation.pushing, setup.gains, unit)
     actuation["generalized"] = s.actuation.mode == "generalized"
     actuation["limit"] = np.where(order.drive >= 0, setup.torque_limit[order.drive], 0.0)
-    for name in ("friction", "approach", "reach", "yielding", "regularisation", "stops", "compensation"):
+    for name in ("friction", "approach", "reach", "yielding", "regularisation", "stops", "compensation", "learning"):
         actuation[name] = getattr(pushing, name)
     actuation["follow"] = fraction(pushing.smoothing, 1.0 / s.simulation.control_rate)
+    seconds, moment = WORTH
+    actuation["tick"], actuation["worth"] = setup.tick, seconds * (moment * unit.moment) ** 2
 
 
 def mechanics_of(c: np.void, model: mujoco.MjModel, data: mujoco.MjData) -> Mechanics:

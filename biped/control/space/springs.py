@@ -10,8 +10,6 @@ _HOLD = 20.0
 """[1/s] how fast the springs of joints above the legs are, whatever they carry."""
 _DAMPED = 0.7
 """Damping ratio of these."""
-_CREEP = 0.05
-"""[rad/s] within which dry friction changes its sign."""
 
 
 @kernel
@@ -88,12 +86,3 @@ def desired_forces(c, m):
     for j in range(trunk + 3, upper):
         axis = m.axes[column[j]]
         Q[j] = axis[0] * tx + axis[1] * ty + axis[2] * tz
-
-
-@inner_kernel
-def passive_forces(c):
-    """Writes what motors make up for [N m]: the joints' damping and dry friction as the controller knows them."""
-    at, belief, out, share = c["at"], c["belief"], c["tick"]["passive"], c["actuation"]["compensation"]
-    for j in range(out.size):
-        v = at["v"][j]
-        out[j] = share * (belief["damping"][j] * v + belief["dry"][j] * v / math.sqrt(v * v + _CREEP * _CREEP))

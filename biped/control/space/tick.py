@@ -2,9 +2,10 @@
 
 from biped.base.jit import inner_kernel
 from biped.control.smoothing import smooth
+from biped.control.space.losses import learn_losses, passive_forces
 from biped.control.space.places import believe_contacts, point_motion, sense_places
 from biped.control.space.pushing import pushing_torques
-from biped.control.space.springs import desired_forces, passive_forces
+from biped.control.space.springs import desired_forces
 from biped.control.space.topology import HEEL_END, KNEE, LEGS, TOE_END
 from biped.robot.leg_states import leg_state
 
@@ -33,6 +34,8 @@ def spatial_tick(record, m, first):
     believe_contacts(c, first)
     leg_states(c)
     desired_forces(c, m)
+    if c["actuation"]["learning"]:
+        learn_losses(c, m, first)
     passive_forces(c)
     if c["actuation"]["generalized"] == 0:
         point_motion(c, m)

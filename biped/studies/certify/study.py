@@ -178,7 +178,7 @@ def check_random(plan: Plan) -> None:
             raise InputError(f'randomise.draw."{key}": expected choice, which is random, instead of grid', "randomise")
     random = s.randomise
     sensed = s.sensors.angle_noise or s.sensors.rate_noise or s.sensors.height_noise or s.sensors.zero_error
-    drawn = random.draw or random.controller_mass_matrix or random.controller_constraints
+    drawn = random.draw or random.masses or random.controller_mass_matrix or random.controller_constraints
     reality = s.truth.unmodelled.torque or s.truth.unmodelled.patchy
     if not (drawn or reality or s.start.jitter or s.disturbance or s.ground.tiles.height or sensed or s.sensors.gyro):
         raise InputError(
