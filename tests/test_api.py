@@ -10,12 +10,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import rerun
+import rerun.notebook
 
 import biped
 from biped.base.errors import InputError
 from biped.cli.main import main
 from biped.scenario.inline import setting
-from biped.show.recording import viewer
+from biped.show import viewer
 from tests.cases import contents
 
 ROOT = Path(__file__).parents[1]
@@ -189,7 +191,7 @@ def test_in_a_notebook_the_viewer_is_below_the_cell(monkeypatch):
 
     shown = []
     monkeypatch.setitem(sys.modules, "IPython", type("IPython", (), {"get_ipython": staticmethod(Shell)}))
-    monkeypatch.setattr(viewer.rerun.notebook, "HAS_NOTEBOOK", True)
-    monkeypatch.setattr(viewer.rr, "notebook_show", lambda **given: shown.append(given))
+    monkeypatch.setattr(rerun.notebook, "HAS_NOTEBOOK", True)
+    monkeypatch.setattr(rerun, "notebook_show", lambda **given: shown.append(given))
     biped.run("level_normal", **SHORT).show()
     assert len(shown) == 1

@@ -135,7 +135,7 @@ class Result:
 
     def show(self) -> None:
         """Opens the recording in the rerun viewer; in a notebook with `rerun-notebook`, below the cell."""
-        from biped.show.recording.viewer import open_viewer
+        from biped.show.viewer import open_viewer
 
         open_viewer(self.record(Path(tempfile.mkdtemp(prefix="biped-")) / "recording.rrd"))
 
@@ -218,6 +218,6 @@ class Compared:
 
     def show(self) -> None:
         """Opens a recording in the rerun viewer: MuJoCo's walker, and those of the other engines as ghosts."""
-        from biped.show.recording.viewer import open_viewer
+        from biped.show.viewer import open_viewer
 
         open_viewer(self.save(tempfile.mkdtemp(prefix="biped-")) / "recording.rrd")

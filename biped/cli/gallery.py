@@ -8,11 +8,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-from biped.base.statistics import wilson
+from biped.show.markdown import DOCS
 from biped.show.references import means_of
+from biped.show.words import share
 from biped.studies.regress.references import RecordedScenario, References, read, shipped
 
-DOCS = Path(__file__).parents[2] / "docs"
 PAGE, CLIPS = DOCS / "gallery.md", DOCS / "gallery"
 
 
@@ -93,8 +93,7 @@ def page(references: References) -> str:
 
 def _outcome(one: RecordedScenario, goal: str) -> str:
     count, runs = one.ends.count("w" if goal == "walked" else "s"), len(one.runs)
-    low, high = wilson(count, runs)
-    return f"{goal} {count} of {runs} ({low:.0%} – {high:.0%})"
+    return f"{goal} {share(count, runs)}"
 
 
 def draw(out: Path) -> None:

@@ -10,8 +10,6 @@ from biped.base.text import safe
 
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 """The commands of a command line, to which parsers are added."""
-ENGINE = "simulator: mujoco, home or drake (default: that of the scenario)"
-"""Help of `--engine`."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -68,10 +66,20 @@ def take_scenarios(parser: argparse.ArgumentParser) -> None:
     """Adds what commands take that run scenarios: their names, changes, engine, workers."""
     parser.add_argument("scenario", nargs="+", help="name in scenarios/, or path of a scenario file")
     take_changes(parser, "change a key of the scenario, e.g. ground.slope=2 (VALUE is TOML; repeatable)")
-    parser.add_argument("--engine", help=ENGINE)
+    take_engine(parser)
+    take_running(parser)
+
+
+def take_running(parser: argparse.ArgumentParser) -> None:
+    """Adds what commands take that run something: trust, workers, JSON."""
     take_trust(parser)
     take_workers(parser)
     take_json(parser)
+
+
+def take_engine(parser: argparse.ArgumentParser) -> None:
+    """Adds `--engine`."""
+    parser.add_argument("--engine", help="simulator: mujoco, home or drake (default: that of the scenario)")
 
 
 def take_changes(

@@ -1,12 +1,12 @@
 """docs/commands.md from the parsers of the command line: `python -m biped.cli.reference` writes it."""
 
 import argparse
-from pathlib import Path
 
 from biped.cli.main import build
 from biped.cli.parser import commands_of
+from biped.show.markdown import DOCS
 
-PAGE = Path(__file__).parents[2] / "docs" / "commands.md"
+PAGE = DOCS / "commands.md"
 
 _HEAD = """# Commands
 

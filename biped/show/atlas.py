@@ -16,13 +16,11 @@ from biped.base.statistics import wilson
 from biped.base.writing import write_text
 from biped.show import markdown
 from biped.show.document import Document, Paragraph, Table
-from biped.show.standing import DOCS
+from biped.show.markdown import DOCS
 from biped.show.standing import FILE as STANDARD
 from biped.studies.stability.sensitivity import rank_correlation
 
 PAGE, TEMPLATE, DATA = DOCS / "atlas.md", DOCS / "atlas.in.md", DOCS / "atlas.json"
-MARKS = {"plane": "<!-- plane -->", "other": "<!-- other -->", "space": "<!-- space -->",
-         "space other": "<!-- space other -->", "norm": "<!-- norm -->"}  # fmt: skip
 PUSHES, RISES = ("push forward", "push backward"), ("step up", "step down")
 """Disturbances of `biped stability --norm` whose norms are shown together, as the root of their mean square."""
 _LEVEL = "level"
@@ -242,10 +240,7 @@ def page(stored: Mapping[str, Any]) -> str:
         "plane": (table_of(plane),), "other": others_of(plane, stored["growth"], norms), "space": (table_of(space),),
         "space other": others_of(space, stored["growth"], stored["norms"]), "norm": foretold(plane, norms),
     }  # fmt: skip
-    text = TEMPLATE.read_text(encoding="utf-8")
-    for name, document in parts.items():
-        text = text.replace(MARKS[name], markdown.text(document).rstrip())
-    return text
+    return markdown.filled(TEMPLATE, {name: markdown.text(document).rstrip() for name, document in parts.items()})
 
 
 def stored() -> dict[str, Any]:

@@ -14,10 +14,9 @@ from biped.base.json import dumps
 from biped.base.writing import write_text
 from biped.show import markdown
 from biped.show.document import Block, Document, Heading, Items, Paragraph, Table, Words
+from biped.show.markdown import DOCS
 
-DOCS = Path(__file__).parents[2] / "docs"
 PAGE, TEMPLATE, DATA = DOCS / "certify.md", DOCS / "certify.in.md", DOCS / "certify.json"
-MARK = "<!-- tables -->"
 _SCORES = {
     "learned": "log odds of a fall within some 2 s, learned from runs under stronger disturbances, above the usual",
     "margin": "how far the extrapolated centre of mass is beyond the feet that stand, above the usual, in leg lengths",
@@ -131,7 +130,7 @@ def reference_document(found: Sequence[Mapping[str, Any]]) -> Document:
 
 def page(kept: Sequence[Mapping[str, Any]]) -> str:
     """The text of docs/certify.md."""
-    return TEMPLATE.read_text(encoding="utf-8").replace(MARK, markdown.text(summary_of(kept)).rstrip())
+    return markdown.filled(TEMPLATE, {"tables": markdown.text(summary_of(kept)).rstrip()})
 
 
 def stored() -> list[dict[str, Any]]:

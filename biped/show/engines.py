@@ -12,11 +12,11 @@ from pathlib import Path
 
 from biped.base.trust import trusting
 from biped.scenario.engines import ENGINES
-from biped.show.markdown import replaced
+from biped.show.markdown import DOCS, replaced
 from biped.show.words import share
 from biped.studies.engine_table import SCENARIOS, Cell, ScenarioCells, cells_of
 
-PAGE = Path(__file__).parents[2] / "docs" / "engines.md"
+PAGE = DOCS / "engines.md"
 
 
 def table(rows: Sequence[ScenarioCells], engines: Sequence[str]) -> str:

@@ -15,7 +15,7 @@ from biped.ensemble.plan import Plan
 from biped.robot.ground import Profile, slabs
 from biped.scenario.push import PLANE
 from biped.show.spatial import light_evenly
-from biped.show.web import has_display
+from biped.show.viewer import has_display
 
 RATE = 60.0
 """[Hz] of pictures."""

@@ -1,12 +1,13 @@
 """Documents in Markdown; somebody's words stay words in it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from biped.base.writing import write_into
 from biped.show.document import Document, Heading, Items, Line, Paragraph, Picture, Table, pieces
 from biped.show.words import literal
 
+DOCS = Path(__file__).parents[2] / "docs"
 _MARKS = {"strong": "**", "bad": "**", "doubt": "**", "emphasis": "*"}
 """Marks around a piece of a line."""
 
@@ -30,6 +31,14 @@ def replaced(page: str, name: str, part: str) -> str:
     before, begin, rest = page.partition(f"<!-- {name} -->")
     _, end, after = rest.partition(f"<!-- end of {name} -->")
     return f"{before}{begin}\n{part}\n{end}{after}"
+
+
+def filled(template: Path, parts: Mapping[str, str]) -> str:
+    """A template's text with parts in the place of their marks `<!-- NAME -->`."""
+    page = template.read_text(encoding="utf-8")
+    for name, part in parts.items():
+        page = page.replace(f"<!-- {name} -->", part)
+    return page
 
 
 def _block(block: object) -> str:

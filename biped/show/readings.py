@@ -16,14 +16,12 @@ import numpy as np
 from biped.base.json import dumps
 from biped.base.statistics import wilson
 from biped.base.writing import write_into, write_text
-from biped.show.markdown import replaced
+from biped.show.markdown import DOCS, filled, replaced
 from biped.show.words import literal
 from biped.studies.readings.definition import Claim, Definition, Outcome, definition
 from biped.studies.readings.search import TriedReading, as_dict, based, best, from_dict
 
-ROOT = Path(__file__).parents[2]
-PAGE, TEMPLATE, DATA = ROOT / "docs" / "readings.md", ROOT / "docs" / "readings.in.md", ROOT / "docs" / "readings.json"
-THESIS = ROOT / "docs" / "thesis.md"
+PAGE, TEMPLATE, DATA, THESIS = (DOCS / name for name in ("readings.md", "readings.in.md", "readings.json", "thesis.md"))
 FILE = "readings.json"
 SHIPPED = "plastic"
 PUSHES = "push_"
@@ -168,10 +166,7 @@ def _parts(data: Mapping[str, Any]) -> dict[str, str]:
 
 def page(data: Mapping[str, Any]) -> str:
     """The text of docs/readings.md."""
-    text = TEMPLATE.read_text(encoding="utf-8")
-    for name, part in _parts(data).items():
-        text = text.replace(f"<!-- {name} -->", part)
-    return text
+    return filled(TEMPLATE, _parts(data))
 
 
 def thesis(data: Mapping[str, Any]) -> str:

@@ -3,20 +3,20 @@
 `python -m biped.show.references` writes both pages from the recorded numbers.
 """
 
-from collections.abc import Sequence
-from pathlib import Path
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from biped.base.statistics import wilson
 from biped.scenario.metrics import METRICS as EVERY
-from biped.show.markdown import replaced
+from biped.show.document import Block, Document, Line, Paragraph, Table, Words
+from biped.show.markdown import DOCS, replaced
 from biped.show.results import number
-from biped.show.terminal import console, table
-from biped.studies.regress.compare import DIGITS, GONE, NEW, PHYSICS, RUNS, SAME, Moved, ScenarioComparison, compared
+from biped.show.words import between
+from biped.studies.regress.compare import COMPARED, DIGITS, GONE, NEW, PHYSICS, RUNS, SAME, compared
 from biped.studies.regress.guard import ScenarioOutcome
 from biped.studies.regress.references import FALLEN, METRICS, RecordedScenario, References, read, shipped
 
-PAGE = Path(__file__).parents[2] / "docs" / "references.md"
-README = Path(__file__).parents[2] / "README.md"
+PAGE, README = DOCS / "references.md", DOCS.parent / "README.md"
 SITUATIONS = {
     "upright/level": "level ground",
     "upright/home": "the same, in the other simulator",
@@ -70,9 +70,9 @@ def _names(scenarios: Sequence[str], most: int = 3) -> str:
 
 def _row(name: str, one: RecordedScenario) -> str:
     runs, walked = len(one.runs), one.ends.count("w")
-    low, high = wilson(walked, runs)
     fell = sum(end in FALLEN for end in one.ends)
-    return f"| `{name}` | {walked} of {runs} | {low:.0%} – {high:.0%} | {fell} | {' | '.join(means_of(one))} |"
+    interval = between(*wilson(walked, runs))
+    return f"| `{name}` | {walked} of {runs} | {interval} | {fell} | {' | '.join(means_of(one))} |"
 
 
 def means_of(one: RecordedScenario) -> list[str]:
@@ -94,39 +94,48 @@ _WORDS = {
 }
 
 
-def show(outcome: ScenarioOutcome) -> None:
-    """Prints one line per scenario, and what to do about changes."""
-    out = console()
-    short = [name.replace("cost_of_transport", "cost").replace("double_support", "double s.") for name in METRICS]
-    page = table(("scenario", "", "same runs", "walked", "fell", *short), ("scenario", ""), no_wrap=True)
-    for v in outcome.verdicts:
-        colour = "green" if v.passed else "red"
-        page.add_row(
-            v.scenario, f"[{colour}]{_WORDS[v.verdict]}[/{colour}]", f"{v.identical}/{v.runs}",
-            *(_counts(v) if compared([v]) else ("", "")), *(_mean(name, v.metrics.get(name)) for name in METRICS),
-        )  # fmt: skip
-    out.print(page)
-    if outcome.recorded:
-        out.print(f"recorded: {', '.join(outcome.recorded)}")
-    elif not outcome.passed:
-        out.print('if this is meant: biped regress --update --reason "why", with the scenarios that changed')
-    if not all(v.exact for v in compared(outcome.verdicts)):
-        out.print("recorded on another platform: only the physics is compared, not the last digits")
+def document_of(found: Mapping[str, Any]) -> Document:
+    """A regression run as a document: a line for each scenario, and what to do about changes.
+
+    Args:
+        found: As `biped.studies.regress.guard.ScenarioOutcome.as_dict` gives it.
+    """
+    blocks: list[Block] = [table_of(found["verdicts"])]
+    there = [one for one in found["verdicts"] if one["verdict"] in COMPARED]
+    if found["recorded"]:
+        blocks.append(Paragraph(f"recorded: {', '.join(found['recorded'])}"))
+    elif not found["passed"]:
+        blocks.append(Paragraph('if this is meant: biped regress --update --reason "why", with what changed'))
+    if not all(one["exact"] for one in there):
+        blocks.append(Paragraph("recorded on another platform: only the physics is compared, not the last digits"))
+    return tuple(blocks)
 
 
-def _counts(v: ScenarioComparison) -> tuple[str, str]:
-    walked, fell = ((str(old) if old == new else f"{old} → {new}") for old, new in (v.walked, v.fell))
-    return walked, fell
+def table_of(verdicts: Sequence[Mapping[str, Any]]) -> Table:
+    """Scenarios beside their references, a row each, as `biped regress --json` prints them."""
+    rows: list[tuple[Line, ...]] = []
+    for one in verdicts:
+        word = Words(_WORDS.get(one["verdict"], one["verdict"]), "good" if one["passed"] else "bad")
+        counts = [_counts(one[name]) if one["verdict"] in COMPARED else "" for name in ("walked", "fell")]
+        means = (_mean(name, one["metrics"].get(name)) for name in METRICS)
+        rows.append((one["scenario"], word, f"{one['identical']} of {one['runs']}", *counts, *means))
+    units = (f"{name.replace('_', ' ')}{f' [{unit}]' if (unit := EVERY[name].unit) else ''}" for name in METRICS)
+    return Table(("scenario", "", "same bits", "walked", "fell", *units), tuple(rows), (0, 1))
 
 
-def _mean(name: str, moved: Moved | None) -> str:
+def _counts(pair: Sequence[int]) -> str:
+    old, new = pair
+    return str(new) if old == new else f"{old} → {new}"
+
+
+def _mean(name: str, moved: Mapping[str, Any] | None) -> Line:
     if moved is None:
         return "–"
     shown = EVERY[name].text
-    if moved.old == moved.new:
-        return shown(moved.new)
-    text = f"{shown(moved.old)} → {shown(moved.new)} ({moved.change:+.1%})"
-    return text if moved.within else f"[red]{text}[/red]"
+    if moved["old"] == moved["new"]:
+        return shown(moved["new"])
+    change = "" if moved["change"] is None else f" ({moved['change']:+.1%})"
+    return Words(f"{shown(moved['old'])} → {shown(moved['new'])}{change}", "" if moved["within"] else "bad")
 
 
 CAUSES = {

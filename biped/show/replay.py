@@ -70,13 +70,7 @@ def _walker(rows: Sequence[Mapping[str, Any]], rank: int) -> int:
 
 def spread(rows: Sequence[Mapping[str, Any]], most: int) -> list[int]:
     """Numbers of at most so many of the runs, evenly spread over all of them."""
-    count, at, found = min(most, len(rows)), 0, []
-    places = np.array([i * len(rows) // count for i in range(count)])
-    for columns in batches(rows, ["index"]):
-        size = columns["index"].size
-        found += columns["index"][places[(places >= at) & (places < at + size)] - at].tolist()
-        at += size
-    return found
+    return _some(np.concatenate([columns["index"] for columns in batches(rows, ["index"])]).tolist(), most)
 
 
 def of_numbers(rows: Sequence[Mapping[str, Any]], numbers: Collection[int]) -> dict[int, Mapping[str, Any]]:

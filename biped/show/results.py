@@ -22,6 +22,7 @@ from biped.measure.metrics.walking import TOLD_BY, kind_of, outcome
 from biped.scenario.metrics import HEAD, METRICS, metrics_of_table
 from biped.show.document import Block, Document, Heading, Items, Kind, Line, Paragraph, Table, Words
 from biped.show.markdown import text
+from biped.show.words import between
 
 STEPS_AFTER = ("first_step", "second_step", "third_step", "fourth_step")
 WARNED = 10
@@ -51,9 +52,8 @@ def document_of(result: Mapping[str, Any], description: str, setting: Line | Non
             blocks.append(Paragraph(f"leg states {states['cycle']} in {states['share']:.0%} of cycles"))
     else:
         goal = goal_of(result)
-        low, high = wilson(int(summary[goal]), len(runs))
-        blocks.append(Paragraph(f"{goal} {summary[goal]} of {len(runs)} (95 % interval {low:.0%} – {high:.0%}), "
-                                f"{failures(summary)}"))  # fmt: skip
+        share = f"{summary[goal]} of {len(runs)} (95 % interval {between(*wilson(int(summary[goal]), len(runs)))})"
+        blocks.append(Paragraph(f"{goal} {share}, {failures(summary)}"))
         blocks += _items([f"{count} × {cause}" for cause, count in causes_of(runs, goal)])
     blocks += _items(warnings_of(runs))
     if "points" not in result and push_words(summary):  # a sweep's pushes differ
@@ -113,10 +113,9 @@ def _points(points: Sequence[Mapping[str, Any]]) -> Table:
     """The points of a sweep."""
     keys, rows = list(points[0]["values"]), []
     for point in points:
-        low, high = point["interval"]
         rows.append((
-            *(number(point["values"][key]) for key in keys), f"{goal_at(point)[1]}/{point['runs']}",
-            f"{low:.0%} – {high:.0%}", str(point["falls"]), *(METRICS[name].text(point[name]) for name in HEAD),
+            *(number(point["values"][key]) for key in keys), f"{goal_at(point)[1]} of {point['runs']}",
+            between(*point["interval"]), str(point["falls"]), *(METRICS[name].text(point[name]) for name in HEAD),
         ))  # fmt: skip
     heads = (*keys, goal_at(points[0])[0], "95 % interval", "fell", *(METRICS[name].words for name in HEAD))
     return Table(heads, tuple(rows), ())

@@ -1,4 +1,4 @@
-"""Runs in a results folder that can be looked at, whoever made it, and which of them are.
+"""Results of anybody's that can be looked at: what commands wrote, and the runs in a results folder.
 
 A run is made again from its scenario and its number, which is exact and cheaper than keeping every trajectory. Except
 one of a law of somebody's own: whoever looks at results does not ask for the law to be run, so only what was kept is
@@ -7,14 +7,18 @@ shown. Of a campaign, the walker of median speed is looked at, and one run of ea
 
 from __future__ import annotations
 
+import json
 import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import msgspec
+
 from biped.base.errors import InputError
 from biped.base.files import label
 from biped.base.text import plain
+from biped.base.typed import convert
 from biped.ensemble import campaign, packed
 from biped.ensemble.failures import FAILURES
 from biped.ensemble.plan import Plan
@@ -157,3 +161,32 @@ def run_of(path: Path, only: int | None) -> tuple[str, Trajectory, mujoco.MjMode
         raise InputError(kept.again(index))
     name = kept.result["scenario"] if len(rows) == 1 else f"{kept.result['scenario']}, run {index}"
     return name, trajectory, kept.model(index)
+
+
+_MOST = 200_000_000
+"""[bytes] of a file that is read."""
+
+
+def read_as(file: Path, kind: Any, what: str, again: str) -> Any:
+    """The object in a JSON file.
+
+    Args:
+        file: The file.
+        kind: msgspec's type of what is relied on.
+        what: What it is expected to be, in words.
+        again: The command that makes it anew.
+
+    Raises:
+        InputError: It cannot be read or is something else.
+    """
+    try:
+        if file.stat().st_size > _MOST:
+            raise InputError(f"{label(file)}: expected {what} of at most {_MOST // 1_000_000} MB")
+        found = harmless(json.loads(file.read_bytes()))
+        convert(found, kind)
+    except OSError as error:
+        raise InputError(f"{label(file)}: cannot be read: {str(error.strerror).lower()}") from None
+    except (ValueError, RecursionError, msgspec.MsgspecError) as error:
+        why = " ".join(str(error).split())[:200]
+        raise InputError(f"{label(file)}: expected {what}: {why}; make it again with: {again}") from None
+    return found

@@ -14,11 +14,10 @@ from biped.base.writing import write_into, write_text
 from biped.scenario.metrics import METRICS
 from biped.show import markdown
 from biped.show.document import Document, Paragraph, Table
+from biped.show.markdown import DOCS
 
 FILE = "standard.json"
-DOCS = Path(__file__).parents[2] / "docs"
 PAGE, TEMPLATE, DATA = DOCS / "standard.md", DOCS / "standard.in.md", DOCS / "standard.json"
-MARK = "<!-- tables -->"
 _OF = {"weight": "m g", "leg": "l", "si": ""}
 
 
@@ -122,7 +121,7 @@ def page(stored: Sequence[Mapping[str, Any]]) -> str:
     tables = "\n".join(
         f"## {one['title']}\n\n`{one['command']}`\n\n{markdown.text(document_of(one))}" for one in stored
     )
-    return TEMPLATE.read_text(encoding="utf-8").replace(MARK, tables.rstrip())
+    return markdown.filled(TEMPLATE, {"tables": tables.rstrip()})
 
 
 def stored() -> list[dict[str, Any]]:

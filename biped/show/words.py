@@ -26,6 +26,19 @@ def share(count: int, runs: int) -> str:
     return f"{count} of {runs} ({100.0 * low:.0f} – {100.0 * high:.0f} %)"
 
 
+def percent(share: float) -> str:
+    """A share as a percentage, with a digit behind the point where whole ones would say 0 or 100 of neither."""
+    whole = 100.0 * share
+    if (0.0 < whole < 1.0) or (99.0 < whole < 100.0):
+        return f"{whole:.1f} %"
+    return f"{whole:.0f} %"
+
+
+def between(low: float, high: float) -> str:
+    """An interval of shares."""
+    return f"{percent(low).removesuffix(' %')} – {percent(high)}"
+
+
 def leg_words(foot: str) -> str:
     """A leg for people, by its foot: of a body such as `right_ankle_roll_link` only which side it is on."""
     sides = [side for side in ("right", "left") if side in foot.lower().replace("-", "_").split("_")]

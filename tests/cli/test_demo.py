@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 
 from biped.base.files import locate
-from biped.cli.commands.demo import PUSH, SPACE, TOUR
+from biped.cli.commands.demo import PUSH, SPACE, TOUR, visit
 from biped.cli.main import main
-from biped.cli.stations import visit
 from biped.scenario.reading import read_scenario
 
 SHORT = ["--set", "duration=0.3", "--set", "push=[]", "--set", "expect={}", "--set", "window.start=0.1"]

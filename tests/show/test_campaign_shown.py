@@ -38,7 +38,7 @@ def test_terminal(folder, monkeypatch, capsys):
     for cause, count in causes_of(result["runs"]):
         assert f"{count} × {cause}" in out
     for point in result["points"]:
-        assert f"{point['walked']}/{point['runs']}" in out
+        assert f"{point['walked']} of {point['runs']}" in out
     assert "0.81" in out, "the thesis's number"
 
 
@@ -84,7 +84,7 @@ def test_report(result, capsys):
     assert text.startswith("# What came\n")
     assert f"walked {result['summary']['walked']} of 12" in text
     for point in result["points"]:
-        assert f"| {point['values']['controller']} | {point['walked']}/{point['runs']} |" in text
+        assert f"| {point['values']['controller']} | {point['walked']} of {point['runs']} |" in text
     for name in ("rates", "costs", "failures", "velocities"):
         assert f"](r/c/{name}.png)" in text
         assert is_picture(Path(f"r/c/{name}.png"))

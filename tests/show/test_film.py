@@ -13,8 +13,8 @@ from PIL import Image
 
 from biped.base.errors import InputError
 from biped.cli.main import main
+from biped.show import film
 from biped.show.film import canvas as canvases
-from biped.show.film import reel
 from biped.show.film.stage import walkers
 from biped.show.results_folder import run_of
 from tests.cases import command, write
@@ -179,7 +179,7 @@ def test_an_mp4_is_one(here):
 @drawing
 def test_an_encoder_that_fails_says_why_and_leaves_nothing(here, monkeypatch, capsys):
     pytest.importorskip("imageio_ffmpeg")
-    monkeypatch.setattr(reel, "_ffmpeg", lambda: sys.executable)
+    monkeypatch.setattr(film, "_ffmpeg", lambda: sys.executable)
     assert main(["video", "one", "--out", "bad.mp4", "--width", "64", "--fps", "5"]) == 1
     assert "video: the encoder failed" in " ".join(capsys.readouterr().err.split())
     assert not list(Path().glob("*bad.mp4*"))
@@ -190,7 +190,7 @@ def test_the_extra_is_named(here, monkeypatch, capsys):
     assert main(["video", "one", "--out", "x.mp4"]) == 2
     assert "pip install imageio-ffmpeg" in " ".join(capsys.readouterr().err.split())
     assert not Path("x.mp4").exists()
-    reel.check(Path("x.gif"))
+    film.check(Path("x.gif"))
 
 
 def test_where_nothing_can_draw_it_says_what_to_install(here, monkeypatch, capsys):

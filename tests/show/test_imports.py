@@ -11,7 +11,7 @@ import biped
 @pytest.mark.parametrize(
     ("package", "rooms"),
     [
-        ("rerun", {("show", "recording")}),
+        ("rerun", {("show", "recording"), ("show", "viewer.py")}),  # the latter in a notebook alone
         ("matplotlib", {("show", "figures"), ("dynamics", "bench")}),  # chapter II draws its own figures
     ],
 )

@@ -20,6 +20,6 @@ def test_a_table_is_taken_in(tmp_path, monkeypatch):
     standing.main([f"The robot={tmp_path}"])
     page = (tmp_path / "page.md").read_text(encoding="utf-8")
     assert "## The robot\n\n`biped standard a <b> --set model=robot`" in page
-    assert standing.MARK not in page
+    assert "<!-- tables -->" not in page
     standing.main([])
     assert (tmp_path / "page.md").read_text(encoding="utf-8") == page

@@ -14,7 +14,8 @@ from biped.cli.main import main
 from biped.ensemble.campaign import run_one
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario
-from biped.show.references import moved_table, show
+from biped.show.references import document_of, moved_table
+from biped.show.terminal import show
 from biped.studies.planned import plan_of
 from biped.studies.regress import references
 from biped.studies.regress.compare import (
@@ -282,12 +283,12 @@ def test_the_file_is_readable_line_by_line():
 def test_then_now_and_difference_are_shown(capsys):
     """Then, now and the difference of what moved; what did not is one number."""
     moved = compare("s", reference(), reference(speed=0.9, digests=["e"] * 12))
-    show(ScenarioOutcome([moved], {}, False, [], False))
+    show(document_of(ScenarioOutcome([moved], {}, False, [], False).as_dict()))
     out = capsys.readouterr().out
     assert "0.8 → 0.9 (+12.5%)" in out
     assert "CHANGED" in out
-    assert "0/12" in out
-    show(ScenarioOutcome([compare("s", reference(), reference())], {}, False, [], False))
+    assert "0 of 12" in out
+    show(document_of(ScenarioOutcome([compare("s", reference(), reference())], {}, False, [], False).as_dict()))
     assert "→" not in capsys.readouterr().out
 
 

@@ -5,17 +5,7 @@ from pathlib import Path
 
 from biped.base.errors import InputError
 from biped.cli.common import DONE, UNDECIDED, answer, changes_of, warn, workers_of
-from biped.cli.parser import (
-    ENGINE,
-    Commands,
-    command_parser,
-    number,
-    take_changes,
-    take_json,
-    take_trust,
-    take_workers,
-    whole,
-)
+from biped.cli.parser import Commands, command_parser, number, take_changes, take_engine, take_running, whole
 
 
 def add(commands: Commands) -> None:
@@ -32,7 +22,7 @@ def add(commands: Commands) -> None:
     known = "test the estimator: estimate problems of known probability, each so many times (100: several minutes)"
     parser.add_argument("--reference", type=whole, metavar="REPEATS", help=known)
     take_changes(parser)
-    parser.add_argument("--engine", help=ENGINE)
+    take_engine(parser)
     relative = "stop when half the 95 %% interval is this share of the probability (default: 0.3)"
     parser.add_argument("--relative", type=number, metavar="SHARE", default=0.3, help=relative)
     parser.add_argument(
@@ -51,9 +41,7 @@ def add(commands: Commands) -> None:
         "--method", choices=["counting", "splitting"], help="how to estimate (default: whichever is cheaper)"
     )
     parser.add_argument("--out", type=Path, help="results folder; the same command continues what was interrupted")
-    take_trust(parser)
-    take_workers(parser)
-    take_json(parser)
+    take_running(parser)
 
 
 def command(args: argparse.Namespace) -> int:

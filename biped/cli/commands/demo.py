@@ -1,21 +1,46 @@
-"""`biped demo`: pushes, a slope and other robots in a minute, with a page of what happened."""
+"""`biped demo`: pushes, a slope and other robots in a minute, with a page of what happened.
 
-from __future__ import annotations
+Whoever runs biped for the first time waits for its kernels to be compiled. A lane is a list of scenarios that need the
+same kernels: they run one after another, so that no kernel is compiled twice, and lanes run beside each other.
+"""
 
 import argparse
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from time import perf_counter
+from typing import NamedTuple
 
 from biped.cli.common import DONE, FAILED
 from biped.cli.parser import Commands, command_parser
 
-if TYPE_CHECKING:
-    from biped.cli.stations import Station
-
 PUSH = (("demo/push",), ("demo/home",))
 TOUR = (("demo/push", "demo/slope", "demo/robot"), ("demo/h1",))
 SPACE = (("demo/push",), ("demo/home",), ("demo/h1", "demo/space"))
-"""Lanes of scenarios (`biped.cli.stations`): all kernels that shipped scenarios need are those of the last."""
+"""Lanes of scenarios (`biped.cli.commands.demo`): all kernels that shipped scenarios need are those of the last."""
+_SECONDS = 1.0
+"""[s] between two states of the line that says how long it has been."""
+
+
+class Station(NamedTuple):
+    """A scenario that was run.
+
+    Attributes:
+        scenario: Its name.
+        folder: Its results.
+        code: The exit code of `biped run`.
+        seconds: [s] that it took, compiling included.
+        error: What the process wrote to stderr.
+    """
+
+    scenario: str
+    folder: Path
+    code: int
+    seconds: float
+    error: str
 
 
 def add(commands: Commands) -> None:
@@ -55,8 +80,6 @@ def command(args: argparse.Namespace) -> int:
 
 def _visit(lanes: tuple[tuple[str, ...], ...], out: Path, options: list[str]) -> tuple[int, list[Station]]:
     """The exit code of all scenarios, and what became of each."""
-    from biped.cli.stations import clock, is_compiled, visit
-
     words = "running"
     if not is_compiled():
         words = "compiling for this processor"
@@ -103,3 +126,60 @@ def _next(stations: list[Station], page: Path) -> None:
     print("  biped run demo/push --set push.0.force=[300.0,0.0]   a harder push")
     print("  biped model FILE                                     what your own robot's file is recognised as")
     print(f"\nThe page: {label(page)}")
+
+
+def is_compiled() -> bool:
+    """Whether this installation has compiled kernels, of its own or shipped with it."""
+    from biped.base.kernels import cache_folder
+    from biped.base.objects import shipped_folder
+
+    return any(any(folder.glob("*.o")) for folder in (cache_folder() / "objects", shipped_folder()))
+
+
+def visit(
+    lanes: Sequence[Sequence[str]], folder: Path, options: Sequence[str], done: Callable[[Station], None]
+) -> list[Station]:
+    """Runs scenarios and returns them in the order of the lanes.
+
+    Args:
+        lanes: Names of scenarios; those of one lane run one after another.
+        folder: Each leaves its results in a folder below.
+        options: Of `biped run`.
+        done: Called with each that is done.
+    """
+    from biped.ensemble.executor import workers
+
+    def lane(names: Sequence[str]) -> list[Station]:
+        found = []
+        for name in names:
+            begun, out = perf_counter(), folder / name.replace("/", "-")
+            argv = [sys.executable, "-m", "biped", "run", name, "--out", str(out), "--jobs", "1", *options]
+            ended = subprocess.run(argv, capture_output=True, text=True, check=False)
+            found.append(Station(name, out, ended.returncode, perf_counter() - begun, ended.stderr))
+            done(found[-1])
+        return found
+
+    with workers(lane, len(lanes), threads=True) as each:
+        return [station for found in each(lanes) for station in found]
+
+
+@contextmanager
+def clock(words: str) -> Iterator[None]:
+    """A line on the terminal that says what is waited for and how long it has been; nothing without a terminal."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    over, begun = threading.Event(), perf_counter()
+
+    def tick() -> None:
+        while not over.wait(_SECONDS):
+            print(f"\r  {words}: {perf_counter() - begun:.0f} s ", end="", file=sys.stderr, flush=True)
+
+    teller = threading.Thread(target=tick, daemon=True)
+    teller.start()
+    try:
+        yield
+    finally:
+        over.set()
+        teller.join()
+        print(f"\r{' ' * (len(words) + 12)}\r", end="", file=sys.stderr, flush=True)

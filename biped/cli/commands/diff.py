@@ -7,7 +7,7 @@ from biped.base.errors import InputError
 from biped.base.files import label
 from biped.base.replacing import may_fill, may_write
 from biped.cli.common import DONE, FAILED, print_json, warn, workers_of
-from biped.cli.parser import Commands, command_parser, number, take_changes, take_json, take_trust, take_workers, whole
+from biped.cli.parser import Commands, command_parser, number, take_changes, take_running, whole
 
 
 def add(commands: Commands) -> None:
@@ -45,9 +45,7 @@ def add(commands: Commands) -> None:
         help="folder for diff.json and diff.md (for gaits and laws by default a new one below runs/)",
     )
     parser.add_argument("--html", type=Path, metavar="FILE", help="also write an HTML page")
-    take_trust(parser)
-    take_workers(parser)
-    take_json(parser)
+    take_running(parser)
 
 
 def command(args: argparse.Namespace) -> int:

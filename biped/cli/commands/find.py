@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from biped.cli.common import DONE, FAILED, answer, changes_of, warn, workers_of
-from biped.cli.parser import ENGINE, Commands, command_parser, take_changes, take_json, take_trust, take_workers, whole
+from biped.cli.parser import Commands, command_parser, take_changes, take_engine, take_running, whole
 
 
 def add(commands: Commands) -> None:
@@ -18,15 +18,13 @@ def add(commands: Commands) -> None:
     )  # fmt: skip
     parser.add_argument("scenario", help="name in scenarios/, or path of a scenario file")
     take_changes(parser)
-    parser.add_argument("--engine", help=ENGINE)
+    take_engine(parser)
     against = "only falls in which another gait or law stays up: the key to change, e.g. controller=robust"
     parser.add_argument("--against", metavar="KEY=VALUE", help=against)
     parser.add_argument("--failures", type=whole, default=10, help="largest number of ways to fall (default: 10)")
     parser.add_argument("--most", type=whole, default=3000, help="largest number of runs of the search (default: 3000)")
     parser.add_argument("--out", type=Path, help="results folder; the same command continues what was interrupted")
-    take_trust(parser)
-    take_workers(parser)
-    take_json(parser)
+    take_running(parser)
 
 
 def command(args: argparse.Namespace) -> int:

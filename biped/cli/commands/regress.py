@@ -3,8 +3,8 @@
 import argparse
 from pathlib import Path
 
-from biped.cli.common import DONE, FAILED, print_json, reason_of, workers_of
-from biped.cli.parser import Commands, command_parser, take_json, take_trust, take_workers
+from biped.cli.common import DONE, FAILED, answer, reason_of, workers_of
+from biped.cli.parser import Commands, command_parser, take_running
 from biped.scenario.engines import ENGINES
 
 
@@ -22,25 +22,21 @@ def add(commands: Commands) -> None:
     parser.add_argument("--engine", choices=list(ENGINES), help=engine)
     parser.add_argument("--file", type=Path, help="file of references (default: the one of the shipped scenarios)")
     parser.add_argument("--markdown", action="store_true", help="print what changed as Markdown, sorted by cause")
-    take_trust(parser)
-    take_workers(parser)
-    take_json(parser)
+    take_running(parser)
 
 
 def command(args: argparse.Namespace) -> int:
     """Compares, and records where that was asked for."""
-    from biped.show.references import moved_table, show
-    from biped.show.terminal import progress
+    from biped.show.references import document_of, moved_table
+    from biped.show.terminal import progress, show
     from biped.studies.regress.guard import regress
 
     with workers_of(args) as jobs:
         outcome = regress(args.scenario, jobs, args.file, reason_of(args), progress, args.engine)
-    if args.json:
-        print_json(outcome.as_dict())
-    elif args.markdown:
+    if args.markdown and not args.json:
         print(moved_table(outcome))
     else:
-        show(outcome)
+        answer(args, outcome.as_dict(), show, document_of(outcome.as_dict()))
     if outcome.stopped:
         raise KeyboardInterrupt
     return DONE if outcome.passed else FAILED

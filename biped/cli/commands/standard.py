@@ -6,7 +6,7 @@ from pathlib import Path
 from biped.base.errors import InputError
 from biped.base.files import label
 from biped.cli.common import DONE, changes_of, engines_of, print_json, workers_of
-from biped.cli.parser import ENGINE, Commands, command_parser, take_changes, take_json, take_trust, take_workers
+from biped.cli.parser import Commands, command_parser, take_changes, take_engine, take_running
 
 
 def add(commands: Commands) -> None:
@@ -26,14 +26,12 @@ def add(commands: Commands) -> None:
         help="all of a row of docs/atlas.md instead: its tests, the growth of small pushes, the gait sensitivity norm",
     )
     take_changes(parser, "change a key of all tests, e.g. model=robot (repeatable)")
-    parser.add_argument("--engine", help=ENGINE)
+    take_engine(parser)
     parser.add_argument(
         "--engines", metavar="E,E", help="test in several engines, e.g. mujoco,home; each has its own column"
     )
     parser.add_argument("--out", type=Path, help="folder for standard.json and standard.md (default: below runs/)")
-    take_trust(parser)
-    take_workers(parser)
-    take_json(parser)
+    take_running(parser)
 
 
 def command(args: argparse.Namespace) -> int:

@@ -21,7 +21,7 @@ def add(commands: Commands) -> None:
 def command(args: argparse.Namespace) -> int:
     """Opens the viewer, in a browser where that is asked for or there is no display, and waits for it."""
     from biped.show.replay import recording_of
-    from biped.show.web import has_display, quiet, served
+    from biped.show.viewer import has_display, quiet, served
 
     path = recording_of(args.run)
     if not args.web and has_display():

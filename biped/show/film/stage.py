@@ -1,4 +1,7 @@
-"""The stage of a film: walkers, ground with a ruler, forces and pushes, and a camera that follows."""
+"""The stage of a film: walkers, ground with a ruler, forces and pushes, and a camera that follows.
+
+Falls are drawn to their end: a robot whose run ended in one drops with its motors off while the clip goes on.
+"""
 
 import math
 from collections.abc import Sequence
@@ -14,7 +17,6 @@ from biped.robot.gravity import GRAVITY
 from biped.robot.ground import slabs
 from biped.show import spatial
 from biped.show.film.camera import Camera, aim, distance, height_of, path_of
-from biped.show.film.falling import fallen
 from biped.show.spatial import light_evenly
 
 LANE = 1.3
@@ -28,8 +30,8 @@ _FORCE, _PUSHED, _GHOST = (0.0, 0.62, 0.45, 1.0), (0.80, 0.3, 0.62, 1.0), (0.55,
 _WEIGHT, _PUSH = 0.6, 1.0 / 400.0
 """[m] of a force of one body weight; [m/N] of a push."""
 _FAINT = 0.02
-_AFTER = 1.0
-"""[s] that a clip goes on after a fall, and"""
+_AFTER, _SLOWED = 1.0, 1.0
+"""[s] that a clip goes on after a fall, and [N m s/rad] of joints that are without power then."""
 _LEAST, _GAP, _MIDDLE = 0.2, 0.12, 0.56
 """[robot heights] of the smallest push's arrow; from its head to the middle of what is pushed; of what is looked at."""
 _SEEN = 0.25
@@ -220,3 +222,34 @@ class FilmStage:
         turn = spatial.tilt(run).T
         foot = np.array([along, across, float(run.ground.height(np.array(along)))])
         aim(self.scene, run, foot + turn @ (eye - [along, across, 0.0]), foot + turn @ (target - [along, across, 0.0]))
+
+
+def fallen(run: Trajectory, model: mujoco.MjModel, q: np.ndarray, seconds: float) -> np.ndarray:
+    """The coordinates of a robot that drops from where its run ended.
+
+    Args:
+        run: Its finite rows.
+        model: What it is drawn with; it is not changed.
+        q: (n, nq) its coordinates as the model has them.
+        seconds: [s] for how long.
+
+    Returns:
+        (m, nq) its coordinates at every further tick.
+    """
+    limp = copy(model)
+    limp.opt.timestep, steps = run.tick, round(seconds / run.tick)
+    # Every part meets the ground, and no part another one: what is drawn may overlap at the joints.
+    own, floor = limp.geom_bodyid > 0, limp.geom_type == mujoco.mjtGeom.mjGEOM_PLANE.value
+    limp.geom_contype[:], limp.geom_conaffinity[:] = own, floor
+    limp.geom_condim[:] = 3
+    limp.dof_damping[:] = np.maximum(limp.dof_damping, np.where(limp.dof_bodyid > 1, _SLOWED, 0.0))
+    data = mujoco.MjData(limp)
+    back = min(10, len(q) - 1)
+    data.qpos[:] = q[-1]
+    if back:
+        mujoco.mj_differentiatePos(limp, data.qvel, back * run.tick, q[-1 - back], q[-1])
+    out = np.empty((steps, limp.nq))
+    for row in out:
+        mujoco.mj_step(limp, data)
+        row[:] = data.qpos
+    return out

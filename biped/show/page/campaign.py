@@ -10,7 +10,7 @@ from biped.ensemble.checks import GOALS, goal_of, judgement
 from biped.measure.metrics.walking import outcome
 from biped.measure.trajectory import Trajectory
 from biped.scenario.laws import own_law
-from biped.show.page import claims, ensembles, motion, sweeps
+from biped.show.page import claims, ensembles, motion
 from biped.show.page.frames import frames_of
 from biped.show.page.html import Markup, card, judged, key_words, setting, table, tag, value_of
 from biped.show.page.player import PlayedRun, walks
@@ -49,8 +49,8 @@ def section(folder: Path) -> Markup:
     ]  # fmt: skip
     body = []
     if points:
-        body += [tag("h3", "Along the sweep"), _cards(*sweeps.sweep(points, result["thresholds"], space)),
-                 sweeps.points_table(points, space)]  # fmt: skip
+        body += [tag("h3", "Along the sweep"), _cards(*ensembles.sweep(points, result["thresholds"], space)),
+                 ensembles.points_table(points, space)]  # fmt: skip
     if not alone:
         shares = explained(kept.plan, rows, goal)
         spread = ensembles.endings(rows, goal), ensembles.costs(rows, result["thesis"])

@@ -11,8 +11,9 @@ from biped.ensemble.checks import word_of
 from biped.ensemble.sweeps import goal_at
 from biped.measure.metrics.walking import outcome
 from biped.scenario.metrics import METRICS, metrics_of_table
-from biped.show.page.html import Markup, between, join, judged, metric_text, percent, table, tag
+from biped.show.page.html import Markup, join, judged, metric_text, table, tag
 from biped.show.results import number
+from biped.show.words import between, percent
 
 Rows = Sequence[Mapping[str, Any]]
 _Z80 = 0.8416212335729143

@@ -18,11 +18,12 @@ from biped.scenario.laws import own_law
 from biped.scenario.metrics import metrics_of_table
 from biped.scenario.reading import read_scenario
 from biped.show.page.frames import Frames, frames_of
-from biped.show.page.html import Markup, between, card, chip, percent, table, tag
+from biped.show.page.html import Markup, card, chip, table, tag
 from biped.show.page.motion import charts
 from biped.show.page.player import PlayedRun, walks
-from biped.show.page.read import read_as
+from biped.show.results_folder import read_as
 from biped.show.side_by_side import name_of, with_interval
+from biped.show.words import between, percent
 from biped.studies.comparison import PARTED
 
 Number = int | float | None

@@ -21,7 +21,7 @@ from biped.show.page.frames import frames_of
 from biped.show.page.html import Markup, blocks, card, chip, key_words, table, tag, value_of
 from biped.show.page.player import PlayedRun, walks
 from biped.show.page.plot import Frame, legend
-from biped.show.page.read import read_as
+from biped.show.results_folder import read_as
 from biped.show.words import harmless
 from biped.studies.diff.changes import BETTER, CHANGED, HEADLINE, LEAST_PAIRS, SAME, UNSAID, WORSE, MetricChange
 

@@ -120,19 +120,6 @@ def _short(value: Any) -> Any:
     return f"{value:.6g}" if isinstance(value, float) else value
 
 
-def percent(share: float) -> str:
-    """A share as a percentage, with a digit behind the point where whole ones would say 0 or 100 of neither."""
-    whole = 100.0 * share
-    if (0.0 < whole < 1.0) or (99.0 < whole < 100.0):
-        return f"{whole:.1f} %"
-    return f"{whole:.0f} %"
-
-
-def between(low: float, high: float) -> str:
-    """An interval of shares."""
-    return f"{percent(low).removesuffix(' %')} – {percent(high)}"
-
-
 def value_of(value: Any) -> str:
     """A swept or drawn value."""
     if isinstance(value, list | tuple):

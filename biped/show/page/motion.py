@@ -6,10 +6,10 @@ from biped.measure.pushes import pushes_of
 from biped.measure.signals import SMOOTH, every, finite, inside, joint_limits, leg_states, smooth
 from biped.measure.trajectory import Trajectory
 from biped.robot.planar.topology import LEGS, SEGMENTS
-from biped.show.page.html import Markup, card, percent, scroll, tag
+from biped.show.page.html import Markup, card, scroll, tag
 from biped.show.page.player import SIDES, spans, state_legend
 from biped.show.page.plot import Frame, around, legend
-from biped.show.words import leg_words
+from biped.show.words import leg_words, percent
 
 Window = tuple[float, float]
 _JOINTS = ("hip", "knee", "ankle")

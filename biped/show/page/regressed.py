@@ -6,15 +6,13 @@ from typing import Any
 
 import msgspec
 
-from biped.scenario.metrics import METRICS
-from biped.show.page.html import Markup, card, chip, table, tag
+from biped.show.page.html import Markup, blocks, card, chip, tag
 from biped.show.page.plot import Frame
-from biped.show.page.read import read_as
-from biped.studies.regress.compare import DIGITS, GONE, NEW, PHYSICS, RUNS, SAME, UNLIKELY
+from biped.show.references import table_of
+from biped.show.results_folder import read_as
+from biped.studies.regress.compare import UNLIKELY
 
 Number = int | float | None
-_WORDS = {SAME: "same", DIGITS: "digits changed", PHYSICS: "changed", RUNS: "other runs are made of it now",
-          NEW: "no reference", GONE: "no scenario"}  # fmt: skip
 
 
 class _Moved(msgspec.Struct):
@@ -64,31 +62,7 @@ def section(file: Path) -> Markup:
             class_="unseen"),
     ]  # fmt: skip
     order = sorted(verdicts, key=lambda one: one["passed"])
-    return tag("section", *head, _table(order), _moved(single))
-
-
-def _table(verdicts: list[Mapping[str, Any]]) -> Markup:
-    lines = []
-    for one in verdicts:
-        lines.append((
-            one["scenario"], chip(one["passed"], "✓", "✗"), _WORDS.get(one["verdict"], one["verdict"]),
-            f"{one['identical']} of {one['runs']}", _counts(one["walked"]), _counts(one["fell"]),
-            *(_mean(name, one["metrics"].get(name)) for name in ("speed", "cost_of_transport", "double_support")),
-        ))  # fmt: skip
-    head = ("scenario", "", "", "same bits", "walked", "fell", "speed [m/s]", "cost of transport", "double support")
-    return table(head, lines, words=(0, 1, 2))
-
-
-def _counts(pair: tuple[int, int]) -> str:
-    old, new = pair
-    return str(new) if old == new else f"{old} → {new}"
-
-
-def _mean(name: str, moved: Mapping[str, Any] | None) -> str:
-    if moved is None:
-        return "–"
-    text = METRICS[name].text
-    return text(moved["new"]) if moved["old"] == moved["new"] else f"{text(moved['old'])} → {text(moved['new'])}"
+    return tag("section", *head, *blocks((table_of(order),)), _moved(single))
 
 
 def _moved(verdicts: list[Mapping[str, Any]]) -> Markup | None:
@@ -100,7 +74,8 @@ def _moved(verdicts: list[Mapping[str, Any]]) -> Markup | None:
     frame.line([0.0, 100.0], [0.0, 100.0], "quiet dash thin")
     for one in found:
         then, now = (100.0 * count / one["runs"] for count in one["walked"])
-        frame.dot(then, now, "good" if one["passed"] else "bad", 5.0, f"{one['scenario']}: {_counts(one['walked'])}")
+        said = f"{one['scenario']}: {' → '.join(map(str, one['walked']))}"
+        frame.dot(then, now, "good" if one["passed"] else "bad", 5.0, said)
     return tag(
         "div",
         card(

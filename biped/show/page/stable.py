@@ -9,8 +9,8 @@ import msgspec
 
 from biped.show.page.html import Markup, card, chip, table, tag
 from biped.show.page.plot import Frame, legend
-from biped.show.page.read import read_as
 from biped.show.results import number
+from biped.show.results_folder import read_as
 from biped.studies.stability.basin import FELL, RETURNED, WALKS
 
 Number = int | float | None

@@ -9,9 +9,9 @@ import msgspec
 from biped.base.statistics import wilson
 from biped.show.page.html import Markup, blocks, card, tag
 from biped.show.page.plot import Frame, legend
-from biped.show.page.read import read_as
+from biped.show.results_folder import read_as
 from biped.show.standing import FILE, document_of
-from biped.show.words import literal
+from biped.show.words import between, literal
 
 Number = int | float | None
 _KINDS = ("accent", "other", "good", "push", "bad", "quiet")
@@ -95,9 +95,8 @@ def _curves(found: Mapping[str, Any], test: Mapping[str, Any]) -> Markup | None:
         share = [100.0 * tried["reached"] / max(1, tried["runs"]) for tried in one["tried"]]
         frame.line(x, share, kind)
         for place, tried, height in zip(x, one["tried"], share, strict=True):
-            low_share, high_share = wilson(tried["reached"], tried["runs"])
-            said = (f"{one['gait']}: {tried['reached']} of {tried['runs']} at {place:.3g} {test['unit']} "
-                    f"({100 * low_share:.0f} – {100 * high_share:.0f} %)")  # fmt: skip
+            interval = between(*wilson(tried["reached"], tried["runs"]))
+            said = f"{one['gait']}: {tried['reached']} of {tried['runs']} at {place:.3g} {test['unit']} ({interval})"
             frame.dot(place, height, _KINDS[at % len(_KINDS)], said=said)
         keys.append((kind, one["gait"]))
     return card(test["title"], legend(keys), frame.svg(test["title"]), note=test["description"])

@@ -10,10 +10,11 @@ import msgspec
 from biped.base.errors import InputError
 from biped.base.statistics import same_rate, wilson
 from biped.base.typed import convert
-from biped.show.page.html import Markup, between, card, chip, join, table, tag
+from biped.show.page.html import Markup, card, chip, join, table, tag
 from biped.show.page.plot import Frame, around, legend
-from biped.show.page.read import read_as
 from biped.show.results import number
+from biped.show.results_folder import read_as
+from biped.show.words import between
 
 Number = int | float | None
 

@@ -1,6 +1,6 @@
 """Recordings for the rerun viewer.
 
-This is the only package that imports rerun: a run that is not recorded does not pay for it.
+Rerun is imported here, and for a notebook by `biped.show.viewer`: a run that is not recorded does not pay for it.
 """
 
 import hashlib

@@ -115,6 +115,8 @@ UNLIKELY = 1e-3
 """Probability below which chance is no explanation of two counts, or of differences run by run."""
 
 SAME, DIGITS, PHYSICS, RUNS, NEW, GONE = "same", "digits", "physics", "runs", "new", "gone"
+COMPARED = (SAME, DIGITS, PHYSICS)
+"""Verdicts on scenarios that could be compared with a reference."""
 
 
 class Moved(NamedTuple):
@@ -210,7 +212,7 @@ def altogether(verdicts: Sequence[ScenarioComparison]) -> ScenarioComparison:
 
 def compared(verdicts: Sequence[ScenarioComparison]) -> list[ScenarioComparison]:
     """Those of scenarios that could be compared with a reference."""
-    return [v for v in verdicts if v.verdict in (SAME, DIGITS, PHYSICS)]
+    return [v for v in verdicts if v.verdict in COMPARED]
 
 
 def missing(name: str, verdict: str, runs: int) -> ScenarioComparison:

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[2]
 SHOWS = """
 import sys, time
-from biped.show.recording.viewer import ends_with_this_process
+from biped.show.viewer import ends_with_this_process
 server = "import os, time; print(os.getpid(), flush=True); time.sleep(600)"
 command = "import subprocess, sys; subprocess.call(sys.argv[1:])"     # as rerun's: it starts the server and waits
 kept = ends_with_this_process([sys.executable, "-c", command, sys.executable, "-c", server])

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from biped.cli.main import main
-from biped.show import web
+from biped.show import viewer
 
 
 @pytest.fixture
@@ -46,17 +46,17 @@ def test_a_browser_is_chosen_where_there_is_no_display(called, argv, display, se
 
 def test_other_ports_where_those_are_taken():
     with socket.socket() as door:
-        door.bind((web.HERE, 0))
+        door.bind((viewer.HERE, 0))
         door.listen()
         taken = door.getsockname()[1]
-        assert web._free(taken) not in (taken, 0)
+        assert viewer._free(taken) not in (taken, 0)
 
 
 @pytest.mark.slow
 def test_the_viewer_is_there(tmp_path):
     assert main(["run", "level_normal", "--set", "duration=0.3", "--set", "window.start=0.1", "--set",
                  "window.end=0.3", "--record", "--out", str(tmp_path / "one")]) in (0, 1)  # fmt: skip
-    found = web.served(tmp_path / "one" / "recording.rrd")
+    found = viewer.served(tmp_path / "one" / "recording.rrd")
     # The package's command starts the server as another process, which outlives it: both are a group of their own.
     process = subprocess.Popen(found.command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                                start_new_session=True)  # fmt: skip
