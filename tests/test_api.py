@@ -16,7 +16,7 @@ import rerun.notebook
 import biped
 from biped.base.errors import InputError
 from biped.cli.main import main
-from biped.scenario.inline import setting
+from biped.scenario.vary import setting
 from biped.show import viewer
 from tests.cases import contents
 

@@ -24,8 +24,8 @@ from biped.base.errors import InputError
 from biped.base.progress import Progress, silent
 from biped.ensemble import campaign
 from biped.robot.law_factory import Factory, factory_of
-from biped.scenario.inline import setting
 from biped.scenario.keys import Scenario
+from biped.scenario.vary import setting
 from biped.studies import comparison
 from biped.studies.diff import study
 from biped.studies.planned import plan_of, title_of

@@ -21,8 +21,7 @@ from biped.robot.run import Run
 from biped.scenario.card_file import read_card
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario
-from biped.scenario.law import changed_since
-from biped.scenario.laws import BUILT_IN, is_card, own_law
+from biped.scenario.laws import BUILT_IN, changed_since, is_card, own_law
 
 
 class Signals(NamedTuple):

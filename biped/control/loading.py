@@ -13,7 +13,7 @@ from typing import Any
 from biped.base.errors import InputError
 from biped.base.files import label, nearest
 from biped.base.trust import refusal, trusted
-from biped.scenario.law import changed_since
+from biped.scenario.laws import changed_since
 
 MOST_SIGNALS = 64
 """Of a law's own."""
@@ -75,7 +75,7 @@ def load_law(law: str, sha256: str | None = None) -> type:
 
     Args:
         law: File and class.
-        sha256: What the law must be (`biped.scenario.law.digest`); None: whatever it is.
+        sha256: What the law must be (`biped.scenario.laws.digest`); None: whatever it is.
 
     Raises:
         InputError: The file is not trusted, has changed, cannot be imported or has no such class.

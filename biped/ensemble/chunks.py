@@ -22,8 +22,7 @@ from biped.ensemble.campaign import lost_row, run_one
 from biped.ensemble.origin import PLACE, origin_of
 from biped.ensemble.parts import About, Chunk, FinishedChunk, encoded
 from biped.ensemble.plan import Plan
-from biped.ensemble.rows import Row
-from biped.ensemble.table import schema_of, table
+from biped.ensemble.rows import Row, schema_of, table
 from biped.scenario.reading import from_text, to_toml
 
 SECONDS = 10.0

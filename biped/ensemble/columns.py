@@ -12,7 +12,7 @@ from biped.base.errors import InputError
 from biped.base.files import label
 from biped.base.text import plain
 from biped.ensemble.parts import FOLDER, PartRange, cover, listed, missing, rows_of, sound
-from biped.ensemble.table import records
+from biped.ensemble.rows import records
 
 if TYPE_CHECKING:
     import pyarrow

@@ -11,7 +11,7 @@ from biped.base.platform import here
 from biped.ensemble.plan import Plan
 from biped.robot.safety import files_of as model_files
 from biped.scenario.engines import ENGINES
-from biped.scenario.law import files_of as law_files
+from biped.scenario.laws import files_of as law_files
 from biped.scenario.laws import own_law
 from biped.scenario.reading import to_toml
 

@@ -5,9 +5,9 @@ from biped.robot.robot import Robot, torque_limits
 from biped.robot.truth import check_truth
 from biped.scenario.gains import Gains
 from biped.scenario.gait import in_the_plane, out_of_the_plane
+from biped.scenario.general import taken
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import BUILT_IN, SPATIAL
-from biped.scenario.noticed import taken
 from biped.scenario.push import PLANE, SPACE
 from biped.scenario.valid import fault
 

@@ -10,7 +10,7 @@ from biped.scenario.card import TERMS, VECTORS, Card, Numbers
 from biped.scenario.command import WAYS
 from biped.scenario.general import lay_under
 from biped.scenario.keys import Scenario
-from biped.scenario.law import find_law
+from biped.scenario.laws import find_law
 from biped.scenario.origin import COMMAND_LINE
 from biped.scenario.valid import Fail, convert, known_keys
 

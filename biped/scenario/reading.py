@@ -14,10 +14,9 @@ from biped.base.files import DEEPEST, canonical, layered, locate, merge, parse_t
 from biped.base.text import safe
 from biped.scenario import thesis
 from biped.scenario.gait import read_settings
-from biped.scenario.general import lay_under, make_general
+from biped.scenario.general import lay_under, make_general, taken
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import is_card, own_law
-from biped.scenario.noticed import taken
 from biped.scenario.origin import COMMAND_LINE, Origin
 from biped.scenario.possible import possible
 from biped.scenario.settings import Settings, beside_gait, habits_of, lay_below, read_reading
@@ -202,7 +201,7 @@ def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path, looking: b
 
 def _law(scenario: Scenario, keys: dict[str, Path], path: Path, fail: Fail) -> dict[str, str]:
     """The scenario's law with the whole path of its file, and its digest."""
-    from biped.scenario.law import changed_since, digest, find_law
+    from biped.scenario.laws import changed_since, digest, find_law
 
     said_by = keys.get("law")
     law = find_law(scenario.law or "", None if said_by == COMMAND_LINE else (said_by or path).parent, fail)

@@ -12,7 +12,7 @@ from typing import Any
 
 from biped.base.json import dumps
 from biped.base.writing import write_text
-from biped.ensemble.sweeps import goal_at
+from biped.ensemble.results import goal_at
 from biped.scenario.metrics import HEAD, METRICS
 from biped.scenario.reading import read_scenario
 from biped.show import markdown

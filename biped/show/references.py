@@ -115,7 +115,7 @@ def table_of(verdicts: Sequence[Mapping[str, Any]]) -> Table:
     """Scenarios beside their references, a row each, as `biped regress --json` prints them."""
     rows: list[tuple[Line, ...]] = []
     for one in verdicts:
-        word = Words(_WORDS.get(one["verdict"], one["verdict"]), "good" if one["passed"] else "bad")
+        word = Words(str(_WORDS.get(one["verdict"], one["verdict"])), "good" if one["passed"] else "bad")
         counts = [_counts(one[name]) if one["verdict"] in COMPARED else "" for name in ("walked", "fell")]
         means = (_mean(name, one["metrics"].get(name)) for name in METRICS)
         rows.append((one["scenario"], word, f"{one['identical']} of {one['runs']}", *counts, *means))

@@ -16,7 +16,7 @@ from biped.base.statistics import wilson
 from biped.base.writing import write_text
 from biped.ensemble.checks import FAILED, NOTHING, PASSED, UNDECIDED, goal_of, judgement, sentence_of, titles, word_of
 from biped.ensemble.columns import batches
-from biped.ensemble.sweeps import goal_at, threshold_words
+from biped.ensemble.results import goal_at, threshold_words
 from biped.measure.metrics.gait import MOVED
 from biped.measure.metrics.walking import TOLD_BY, kind_of, outcome
 from biped.scenario.metrics import HEAD, METRICS, metrics_of_table

@@ -19,8 +19,8 @@ from biped.base.errors import InputError
 from biped.base.files import label
 from biped.base.text import plain
 from biped.base.typed import convert
-from biped.ensemble import campaign, packed
-from biped.ensemble.failures import FAILURES
+from biped.ensemble import campaign
+from biped.ensemble.failures import FAILURES, SUFFIX, load_packed
 from biped.ensemble.plan import Plan
 from biped.ensemble.stored import of_plan
 from biped.measure.metrics.walking import kind_of
@@ -99,7 +99,7 @@ class ResultsFolder:
     def ending(self, index: int) -> Trajectory | None:
         """The last seconds of a run that fell, where they were kept."""
         kept = self._folder / FAILURES / f"run-{index:05d}"
-        for path, read in ((kept.with_suffix(packed.SUFFIX), packed.load), (kept.with_suffix(".npz"), _loaded)):
+        for path, read in ((kept.with_suffix(SUFFIX), load_packed), (kept.with_suffix(".npz"), _loaded)):
             if path.is_file():  # (.npz: as versions before kept it)
                 return read(path)
         return None

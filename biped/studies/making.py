@@ -12,15 +12,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from biped.base.json import dumps
 from biped.base.progress import Told
-from biped.ensemble import campaign, packed
+from biped.ensemble import campaign, failures
 from biped.ensemble.backend import Jobs
 from biped.ensemble.chunks import Shard
 from biped.ensemble.columns import StoredRows, batches
-from biped.ensemble.endings import LAST_SECONDS, keep_some
-from biped.ensemble.failures import keep
 from biped.ensemble.folder import Folder
 from biped.ensemble.guard import complaining
-from biped.ensemble.in_parts import LARGE, InParts
+from biped.ensemble.in_parts import LARGE, LAST_SECONDS, InParts, keep_some
 from biped.ensemble.parts import FOLDER as PARTS
 from biped.ensemble.parts import commit_to
 from biped.ensemble.plan import Plan
@@ -202,5 +200,5 @@ def _finished(plan: Plan, where: Folder, tell: Told) -> dict[int, Row]:
 def keep_ending(folder: Path, index: int, trajectory: Trajectory, row: Row, more: str = "") -> None:
     """Keeps the last seconds of a run that fell, is doubtful or was ended by its law, and how to make it again."""
     if row.fell or row.doubtful or row.end == RAISED:
-        ending = partial(packed.save, trajectory.last(LAST_SECONDS))
-        keep(folder, index, outcome(row.as_dict()), ending, more, trajectory.traceback)
+        ending = partial(failures.save_packed, trajectory.last(LAST_SECONDS))
+        failures.keep(folder, index, outcome(row.as_dict()), ending, more, trajectory.traceback)

@@ -9,7 +9,7 @@ from biped.base.files import canonical, locate
 from biped.ensemble.plan import Plan
 from biped.robot.law_factory import Factory
 from biped.scenario.keys import Scenario
-from biped.scenario.law import digest
+from biped.scenario.laws import digest
 from biped.scenario.possible import possible
 from biped.scenario.reading import read
 from biped.scenario.valid import fault

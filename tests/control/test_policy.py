@@ -15,7 +15,7 @@ from biped.control import policy
 from biped.measure.stored import load
 from biped.measure.trajectory import Trajectory
 from biped.robot.load import load_robot
-from biped.scenario.law import digest
+from biped.scenario.laws import digest
 from tests.cases import SHORT, command, write
 from tests.ticks import HUMAN
 

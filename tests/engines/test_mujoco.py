@@ -14,7 +14,7 @@ from biped.base.errors import InputError
 from biped.base.trust import grant
 from biped.engines.mujoco import simulate
 from biped.engines.planar import mujoco as planar
-from biped.ensemble import packed
+from biped.ensemble import failures
 from biped.ensemble.plan import Plan
 from biped.measure.metrics import assess
 from biped.measure.metrics import assess as assess_planar
@@ -97,8 +97,8 @@ def test_the_same_run_has_the_same_bytes_and_is_read_back(tmp_path):
     read = load(tmp_path / "t.npz")
     assert read.log.tobytes() == first.log.tobytes()
     assert read.about == first.about
-    packed.save(first.last(0.2), tmp_path / "t.xz")
-    small = packed.load(tmp_path / "t.xz")
+    failures.save_packed(first.last(0.2), tmp_path / "t.xz")
+    small = failures.load_packed(tmp_path / "t.xz")
     assert small.robot == first.robot
     for name in first.columns:
         np.testing.assert_allclose(small.column(name), first.last(0.2).column(name), atol=0.06)

@@ -12,7 +12,7 @@ from msgspec import structs
 
 from biped.base.errors import InputError
 from biped.engines.mujoco import simulate
-from biped.ensemble import packed
+from biped.ensemble import failures
 from biped.measure.metrics import assess
 from biped.measure.stored import load
 from biped.robot.build import compiled
@@ -127,8 +127,8 @@ def test_a_walk_over_tiles():
 def test_the_ground_is_kept_with_a_run(tmp_path):
     t = stood("walker2d", "ground.tiles={height=0.01,start=0.5}")
     t.save(tmp_path / "t.npz")
-    packed.save(t.last(0.2), tmp_path / "t.xz")
-    for kept in (load(tmp_path / "t.npz"), packed.load(tmp_path / "t.xz")):
+    failures.save_packed(t.last(0.2), tmp_path / "t.xz")
+    for kept in (load(tmp_path / "t.npz"), failures.load_packed(tmp_path / "t.xz")):
         np.testing.assert_array_equal(kept.ground.x, t.ground.x)
         np.testing.assert_array_equal(kept.ground.z, t.ground.z)
     assert load(tmp_path / "t.npz").about == t.about

@@ -58,9 +58,9 @@ def test_every_run_costs_a_worker_once(undisturbed, monkeypatch):
 
 
 def test_a_worker_killed_while_it_keeps_a_fall(undisturbed, monkeypatch):
-    from biped.ensemble import packed
+    from biped.ensemble import failures
 
-    save = packed.save
+    save = failures.save_packed
 
     def killed(self, path):
         if os.getpid() != HERE and not Path("killed").exists():
@@ -69,7 +69,7 @@ def test_a_worker_killed_while_it_keeps_a_fall(undisturbed, monkeypatch):
             os.kill(os.getpid(), signal.SIGKILL)
         save(self, path)
 
-    monkeypatch.setattr(packed, "save", killed)
+    monkeypatch.setattr(failures, "save_packed", killed)
     assert run() == 0
     assert Path("killed").exists()
     assert_as(undisturbed)

@@ -13,7 +13,7 @@ from biped.base.json import dumps
 from biped.cli.main import main
 from biped.ensemble import campaign, compact, parts
 from biped.ensemble.columns import stored_rows
-from biped.ensemble.packed import SUFFIX
+from biped.ensemble.failures import SUFFIX
 from biped.studies import making as running
 from tests.cases import command
 from tests.ensemble.campaigns import of_results, run

@@ -14,7 +14,7 @@ import pytest
 from biped.ensemble.campaign import run_one
 from biped.ensemble.chunks import Chunks
 from biped.ensemble.parts import FOLDER, Chunk, FinishedChunk, commit_to, encoded
-from biped.ensemble.table import schema_of, table
+from biped.ensemble.rows import schema_of, table
 from biped.scenario.reading import to_toml
 from biped.studies.planned import plan_of
 from tests.cases import ENSEMBLE, write

@@ -18,7 +18,7 @@ from biped.ensemble.journal import Journal
 from biped.ensemble.origin import files_read_by, origin_of
 from biped.scenario.engines import ENGINES
 from biped.scenario.keys import Scenario
-from biped.scenario.law import digest
+from biped.scenario.laws import digest
 from biped.scenario.reading import read_scenario, to_toml
 from biped.studies.planned import plan_of
 

@@ -11,7 +11,7 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.engines.planar.mujoco import simulate
-from biped.ensemble import packed
+from biped.ensemble import failures
 from biped.ensemble.plan import Plan
 from biped.measure.columns import COLUMNS
 from biped.scenario.reading import read_scenario
@@ -24,14 +24,14 @@ def walk():
 
 
 def test_three_seconds_are_small_and_every_tick_is_there(walk, tmp_path):
-    packed.save(walk.last(3.0), tmp_path / "w.xz")
+    failures.save_packed(walk.last(3.0), tmp_path / "w.xz")
     assert (tmp_path / "w.xz").stat().st_size < 200_000
-    again = packed.load(tmp_path / "w.xz")
+    again = failures.load_packed(tmp_path / "w.xz")
     assert len(again) == len(walk)
     np.testing.assert_array_equal(again.time, walk.time)
     for name in COLUMNS:
         away = np.abs(again.column(name) - walk.column(name)).max()
-        assert away <= 0.501 * packed.RESOLUTION.get(name, 0.0), name
+        assert away <= 0.501 * failures.RESOLUTION.get(name, 0.0), name
     for field in dataclasses.fields(walk):
         if field.name not in ("log", "tree"):
             assert getattr(again, field.name) == getattr(walk, field.name)
@@ -40,13 +40,13 @@ def test_three_seconds_are_small_and_every_tick_is_there(walk, tmp_path):
 
 def test_the_same_run_gives_the_same_bytes(walk, tmp_path):
     for name in "ab":
-        packed.save(walk, tmp_path / name)
+        failures.save_packed(walk, tmp_path / name)
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
 
 
 def test_the_end_of_a_run_keeps_its_times(walk, tmp_path):
-    packed.save(walk.last(0.5), tmp_path / "w.xz")
-    again = packed.load(tmp_path / "w.xz")
+    failures.save_packed(walk.last(0.5), tmp_path / "w.xz")
+    again = failures.load_packed(tmp_path / "w.xz")
     np.testing.assert_array_equal(again.time, walk.time[-500:])
 
 
@@ -54,8 +54,8 @@ def test_numbers_that_blew_up_come_back_as_such(walk, tmp_path):
     log = walk.log[:20].copy()
     log[-1, 1:12] = np.nan
     log[-2, 3], log[-3, 4] = np.inf, 1e12
-    packed.save(dataclasses.replace(walk, log=log, end="diverged"), tmp_path / "w.xz")
-    again = packed.load(tmp_path / "w.xz").log
+    failures.save_packed(dataclasses.replace(walk, log=log, end="diverged"), tmp_path / "w.xz")
+    again = failures.load_packed(tmp_path / "w.xz").log
     assert np.isnan(again[-1, 1:12]).all()
     assert np.isnan(again[-2, 3])
     assert again[-3, 4] == pytest.approx(1e12)
@@ -68,7 +68,7 @@ def stream(about, body=b""):
 
 @pytest.mark.parametrize("kind", ["text", "no head", "rows", "bomb", "short", "long", "cut", "tick", "robot"])
 def test_what_means_harm_is_refused(kind, walk, tmp_path):
-    packed.save(walk.last(0.1), tmp_path / "w.xz")
+    failures.save_packed(walk.last(0.1), tmp_path / "w.xz")
     whole = (tmp_path / "w.xz").read_bytes()
     head, _, body = lzma.decompress(whole).partition(b"\n")
     about = json.loads(head)
@@ -85,4 +85,4 @@ def test_what_means_harm_is_refused(kind, walk, tmp_path):
     }
     (tmp_path / "w.xz").write_bytes(bad[kind])
     with pytest.raises(InputError, match=r"w.xz: not a trajectory: .*; remove it"):
-        packed.load(tmp_path / "w.xz")
+        failures.load_packed(tmp_path / "w.xz")

@@ -9,8 +9,7 @@ import numpy as np
 from biped.base.json import dumps
 from biped.cli.main import main
 from biped.ensemble.columns import StoredRows, stored_rows
-from biped.ensemble.rows import Row
-from biped.ensemble.table import records, schema_of, table
+from biped.ensemble.rows import Row, records, schema_of, table
 from biped.scenario.keys import Scenario
 from biped.show.replay import of_numbers
 from biped.show.results import signals_of

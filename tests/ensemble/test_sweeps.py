@@ -9,7 +9,7 @@ from biped.base.errors import InputError
 from biped.base.statistics import wilson
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
-from biped.ensemble.sweeps import by_point, goal_at, threshold_words, thresholds
+from biped.ensemble.results import by_point, goal_at, threshold_words, thresholds
 from biped.scenario.expect import Bound
 from biped.scenario.keys import Scenario, Sensors, Simulation, Start, Truth
 from biped.scenario.metrics import HEAD

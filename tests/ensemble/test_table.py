@@ -8,7 +8,7 @@ import pytest
 from biped.base.json import dumps
 from biped.ensemble.campaign import run_one
 from biped.ensemble.plan import Plan
-from biped.ensemble.table import records, schema_of, table
+from biped.ensemble.rows import records, schema_of, table
 from biped.scenario.reading import read_scenario
 from tests.cases import ENSEMBLE, write
 

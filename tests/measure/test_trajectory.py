@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from biped.base.errors import InputError
-from biped.ensemble import packed
+from biped.ensemble import failures
 from biped.ensemble.campaign import simulate
 from biped.ensemble.plan import Plan
 from biped.measure.columns import COLUMNS, WIDTH
@@ -133,8 +133,8 @@ def test_what_earlier_versions_kept_still_reads(version, run, how, tmp_path):
         back = load(path)
         assert back.log.tobytes() == t.log.tobytes()
     else:
-        packed.save(old, path)
-        back = packed.load(path)
+        failures.save_packed(old, path)
+        back = failures.load_packed(path)
         np.testing.assert_allclose(back.q, t.q, atol=1e-6)
     assert back.columns == t.columns
     assert (back.robot.feet[0].name, back.mass) == (t.robot.feet[0].name, pytest.approx(t.mass))

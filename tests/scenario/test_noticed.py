@@ -19,8 +19,8 @@ from biped.robot.law_factory import factory_of
 from biped.scenario.actuation import Actuation
 from biped.scenario.command import CommandPiece
 from biped.scenario.gains import Gains
+from biped.scenario.general import OWN
 from biped.scenario.keys import Change, Push, Scenario
-from biped.scenario.noticed import OWN
 from biped.scenario.push import Disturbance
 from biped.scenario.reading import read_scenario
 from biped.scenario.senses import Gyro, Sensors

@@ -16,7 +16,7 @@ from biped.base.errors import InputError
 from biped.base.trust import configuration, grant, trusting
 from biped.cli.main import main
 from biped.control.loading import load_law
-from biped.scenario.law import digest
+from biped.scenario.laws import digest
 from tests.cases import command, write
 
 LAW = """from pathlib import Path

@@ -15,8 +15,8 @@ from typing import Any
 from biped.base.errors import RunError
 from biped.base.progress import Told
 from biped.ensemble.backend import Done, WorkerLost
-from biped.ensemble.cluster.carrying import carry_out, described, platform, resources, versions, words
 from biped.ensemble.cluster.connection import Connection
+from biped.ensemble.cluster.worker import carry_out, described, platform, resources, versions, words
 
 FLIGHT = 4
 """Tasks on their way for every worker."""

@@ -88,7 +88,7 @@ def plot_campaign(
 
     Args:
         rows: Its runs' numbers.
-        points: The points of its sweep, as from `biped.ensemble.sweeps.by_point`; none without a sweep.
+        points: The points of its sweep, as from `biped.ensemble.results.by_point`; none without a sweep.
         folder: Where the files go; it is made if need be.
         title: Of the campaign.
 

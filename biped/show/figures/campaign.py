@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from biped.ensemble.columns import batches, smallest
-from biped.ensemble.sweeps import goal_at
+from biped.ensemble.results import goal_at
 from biped.measure.metrics.walking import TOLD_BY, kind_of
 from biped.show.figures.style import JOINTS, PUSH, QUIET, figure
 
@@ -23,7 +23,7 @@ def rates(points: Rows, title: str) -> Figure:
     The last key is the abscissa; the first, if there are two, makes the colours.
 
     Args:
-        points: As from `biped.ensemble.sweeps.by_point`.
+        points: As from `biped.ensemble.results.by_point`.
         title: Of the campaign.
     """
     keys = list(points[0]["values"])

@@ -8,7 +8,7 @@ import numpy as np
 
 from biped.base.statistics import POWER, Z95, enough_for, smallest_drop, wilson
 from biped.ensemble.checks import word_of
-from biped.ensemble.sweeps import goal_at
+from biped.ensemble.results import goal_at
 from biped.measure.metrics.walking import outcome
 from biped.scenario.metrics import METRICS, metrics_of_table
 from biped.show.page.html import Markup, join, judged, metric_text, table, tag

@@ -9,7 +9,7 @@ from typing import Any
 
 from biped.base.statistics import wilson
 from biped.ensemble.checks import GOALS
-from biped.ensemble.sweeps import goal_at, threshold_words
+from biped.ensemble.results import goal_at, threshold_words
 from biped.measure.metrics.walking import kind_of
 from biped.scenario.metrics import HEAD, METRICS
 from biped.show.page.claims import enough_words

@@ -12,8 +12,8 @@ from biped.base.sequential import BETTER, UNDECIDED, Rates, SequentialTest, deci
 from biped.ensemble.backend import Jobs
 from biped.ensemble.folder import Folder
 from biped.ensemble.guard import new_folder
-from biped.scenario.inline import setting
 from biped.scenario.laws import BUILT_IN
+from biped.scenario.vary import setting
 from biped.studies.diff.changes import MARGIN, SAME, UNSAID, WORSE, ComparedSide, side
 from biped.studies.diff.study import Difference, differ
 from biped.studies.folders import RUNS

@@ -11,8 +11,7 @@ from biped.base.progress import Progress, silent
 from biped.ensemble.backend import Jobs
 from biped.ensemble.journal import Journal
 from biped.ensemble.origin import origin_of
-from biped.scenario.inline import setting
-from biped.scenario.vary import stream
+from biped.scenario.vary import setting, stream
 from biped.studies.folders import writing
 from biped.studies.planned import plan_of
 from biped.studies.readings.definition import Claim, Definition, Outcome, Value, definition, digest, outcome_of, score

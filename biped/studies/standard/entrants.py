@@ -11,10 +11,10 @@ from biped.base.text import safe
 from biped.base.trust import grant
 from biped.scenario.gains import Gains
 from biped.scenario.gait import read_gains, speeds_of
-from biped.scenario.inline import setting
+from biped.scenario.general import read_by
 from biped.scenario.laws import BUILT_IN, is_card
-from biped.scenario.noticed import read_by
 from biped.scenario.reading import read_scenario
+from biped.scenario.vary import setting
 from biped.studies.planned import plan_of
 
 PLAIN = "standard/level"

@@ -17,8 +17,8 @@ from biped.ensemble.campaign import run_one
 from biped.ensemble.plan import Plan
 from biped.robot.gravity import GRAVITY
 from biped.robot.report import look
-from biped.scenario.inline import setting
 from biped.scenario.reading import read_scenario
+from biped.scenario.vary import setting
 
 SCENARIO = "tune/any"
 GAITS = ("any/sure", "any/quick", "any/short", "any/long")

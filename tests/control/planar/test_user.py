@@ -17,7 +17,7 @@ from biped.control.loading import load_law
 from biped.control.planar import start_law
 from biped.control.planar.user import UserLaw
 from biped.engines.planar.mujoco import simulate
-from biped.ensemble import packed
+from biped.ensemble import failures
 from biped.ensemble.plan import Plan
 from biped.measure.columns import PHASE, WIDTH
 from biped.measure.stored import load
@@ -262,7 +262,7 @@ def test_a_law_that_raises_in_a_campaign_leaves_the_others(capsys):
     assert "raised ZeroDivisionError at 0.099 s" in kept
     assert "Traceback" in kept
     assert "--only 1 --trust" in kept
-    assert len(packed.load(Path("x/failures/run-00001.xz"))) == 99
+    assert len(failures.load_packed(Path("x/failures/run-00001.xz"))) == 99
 
 
 def test_a_laws_own_signals_are_in_trajectory_result_and_table(capsys):

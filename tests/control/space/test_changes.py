@@ -12,7 +12,7 @@ from biped.control.space.record import GAIT
 from biped.control.space.setup import set_gains
 from biped.engines.mujoco import simulate
 from biped.ensemble.campaign import run_one
-from biped.ensemble.packed import load, save
+from biped.ensemble.failures import load, save
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario
 from tests.control.space.scene import Scene

@@ -11,7 +11,7 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.engines.planar.mujoco import simulate
-from biped.ensemble.packed import load, save
+from biped.ensemble.failures import load, save
 from biped.ensemble.plan import Plan
 from biped.measure import stored
 from biped.measure.metrics import measure

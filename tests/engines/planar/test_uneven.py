@@ -14,7 +14,7 @@ from biped.engines import home
 from biped.engines.home import simulate_with_ledger
 from biped.engines.planar import mujoco as foreign
 from biped.engines.planar.planes import lay, planes_of
-from biped.ensemble.packed import load, save
+from biped.ensemble.failures import load, save
 from biped.ensemble.plan import Plan
 from biped.measure import stored
 from biped.measure.metrics import measure

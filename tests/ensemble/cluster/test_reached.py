@@ -13,7 +13,7 @@ import pytest
 import biped
 from biped.base.errors import InputError, RunError
 from biped.cli.main import main
-from biped.ensemble.cluster import carrying, connection, tasks
+from biped.ensemble.cluster import connection, tasks, worker
 from biped.ensemble.cluster.local import Local
 from biped.ensemble.cluster.tasks import Tasks
 from biped.ensemble.executor import workers
@@ -38,7 +38,7 @@ def test_commands_and_python_know_clusters(capsys):
 
 
 def test_a_worker_of_other_versions_is_refused_and_both_are_named(cluster, monkeypatch):
-    there = carrying.versions()
+    there = worker.versions()
     monkeypatch.setattr(tasks, "resources", lambda same: {"biped-other": 1.0})
     monkeypatch.setattr(tasks, "versions", lambda: there | {"mujoco": "3.9.9"})
     monkeypatch.setattr(tasks, "LOOK", 0.1)
@@ -53,8 +53,8 @@ def test_a_worker_of_other_versions_is_refused_and_both_are_named(cluster, monke
 
 
 def test_another_kind_of_machine_is_asked_for_only_where_it_matters():
-    assert len(carrying.resources(False)) == 1
-    assert carrying.resources(False).items() < carrying.resources(True).items()
+    assert len(worker.resources(False)) == 1
+    assert worker.resources(False).items() < worker.resources(True).items()
 
 
 class Stalled:

@@ -13,7 +13,7 @@ from biped.base.errors import InputError
 from biped.base.json import dumps
 from biped.ensemble.chunks import Chunks
 from biped.ensemble.executor import workers
-from biped.ensemble.packed import SUFFIX
+from biped.ensemble.failures import SUFFIX
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario
 from biped.studies.comparison import compare
