@@ -38,8 +38,8 @@ def test_it_begins_at_the_gait_that_stays_up_longest_with_joint_torques():
     assert s.robot is not None
     assert s.tune is not None
     parts = studies(s)
-    assert [one.base.actuation.assist for one in parts] == [0.0, 0.0, 0.0, 0.0, 0.0]
-    assert [len(one.base.robot.rigid) for one in parts if one.base.robot] == [9, 9, 9, 0, 0], "arms and waist"
+    assert [one.base.actuation.assist for one in parts] == [0.0] * 6
+    assert [len(one.base.robot.rigid) for one in parts if one.base.robot] == [9, 9, 9, 0, 0, 0], "arms and waist"
     shipped = read_scenario(SCENARIO).tune
     assert shipped is not None
     assert [one.generations for one in s.tune.stages] == [one.generations for one in shipped.stages]
