@@ -133,12 +133,12 @@ def side_by_side(plan: Plan) -> bool:
     Compiled loops hold no interpreter lock, so threads are as fast as processes; but a fault of compiled code ends them
     all, where forked workers lose one run. Laws in Python need processes in any case.
     """
-    if plan.scenario.robot is not None:
+    if FORKS:
         return False
     from biped.control.planar.controller import python_needed
+    from biped.engines.loop import by_kind
 
-    first = plan.run(0)
-    return not FORKS and not python_needed(first, first.tree)
+    return by_kind(plan.run(0), lambda run: not python_needed(run, run.tree), lambda _: False)
 
 
 class Making:

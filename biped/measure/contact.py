@@ -8,6 +8,8 @@ O. Tirosh and W. A. Sparrow (Journal of Applied Biomechanics 19, 2003) find that
 of foot strike, and that toe-off needs one of 10 N or less. docs/results.md shows what the two numbers here change.
 """
 
+from typing import Any
+
 import numpy as np
 
 from biped.robot.robot import Robot
@@ -88,3 +90,19 @@ def along_feet(robot: Robot) -> np.ndarray:
         x = np.array(foot.points)[:, 0]
         out.append((x - x.min()) / (np.ptp(x) or 1.0))
     return np.concatenate(out)
+
+
+def ends(robot: Robot, values: np.ndarray, of: Any = np.mean) -> np.ndarray:
+    """(n, 4, …) toe and heel of each foot: means, or what `of` makes, of values (n, P, …) of the halves of its points.
+
+    Args:
+        robot: Whose feet.
+        values: Of its contact points.
+        of: Reduces an array over its axis 1.
+    """
+    along, feet, parts = along_feet(robot), robot.of_foot, []
+    for foot in range(len(robot.feet)):
+        mine = feet == foot
+        front, rear = mine & (along >= 0.5), mine & (along < 0.5)
+        parts += [of(values[:, half if half.any() else mine], axis=1) for half in (front, rear)]
+    return np.stack(parts, axis=1)

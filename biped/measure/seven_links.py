@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from biped.measure.planar import Derived, Forces, derive
+from biped.measure.pushes import declared
 from biped.measure.trajectory import Trajectory, mean_powers
 from biped.robot.gravity import gravity
 from biped.robot.planar.topology import BASE, CHAINS, PITCH, X
@@ -28,9 +29,9 @@ class PlanarTrajectory(Trajectory):
         slope = math.radians(self.slope)
         c, s = math.cos(slope), math.sin(slope)
         pushes = [
-            (round(start / self.tick), round(end / self.tick), force[0] * c + force[-1] * s,
-             force[-1] * c - force[0] * s, self.robot.bodies.index(body))
-            for start, end, *force, body in self.pushes if body in self.robot.bodies
+            (round(start / self.tick), round(end / self.tick), forward * c + up * s, up * c - forward * s,
+             self.robot.bodies.index(body))
+            for start, end, (forward, _, up), body in declared(self) if body in self.robot.bodies
         ]  # fmt: skip
         seat = np.empty((0, 3)) if self.seat_force is None else self.seat_force
         acting = Forces(self.generalized, gravity(self.slope), np.array(pushes, dtype=float).reshape(-1, 5), seat)

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 
-from biped.measure.contact import along_feet
-from biped.measure.joints import ends
+from biped.measure.contact import along_feet, ends
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
 from biped.robot.leg_states import FIRST_IN_AIR

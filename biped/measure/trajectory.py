@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from biped.measure.contact import Strike, feet_down, strikes_of
-from biped.measure.joints import ends, joint_angles
+from biped.measure.contact import Strike, ends, feet_down, strikes_of
 from biped.measure.log import Log
 from biped.robot.gravity import GRAVITY
-from biped.robot.planar.topology import LEGS, SEGMENTS
+from biped.robot.planar.topology import ENDS, LEGS, SEGMENTS
 
 if TYPE_CHECKING:
     import mujoco
@@ -210,7 +209,7 @@ class Trajectory(Log):
 
     @property
     def joint_angles(self) -> np.ndarray:
-        """(n, 6) [rad] of hip, knee and ankle (`biped.measure.joints`); right, then left."""
+        """(n, 6) [rad] of hip, knee and ankle; right, then left."""
         return joint_angles(self.figure, ends(self.robot, self.point), -self.lean - math.radians(self.slope))
 
     @property
@@ -238,3 +237,31 @@ def mean_powers(forces: np.ndarray, rates: np.ndarray) -> np.ndarray:
     This is what changes the kinetic energy in a step.
     """
     return forces[:-1] * 0.5 * (rates[:-1] + rates[1:])
+
+
+def joint_angles(figure: np.ndarray, end: np.ndarray, trunk: np.ndarray) -> np.ndarray:
+    """(n, 6) [rad] of hip, knee and ankle as seen from the side; right, then left.
+
+    They are the thesis's: hip θ1 − θ, knee θ2 − θ1 and ankle θ3 − θ2 + π/2, anticlockwise seen from the right. Those
+    of seven links are their coordinates; of other robots they are between trunk, thigh, shank and foot.
+
+    Args:
+        figure: (n, 7, 3) [m] hip, knee and ankle of each leg, and the trunk's upper end.
+        end: (n, 4, 3) [m] toe and heel of each foot.
+        trunk: (n,) [rad] of the trunk from the ground's normal, anticlockwise.
+    """
+    joint, point = figure[..., [0, 2]], end[..., [0, 2]]
+    out = np.empty((len(figure), LEGS * SEGMENTS))
+    for leg in range(LEGS):
+        first = SEGMENTS * leg
+        hip, knee, ankle = (joint[:, first + i] for i in range(SEGMENTS))
+        toe, heel = point[:, ENDS * leg], point[:, ENDS * leg + 1]
+        thigh, shank = _slant(hip - knee), _slant(knee - ankle)
+        foot = np.unwrap(np.arctan2((toe - heel)[:, 1], (toe - heel)[:, 0]))
+        out[:, first], out[:, first + 1], out[:, first + 2] = thigh - trunk, shank - thigh, foot - shank
+    return out
+
+
+def _slant(along: np.ndarray) -> np.ndarray:
+    """(n,) [rad] of vectors (n, 2) from upright, anticlockwise positive."""
+    return np.unwrap(np.arctan2(-along[:, 0], along[:, 1]))

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from biped.measure.momentum import LONG, SHORT, Unexplained
+from biped.measure.pushes import declared
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import gravity
 from biped.robot.planar.tree import motion
@@ -99,8 +100,8 @@ def most(t: Trajectory) -> Most:
         height -= min(0.0, float(t.ground.z.min()))
     body = {link: float(m) for link, m in zip(t.robot.bodies, mass, strict=True)}
     pushed = sum(
-        (end - start) * math.hypot(*force) / math.sqrt(2.0 * body.get(name, float(mass.min())))
-        for start, end, *force, name in t.pushes
+        (push.end - push.start) * math.hypot(*push.force) / math.sqrt(2.0 * body.get(push.body, float(mass.min())))
+        for push in declared(t)
     )
     return Most(first - total * normal * height, total * along, pushed, float(mass.min()), float(inertia.min()))
 

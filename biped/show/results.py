@@ -18,13 +18,13 @@ from biped.ensemble.checks import FAILED, NOTHING, PASSED, UNDECIDED, goal_of, j
 from biped.ensemble.columns import batches
 from biped.ensemble.results import goal_at, threshold_words
 from biped.measure.metrics.gait import MOVED
+from biped.measure.metrics.pushed import STEP_NAMES
 from biped.measure.metrics.walking import TOLD_BY, kind_of, outcome
 from biped.scenario.metrics import HEAD, METRICS, metrics_of_table
 from biped.show.document import Block, Document, Heading, Items, Kind, Line, Paragraph, Table, Words
 from biped.show.markdown import text
 from biped.show.words import between
 
-STEPS_AFTER = ("first_step", "second_step", "third_step", "fourth_step")
 WARNED = 10
 """Most runs whose warnings are printed."""
 NOWHERE = f"no cost of transport, no slip: moved less than {MOVED:g} m in the window"
@@ -156,7 +156,7 @@ def push_words(numbers: Mapping[str, Any]) -> str:
     told = f"pushed with {impulse} N s, {speed} m/s of the whole robot, {share} sqrt(g leg)"
     if real(numbers["push_share"]):
         told += f", {100.0 * numbers['push_share']:.0f} % of the most that steps of a leg length could catch"
-    steps = [numbers[name] for name in STEPS_AFTER if real(numbers[name])]
+    steps = [numbers[name] for name in STEP_NAMES if real(numbers[name])]
     if real(numbers["recovery_time"]):
         told += f"; recovered in {number(numbers['recovery_time'])} s"
     return f"{told}; next steps {', '.join(number(step) for step in steps)} m" if steps else told

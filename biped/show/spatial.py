@@ -52,8 +52,7 @@ def seated(t: Trajectory, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def pushes(t: Trajectory) -> list[PushInterval]:
     """Pushes with forces (k, 3) [N] in the ground's frame."""
     turn = tilt(t)
-    return [push._replace(force=(lift(push.force) if push.force.shape[1] == 2 else push.force) @ turn)
-            for push in pushes_of(t)]  # fmt: skip
+    return [push._replace(force=push.force @ turn) for push in pushes_of(t)]
 
 
 def light_evenly(model: mujoco.MjModel) -> None:

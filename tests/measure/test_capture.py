@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from biped.measure.metrics.capture import capture_radius, largest_push, push_share
+from biped.measure.metrics.pushed import capture_radius, largest_push, push_share
 from tests.measure.test_pushed import STEP, walk
 
 FOOT, REACH, TIME = 0.12, 0.9, 1.3
@@ -91,9 +91,9 @@ def test_of_a_walk_whose_numbers_are_known():
         reach = leg * math.exp(-(step - 0.1 / tau)) / (1.0 - math.exp(-step))
         most = max(most, 0.5 * abs(toe - heel) + reach - (centre - 0.5 * (heel + toe)))
     expected = 40.0 / mass * tau * (1.0 - math.exp(-lasting)) / lasting / most
-    assert push_share(t, 3.1, 3.3, (40.0, 0.0)) == pytest.approx(expected, rel=1e-6)
-    assert push_share(t, 3.1, 3.3, (80.0, 0.0)) == pytest.approx(2.0 * expected, rel=1e-6)
-    assert push_share(t, 3.1, 3.3, (-40.0, 0.0)) != pytest.approx(expected, rel=0.01)
-    assert math.isnan(push_share(t, 3.1, 3.3, (0.0, 40.0))), "straight up"
-    assert math.isnan(push_share(t, 0.2, 0.4, (40.0, 0.0))), "before the first steps"
-    assert math.isnan(push_share(t, 3.1, 4.8, (40.0, 0.0))), "no push, but a wind"
+    assert push_share(t, 3.1, 3.3, (40.0, 0.0, 0.0)) == pytest.approx(expected, rel=1e-6)
+    assert push_share(t, 3.1, 3.3, (80.0, 0.0, 0.0)) == pytest.approx(2.0 * expected, rel=1e-6)
+    assert push_share(t, 3.1, 3.3, (-40.0, 0.0, 0.0)) != pytest.approx(expected, rel=0.01)
+    assert math.isnan(push_share(t, 3.1, 3.3, (0.0, 0.0, 40.0))), "straight up"
+    assert math.isnan(push_share(t, 0.2, 0.4, (40.0, 0.0, 0.0))), "before the first steps"
+    assert math.isnan(push_share(t, 3.1, 4.8, (40.0, 0.0, 0.0))), "no push, but a wind"

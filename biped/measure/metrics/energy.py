@@ -7,6 +7,7 @@ import numpy as np
 
 from biped.measure.metrics.gait import travelled
 from biped.measure.metrics.sums import Driven, driven
+from biped.measure.pushes import declared
 from biped.measure.trajectory import Trajectory, mean_powers
 from biped.robot.gravity import GRAVITY, frame
 from biped.robot.planar.topology import ANKLE, BASE, HIP, KNEE, PITCH, THIGH, TORSO
@@ -116,10 +117,10 @@ def momentum_residual(t: Trajectory) -> float:
     count, weight = len(t) - 1, -t.mass * t.gravity[2]
     normal = frame(t.slope, t.side_slope)[2]
     push = pushed = 0.0
-    for start, end, *force, _ in t.pushes:
-        ticks = max(0, min(round(end / t.tick), count) - round(start / t.tick))
-        one = ticks * float(normal @ [force[0], force[1] if len(force) > 2 else 0.0, force[-1]])
-        push, pushed = push + one, pushed + abs(one)
+    for one in declared(t):
+        ticks = max(0, min(round(one.end / t.tick), count) - round(one.start / t.tick))
+        up = ticks * float(normal @ one.force)
+        push, pushed = push + up, pushed + abs(up)
     force = float(t.ground_force[:-1, 2].sum()) + (0.0 if t.seat_force is None else float(t.seat_force[:-1, 1].sum()))
     change = t.mass * float(t.com_velocity[-1, 2] - t.com_velocity[0, 2]) / t.tick
     off = change - (force + push - weight * count)

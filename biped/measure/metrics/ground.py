@@ -7,6 +7,7 @@ import numpy as np
 from biped.measure.contact import swings_of
 from biped.measure.metrics.gait import travelled
 from biped.measure.metrics.sums import grounded
+from biped.measure.pushes import declared
 from biped.measure.trajectory import Trajectory
 
 _SWING = 0.1
@@ -35,8 +36,8 @@ def pull(t: Trajectory, span: slice) -> float:
     begin, end = float(t.time[span.start]), float(t.time[span.start]) + t.tick * (span.stop - span.start)
     way = np.array([float(one[span.stop - 1] - one[span.start]) for one in (t.x, t.y)])
     impulse = np.zeros(2)
-    for start, stop, *force, _ in t.pushes:
-        impulse[: len(force) - 1] += max(0.0, min(stop, end) - max(start, begin)) * np.array(force[:-1])
+    for push in declared(t):
+        impulse += max(0.0, min(push.end, end) - max(push.start, begin)) * np.array(push.force[:2])
     return float(impulse @ way) / ((end - begin) * (math.hypot(*way) or math.inf))
 
 

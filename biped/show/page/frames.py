@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
+from biped.measure.pushes import declared
 from biped.measure.signals import corners_of, end_forces, finite, leg_states, means, stick
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
@@ -147,8 +148,7 @@ def frames_of(trajectory: Trajectory, model: mujoco.MjModel | None = None) -> Fr
         slope=trajectory.slope,
         side_slope=trajectory.side_slope,
         leg=trajectory.robot.leg,
-        pushes=tuple((start, end, push[0], *(push[1:-1] or (0.0,)), push[-1])
-                     for start, end, *push, _ in trajectory.pushes),
+        pushes=tuple((push.start, push.end, *push.force) for push in declared(trajectory)),
         legs=trajectory.robot.legs,
         ground=np.stack(trajectory.ground.between(along.min() - reach, along.max() + reach), axis=1) @ aside,
         seat=corners_of(trajectory) @ aside,

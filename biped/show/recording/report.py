@@ -48,8 +48,8 @@ def result(run: Recorded) -> str:
     if not ground.level:
         lines[-1] += f", ground {100 * ground.z.min():+.1f} to {100 * ground.z.max():+.1f} cm high"
     for push in pushes_of(trajectory):
-        forward, *left, up = push.force[0]
-        aside = f"{left[0]:g} N to the left, " if left else ""
+        forward, left, up = push.force[0]
+        aside = f"{left:g} N to the left, " if left else ""
         size = f"{forward:g} N forward, {aside}{up:g} N up" if len(push.force) == 1 else push.size
         lines.append(f"- push on the {words(push.body)}: {size}, {push.start:g} to {push.end:g} s")
     if trajectory.warnings:

@@ -60,7 +60,7 @@ def probe(feature: str, seconds: float, recorder: str = "") -> None:
     from biped.ensemble.campaign import simulate
     from biped.ensemble.plan import Plan
     from biped.scenario.reading import read_scenario
-    from biped.studies.bench.parts import bare, clock
+    from biped.studies.bench.replay import bare, clock, replay_of
 
     before = set(sys.modules)
     base = [f"duration={seconds}", f"window.start={seconds / 2}", f"window.end={seconds}"]
@@ -79,7 +79,8 @@ def probe(feature: str, seconds: float, recorder: str = "") -> None:
     tracemalloc.stop()
     plain = Plan(read_scenario(BASE, base)).run(0)
     reference = simulate_mujoco(plain)
-    times = [(clock(work) / len(trajectory), bare(plain, reference) / len(reference)) for _ in range(3)]
+    again = replay_of(plain, reference)
+    times = [(clock(work) / len(trajectory), bare(again) / len(reference)) for _ in range(3)]
     ratio = sorted(a / b for a, b in times)[1]
     packages = sorted({_package(name) for name in imported} - {""})
     out = {"tick": min(a for a, _ in times) * 1e6, "ratio": ratio, "imported": packages, "kernels": kernels,

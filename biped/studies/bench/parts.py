@@ -1,117 +1,73 @@
-"""Where a control tick's time goes: each part repeated by itself over the states of one recorded run.
-
-Bare steps are called from Python, with MuJoCo's clock on: what anybody pays who writes the loop by hand. The strict
-comparison is with the same steps in compiled code, the clock off.
-"""
+"""Where a control tick's time goes: each part repeated by itself over the states of one recorded run."""
 
 import statistics
-import time
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import msgspec
 import mujoco
 import numpy as np
 
-from biped.engines.loop import push_spans
-from biped.engines.native import native as native_of
-from biped.engines.native import without_clock
+from biped.base.jit import long_kernel
+from biped.control.planar.floating import floating_torques
+from biped.control.planar.sensing import sense_links
+from biped.control.planar.setup import controller_record
+from biped.control.planar.tick import thesis_tick
 from biped.engines.planar.mujoco import simulate
-from biped.engines.planar.plant import turned
 from biped.measure.metrics import measure
 from biped.measure.trajectory import Trajectory
+from biped.robot.planar.kinematics import mass_matrix
 from biped.robot.run import Run
+from biped.studies.bench.replay import bare, clock, replay_of, strict
 
 REPEATS = 7
 
 
-def clock(work: Callable[[], Any]) -> float:
-    """CPU seconds of a call."""
-    start = time.process_time()
-    work()
-    return time.process_time() - start
+@long_kernel
+def _trees(record, q, v, Q_d, torques):
+    c = record[0]
+    M = c["work"]["M"]
+    for k in range(q.shape[0]):
+        sense_links(c, q[k], v[k])
+        mass_matrix(c["tree"], c["at"], M)
+        if torques:
+            for j in range(Q_d.shape[1]):
+                c["tick"]["Q_d"][j] = Q_d[k, j]
+            floating_torques(c, M, q[k])
 
 
-class _Again(NamedTuple):
-    """A run to be stepped once more, without its controller.
+@long_kernel
+def _laws(record, q, v, log):
+    for k in range(q.shape[0]):
+        thesis_tick(record, q[k], v[k], log, k, 0.0)
 
-    Attributes:
-        model: Of the run.
-        data: At the run's start.
-        taken: What MuJoCo takes forces from.
-        given: (n, 6 or 9) those of the run, tick by tick.
-        spans: First tick, last tick + 1, forces on bodies; see `push_spans`.
-        substeps: Steps in a tick.
+
+class Inner:
+    """The parts of a tick over all states of a run.
+
+    Args:
+        run: The run.
+        trajectory: What it left behind.
     """
 
-    model: mujoco.MjModel
-    data: mujoco.MjData
-    taken: np.ndarray
-    given: np.ndarray
-    spans: list[tuple[int, int, np.ndarray]]
-    substeps: int
+    def __init__(self, run: Run, trajectory: Trajectory):
+        self._record = controller_record(run, run.tree)
+        columns = (trajectory.q, trajectory.v, trajectory.Q_d)
+        self._q, self._v, self._Q_d = (np.ascontiguousarray(column) for column in columns)
+        self._log = np.array(trajectory.log)
 
-    def push(self, forces: np.ndarray) -> None:
-        """Pushes the bodies [N]."""
-        self.data.xfrc_applied[1:, [0, 2]] = forces
+    def tree(self) -> None:
+        """Kinematics and mass matrix."""
+        _trees(self._record, self._q, self._v, self._Q_d, False)
 
+    def tree_and_torques(self) -> None:
+        """These and the joint torques."""
+        _trees(self._record, self._q, self._v, self._Q_d, True)
 
-def _again(run: Run, trajectory: Trajectory) -> _Again:
-    s = run.scenario
-    model = run.planar_model().model
-    data = mujoco.MjData(model)
-    data.qpos[:], data.qvel[:] = run.q, run.v
-    taken = data.qfrc_applied if trajectory.generalized else data.ctrl
-    given = np.ascontiguousarray(trajectory.Q_d if trajectory.generalized else trajectory.u)
-    bodies = [model.body(i).name for i in range(1, model.nbody)]
-    spans = push_spans(s, bodies, partial(turned, s.ground.slope), len(trajectory), trajectory.tick)
-    return _Again(model, data, taken, given, spans, round(trajectory.tick / s.simulation.timestep))
-
-
-def replay(run: Run, trajectory: Trajectory, step: bool = True) -> None:
-    """Replays the recorded forces and pushes through bare MuJoCo; without `step`, only hands the forces over."""
-    again = _again(run, trajectory)
-    mj_step, model, data, taken, given, substeps = mujoco.mj_step, *again[:4], again.substeps
-    for first, last, forces in again.spans:
-        again.push(forces)
-        if not step:
-            for k in range(first, last):
-                taken[:] = given[k]
-        elif substeps == 1:
-            for k in range(first, last):
-                taken[:] = given[k]
-                mj_step(model, data)
-        else:
-            for k in range(first, last):
-                taken[:] = given[k]
-                mj_step(model, data, substeps)
-
-
-def bare(run: Run, trajectory: Trajectory) -> float:
-    """CPU seconds of bare `mj_step` along the run: the same model, torques and contacts, and nothing else."""
-    return clock(lambda: replay(run, trajectory)) - clock(lambda: replay(run, trajectory, False))
-
-
-def strict(run: Run, trajectory: Trajectory) -> float | None:
-    """CPU seconds of the same steps in one compiled loop, MuJoCo's clock off; None where that is not possible."""
-    foreign = run.planar_model()
-    native = native_of(foreign.model, foreign.order)
-    if native is None:
-        return None
-    from biped.studies.bench.inner import steps
-
-    again = _again(run, trajectory)
-    addresses = native.step, again.model._address, again.data._address
-
-    def compiled() -> None:
-        for first, last, forces in again.spans:
-            again.push(forces)
-            steps(*addresses, again.taken, again.given[first:last], again.substeps)
-
-    with without_clock():
-        return clock(compiled)
+    def law(self) -> None:
+        """The whole tick of the controller."""
+        _laws(self._record, self._q, self._v, self._log)
 
 
 def tick_parts(run: Run, trajectory: Trajectory) -> dict[str, float]:
@@ -128,13 +84,11 @@ def tick_parts(run: Run, trajectory: Trajectory) -> dict[str, float]:
         logging forces; Python's loop where it is not compiled), and their sum `closed_loop`; `metrics`; the ratios of
         the closed loop, without and with metrics, to physics, and with metrics to the compiled steps (`strict`).
     """
-    from biped.studies.bench.inner import Inner
-
-    inner = Inner(run, trajectory)
+    inner, again = Inner(run, trajectory), replay_of(run, trajectory)
     one_tick = replace(run, scenario=msgspec.structs.replace(run.scenario, duration=trajectory.tick))
     calls: dict[str, Callable[[], float]] = {
-        "physics": lambda: bare(run, trajectory),
-        "steps": lambda: strict(run, trajectory) or bare(run, trajectory),
+        "physics": lambda: bare(again),
+        "steps": lambda: strict(again) or bare(again),
         "tree": lambda: clock(inner.tree),
         "tree_and_torques": lambda: clock(inner.tree_and_torques),
         "law": lambda: clock(inner.law),

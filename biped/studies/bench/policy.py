@@ -16,8 +16,7 @@ from biped.ensemble.executor import mapped
 from biped.ensemble.plan import Plan
 from biped.scenario.card_file import read_card
 from biped.scenario.reading import from_text
-from biped.studies.bench.general import Replay, replay_of, replayed
-from biped.studies.bench.parts import clock
+from biped.studies.bench.replay import Replay, clock, replay_of, replayed
 
 SECONDS, REPEATS, RUNS, ROUNDS = 10.0, 3, 100, 10
 SHIPPED = folder("controllers") / "policy" / "h1.toml"
@@ -70,7 +69,7 @@ def policy_cost(file: Path, quick: bool, repeats: int = REPEATS, seconds: float 
     run, sparse = _plan(file, seconds, "").run(0), None
     if (card.start * card.rate).is_integer():
         sparse = _plan(file, seconds, f"simulation = {{ control_rate = {card.rate} }}\n").run(0)
-    network, replay = Network(file.parent / card.network), replay_of(run)
+    network, replay = Network(file.parent / card.network), replay_of(run, simulate(run))
     observed, calls = np.zeros(network.size or 1, np.float32), round(seconds * card.rate)
 
     def ask() -> None:

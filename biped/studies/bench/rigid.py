@@ -15,8 +15,8 @@ from biped.engines.rigid.tree import mass_and_bias, place
 from biped.measure.trajectory import Trajectory
 from biped.robot.planar.topology import N_CONSTRAINTS, N_POINTS
 from biped.robot.run import Run
-from biped.studies.bench.inner import Inner
-from biped.studies.bench.parts import clock
+from biped.studies.bench.parts import Inner
+from biped.studies.bench.replay import clock
 
 REPEATS = 9
 STRIDE = 17

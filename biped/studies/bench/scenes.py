@@ -1,21 +1,30 @@
-"""Costs of the closed loop in scenes of every kind, as ratios to bare `mj_step` of the same run.
+"""Costs of the closed loop in scenes of every kind and of any robot, as ratios to bare `mj_step` of the same run.
 
 Least times of many interleaved repeats: what else runs on the machine can only add to a time.
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from biped.control.law import Setup
+from biped.control.observation import Observation
 from biped.control.planar.controller import python_needed
+from biped.engines import mujoco
+from biped.engines.loop import by_kind
+from biped.engines.mujoco import simulate
 from biped.engines.native import reason
-from biped.engines.planar.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure
+from biped.robot.law_factory import Factory
 from biped.robot.run import Run
 from biped.scenario.reading import read_scenario
-from biped.studies.bench.parts import clock, replay, strict
+from biped.studies.bench.replay import clock, replay_of, replayed, strict
 
-REPEATS = 15
+REPEATS, ROBOTS_REPEATS = 15, 5
 SCENES: dict[str, tuple[str, ...]] = {
     "level_normal": ("level_normal",),
     "level_fast": ("level_fast",),
@@ -37,6 +46,30 @@ SCENES: dict[str, tuple[str, ...]] = {
     "pyramidal cones": ("level_normal", "simulation.cone='pyramidal'"),
 }  # fmt: skip
 """Scenario and changes."""
+
+
+ROBOTS: dict[str, tuple[str, ...]] = {
+    "walk in space": ("spatial/level",),
+    "walk in space, Q_d itself": ("spatial/generalized", "duration=10.0", "window.end=10.0"),
+    "human, thesis's law in Python": ("any/walk",),
+    "walker2d stands": ("any/walker2d",),
+    "humanoid stands": ("any/humanoid",),
+    "h1 stands": ("any/h1",),
+    "h1 stands, 500 Hz": ("any/h1", "simulation.control_rate=500"),
+}
+"""Scenario and changes."""
+CONSTANT = "h1, a law that returns a constant"
+
+
+class Constant:
+    """A law that asks for nothing and returns zeros: what the loop itself costs."""
+
+    def __init__(self, setup: Setup):
+        self._torques = np.zeros(setup.model.nu)
+
+    def torques(self, sensed: Observation) -> np.ndarray:
+        """(nu,) zeros."""
+        return self._torques
 
 
 class SceneCost(NamedTuple):
@@ -66,26 +99,31 @@ class SceneCost(NamedTuple):
 
 
 def loop_of(run: Run) -> str:
-    """How a run's ticks are looped over: compiled, or in Python and why."""
+    """How a run's ticks are looped over: compiled, or in Python and, of seven links, why."""
+    return by_kind(run, _planar_loop, mujoco.loop_of)
+
+
+def _planar_loop(run: Run) -> str:
     foreign = run.planar_model()
     why = python_needed(run, run.tree) or reason(foreign.model, foreign.order)
     return f"in Python: {why}" if why else "compiled"
 
 
 def scene_cost(run: Run, repeats: int = REPEATS) -> SceneCost:
-    """Costs of a run in MuJoCo.
+    """Measures the cost of a run in MuJoCo.
 
     Args:
         run: The run.
         repeats: Of which the least times count.
     """
     trajectory = simulate(run)
+    again = replay_of(run, trajectory)
     return least_cost(loop_of(run), trajectory.end, len(trajectory), {
-        "steps_and_hand": lambda: clock(lambda: replay(run, trajectory)),
-        "hand": lambda: clock(lambda: replay(run, trajectory, False)),
-        "steps": lambda: strict(run, trajectory),
+        "steps_and_hand": lambda: clock(lambda: replayed(again)),
+        "hand": lambda: clock(lambda: replayed(again, False)),
+        "steps": lambda: strict(again),
         "closed_loop": lambda: clock(lambda: simulate(run)),
-        "metrics": lambda: clock(lambda: measure(trajectory, run.scenario.interval)),
+        "metrics": lambda: clock(partial(measure, trajectory, run.scenario.interval)),
     }, repeats)  # fmt: skip
 
 
@@ -120,6 +158,14 @@ def least_cost(
 def scene_costs(repeats: int = REPEATS) -> dict[str, dict[str, Any]]:
     """Costs of each of `SCENES`, by name."""
     return costs_of(SCENES, scene_cost, repeats)
+
+
+def robot_costs(repeats: int = ROBOTS_REPEATS) -> dict[str, dict[str, Any]]:
+    """Costs of each of `ROBOTS`, and of a law that returns a constant, by name."""
+    constant = Factory(Constant, f"{__name__}:{Constant.__name__}", __file__)
+    return costs_of(ROBOTS, scene_cost, repeats) | costs_of(
+        {CONSTANT: ROBOTS["h1 stands"]}, lambda run, n: scene_cost(replace(run, law=constant), n), repeats
+    )
 
 
 def costs_of(

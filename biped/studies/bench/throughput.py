@@ -23,8 +23,9 @@ from biped.measure.metrics import measure
 from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
 from biped.scenario.reading import read_scenario
-from biped.studies.bench.parts import bare, contact_costs, tick_parts
-from biped.studies.bench.scenes import loop_of, scene_costs
+from biped.studies.bench.parts import contact_costs, tick_parts
+from biped.studies.bench.replay import bare, replay_of
+from biped.studies.bench.scenes import loop_of, robot_costs, scene_costs
 
 REPEATS = 7
 ENSEMBLE = 100
@@ -43,7 +44,7 @@ class Throughput(NamedTuple):
         campaign: Of an ensemble; see `ensemble_costs`.
         cold_start: CPU seconds by command.
         scenes: Costs by scene (`biped.studies.bench.scenes`); None if they were left out.
-        robots: Costs of robots of any kind (`biped.studies.bench.general`); None likewise.
+        robots: Costs of robots of any kind (`biped.studies.bench.scenes`); None likewise.
         features: Prices by feature (`biped.studies.bench.features`); None likewise.
     """
 
@@ -90,7 +91,7 @@ def contacts(name: str = "level_normal") -> dict[int, float]:
 
 
 def _bare_again(run: Run, trajectory: Trajectory, _: int) -> float:
-    return bare(run, trajectory)
+    return bare(replay_of(run, trajectory))
 
 
 def ensemble_costs(name: str = "level_normal", jobs: int | None = None, runs: int | None = None) -> dict[str, float]:
@@ -160,6 +161,5 @@ def everything(quick: bool = False, recorder: Callable[..., None] | None = None)
     if quick:
         return Throughput(*costs, None, None, None)
     from biped.studies.bench.features import prices
-    from biped.studies.bench.general import general_costs
 
-    return Throughput(*costs, scene_costs(), general_costs(), prices(recorder=recorder))
+    return Throughput(*costs, scene_costs(), robot_costs(), prices(recorder=recorder))

@@ -10,8 +10,8 @@ import numpy as np
 
 from biped.scenario.normals import Move, Normals
 from biped.scenario.vary import stream
+from biped.studies.certify.outcome import LEFT, LearnedScore, design, time_left
 from biped.studies.certify.running import Outcomes
-from biped.studies.certify.scores import LEFT, LearnedScore, design, time_left
 from biped.studies.certify.splitting import EARLIEST
 
 FACTORS = (1.25, 1.5, 2.0, 3.0, 4.0, 6.0)

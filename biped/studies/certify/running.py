@@ -16,8 +16,7 @@ from biped.ensemble.executor import Map
 from biped.ensemble.folder import Folder
 from biped.ensemble.plan import Plan
 from biped.scenario.normals import Normals
-from biped.studies.certify.outcome import RunOutcome, outcome_of
-from biped.studies.certify.scores import Score
+from biped.studies.certify.outcome import RunOutcome, Score, outcome_of
 from biped.studies.folders import finished
 
 

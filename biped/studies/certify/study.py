@@ -16,10 +16,20 @@ from biped.ensemble.executor import workers
 from biped.ensemble.guard import OF_RUNS
 from biped.ensemble.plan import Plan
 from biped.scenario.disturbed import piece_times
-from biped.studies.certify.estimate import LEAST_SAMPLES, Probability, counted
-from biped.studies.certify.estimation import COUNTING, FIRST, LEAST_SIZE, SPLITTING, Accuracy, Found, estimated
+from biped.studies.certify.estimation import (
+    COUNTING,
+    FIRST,
+    LEAST_SAMPLES,
+    LEAST_SIZE,
+    SPLITTING,
+    Accuracy,
+    Found,
+    Probability,
+    counted,
+    estimated,
+)
+from biped.studies.certify.outcome import LEARNED, SCORES
 from biped.studies.certify.running import MakingOutcomes, journalled
-from biped.studies.certify.scores import LEARNED, SCORES
 from biped.studies.certify.splitting import Member, Moving
 from biped.studies.folders import folder_for
 from biped.studies.planned import plan_of, title_of

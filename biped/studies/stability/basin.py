@@ -14,8 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from biped.base.errors import RunError
-from biped.studies.stability.kicks import Kicks
-from biped.studies.stability.section import Mapped, Steady
+from biped.studies.stability.section import Kicks, Mapped, Steady
 
 SIZES = (1e-8, 1e-6, 1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.2, 0.4)
 """Distances of the kicked state, natural units."""

@@ -21,7 +21,6 @@ from biped.ensemble.plan import Plan
 from biped.measure.metrics.space import headings
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
-from biped.robot.robot import Robot
 from biped.robot.run import Run
 from biped.scenario.push import Push
 from biped.scenario.vary import stream
@@ -136,7 +135,7 @@ def states_of(t: Trajectory) -> np.ndarray:
     gravity = np.array(t.gravity) / np.linalg.norm(t.gravity)
     angle = headings(t)
     c, s, (x, y, z) = np.cos(angle), np.sin(angle), t.com_velocity.T
-    about = list(t.robot.base_columns[directions(t.robot) :])
+    about = list(t.robot.turning_columns)
     joints = [i for i in range(t.v.shape[1]) if i not in t.robot.base_columns]
     turned = len(t.q.T) - len(t.v.T)  # a quaternion has a number more than its rates
     return np.column_stack([
@@ -144,11 +143,6 @@ def states_of(t: Trajectory) -> np.ndarray:
         (c * x + s * y) / speed, (c * y - s * x) / speed, z / speed,
         t.q[:, [i + turned for i in joints]], t.v[:, joints] * time,
     ])  # fmt: skip
-
-
-def directions(robot: Robot) -> int:
-    """In how many directions a robot moves: two in the plane, which it turns in one way, three in space."""
-    return (len(robot.base_columns) + 1) // 2
 
 
 def _strikes(t: Trajectory) -> list[int]:
@@ -178,7 +172,7 @@ def with_push(run: Run, impulse: float, row: int, axis: int = 0) -> Run:
     """
     robot, s = run.robot, run.scenario
     newton = impulse * robot.mass * math.sqrt(GRAVITY * robot.leg) / run.tick
-    force = tuple(newton if i == axis else 0.0 for i in range(directions(robot)))
+    force = tuple(newton if i == axis else 0.0 for i in range(len(robot.moving_columns)))
     push = Push(at=row * run.tick, duration=run.tick, force=force, body=robot.bodies[robot.trunk_number - 1])
     return dataclasses.replace(run, scenario=replace(s, push=(*s.push, push)))
 

@@ -16,8 +16,7 @@ from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
 from biped.scenario.vary import stream
 from biped.studies.stability.cycle import Cycle, Map, find_cycle
-from biped.studies.stability.kicks import Kicks
-from biped.studies.stability.section import Mapped, PoincareSection, Steady, crossings
+from biped.studies.stability.section import Kicks, Mapped, PoincareSection, Steady, crossings
 
 RETURNS = 80
 """How often the map is repeated in search of a cycle."""

@@ -25,7 +25,7 @@ from biped.robot.gravity import GRAVITY
 from biped.robot.run import Run
 from biped.scenario.vary import stream
 from biped.studies.planned import plan_of, title_of
-from biped.studies.stability.growth import LASTING, RESAMPLED, directions, expect_enough, with_push
+from biped.studies.stability.growth import LASTING, RESAMPLED, expect_enough, with_push
 
 SETTLING, STEPS = 8, 12
 """Steps before a disturbance, and those that count after it."""
@@ -132,7 +132,7 @@ _Kind = tuple[str, float, _Disturbed]
 def _kinds(run: Run, own: Trajectory) -> list[_Kind]:
     """Kinds of disturbances that a run can have: words, size, and the run with one at a row."""
     ways = {"push forward": (0, 1.0), "push backward": (0, -1.0)}
-    aside = directions(run.robot) > 2
+    aside = len(run.robot.moving_columns) > 2
     if aside:
         ways |= {"push to the left": (1, 1.0), "push to the right": (1, -1.0)}
     out: list[_Kind] = [

@@ -9,16 +9,14 @@ from biped.ensemble.backend import Jobs
 from biped.ensemble.campaign import simulate_planar
 from biped.ensemble.executor import mapped
 from biped.ensemble.plan import Plan
-from biped.robot.ground import first_of, is_level
 from biped.scenario.engines import HOME, MUJOCO
 from biped.scenario.vary import stream
 from biped.studies.planned import plan_of, title_of
 from biped.studies.stability.basin import basin, floor, shrinking
 from biped.studies.stability.cycle import Returns, fit_map
 from biped.studies.stability.gait import Gait, KickedFit, MeasuredGait, Studied
-from biped.studies.stability.kicks import Kicks
 from biped.studies.stability.orbit import Exponent, Orbit, exponent, find_orbit
-from biped.studies.stability.section import Mapped, PoincareSection, Steady, crossings
+from biped.studies.stability.section import Kicks, Mapped, PoincareSection, Steady, crossings
 
 SETTLING = 4
 """Strides that a walk is given to forget its start."""
@@ -155,17 +153,17 @@ def study(
         InputError: The scenario cannot be used; its ground is not level.
         RunError: It has no steady gait to speak of anywhere.
     """
-    scenario = plan_of(name, changes).scenario
+    run = plan_of(name, changes).run(0)
+    scenario = run.scenario
     if scenario.robot is not None:
         raise InputError(
             "stability: expected a planar biped of seven links, with the thesis's law: its section is of their "
             f"coordinates; model '{scenario.model}' is a robot of any kind here", "model",
         )  # fmt: skip
-    if not is_level(scenario.ground):
-        which = first_of(scenario.ground)
+    if not run.profile.level:
         raise InputError(
-            f"ground.{which}: expected none: strides return to one another on level ground and slopes alone",
-            f"ground.{which}",
+            "ground: expected neither tiles nor steps: strides return to one another on level ground and slopes alone",
+            "ground",
         )
     step = scenario.simulation.timestep
     gaits = []

@@ -6,7 +6,8 @@ from msgspec.structs import replace
 
 from biped.base.errors import InputError
 from biped.base.files import nearest
-from biped.scenario.gains import GAINS, OUT_OF_PLANE, Gains, single, with_numbers
+from biped.ensemble.plan import Plan
+from biped.scenario.gains import Gains, single, with_numbers
 from biped.scenario.keys import Scenario
 from biped.scenario.reading import changed
 from biped.scenario.tune import Stage
@@ -58,8 +59,7 @@ def _scenario_of(scenario: Scenario, number: int, stage: Stage) -> Scenario:
         if word in stage.set:
             raise InputError(f"{key}.set: {word}: expected the same in all stages" if word != "gains" else
                              f"{key}.set: gains: expected in {key}.hold")  # fmt: skip
-    everything = GAINS if scenario.robot is None else (*GAINS, *OUT_OF_PLANE)
-    varied = single(everything if tune.gains is None else tune.gains)
+    varied = single(names_of(_begun(scenario)) if tune.gains is None else tune.gains)
     part = replace(
         tune,
         stages=(),
@@ -74,6 +74,11 @@ def _scenario_of(scenario: Scenario, number: int, stage: Stage) -> Scenario:
     if stage.set:
         whole = changed(whole, stage.set, Path(f"{key}.set"))
     return replace(whole, gains=_held(Study(whole).gains, stage, key)) if stage.hold else whole
+
+
+def _begun(scenario: Scenario) -> Gains:
+    """The complete gait that a tuning scenario begins with."""
+    return Plan(replace(scenario, tune=None, sweep={}, expect={}, thesis={})).run(0).gains
 
 
 def _held(gains: Gains, stage: Stage, key: str) -> Gains:

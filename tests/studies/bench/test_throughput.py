@@ -19,11 +19,10 @@ from biped.scenario.reading import read_scenario
 from biped.show.replay import record_runs
 from biped.studies.bench import scenes
 from biped.studies.bench.features import BASE, FEATURES, prices
-from biped.studies.bench.general import ROBOTS, general_cost, replay_of, replayed
-from biped.studies.bench.inner import steps
-from biped.studies.bench.parts import _again, contact_costs, replay
+from biped.studies.bench.parts import contact_costs
+from biped.studies.bench.replay import replay_of, replayed, steps
 from biped.studies.bench.rigid import STRIDE, _states, _touch
-from biped.studies.bench.scenes import SCENES, scene_cost
+from biped.studies.bench.scenes import ROBOTS, SCENES, scene_cost
 
 SECONDS = 0.1
 
@@ -125,7 +124,7 @@ def test_a_scene_is_priced_by_the_tick_and_says_how_it_is_looped_over(walked, mo
     monkeypatch.setattr(scenes, "clock", clock)
     monkeypatch.setattr(scenes, "simulate", taking(simulate, lambda run: 3.0))
     monkeypatch.setattr(scenes, "measure", taking(measure, lambda *_: 0.5))
-    monkeypatch.setattr(scenes, "replay", taking(replay, lambda run, trajectory, step=True: 2.0 if step else 1.0))
+    monkeypatch.setattr(scenes, "replayed", taking(replayed, lambda replay, step=True: 2.0 if step else 1.0))
     monkeypatch.setattr(scenes, "strict", lambda *_: 0.5e-6 * ticks)
     cost = scene_cost(run, 1)
     assert (cost.loop, cost.end, cost.ticks) == ("compiled", trajectory.end, ticks)
@@ -139,20 +138,15 @@ def test_bare_steps_are_pushed_and_divided_as_those_of_the_run():
                         simulation=Simulation(timestep=5e-4))).run(0)  # fmt: skip
     trajectory = simulate(run)
     before = replace(trajectory, log=trajectory.log[:-1])
-    again = _again(run, before)
-    for first, last, forces in again.spans:
-        again.push(forces)
-        for k in range(first, last):
-            again.taken[:] = again.given[k]
-            mujoco.mj_step(again.model, again.data, again.substeps)
-    np.testing.assert_array_equal(again.data.qpos, trajectory.q[-1])
+    np.testing.assert_array_equal(replayed(replay_of(run, before)).qpos, trajectory.q[-1])
 
 
 @pytest.mark.parametrize("name", ["any/human", "any/walker2d"])
 def test_bare_steps_of_robots_of_any_kind_are_those_of_the_run(name):
     """Pushed, and with what its law commanded, the run without its law ends in the same place."""
     run = Plan(read_scenario(name, ["duration=1.4"])).run(1)
-    trajectory, replay = general.simulate(run), replay_of(run)
+    trajectory = general.simulate(run)
+    replay = replay_of(run, trajectory)
     assert len(replay.spans) > 1
     before = replay._replace(
         commanded=replay.commanded[: len(trajectory) - 1],
@@ -164,7 +158,7 @@ def test_bare_steps_of_robots_of_any_kind_are_those_of_the_run(name):
 
 def test_a_run_of_a_robot_of_any_kind_costs_more_than_its_steps():
     run = Plan(read_scenario("any/walker2d", ["duration=1.3"])).run(0)
-    cost = general_cost(run, 1)
+    cost = scene_cost(run, 1)
     assert cost.loop == "in Python"
     assert cost.ticks == 1300
     assert cost.closed_loop > cost.physics >= cost.steps > 0.0

@@ -13,8 +13,7 @@ from biped.ensemble.campaign import simulate
 from biped.scenario.disturbed import piece_times
 from biped.scenario.normals import Move, Normals
 from biped.studies.certify.estimation import Accuracy
-from biped.studies.certify.outcome import outcome_of
-from biped.studies.certify.scores import SCORES
+from biped.studies.certify.outcome import SCORES, outcome_of
 from biped.studies.certify.study import certify, check_random
 from biped.studies.planned import plan_of
 

@@ -11,10 +11,9 @@ from biped.ensemble.campaign import simulate
 from biped.robot.gravity import GRAVITY
 from biped.scenario.normals import Move, Normals
 from biped.studies.certify.learning import FALLS, fitted, learned
-from biped.studies.certify.outcome import LEARNT_EVERY, outcome_of
+from biped.studies.certify.outcome import LEARNT_EVERY, LEFT, NEVER, horizon_of, outcome_of, states_of, time_left
 from biped.studies.certify.reference import Regulated
 from biped.studies.certify.running import Outcomes, multiplied, since_of
-from biped.studies.certify.scores import LEFT, NEVER, horizon_of, states_of, time_left
 from biped.studies.planned import plan_of
 
 

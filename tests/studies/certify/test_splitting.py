@@ -10,8 +10,7 @@ import pytest
 from biped.base.statistics import wilson
 from biped.scenario.normals import Move, Normals
 from biped.scenario.vary import stream
-from biped.studies.certify.estimate import combined, counted, plain_is_cheaper
-from biped.studies.certify.estimation import Accuracy
+from biped.studies.certify.estimation import Accuracy, combined, counted, plain_is_cheaper
 from biped.studies.certify.outcome import RunOutcome
 from biped.studies.certify.reference import Pendulum, Regulated, _drawn, estimate, validate
 from biped.studies.certify.splitting import baseline_of

@@ -6,8 +6,7 @@ import pytest
 
 from biped.scenario.disturbed import piece_times
 from biped.scenario.vary import stream
-from biped.studies.certify.estimate import combined
-from biped.studies.certify.estimation import Accuracy, levels_of
+from biped.studies.certify.estimation import Accuracy, combined, levels_of
 from biped.studies.certify.running import MakingOutcomes, Outcomes
 from biped.studies.certify.splitting import Moving, least_scatter, sampled
 from biped.studies.planned import plan_of
