@@ -5,13 +5,13 @@ import pytest
 from tests.house import COUNTS, House
 
 BOUNDS = {
-    "share of import lines [%]": 7.6,
+    "share of import lines [%]": 7.5,
     "short modules": 12,
     "class names that stand more than once": 2,
     'docstrings that begin with "What"': 0,
     "vague names": 1,
-    "branches on the kind of robot": 18,
-    "look-ups below a run": 3,
+    "branches on the kind of robot": 16,
+    "look-ups below a run": 1,
 }
 """Most that each count may be. Who lowers a count lowers its bound; nobody raises one.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ from biped.base.errors import InputError
 
 if TYPE_CHECKING:
     from biped.ensemble.backend import Jobs
+    from biped.show.document import Document
 
 DONE, FAILED, BAD_INPUT, UNDECIDED, STOPPED = 0, 1, 2, 3, 130
 """Exit codes."""
@@ -97,12 +98,14 @@ def print_json(result: Mapping[str, Any]) -> None:
     print(dumps(result))
 
 
-def answer(args: argparse.Namespace, result: Mapping[str, Any], show: Callable[..., None], *shown: Any) -> None:
-    """Prints a result: as one object where `--json` asks for it, else by `show`, which is called with `shown`."""
+def answer(args: argparse.Namespace, result: Mapping[str, Any], document: Document) -> None:
+    """Prints a result: as one object where `--json` asks for it, else as a document."""
+    from biped.show.terminal import show
+
     if args.json:
         print_json(result)
     else:
-        show(*shown)
+        show(document)
 
 
 def print_all(results: Sequence[Mapping[str, Any]]) -> None:

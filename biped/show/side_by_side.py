@@ -7,30 +7,30 @@ from pathlib import Path
 from biped.measure.metrics.walking import outcome
 from biped.scenario.engines import MUJOCO
 from biped.scenario.metrics import HEAD, METRICS, Metric, metrics_of_table
-from biped.show.document import Document, Heading, Paragraph, Table, Words
+from biped.show.document import Block, Document, Heading, Items, Line, Paragraph, Table, Words
 from biped.show.results import failures
-from biped.show.terminal import console, table
 from biped.studies.causes import EXPLAINED, Why
 from biped.studies.comparison import PARTED, Comparison
 
 _SHORT = (*HEAD, "step_length", "step_frequency")
 
 
-def show(comparisons: Sequence[Comparison]) -> None:
-    """Prints one scenario in full, several in one short table."""
-    out = console()
+def document_of(comparisons: Sequence[Comparison]) -> Document:
+    """One scenario in full, several in one short table."""
     short = len(comparisons) > 1
     engines = comparisons[0].engines
-    page = table(("scenario", "metric", "thesis", *map(name_of, engines), "spread"), ("scenario", "metric"))
-    page.add_column("meaning", overflow="fold")
+    blocks: list[Block] = []
+    rows: list[tuple[Line, ...]] = []
     for c in comparisons:
-        out.print(f"[bold]{c.scenario}[/bold]: {c.description}")
-        for engine in engines:
-            out.print(f"  {engine:<7} {_ending(c, engine)}")
+        lines = [f"{engine}: {_ending(c, engine)}" for engine in engines]
         for (a, b), at in c.parted().items():
             when = f"parted after {at:.2f} s" if math.isfinite(at) else "together to the end"
-            out.print(f"  {a} and {b}: {when} (base or legs differ by {PARTED} m)")
-        out.print(f"  [bold]{c.verdict()}[/bold]")
+            lines.append(f"{a} and {b}: {when} (base or legs differ by {PARTED} m)")
+        blocks += [
+            Heading(f"{c.scenario}: {c.description}"),
+            Items(tuple(lines)),
+            Paragraph(Words(c.verdict(), "strong")),
+        ]
         metrics = c.metrics()
         for i, metric in enumerate([METRICS[name] for name in _SHORT] if short else metrics_of_table("engines")):
             row = metrics[metric.name]
@@ -38,8 +38,9 @@ def show(comparisons: Sequence[Comparison]) -> None:
             spread = f"{row['spread']:.1%}" if math.isfinite(row["spread"]) else "–"
             title = c.scenario if short and i == 0 else ""
             values = (with_interval(metric, row[engine], row["intervals"].get(engine)) for engine in engines)
-            page.add_row(title, metric.name, thesis, *values, spread, metric.explained)
-    out.print(page)
+            rows.append((title, metric.name, thesis, *values, spread, metric.explained))
+    heads = ("scenario", "metric", "thesis", *map(name_of, engines), "spread", "meaning")
+    return *blocks, Table(heads, tuple(rows), (0, 1, len(heads) - 1))
 
 
 def name_of(engine: str) -> str:

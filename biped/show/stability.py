@@ -4,8 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from biped.show.document import Document, Heading, Paragraph, Table
-from biped.show.terminal import console
+from biped.show.document import Block, Document, Heading, Items, Paragraph, Table, Words
 from biped.studies.stability.basin import FELL, RETURNED, RETURNS, WALKS, Basin
 from biped.studies.stability.gait import MeasuredGait, Studied
 from biped.studies.stability.growth import PAIRS, STRIDES, Grown
@@ -13,17 +12,17 @@ from biped.studies.stability.reference import Known
 from biped.studies.stability.sensitivity import STEPS, GaitSensitivity
 
 
-def show(studied: Studied) -> None:
-    """Prints what a gait is, place by place."""
-    out = console()
-    out.print(f"[bold]{studied.scenario}[/bold]")
+def document_of(studied: Studied) -> Document:
+    """A gait, place by place."""
+    blocks: list[Block] = [Heading(studied.scenario)]
     for gait in studied.gaits:
         if gait.measured is None:
-            out.print(f"  {gait.place}: {gait.failed}")
+            blocks.append(Paragraph(f"{gait.place}: {gait.failed}"))
             continue
-        out.print(f"  {gait.place}: [bold]{gait.measured.kind}[/bold]; section: {gait.measured.section}")
-        for line in _lines(gait.measured):
-            out.print(f"    {line}", soft_wrap=True)
+        kind = Words(gait.measured.kind, "strong")
+        blocks.append(Paragraph((f"{gait.place}: ", kind, f"; section: {gait.measured.section}")))
+        blocks.append(Items(tuple(_lines(gait.measured))))
+    return tuple(blocks)
 
 
 def _lines(gait: MeasuredGait) -> list[str]:
@@ -70,12 +69,15 @@ def _basin_words(basin: Basin) -> str:
     return "basin slice: " + ", ".join(f"{name} {count} of {total}" for name, count in counts.items())
 
 
-def show_known(cycles: Mapping[str, Known]) -> None:
-    """Prints the reference cycles beside what is known of them."""
+def known_document(cycles: Mapping[str, Known]) -> Document:
+    """The reference cycles beside what is known of them."""
+    blocks: list[Block] = []
     for name, (cycle, state, known, alike) in cycles.items():
-        print(f"{name}\n  state        {_text(cycle.state)}\n  known        {_text(state)}")
-        print(f"  multipliers  {_text(cycle.multipliers)}, each off by at most {cycle.error.max():.0e}")
-        print(f"  known        {_text(known)}\n  found as those were  {_text(alike)}")
+        off = f"{_text(cycle.multipliers)}, each off by at most {cycle.error.max():.0e}"
+        rows = (("state", _text(cycle.state)), ("known", _text(state)), ("multipliers", off), ("known", _text(known)),
+                ("found as those were", _text(alike)))  # fmt: skip
+        blocks += [Heading(name), Table(("", ""), rows, (0, 1))]
+    return tuple(blocks)
 
 
 def _text(values: np.ndarray) -> str:

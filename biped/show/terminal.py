@@ -1,8 +1,8 @@
-"""The terminal: documents drawn on it, tables, and how far runs are."""
+"""The terminal: documents drawn on it, and how far runs are."""
 
 import re
 import sys
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -22,20 +22,6 @@ _STYLES = {"strong": "bold", "good": "green", "bad": "red", "doubt": "yellow"}
 def console() -> Console:
     """The terminal; plain and wide enough for tables when it is a file or a pipe."""
     return SafeConsole(width=None if sys.stdout.isatty() else 120)
-
-
-def table(columns: Sequence[str], words: Collection[str] = (), no_wrap: bool = False) -> Table:
-    """An empty table without lines.
-
-    Args:
-        columns: Heads.
-        words: Those that hold words and go to the left; numbers go to the right.
-        no_wrap: Whether cells stay in one line.
-    """
-    out = Table(box=None, pad_edge=False, header_style="dim")
-    for column in columns:
-        out.add_column(column, justify="left" if column in words else "right", no_wrap=no_wrap)
-    return out
 
 
 def show(content: Document) -> None:
@@ -58,7 +44,7 @@ def show(content: Document) -> None:
 
 def _drawn(block: document.Table) -> Table:
     heads = [_styled(line) for line in block.head]
-    out = table(())
+    out = Table(box=None, pad_edge=False, header_style="dim", show_header=any(heads))
     for i, head in enumerate(heads):
         out.add_column(head, justify="left" if i in block.words else "right", overflow="fold")
     for row in block.rows:

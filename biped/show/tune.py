@@ -1,40 +1,46 @@
-"""Results of a search for gains."""
+"""Results of a search for gains, as documents."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from biped.base.files import label
-from biped.studies.tune.tuned import Tuned
+from biped.show.document import Document, Items, Paragraph, Table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from biped.studies.tune.least import Least
     from biped.studies.tune.robot import Trial
+    from biped.studies.tune.tuned import Tuned
 
 
-def show(tuned: Tuned) -> None:
-    """Prints the gait file and what finding it took."""
-    print(tuned.gait.read_text(encoding="utf-8"))
-    print(f"{tuned.runs} runs, {tuned.runs / tuned.seconds:.1f} a second; gait in {label(tuned.gait)}")
+def document_of(tuned: Tuned) -> Document:
+    """The gait file and what finding it took."""
+    lines = tuple(tuned.gait.read_text(encoding="utf-8").splitlines())
+    rate = f"{tuned.runs / tuned.seconds:.1f} a second"
+    return Items(lines), Paragraph(f"{tuned.runs} runs, {rate}; gait in {label(tuned.gait)}")
 
 
-def show_trials(trials: Sequence[Trial], changes: Sequence[str]) -> None:
-    """Prints how far shipped gaits came on a robot, and the changes that make the search one for it."""
-    print(f"{'gait':<12} {'Q_d share':<12} {'s until it fell, from three starts':<36} m it came")
-    for one in trials:
-        times, ways = ("  ".join(f"{value:5.2f}" for value in values) for values in (one.times, one.distances))
-        print(f"{one.gait:<12} {one.assist:<12g} {times:<36} {ways}")
-    print("searching: biped tune tune/any " + " ".join(f"--set '{change}'" for change in changes))
+def trials_document(trials: Sequence[Trial], changes: Sequence[str]) -> Document:
+    """How far shipped gaits came on a robot, and the changes that make the search one for it."""
+    rows = tuple(
+        (one.gait, f"{one.assist:g}", *("  ".join(f"{value:.2f}" for value in values)
+                                        for values in (one.times, one.distances)))
+        for one in trials
+    )  # fmt: skip
+    search = "searching: biped tune tune/any " + " ".join(f"--set '{change}'" for change in changes)
+    heads = ("gait", "Q_d share", "s until it fell, from three starts", "m it came")
+    return Table(heads, rows), Paragraph(search)
 
 
-def show_least(found: Least) -> None:
-    """Prints what is left at every step of the way back."""
+def least_document(found: Least) -> Document:
+    """The deviation left at every step of the way back."""
     conditions = list(found.steps[0]["tallies"])
-    print(f"changed  put back  {'from':>8}  {'to':>8}  " + "  ".join(conditions))
+    rows = []
     for step in found.steps:
-        values = [f"{step[key]:8.4g}" if step["restored"] else 8 * " " for key in ("before", "after")]
-        tallies = "  ".join(f"{'/'.join(map(str, step['tallies'][name])):>{len(name)}}" for name in conditions)
-        print(f"{step['changed']:7d}  {step['restored']:8}  {'  '.join(values)}  {tallies}")
-    print(f"results in {label(found.folder)}/")
+        values = [f"{step[key]:.4g}" if step["restored"] else "" for key in ("before", "after")]
+        tallies = ("/".join(map(str, step["tallies"][name])) for name in conditions)
+        rows.append((str(step["changed"]), step["restored"], *values, *tallies))
+    table = Table(("changed", "put back", "from", "to", *conditions), tuple(rows), (1,))
+    return table, Paragraph(f"results in {label(found.folder)}/")

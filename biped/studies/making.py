@@ -1,14 +1,12 @@
 """How the runs of a plan are made, in memory or in files, and what is left of them in a folder."""
 
-from __future__ import annotations
-
 import shutil
 import weakref
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from biped.base.json import dumps
 from biped.base.progress import Told
@@ -25,16 +23,14 @@ from biped.ensemble.plan import Plan
 from biped.ensemble.results import result_of, without_rows, write_table
 from biped.ensemble.rows import RAISED, Row
 from biped.measure.metrics.walking import outcome
+from biped.measure.trajectory import Trajectory
 from biped.scenario.laws import own_law
 from biped.scenario.vary import run_seed
-
-if TYPE_CHECKING:
-    from biped.measure.trajectory import Trajectory
 
 TRACEBACK = "traceback.txt"
 """Of a single run whose law raised: where in it."""
 
-Recorder = Callable[[Path, Plan, dict[str, Any], "dict[int, Trajectory]"], None]
+Recorder = Callable[[Path, Plan, dict[str, Any], dict[int, Trajectory]], None]
 """Writes a recording to a file, from the plan, its result object and trajectories that need not be made again."""
 
 

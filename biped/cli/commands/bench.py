@@ -1,12 +1,19 @@
 """`biped bench`: run time against error, and what things cost."""
 
+from __future__ import annotations
+
 import argparse
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from biped.base.replacing import may_add
 from biped.cli.common import DONE, FAILED, answer, reason_of, warn
 from biped.cli.parser import Commands, command_parser, take_json
+
+if TYPE_CHECKING:
+    from biped.show.document import Document
 
 
 def add(commands: Commands) -> None:
@@ -19,7 +26,7 @@ def add(commands: Commands) -> None:
         "against a cluster; policy: a learned policy against bare steps and network calls; engines: a step in Drake "
         "against one in MuJoCo; regress: whether a recorded result or cost changed"
     )
-    parser.add_argument("what", choices=list(BENCHES), help=what)
+    parser.add_argument("what", choices=[*list(BENCHES)[:2], *CHAPTER_2, *list(BENCHES)[2:]], help=what)
     parser.add_argument("--out", type=Path, help="folder for the figures of walking, mechanisms, tolerances, robot")
     quick = (
         "mechanisms: fewer repeats and settings; throughput: without scenes and costs of features; campaigns: fewer "
@@ -40,21 +47,30 @@ def command(args: argparse.Namespace) -> int:
     """Measures one thing."""
     if args.out is not None:
         may_add(args.out, "--out")
-    return BENCHES[args.what](args)
+    if args.what in CHAPTER_2:
+        options = [*(["--quick"] if args.quick else []), *(["--json"] if args.json else [])]
+        folder = [] if args.out is None else ["--out", str(args.out)]
+        return import_module("biped.dynamics.bench.__main__").main([args.what, *options, *folder])
+    found, document, passed = BENCHES[args.what](args)
+    answer(args, found, document)
+    return DONE if passed else FAILED
 
 
-def _throughput(args: argparse.Namespace) -> int:
-    from biped.show.bench import show_throughput
+Measured: TypeAlias = "tuple[Mapping[str, Any], Document, bool]"
+"""Plain data, the same as a document, and whether all is well."""
+
+
+def _throughput(args: argparse.Namespace) -> Measured:
+    from biped.show.bench import throughput_document
     from biped.show.replay import record_runs
     from biped.studies.bench.throughput import everything
 
     measured = everything(args.quick, record_runs)
-    answer(args, measured.as_dict(), show_throughput, measured)
-    return DONE
+    return measured.as_dict(), throughput_document(measured), True
 
 
-def _walking(args: argparse.Namespace) -> int:
-    from biped.show.bench import show_walking
+def _walking(args: argparse.Namespace) -> Measured:
+    from biped.show.bench import walking_document
     from biped.studies.bench.walking import compare
 
     result = compare()
@@ -62,63 +78,47 @@ def _walking(args: argparse.Namespace) -> int:
         from biped.show.figures.walking import plot_walking
 
         plot_walking(result, args.out)
-    answer(args, result, show_walking, result)
-    return DONE
+    return result, walking_document(result), True
 
 
-def _chapter2(args: argparse.Namespace) -> int:
-    """Hands over to the benches of chapter II, a library of its own that only whoever asks for it loads."""
-    options = [*(["--quick"] if args.quick else []), *(["--json"] if args.json else [])]
-    folder = [] if args.out is None else ["--out", str(args.out)]
-    return import_module("biped.dynamics.bench.__main__").main([args.what, *options, *folder])
-
-
-def _campaigns(args: argparse.Namespace) -> int:
-    from biped.show.bench import show_campaigns
+def _campaigns(args: argparse.Namespace) -> Measured:
+    from biped.show.bench import campaigns_document
     from biped.studies.bench.campaigns import measure
 
     costs = measure(args.quick, warn)
-    answer(args, {"campaigns": [cost.as_dict() for cost in costs]}, show_campaigns, costs)
-    return DONE if all(cost.same for cost in costs) else FAILED
+    same = all(cost.same for cost in costs)
+    return {"campaigns": [cost.as_dict() for cost in costs]}, campaigns_document(costs), same
 
 
-def _policy(args: argparse.Namespace) -> int:
-    from biped.show.bench import show_policy
+def _policy(args: argparse.Namespace) -> Measured:
+    from biped.show.bench import policy_document
     from biped.studies.bench.policy import SHIPPED, policy_cost
 
     card = SHIPPED if args.file is None else args.file
     cost = policy_cost(card, args.quick)
-    answer(args, {"card": str(card), **cost._asdict()}, show_policy, card, cost)
-    return DONE
+    return {"card": str(card), **cost._asdict()}, policy_document(card, cost), True
 
 
-def _engines(args: argparse.Namespace) -> int:
-    from biped.show.bench import show_engines
+def _engines(args: argparse.Namespace) -> Measured:
+    from biped.show.bench import engines_document
     from biped.studies.bench.engines import step_costs
 
     costs = step_costs()
-    answer(args, {kind: cost.as_dict() for kind, cost in costs.items()}, show_engines, costs)
-    return DONE
+    return {kind: cost.as_dict() for kind, cost in costs.items()}, engines_document(costs), True
 
 
-def _regress(args: argparse.Namespace) -> int:
-    from biped.show.bench import show_regress
+def _regress(args: argparse.Namespace) -> Measured:
+    from biped.show.bench import regress_document
     from biped.studies.bench.regress import guard
 
     guarded = guard(args.file, reason_of(args))
-    answer(args, guarded.as_dict(), show_regress, guarded)
-    return DONE if guarded.passed else FAILED
+    return guarded.as_dict(), regress_document(guarded), guarded.passed
 
 
-BENCHES = {
-    "throughput": _throughput,
-    "walking": _walking,
-    "mechanisms": _chapter2,
-    "tolerances": _chapter2,
-    "robot": _chapter2,
-    "campaigns": _campaigns,
-    "policy": _policy,
-    "engines": _engines,
+CHAPTER_2 = ("mechanisms", "tolerances", "robot")
+"""Benchmarks of chapter II, a library of its own that only whoever asks for it loads."""
+BENCHES: dict[str, Callable[[argparse.Namespace], Measured]] = {
+    "throughput": _throughput, "walking": _walking, "campaigns": _campaigns, "policy": _policy, "engines": _engines,
     "regress": _regress,
-}
-"""Benchmarks by name, and the functions that run them."""
+}  # fmt: skip
+"""The others by name, and the functions that run them."""

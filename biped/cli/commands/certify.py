@@ -48,7 +48,7 @@ def command(args: argparse.Namespace) -> int:
     """Estimates the probability; what an interrupt leaves is gone on with by the same command."""
     from biped.show.certify import document_of
     from biped.show.markdown import write
-    from biped.show.terminal import progress, show
+    from biped.show.terminal import progress
     from biped.studies.certify.estimation import Accuracy
     from biped.studies.certify.study import certify
 
@@ -61,18 +61,18 @@ def command(args: argparse.Namespace) -> int:
         found = certify(args.scenario, changes_of(args), jobs, args.out, accuracy, progress, warn)
     document = document_of(found.as_dict())
     write(document, found.folder, "certify.md")
-    answer(args, found.as_dict(), show, document)
+    answer(args, found.as_dict(), document)
     return DONE if found.reached else UNDECIDED
 
 
 def _reference(args: argparse.Namespace) -> int:
     from biped.show.certify import reference_document
-    from biped.show.terminal import progress, show
+    from biped.show.terminal import progress
     from biped.studies.certify.reference import validate
 
     if args.reference < 2:
         raise InputError(f"--reference {args.reference}: expected at least 2 repeats")
     with workers_of(args) as jobs:
         found = [one._asdict() for one in validate(args.reference, jobs, progress)]
-    answer(args, {"problems": found}, show, reference_document(found))
+    answer(args, {"problems": found}, reference_document(found))
     return DONE

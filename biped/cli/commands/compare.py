@@ -39,7 +39,8 @@ def command(args: argparse.Namespace) -> int:
     """Compares scenarios; each leaves numbers, figures and a recording."""
     from biped.ensemble.guard import new_folder
     from biped.scenario.engines import engines_named
-    from biped.show.side_by_side import draw, show
+    from biped.show.side_by_side import document_of, draw
+    from biped.show.terminal import show
     from biped.studies.comparison import DEFAULT, OWN, compare, write
     from biped.studies.folders import RUNS
     from biped.studies.planned import title_of
@@ -64,7 +65,7 @@ def command(args: argparse.Namespace) -> int:
                 print(f"figures, recording and numbers in {where}/")
     results = [one.as_dict() for one in made]
     if not args.json:
-        show(made)
+        show(document_of(made))
     for one, result in zip(made, results, strict=True) if args.why else ():
         result["why"] = [found.as_dict() for found in _why(one, args)]
     if args.json:

@@ -98,17 +98,18 @@ def _visit(lanes: tuple[tuple[str, ...], ...], out: Path, options: list[str]) ->
 def _write(stations: list[Station], page: Path) -> None:
     """A table of verdicts on the terminal, and the page."""
     from biped.ensemble.checks import judgement
+    from biped.show.document import Table
     from biped.show.page import write_page
-    from biped.show.terminal import console, table
+    from biped.show.terminal import show
     from biped.studies.folders import results_at
 
-    shown = table(("scenario", "engine", "speed [m/s]", "peak force [N]", "verdict"), ("scenario", "engine", "verdict"))
+    rows = []
     whole = [station.folder for station in stations if (station.folder / "result.json").is_file()]
     for folder in whole:
         result = results_at(folder)
         speed, force = (result["summary"][name] for name in ("speed", "peak_force"))
-        shown.add_row(result["scenario"], result["engine"], f"{speed:.2f}", f"{force:.0f}", judgement(result))
-    console().print(shown)
+        rows.append((result["scenario"], result["engine"], f"{speed:.2f}", f"{force:.0f}", judgement(result)))
+    show((Table(("scenario", "engine", "speed [m/s]", "peak force [N]", "verdict"), tuple(rows), (0, 1, 4)),))
     if whole:
         write_page(whole, page, "Does it walk?")
 

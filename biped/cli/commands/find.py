@@ -31,7 +31,7 @@ def command(args: argparse.Namespace) -> int:
     """Finds ways to fall; what an interrupt leaves is gone on with by the same command."""
     from biped.show.certify import ways_document
     from biped.show.markdown import write
-    from biped.show.terminal import progress, show
+    from biped.show.terminal import progress
     from biped.studies.find import find
 
     with workers_of(args) as jobs:
@@ -40,5 +40,5 @@ def command(args: argparse.Namespace) -> int:
         )
     document = ways_document(found.as_dict())
     write(document, found.folder, "find.md")
-    answer(args, found.as_dict(), show, document)
+    answer(args, found.as_dict(), document)
     return FAILED if found.found else DONE

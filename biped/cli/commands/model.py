@@ -27,20 +27,20 @@ def add(commands: Commands) -> None:
 def command(args: argparse.Namespace) -> int:
     """Prints what the robot in a file is; the exit code says whether it can be run."""
     from biped.robot.report import look
-    from biped.show.robot import show_robot
+    from biped.show.robot import document_of
 
     if args.stand or len(args.file) > 1:
         return _table(args)
     found = look(args.file[0])
-    answer(args, found.as_dict(), show_robot, found)
+    answer(args, found.as_dict(), document_of(found))
     return FAILED if found.faults else DONE
 
 
 def _table(args: argparse.Namespace) -> int:
     """Prints files in a row each; the exit code says whether all are robots, and stand if that was asked."""
-    from biped.show.robot import show_models
+    from biped.show.robot import models_document
     from biped.studies.models import survey
 
     rows = survey(args.file, args.stand)
-    answer(args, {"models": [row._asdict() for row in rows]}, show_models, rows)
+    answer(args, {"models": [row._asdict() for row in rows]}, models_document(rows))
     return FAILED if any(row.refused or row.stood is False for row in rows) else DONE

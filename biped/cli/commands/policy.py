@@ -1,12 +1,19 @@
 """`biped policy`: a learned policy's card, written from what its trainer left, and checked."""
 
+from __future__ import annotations
+
 import argparse
+from collections.abc import Iterable
+from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from biped.base.errors import InputError
-from biped.cli.common import DONE, FAILED, print_json
+from biped.cli.common import DONE, FAILED, answer
 from biped.cli.parser import Commands, command_parser, number, take_json, take_trust, whole
+
+if TYPE_CHECKING:
+    from biped.show.document import Document
 
 TORCH = (".pt", ".pth", ".jit")
 CONVERT = (
@@ -69,7 +76,7 @@ def add(commands: Commands) -> None:
 
 def command(args: argparse.Namespace) -> int:
     """Writes a card if there is none, checks it, and says what came of it."""
-    from biped.show.policy import show_checks, show_faults, show_measured
+    from biped.show.policy import checks_document, faults_document, measured_document
     from biped.studies.policy.checks import check, reproduce
     from biped.studies.policy.tape import read_tape
 
@@ -78,34 +85,25 @@ def command(args: argparse.Namespace) -> int:
         from biped.studies.policy.faults import trial
 
         trials = [trial(file, args.right) for file in files]
-        if args.json:
-            _print([one.as_dict() for one in trials])
-        else:
-            show_faults(trials)
+        _answer(args, [one.as_dict() for one in trials], [faults_document(trials)])
         return DONE
     if args.measure:
         from biped.studies.policy.measure import measure
 
         rows = [measure(file) for file in files]
-        if args.json:
-            _print([{"card": str(file), **row._asdict(), "limits": [one._asdict() for one in row.limits]}
-                    for file, row in zip(files, rows, strict=True)])  # fmt: skip
-        else:
-            for file, row in zip(files, rows, strict=True):
-                show_measured(file, row)
+        _answer(args, [{"card": str(file), **row._asdict(), "limits": [one._asdict() for one in row.limits]}
+                       for file, row in zip(files, rows, strict=True)],
+                map(measured_document, files, rows))  # fmt: skip
         return DONE
     checks = [([] if args.tape is None else reproduce(file, read_tape(args.tape))) + check(file) for file in files]
-    if args.json:
-        _print([{"card": str(file), "checks": [one._asdict() for one in found]}
-                for file, found in zip(files, checks, strict=True)])  # fmt: skip
-    else:
-        for file, found in zip(files, checks, strict=True):
-            show_checks(file, found)
+    _answer(args, [{"card": str(file), "checks": [one._asdict() for one in found]}
+                   for file, found in zip(files, checks, strict=True)],
+            map(checks_document, files, checks))  # fmt: skip
     return DONE if all(one.passed for found in checks for one in found) else FAILED
 
 
-def _print(cards: list[dict[str, Any]]) -> None:
-    print_json(cards[0] if len(cards) == 1 else {"cards": cards})
+def _answer(args: argparse.Namespace, cards: list[dict[str, Any]], documents: Iterable[Document]) -> None:
+    answer(args, cards[0] if len(cards) == 1 else {"cards": cards}, tuple(chain(*documents)))
 
 
 def _card(args: argparse.Namespace, file: Path) -> Path:

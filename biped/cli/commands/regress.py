@@ -28,7 +28,7 @@ def add(commands: Commands) -> None:
 def command(args: argparse.Namespace) -> int:
     """Compares, and records where that was asked for."""
     from biped.show.references import document_of, moved_table
-    from biped.show.terminal import progress, show
+    from biped.show.terminal import progress
     from biped.studies.regress.guard import regress
 
     with workers_of(args) as jobs:
@@ -36,7 +36,7 @@ def command(args: argparse.Namespace) -> int:
     if args.markdown and not args.json:
         print(moved_table(outcome))
     else:
-        answer(args, outcome.as_dict(), show, document_of(outcome.as_dict()))
+        answer(args, outcome.as_dict(), document_of(outcome.as_dict()))
     if outcome.stopped:
         raise KeyboardInterrupt
     return DONE if outcome.passed else FAILED

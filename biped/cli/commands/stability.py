@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from biped.base.errors import InputError
-from biped.cli.common import DONE, FAILED, answer, changes_of, print_json, workers_of
+from biped.cli.common import DONE, FAILED, answer, changes_of, workers_of
 from biped.cli.parser import Commands, command_parser, take_changes, take_json, take_trust, take_workers
 from biped.scenario.engines import ENGINES, HOME, MUJOCO
 
@@ -44,7 +44,6 @@ def command(args: argparse.Namespace) -> int:
 def _small(args: argparse.Namespace) -> int:
     """Small disturbances of any walk: their growth, or what they do to its steps."""
     from biped.show.stability import growth_document, sensitivity_document
-    from biped.show.terminal import show
     from biped.studies.stability.growth import growth
     from biped.studies.stability.sensitivity import sensitivity
 
@@ -57,16 +56,16 @@ def _small(args: argparse.Namespace) -> int:
         else:
             found = sensitivity(args.scenario, changes_of(args), jobs)
             document = sensitivity_document(found)
-    answer(args, found.as_dict(), show, document)
+    answer(args, found.as_dict(), document)
     return DONE
 
 
 def _reference(args: argparse.Namespace) -> int:
-    from biped.show.stability import show_known
+    from biped.show.stability import known_document
     from biped.studies.stability.reference import solve_all
 
     cycles = solve_all()
-    answer(args, {name: known.as_dict() for name, known in cycles.items()}, show_known, cycles)
+    answer(args, {name: known.as_dict() for name, known in cycles.items()}, known_document(cycles))
     return DONE
 
 
@@ -75,8 +74,9 @@ def _gait(args: argparse.Namespace) -> int:
     from biped.base.replacing import may_fill
     from biped.base.writing import write_text
     from biped.ensemble.guard import complaining, new_folder
+    from biped.show.document import Paragraph
     from biped.show.figures.stability import plot_stability
-    from biped.show.stability import show
+    from biped.show.stability import document_of
     from biped.studies.folders import RUNS
     from biped.studies.stability.study import study
 
@@ -96,9 +96,5 @@ def _gait(args: argparse.Namespace) -> int:
         plot_basin(studied, folder)
     with complaining(folder / "stability.json"):
         write_text(folder / "stability.json", dumps(result, indent=1))
-    if args.json:
-        print_json(result)
-    else:
-        show(studied)
-        print(f"  results in {folder}/")
+    answer(args, result, (*document_of(studied), Paragraph(f"results in {folder}/")))
     return DONE if studied.stable else FAILED

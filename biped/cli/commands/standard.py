@@ -5,7 +5,7 @@ from pathlib import Path
 
 from biped.base.errors import InputError
 from biped.base.files import label
-from biped.cli.common import DONE, changes_of, engines_of, print_json, workers_of
+from biped.cli.common import DONE, answer, changes_of, engines_of, workers_of
 from biped.cli.parser import Commands, command_parser, take_changes, take_engine, take_running
 
 
@@ -38,8 +38,9 @@ def command(args: argparse.Namespace) -> int:
     """Puts gaits to the tests; what an interrupt leaves is gone on with by the same command."""
     from biped.ensemble.guard import new_folder
     from biped.show.atlas import rows_of
+    from biped.show.document import Paragraph
     from biped.show.standing import document_of, write
-    from biped.show.terminal import progress, show
+    from biped.show.terminal import progress
     from biped.studies.folders import RUNS
     from biped.studies.standard.atlas import atlas
     from biped.studies.standard.study import standard
@@ -54,9 +55,6 @@ def command(args: argparse.Namespace) -> int:
         else:
             found = standard(args.gait, args.test, changes_of(args), jobs, out, progress, engines).as_dict()
     write(found, out)
-    if args.json:
-        print_json(found)
-    else:
-        show(rows_of(found) if args.atlas else document_of(found))
-        print(f"  standard.json and standard.md in {label(out)}/")
+    document = rows_of(found) if args.atlas else document_of(found)
+    answer(args, found, (*document, Paragraph(f"standard.json and standard.md in {label(out)}/")))
     return DONE

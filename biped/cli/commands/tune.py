@@ -34,7 +34,7 @@ def add(commands: Commands) -> None:
 def command(args: argparse.Namespace) -> int:
     """Searches; how the search goes is drawn anew after every re-check."""
     from biped.show.terminal import progress
-    from biped.show.tune import show
+    from biped.show.tune import document_of
     from biped.studies.tune.tuned import tune
 
     if args.least is not None:
@@ -44,26 +44,27 @@ def command(args: argparse.Namespace) -> int:
     with workers_of(args) as jobs:
         name, changes = args.scenario, args.changes
         if is_model(name):
-            from biped.show.tune import show_trials
+            from biped.show.terminal import show
+            from biped.show.tune import trials_document
 
             changes, trials = search_of(name, changes, jobs, progress)
             if not args.json:
-                show_trials(trials, changes)
+                show(trials_document(trials, changes))
             name = SCENARIO
         found = tune(name, changes, jobs, args.out, progress, _draw, warn)
-    answer(args, found.as_dict(), show, found)
+    answer(args, found.as_dict(), document_of(found))
     return DONE
 
 
 def _least(args: argparse.Namespace) -> int:
     """Goes back from a found gait to the scenario's own; the figure is drawn anew after every step."""
     from biped.show.terminal import progress
-    from biped.show.tune import show_least
+    from biped.show.tune import least_document
     from biped.studies.tune.least import least
 
     with workers_of(args) as jobs:
         found = least(args.scenario, args.least, args.changes, jobs, args.out, progress, _draw_least, warn)
-    answer(args, found.as_dict(), show_least, found)
+    answer(args, found.as_dict(), least_document(found))
     return DONE
 
 

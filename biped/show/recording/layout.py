@@ -3,21 +3,16 @@
 A walker in space is seen from ahead and from above too.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
+from biped.measure.trajectory import Trajectory
 from biped.show.recording.footing import STEPS
 from biped.show.recording.recorded import Placed
 from biped.show.recording.series import SIGNAL, colour_word, curves
-
-if TYPE_CHECKING:
-    from biped.measure.trajectory import Trajectory
 
 # The eye and what it looks at [m from the ground below]: it is seen from its right and walks rightwards.
 # Plots in which every run has a curve; the others are of the first run.

@@ -1,9 +1,7 @@
 """A recorded run: its parts, and its place in the recording."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -12,9 +10,7 @@ import rerun as rr
 from biped.base.errors import InputError
 from biped.base.text import plain
 from biped.measure.signals import finite
-
-if TYPE_CHECKING:
-    from biped.measure.trajectory import Trajectory
+from biped.measure.trajectory import Trajectory
 
 LANE = 1.6
 """[m] sideways from run to run."""

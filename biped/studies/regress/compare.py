@@ -6,13 +6,11 @@ fall says nothing. It becomes an ensemble: run 0 is the scenario itself, the oth
 beside it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from hashlib import blake2b
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import msgspec
 
@@ -22,12 +20,9 @@ from biped.ensemble.backend import Jobs, at_most
 from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import RAISED, Row
+from biped.measure.trajectory import Trajectory
 from biped.scenario.randomise import Distribution
 from biped.studies.regress.references import FALLEN, METRICS, RecordedScenario
-
-if TYPE_CHECKING:
-    from biped.measure.trajectory import Trajectory
-
 
 SECONDS = 120.0
 """Most seconds of walking per scenario."""

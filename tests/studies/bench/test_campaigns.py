@@ -2,7 +2,8 @@
 
 import pytest
 
-from biped.show.bench import show_campaigns
+from biped.show.bench import campaigns_document
+from biped.show.terminal import show
 from biped.studies.bench import campaigns
 
 
@@ -15,7 +16,7 @@ def test_a_campaign_here_and_on_a_cluster_is_the_same(monkeypatch, capsys):
     assert cost.same
     assert min(cost.here, cost.cluster, cost.work, cost.parent) > 0.0
     assert any("local:" in words for words in told)
-    show_campaigns([cost, cost._replace(same=False)])
+    show(campaigns_document([cost, cost._replace(same=False)]))
     printed = capsys.readouterr().out
     assert "the same bytes" in printed
     assert "DIFFERENT" in printed
