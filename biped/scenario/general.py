@@ -101,6 +101,7 @@ ALL: Keys = {
     "ground": ("slope", "side_slope", "tiles", "steps", "friction", "contact_time", "damping_ratio"),
     "actuation": ("torque_limit", "lag", "delay", "delay_jitter"),
     "sensing": (),
+    "control": (),
     "sensors": ("angle_noise", "rate_noise", "height_noise", "delay", "quantisation", "zero_error", "gyro"),
     "truth": (
         "joint_damping", "part", "strength", "servo_stiffness", "servo_damping", "joint_friction", "joint_losses",

@@ -77,6 +77,24 @@ class Sensing(Section, frozen=True):
     passing: NonNegative | None = None
 
 
+COMPILED, PINOCCHIO, ENGINE = "compiled", "pinocchio", "engine"
+"""Of `control.mechanics`."""
+
+
+class ControlKeys(Section, frozen=True):
+    """Who computes what the thesis's law needs at every tick: mass matrix, bias forces, Jacobians and their rates.
+
+    All three do it for the model file, whatever `[truth]` changes, at the sensed coordinates.
+
+    Attributes:
+        mechanics: `compiled`: kernels that Pinocchio referees once for every model; `pinocchio`: Pinocchio at every
+            tick; `engine`: MuJoCo, for comparison, of robots in space; default: `compiled` of seven links in a plane,
+            `engine` of robots in space, where MuJoCo has computed it anyway.
+    """
+
+    mechanics: Literal["compiled", "pinocchio", "engine"] | None = None
+
+
 class Backstep(Section, frozen=True):
     """Stepping back, which the thesis does not have: a step that is being lost ends with the foot behind.
 
@@ -172,6 +190,7 @@ class Scenario(Section, frozen=True):
         ground: The ground.
         actuation: How Q_d becomes torques.
         sensing: What the controller takes for contact.
+        control: Who computes the mechanics that the thesis's law needs.
         backstep: The step back; default: none, as in the thesis.
         simulation: How the physics is stepped.
         gains: Gains that replace those of the controller file.
@@ -208,6 +227,7 @@ class Scenario(Section, frozen=True):
     ground: Ground = Ground()
     actuation: Actuation = Actuation()
     sensing: Sensing = Sensing()
+    control: ControlKeys = ControlKeys()
     backstep: Backstep | None = None
     simulation: Simulation = Simulation()
     gains: Gains = Gains()

@@ -49,6 +49,7 @@ _SPATIAL: Keys = {
         "passing",
     ),
     "actuation": ("mode", "assist", "contacts", "pushing"),
+    "control": ("mechanics",),
 }
 
 SPATIAL = "spatial"

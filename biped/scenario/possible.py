@@ -6,7 +6,7 @@ from biped.base.files import nearest
 from biped.base.text import safe
 from biped.scenario.engines import ENGINES
 from biped.scenario.expect import check_bounds
-from biped.scenario.keys import Scenario
+from biped.scenario.keys import ENGINE, Scenario
 from biped.scenario.laws import SPATIAL, own_law
 from biped.scenario.metrics import METRICS
 from biped.scenario.pushing import MOST_PIECES, PIECE, count
@@ -85,7 +85,7 @@ def possible(s: Scenario, fail: Fail) -> None:
     if own_law(s.law) and s.backstep is not None:
         raise fail("backstep", "expected no law of one's own: the step back belongs to the thesis's leg states")
     _unmodelled(s, fail)
-    _sensed(s, fail)
+    _of_seven_links(s, fail)
     _searched(s, fail)
     check_bounds(s.expect, fail)
     for key, distribution in s.randomise.draw.items():
@@ -113,15 +113,21 @@ def possible(s: Scenario, fail: Fail) -> None:
                    f"got {time:g}")  # fmt: skip
 
 
-def _sensed(s: Scenario, fail: Fail) -> None:
-    """Rejects an estimator without its sensors, sensors without it, and noise on what nobody measures."""
+def _of_seven_links(s: Scenario, fail: Fail) -> None:
+    """Rejects what seven links in a plane have no use for; of robots of any kind that is refused by name elsewhere."""
     if s.robot is not None:
-        return  # its gyro is read as it is, and what it has not is refused by name
+        return
     plain = Scenario()
     for table, key in OF_ANY_KIND:
         if getattr(getattr(s, table), key) != getattr(getattr(plain, table), key):
             raise fail(f"{table}.{key}", f"belongs to robots of any kind (docs/robots.md), which model '{s.model}' is "
                        "not here")  # fmt: skip
+    _mechanics(s, fail)
+    _sensed(s, fail)
+
+
+def _sensed(s: Scenario, fail: Fail) -> None:
+    """Rejects an estimator without its sensors, sensors without it, and noise on what nobody measures."""
     names = ("encoders", "gyro", "switches")
     there = [name for name in names if getattr(s.sensors, name) is not None]
     if s.estimator is None:
@@ -137,6 +143,17 @@ def _sensed(s: Scenario, fail: Fail) -> None:
     if switches is not None and switches.release > switches.force:
         raise fail("sensors.switches.release", f"expected at most the force that closes a switch, {switches.force:g} "
                    f"N, got {switches.release:g}")  # fmt: skip
+
+
+def _mechanics(s: Scenario, fail: Fail) -> None:
+    """Rejects mechanics that a law in the plane does not read."""
+    asked = s.control.mechanics
+    if s.law is not None and asked is not None:
+        raise fail("control.mechanics", f"expected none with a law of one's own: it is the thesis's law's; got "
+                   f"'{asked}'")  # fmt: skip
+    if asked == ENGINE:
+        raise fail("control.mechanics", "expected 'compiled' or 'pinocchio', got 'engine': of seven links the law "
+                   "reads nothing that an engine computes")  # fmt: skip
 
 
 def _unmodelled(s: Scenario, fail: Fail) -> None:

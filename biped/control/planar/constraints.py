@@ -95,6 +95,13 @@ def perturb_row(c, a, factor):
     a[PITCH] += a[HIP[0]] + a[HIP[1]]
 
 
+@inner_kernel
+def believed_bias(c):
+    """Fills the tick's bias forces h, unless they are somebody else's."""
+    if c["tick"]["given"] == 0:
+        bias_forces(c["tree"], c["at"], c["belief"]["gravity"], c["tick"]["h"])
+
+
 @kernel
 def believed_mass(c, M):
     """Cholesky factor R of the controller's mass matrix, M = RᵀR; elementwise wrong if the record says so."""
@@ -171,10 +178,10 @@ def imposed_constraints(c, q):
     Starting from the candidates, the point that would be pulled hardest is dropped until none is pulled harder than
     `release_force`; without the release test all candidates stay.
     """
-    actuation, at, tick, work = c["actuation"], c["at"], c["tick"], c["work"]
+    actuation, tick, work = c["actuation"], c["tick"], c["work"]
     candidates(c, q)
     if actuation["release"]:
-        bias_forces(c["tree"], at, c["belief"]["gravity"], tick["h"])  # nothing else needs them
+        believed_bias(c)  # nothing else needs them
     while True:
         m = constraint_rows(c)
         rank = factor_constraints(c, m)

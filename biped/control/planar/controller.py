@@ -13,7 +13,9 @@ from biped.control.planar.referee import agrees
 from biped.control.planar.setup import bring_up_to_date, changes_of, controller_record
 from biped.control.planar.tick import NOT_FINITE, log_tick, pushing_tick, pushing_tick_in, thesis_tick, thesis_tick_in
 from biped.robot.planar.tree import Tree
+from biped.robot.robot import seven_links
 from biped.robot.run import Run
+from biped.scenario.keys import PINOCCHIO
 
 Tick = Callable[[int, float], int]
 
@@ -44,8 +46,8 @@ class PlanarLaw(Protocol):
 class ThesisLaw:
     """Braun & Goldfarb's law: one compiled tick.
 
-    M and joint places are the planar tree's where Pinocchio, which reads the model file by itself, finds the same
-    numbers; otherwise they are Pinocchio's, tick by tick.
+    M, bias forces and Jacobians are the planar tree's where Pinocchio, which reads the model file by itself, finds the
+    same numbers; otherwise, or where `control.mechanics` asks for it, they are Pinocchio's, tick by tick.
 
     Args:
         run: Scenario, gains and draws.
@@ -69,7 +71,7 @@ class ThesisLaw:
         self.changes = changes_of(run, self.record)
         self.c = self.record[0]
         self.u, self.Q_d = self.c["tick"]["u"], self.c["tick"]["Q_d"]
-        self._own = agrees(run.model, believed)
+        self._own = not _by_pinocchio(run, believed)
         self.python = python_needed(run, believed)
         self._bind = run, q, v, log
 
@@ -109,18 +111,26 @@ class ThesisLaw:
 def _from_pinocchio(
     run: Run, record: np.ndarray, q: np.ndarray, v: np.ndarray, log: np.ndarray
 ) -> tuple[np.ndarray, Tick]:
-    """Pinocchio's M, live, and the tick that has it computed."""
+    """Pinocchio's M, live, and the tick that has it computed with all else."""
     import pinocchio
 
     model = run.believed_model
     data, crba, world = model.createData(), pinocchio.crba, pinocchio.Convention.WORLD
-    M, J = data.M, data.J
+    bias_forces, kinematics = pinocchio.nonLinearEffects, pinocchio.forwardKinematics
+    acceleration, along_world = pinocchio.getFrameClassicalAcceleration, pinocchio.LOCAL_WORLD_ALIGNED
+    points = [model.getFrameId(name) for name in seven_links(run.robot).points]
+    M, still, bias = data.M, np.zeros(model.nv), np.zeros((len(points), 3))
+    found = M, data.nle, data.J, bias
     one = pushing_tick_in if record[0]["push"]["on"] else thesis_tick_in
-    kernel = bound(one, record, M, J, q, v, log, 0, 0.0)
+    kernel = bound(one, record, *found, q, v, log, 0, 0.0)
 
     def tick(k: int, time: float) -> int:
+        bias_forces(model, data, q, v)
         crba(model, data, q, world)  # fills M (upper triangle) and J
-        return kernel(record, M, J, q, v, log, k, time)
+        kinematics(model, data, q, v, still)
+        for i, point in enumerate(points):
+            bias[i] = acceleration(model, data, point, along_world).linear
+        return kernel(record, *found, q, v, log, k, time)
 
     return M, tick
 
@@ -132,7 +142,13 @@ def python_needed(run: Run, believed: Tree) -> str:
         return "a law of the user's own"
     if actuation.limit == "bounded" and actuation.solver != "active_set":
         return f"bounded torques by {actuation.solver}"
+    if run.scenario.control.mechanics == PINOCCHIO:
+        return "the mechanics are Pinocchio's"
     return "" if agrees(run.model, believed) else "Pinocchio finds another mass matrix than the planar tree"
+
+
+def _by_pinocchio(run: Run, believed: Tree) -> bool:
+    return run.scenario.control.mechanics == PINOCCHIO or not agrees(run.model, believed)
 
 
 def law_of(run: Run, believed: Tree, q: np.ndarray, v: np.ndarray, log: np.ndarray) -> PlanarLaw:

@@ -19,9 +19,9 @@ import math
 
 from biped.base.jit import inner_kernel, kernel
 from biped.control.planar.allocation import clip_torques
-from biped.control.planar.constraints import NO_ROW, candidates
+from biped.control.planar.constraints import NO_ROW, believed_bias, candidates
 from biped.numerics.lanes import added, everywhere, largest, load, placed, plus, squared, store, times, total
-from biped.robot.planar.kinematics import bias_forces, point_row
+from biped.robot.planar.kinematics import point_row
 from biped.robot.planar.topology import BASE, HEEL, KNEE, N_POINTS, N_ROWS, N_STOPS, NQ, NU, STOP_ROW
 from biped.robot.planar.weighing import factor_from_feet, factor_torso, weigh, weigh_torso
 
@@ -47,7 +47,7 @@ def floating_torques(c, M, q):
     _rows_in_lanes(c)
     tick["rows"] = _keep(c)
     if actuation["release"]:
-        bias_forces(c["tree"], c["at"], c["belief"]["gravity"], tick["h"])
+        believed_bias(c)
         for j in range(NQ):
             rows["A"][j, Q_LANE] = tick["Q_d"][j] - tick["h"][j]
     factor_from_feet(M, rows["spring"], rows["L"])

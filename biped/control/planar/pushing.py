@@ -19,10 +19,10 @@ in lanes, and in lane `Q_LANE` the forces that both problems weigh.
 """
 
 from biped.base.jit import kernel
-from biped.control.planar.constraints import perturb_row, perturbed_mass
+from biped.control.planar.constraints import believed_bias, perturb_row, perturbed_mass
 from biped.numerics.lanes import added, everywhere, load, plus, squared, store, times, total
 from biped.numerics.nonnegative import nonnegative
-from biped.robot.planar.kinematics import bias_forces, point_row
+from biped.robot.planar.kinematics import point_row
 from biped.robot.planar.topology import (
     BASE,
     HIP,
@@ -211,7 +211,7 @@ def pushing_torques(c, M, q, v):
         v: (9,) joint velocities.
     """
     push, tick, work, belief = c["push"], c["tick"], c["work"], c["belief"]
-    bias_forces(c["tree"], c["at"], belief["gravity"], tick["h"])
+    believed_bias(c)
     if belief["perturbed"]:
         perturbed_mass(M, belief["mass_factor"], work["M"])
     else:

@@ -71,7 +71,9 @@ _MEMORY = np.dtype(
 
 _TICK = np.dtype(
     [
-        ("height", "f8", N_POINTS), ("h", "f8", NQ), ("Q_d", "f8", NQ), ("active", "u1", N_CONSTRAINTS),
+        ("height", "f8", N_POINTS), ("h", "f8", NQ), ("given", "u1"), ("Q_d", "f8", NQ),
+        ("active", "u1", N_CONSTRAINTS),
+        # given: h is somebody else's, and not computed here
         ("rows", "i8"), ("rank", "i8"),  # of A after the release test, and of C
         ("u", "f8", NU), ("over", "u1"),  # over: a torque limit was exceeded and the bounded solution is wanted
     ],

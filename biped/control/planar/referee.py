@@ -1,20 +1,13 @@
-"""Whether Pinocchio, which reads the model file by itself, finds the mass matrix and joints that the tree has.
+"""Whether Pinocchio, which reads the model file by itself, finds the mass matrix and joints that the tree has."""
 
-That it does is remembered beside the compiled kernels, for the same files, numbers and Pinocchio: to import it and to
-have it read the file takes longer than ten seconds of walking.
-"""
-
-import hashlib
-from contextlib import suppress
 from functools import lru_cache
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 
 from biped.base.files import description_of
 from biped.base.jit import entry_kernel
-from biped.base.kernels import cache_folder
+from biped.control.agreed import agreed
 from biped.control.planar import record
 from biped.control.planar.sensing import sense_links
 from biped.robot.planar.controller_model import believed_model
@@ -37,26 +30,8 @@ def agrees(path: Path, tree: Tree) -> bool:
 
 @lru_cache(maxsize=8)
 def _agrees(path: Path, modified: float, parts: _Parts) -> bool:
-    note = cache_folder() / "agreed" / _question(path, parts)
-    if note.exists():
-        return True
-    if not _refereed(path, parts):
-        return False
-    with suppress(OSError):  # it is asked again
-        note.parent.mkdir(exist_ok=True)
-        note.touch()
-    return True
-
-
-def _question(path: Path, parts: _Parts) -> str:
-    """A name for all that the answer hangs on."""
-    asked = hashlib.blake2b(repr(parts).encode(), digest_size=16)
-    for file in (path, description_of(path)):
-        asked.update(file.read_bytes())
-    library = find_spec("pinocchio")
-    if library is not None and library.origin is not None:
-        asked.update(f"{library.origin} {Path(library.origin).stat().st_mtime_ns}".encode())
-    return asked.hexdigest()
+    files = path.read_bytes() + description_of(path).read_bytes()
+    return agreed(repr(parts).encode() + files, lambda: _refereed(path, parts))
 
 
 def _refereed(path: Path, parts: _Parts) -> bool:

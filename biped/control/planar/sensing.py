@@ -3,7 +3,7 @@
 from biped.base.jit import inner_kernel, kernel
 from biped.robot.ground import height_below
 from biped.robot.planar.kinematics import biases_on_links, forward, link_angles, points_on_links
-from biped.robot.planar.topology import HEEL, LINK_DOF, N_LINKS, N_POINTS, X, Z
+from biped.robot.planar.topology import HEEL, LINK_DOF, N_LINKS, N_POINTS, NQ, X, Z
 
 
 @inner_kernel
@@ -33,6 +33,17 @@ def sense_links_in(c, J, q, v):
     points_on_links(c["tree"], at)
     biases_on_links(c["tree"], at)
     _heights(c, q)
+
+
+@kernel
+def sense_motion_in(c, h, bias):
+    """Fills bias forces and the points' J̇v from Pinocchio's h (9,) and (4, 3) [m/s²] along the world's axes."""
+    tick, point_bias = c["tick"], c["at"]["point_bias"]
+    tick["given"] = 1
+    for j in range(NQ):
+        tick["h"][j] = h[j]
+    for i in range(N_POINTS):
+        point_bias[i, 0], point_bias[i, 1] = bias[i, 0], bias[i, 2]
 
 
 @inner_kernel

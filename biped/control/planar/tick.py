@@ -12,7 +12,7 @@ from biped.control.planar.errors import redraw
 from biped.control.planar.floating import floating_torques
 from biped.control.planar.phase import leg_states, step_back
 from biped.control.planar.pushing import pushing_torques
-from biped.control.planar.sensing import believe_contacts, first_belief, sense_links, sense_links_in
+from biped.control.planar.sensing import believe_contacts, first_belief, sense_links, sense_links_in, sense_motion_in
 from biped.control.planar.springs import desired_forces
 from biped.control.smoothing import smooth
 from biped.measure.columns import ACTIVE, BELIEVED, HEIGHT, PHASE, Q_D, TIME, Q, U, V
@@ -94,9 +94,23 @@ def thesis_tick(record, q, v, log, k, time):
 
 
 @kernel
-def thesis_tick_in(record, M, J, q, v, log, k, time):
-    """As `thesis_tick`, with M (9, 9), upper triangle, and the world-frame joint Jacobian J (6, 9) of Pinocchio's."""
+def thesis_tick_in(record, M, h, J, bias, q, v, log, k, time):
+    """As `thesis_tick`, with Pinocchio's numbers.
+
+    Args:
+        record: As there.
+        M: (9, 9) mass matrix, upper triangle.
+        h: (9,) bias forces.
+        J: (6, 9) Jacobian of the joints in the world's frame.
+        bias: (4, 3) J̇v of the points along the world's axes.
+        q: As there.
+        v: As there.
+        log: As there.
+        k: As there.
+        time: As there.
+    """
     sense_links_in(record[0], J, q, v)
+    sense_motion_in(record[0], h, bias)
     return _decide(record, M, q, v, log, k, time, ())
 
 
@@ -152,7 +166,8 @@ def pushing_tick(record, q, v, log, k, time):
 
 
 @kernel
-def pushing_tick_in(record, M, J, q, v, log, k, time):
+def pushing_tick_in(record, M, h, J, bias, q, v, log, k, time):
     """As `thesis_tick_in`, likewise."""
     sense_links_in(record[0], J, q, v)
+    sense_motion_in(record[0], h, bias)
     return _decide(record, M, q, v, log, k, time, (True,))

@@ -1,6 +1,7 @@
 """The thesis's law for a biped with a free base, as a law of a robot of any kind: `law = "spatial"`."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from biped.base.jit import bound
 from biped.control.blending import blend, changes_in, step_type
 from biped.control.law import Setup
 from biped.control.observation import Observation
+from biped.control.space.own import Own, Pinocchio, check_kernels, compute, own_of
 from biped.control.space.places import Mechanics
 from biped.control.space.record import GAIT
 from biped.control.space.setup import controller_record, mechanics_of, order_of, set_gains
@@ -15,7 +17,7 @@ from biped.control.space.tick import spatial_tick
 from biped.control.space.units import si_gains, unit_of
 from biped.robot.anatomy import anatomy_of
 from biped.robot.build import Command
-from biped.scenario.keys import Scenario
+from biped.scenario.keys import COMPILED, ENGINE, PINOCCHIO, Scenario
 
 SIGNALS = ("right_state", "left_state", "right_placed", "left_placed", "at_limit", "given_up")
 """Signals of the law: leg states 1 … 4, [rad] by which placement abducts a leg, whether a torque is at its limit, and
@@ -34,6 +36,7 @@ class Spatial:
     Attributes:
         record: (1,) of `biped.control.space.record.control_type`.
         changes: Of it, `biped.control.blending.Changes`.
+        source: Who computes the mechanics: `compiled`, `pinocchio` or `engine`.
         signals: As of the latest tick.
     """
 
@@ -50,6 +53,7 @@ class Spatial:
         c = self.record[0]
         mode = setup.scenario.actuation.mode
         self._assist = 1.0 if mode == "generalized" else setup.scenario.actuation.assist
+        self._believed, self.source = setup.model, setup.scenario.control.mechanics or ENGINE
         self._mechanics: Mechanics | None = None
         self._tick_once = spatial_tick
         order = order_of(setup.model, setup.robot, anatomy)
@@ -62,6 +66,27 @@ class Spatial:
         self._Q_d, self._passive, self._u = tick["Q_d"], tick["passive"], tick["u"]
         self._size = setup.model.nv if self._assist else len(setup.robot.drives)
 
+    def own(self, q: np.ndarray, v: np.ndarray) -> Own | None:
+        """Mechanics that compiled code brings to coordinates and velocities (live); None where they are the engine's.
+
+        Raises:
+            InputError: The model has parts that only MuJoCo computes with.
+        """
+        if self.source != COMPILED:
+            return None
+        check_kernels(self.record[0], self._believed)
+        return own_of(self.record[0], self._believed, q, v)
+
+    def _mechanics_at(self, sensed: Observation) -> tuple[Mechanics, Callable[[], None] | None]:
+        """The mechanics of what is sensed, and what brings them up to date; None: they are."""
+        data = sensed._data
+        if (own := self.own(data.qpos, data.qvel)) is not None:
+            return own.mechanics, partial(bound(compute, *own), *own)
+        if self.source == PINOCCHIO:
+            theirs = Pinocchio(self.record[0], self._believed, data.qpos, data.qvel)
+            return theirs.mechanics, theirs.renew
+        return mechanics_of(self.record[0], sensed._model, data), None
+
     @staticmethod
     def command(scenario: Scenario) -> Command:
         """Returns the kind of command that `torques` returns."""
@@ -72,13 +97,15 @@ class Spatial:
         """(nu,) joint torques [N m]; or (nv,) Q_d, or a share of it, with what makes up for the joints' own damping."""
         first = sensed.time == 0.0
         if self._mechanics is None:
-            self._mechanics = mechanics_of(self.record[0], sensed._model, sensed._data)
+            self._mechanics, self._renew = self._mechanics_at(sensed)
             sizes = self.record.dtype
             if sizes not in _ticks:  # looking it up takes as long as a hundred ticks
                 _ticks[sizes] = bound(spatial_tick, self.record, self._mechanics, first)
             self._tick_once = _ticks[sizes]
         if len(self.changes.steps):
             blend(self.changes, round(sensed.time / self._tick))
+        if self._renew is not None:
+            self._renew()
         self._tick_once(self.record, self._mechanics, first)
         right, left = self._phase.tolist()
         self.signals = dict(zip(SIGNALS, (right + 1.0, left + 1.0, *self._placed.tolist(), float(self._limited[0]),

@@ -184,12 +184,12 @@ def mechanics_of(c: np.void, model: mujoco.MjModel, data: mujoco.MjData) -> Mech
         data: Its state.
     """
     return Mechanics(
-        data.qpos, data.qvel, data.M, _entries(c, model), data.qfrc_bias, data.cdof, data.cdof_dot, data.cvel,
+        data.qpos, data.qvel, data.M, entries_of(c, model), data.qfrc_bias, data.cdof, data.cdof_dot, data.cvel,
         data.subtree_com, data.xmat, data.xpos,
     )  # fmt: skip
 
 
-def _entries(c: np.void, model: mujoco.MjModel) -> np.ndarray:
+def entries_of(c: np.void, model: mujoco.MjModel) -> np.ndarray:
     """(nM, 4) where MuJoCo's numbers of the mass matrix belong: see `Mechanics`."""
     upper, reach = c["at"]["M_base"].shape[0], c["at"]["M_cross"].shape[2]
     at = {int(column): i for i, column in enumerate(c["belief"]["column"]) if column >= 0}

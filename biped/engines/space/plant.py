@@ -12,6 +12,7 @@ from biped.control.space.topology import BASE, KNEE, LEG, LEGS, N_POINTS
 from biped.engines.native import halves, without_clock
 from biped.engines.space.walk import SpacePlant, walk
 from biped.robot.robot import Robot
+from biped.scenario.keys import PINOCCHIO
 
 _AT_ORIGIN = 1e-9
 """[m] A push on a centre of mass that is no further from its body's origin has no moment about it."""
@@ -34,7 +35,7 @@ def plant_of(
         columns: Of the trajectory.
         anchors: Joints that a stick figure shows.
     """
-    if not isinstance(law, Spatial) or model.opt.cone != mujoco.mjtCone.mjCONE_ELLIPTIC:
+    if not isinstance(law, Spatial) or law.source == PINOCCHIO or model.opt.cone != mujoco.mjtCone.mjCONE_ELLIPTIC:
         return None
     if not _on_spheres(model, robot):
         return None
@@ -43,11 +44,12 @@ def plant_of(
     generalized = bool(law.record["actuation"]["generalized"][0])
     mechanics = mechanics_of(law.record[0], model, data)
     points = np.array([geom for foot in robot.feet for geom in foot.geoms])
-    gravity = np.array(model.opt.gravity)
+    own, gravity = law.own(data.qpos, data.qvel), np.array(model.opt.gravity)
     return SpacePlant(
         step1=native.step1, step2=native.step2, model=model._address, data=data._address,
         nefc=data._address + native.nefc, force=data._address + native.force,
         substeps=substeps, timestep=float(model.opt.timestep), mechanics=mechanics,
+        own=() if own is None else (own,),
         applied=data.qfrc_applied if generalized else data.ctrl, pushed=data.xfrc_applied[robot.base_number],
         driving=data.qfrc_actuator, holding=data.qfrc_constraint, com=data.subtree_com[robot.base_number],
         inertia=data.cinert, moving=data.cvel, centre=data.xipos, place=data.xpos,

@@ -8,6 +8,8 @@ import numpy as np
 from biped.base.address import call, doubles_at, int32_at
 from biped.base.jit import inner_kernel, long_kernel
 from biped.control.blending import blend
+from biped.control.space.dynamics import compute_mechanics
+from biped.control.space.own import Own
 from biped.control.space.places import Mechanics
 from biped.control.space.tick import spatial_tick
 from biped.control.space.topology import BASE, KNEE, LEG, LEGS, N_POINTS
@@ -28,7 +30,8 @@ class SpacePlant(NamedTuple):
         force: Address of the address of their forces.
         substeps: Steps in a tick.
         timestep: [s].
-        mechanics: What the law reads, live.
+        mechanics: What MuJoCo knows of the walker, live.
+        own: (`biped.control.space.own.Own`,) where the law computes its mechanics by itself, otherwise ().
         applied: (12,) torques or (18,) generalized forces, live.
         pushed: (6,) [N, N m] force and moment on the torso, live.
         driving: (18,) what actuators do, live.
@@ -65,6 +68,7 @@ class SpacePlant(NamedTuple):
     substeps: int
     timestep: float
     mechanics: Mechanics
+    own: tuple[Own, ...]
     applied: np.ndarray
     pushed: np.ndarray
     driving: np.ndarray
@@ -102,6 +106,16 @@ def _status(plant):
     if R[2] * up[0] + R[5] * up[1] + R[8] * up[2] < plant.tilt:
         return TILTED
     return LOW if plant.centre[1, 2] < plant.least else GOING
+
+
+@inner_kernel
+def _decide(record, m, own, first):
+    """The law's tick. Only that for the mechanics of a run is compiled: a tuple's length is part of its type."""
+    if len(own) == 0:
+        spatial_tick(record, m, first)
+        return
+    compute_mechanics(own[0].tree, own[0].mechanics)
+    spatial_tick(record, own[0].mechanics, first)
 
 
 @inner_kernel
@@ -218,7 +232,7 @@ def walk(record, changes, plant, log, outside, signals, first, last):
         if status == NOT_FINITE:
             return status, k + 1
         blend(changes, k)
-        spatial_tick(record, m, k == 0)
+        _decide(record, m, plant.own, k == 0)
         line = log[k]
         _note(plant, c, line, outside[k], k * tick)
         if status != GOING:

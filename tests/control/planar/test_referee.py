@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from biped.control import agreed
 from biped.control.planar import referee
 from biped.robot.planar.model import tree_at
 from tests.ticks import HUMAN
@@ -13,7 +14,7 @@ from tests.ticks import HUMAN
 @pytest.fixture
 def asked(tmp_path, monkeypatch):
     """How often Pinocchio is asked, with nothing remembered."""
-    monkeypatch.setattr(referee, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(agreed, "cache_folder", lambda: tmp_path)
     times, ask = [], referee._refereed
     monkeypatch.setattr(referee, "_refereed", lambda *question: times.append(question) or ask(*question))
     referee._agrees.cache_clear()
