@@ -14,7 +14,7 @@ from biped.ensemble.campaign import simulate
 from biped.scenario.actuation import Actuation, ActuationChange, Change
 from biped.scenario.command import Command, CommandPiece
 from biped.scenario.ground import Ground, Seat, Steps, Tiles
-from biped.scenario.keys import Fall, Simulation, Start
+from biped.scenario.keys import ControlKeys, Fall, Simulation, Start
 from biped.scenario.push import Disturbance, Push
 from biped.scenario.randomise import Randomise
 from biped.scenario.senses import Encoders, Estimator, Gyro, Sensors, Switches
@@ -148,13 +148,19 @@ REFUSED: tuple[tuple[str, tuple[str, ...], str], ...] = (
     (H1, ("actuation.motors=true",), r"actuation\.motors: expected false"),
 )  # fmt: skip
 
+WHOEVER = (
+    (PLANAR, "compiled", "pinocchio"), (SPACE, "engine", "compiled"), (SPACE, "engine", "pinocchio"),
+    (WALK, "engine", "pinocchio"),
+)  # fmt: skip
+"""Who computes the law's mechanics, in the same walk but for its last digits."""
+
 TABLES = {
     "start": Start, "ground": Ground, "ground.tiles": Tiles, "ground.steps": Steps, "ground.seat": Seat,
     "actuation": Actuation, "simulation": Simulation, "push.0": Push, "disturbance": Disturbance, "fall": Fall,
     "sensors": Sensors, "sensors.encoders": Encoders, "sensors.gyro": Gyro, "sensors.switches": Switches,
     "estimator": Estimator, "truth": Truth, "truth.unmodelled": UnmodelledKeys, "truth.part.0": BodyTruth,
     "randomise": Randomise, "change.0": Change, "change.0.actuation": ActuationChange, "command": Command,
-    "command.piece.0": CommandPiece,
+    "command.piece.0": CommandPiece, "control": ControlKeys,
 }  # fmt: skip
 SMALL = 1e-3
 """[m, rad, N m] below which an effect is too small to be compared."""
@@ -234,6 +240,12 @@ def test_settings_of_mujocos_solver_change_no_byte(key):
     assert one.tobytes() == other.tobytes()
 
 
+@pytest.mark.parametrize(("name", "one", "other"), WHOEVER)
+def test_whoever_computes_the_mechanics_the_walk_is_the_same(name, one, other):
+    q, other_q = (seen("drake", name, 0.1, (f"control.mechanics={who}",))[0] for who in (one, other))
+    assert 0.0 < np.abs(q - other_q).max() < 1e-9
+
+
 @pytest.mark.parametrize(("name", "changes", "words"), REFUSED)
 def test_what_cannot_be_is_refused_by_name(name, changes, words):
     with pytest.raises(InputError, match=words):
@@ -249,6 +261,7 @@ def test_no_key_is_left_out():
         {case[2] for case in (*ACTS, *OWN_WAY)}
         | {key for key, _ in UNEVEN}
         | {f"simulation.{key}" for key in NO_MEANING}
+        | {"control.mechanics"}
     )
     said |= {change.partition("=")[0] for _, changes, _ in REFUSED for change in changes}
     assert not every - said
