@@ -30,13 +30,8 @@ def throughput_document(measured: Throughput) -> Document:
         costs = getattr(measured, part).items()
         blocks.append(Table((part, unit), tuple((str(key), number(value)) for key, value in costs)))
     for title, column, costs in (("scenes", "scene", measured.scenes), ("robots of any kind", "run", measured.robots)):
-        if costs is None:
-            continue
-        heads = (column, "physics", "steps", "loop", "metrics", "x physics", "x steps", "ticks are looped over")
-        keys = ("physics", "steps", "closed_loop", "metrics", "with_metrics", "strict")
-        rows = tuple((name, *(number(cost[key]) for key in keys), cost["loop"]) for name, cost in costs.items())
-        blocks.append(Heading(f"{title}: µs a tick, and ratios; strict: to steps in compiled code"))
-        blocks.append(Table(heads, rows, (0, len(heads) - 1)))
+        if costs is not None:
+            blocks += costs_document(title, column, costs)
     if measured.features is not None:
         rows = tuple(
             (name, *(number(price[key]) for key in ("tick", "ratio", "memory")), ", ".join(price["only_imported"]))
@@ -45,6 +40,17 @@ def throughput_document(measured: Throughput) -> Document:
         blocks.append(Heading("features of a scene, each in a process of its own"))
         blocks.append(Table(("feature", "µs a tick", "x mj_step", "MB", "what only it imports"), rows, (0, 4)))
     return tuple(blocks)
+
+
+def costs_document(title: str, column: str, costs: Mapping[str, Mapping[str, Any]]) -> Document:
+    """Prices of runs beside those of bare steps."""
+    heads = (column, "physics", "steps", "loop", "metrics", "x physics", "x steps", "ticks are looped over")
+    keys = ("physics", "steps", "closed_loop", "metrics", "with_metrics", "strict")
+    rows = tuple((name, *(number(cost[key]) for key in keys), cost["loop"]) for name, cost in costs.items())
+    return (
+        Heading(f"{title}: µs a tick, and ratios; strict: to steps in compiled code"),
+        Table(heads, rows, (0, len(heads) - 1)),
+    )
 
 
 def walking_document(result: Mapping[str, Any]) -> Document:

@@ -24,7 +24,8 @@ def add(commands: Commands) -> None:
         "against run time; mechanisms: the same of chapter II's mechanisms; tolerances: error of adaptive steps "
         "against their tolerance; robot: the bench experiments of Figs 4.7 and 4.8; campaigns: processes here "
         "against a cluster; policy: a learned policy against bare steps and network calls; engines: a step in Drake "
-        "against one in MuJoCo; regress: whether a recorded result or cost changed"
+        "against one in MuJoCo; mechanics: walks by who computes the law's matrices; regress: whether a recorded "
+        "result or cost changed"
     )
     parser.add_argument("what", choices=[*list(BENCHES)[:2], *CHAPTER_2, *list(BENCHES)[2:]], help=what)
     parser.add_argument("--out", type=Path, help="folder for the figures of walking, mechanisms, tolerances, robot")
@@ -107,6 +108,14 @@ def _engines(args: argparse.Namespace) -> Measured:
     return {kind: cost.as_dict() for kind, cost in costs.items()}, engines_document(costs), True
 
 
+def _mechanics(args: argparse.Namespace) -> Measured:
+    from biped.show.bench import costs_document
+    from biped.studies.bench.scenes import mechanics_costs
+
+    costs = mechanics_costs()
+    return costs, costs_document("by who computes the law's mechanics", "run", costs), True
+
+
 def _regress(args: argparse.Namespace) -> Measured:
     from biped.show.bench import regress_document
     from biped.studies.bench.regress import guard
@@ -119,6 +128,7 @@ CHAPTER_2 = ("mechanisms", "tolerances", "robot")
 """Benchmarks of chapter II, a library of its own that only whoever asks for it loads."""
 BENCHES: dict[str, Callable[[argparse.Namespace], Measured]] = {
     "throughput": _throughput, "walking": _walking, "campaigns": _campaigns, "policy": _policy, "engines": _engines,
+    "mechanics": _mechanics,
     "regress": _regress,
 }  # fmt: skip
 """The others by name, and the functions that run them."""

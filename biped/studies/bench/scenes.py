@@ -21,6 +21,7 @@ from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure
 from biped.robot.law_factory import Factory
 from biped.robot.run import Run
+from biped.scenario.keys import COMPILED, ENGINE, PINOCCHIO
 from biped.scenario.reading import read_scenario
 from biped.studies.bench.replay import clock, replay_of, replayed, strict
 
@@ -58,6 +59,17 @@ ROBOTS: dict[str, tuple[str, ...]] = {
     "h1 stands, 500 Hz": ("any/h1", "simulation.control_rate=500"),
 }
 """Scenario and changes."""
+MECHANICS: dict[str, tuple[str, ...]] = {
+    f"{name}, {by}": (scenario, f"control.mechanics={by}")
+    for name, scenario, whom in (
+        ("human", "level_normal", (COMPILED, PINOCCHIO)),
+        ("human, ground that only pushes", "calm/own", (COMPILED, PINOCCHIO)),
+        ("human in space", "spatial/level", (ENGINE, COMPILED, PINOCCHIO)),
+        ("h1", "any/h1_walk", (ENGINE, COMPILED, PINOCCHIO)),
+    )
+    for by in whom
+}
+"""Likewise: walks by who computes the law's mechanics."""
 CONSTANT = "h1, a law that returns a constant"
 
 
@@ -166,6 +178,11 @@ def robot_costs(repeats: int = ROBOTS_REPEATS) -> dict[str, dict[str, Any]]:
     return costs_of(ROBOTS, scene_cost, repeats) | costs_of(
         {CONSTANT: ROBOTS["h1 stands"]}, lambda run, n: scene_cost(replace(run, law=constant), n), repeats
     )
+
+
+def mechanics_costs(repeats: int = ROBOTS_REPEATS) -> dict[str, dict[str, Any]]:
+    """Costs of each of `MECHANICS`, by name."""
+    return costs_of(MECHANICS, scene_cost, repeats)
 
 
 def costs_of(

@@ -22,7 +22,7 @@ from biped.studies.bench.features import BASE, FEATURES, prices
 from biped.studies.bench.parts import contact_costs
 from biped.studies.bench.replay import replay_of, replayed, steps
 from biped.studies.bench.rigid import STRIDE, _states, _touch
-from biped.studies.bench.scenes import ROBOTS, SCENES, scene_cost
+from biped.studies.bench.scenes import MECHANICS, ROBOTS, SCENES, scene_cost
 
 SECONDS = 0.1
 
@@ -171,7 +171,7 @@ def test_runs_of_robots_of_any_kind_are_of_such_robots():
 
 
 def test_every_scene_is_valid_and_in_mujoco():
-    for name, *changes in SCENES.values():
+    for name, *changes in (*SCENES.values(), *MECHANICS.values()):
         assert Plan(read_scenario(name, changes)).scenario.engine == "mujoco"
 
 
