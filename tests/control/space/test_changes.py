@@ -12,7 +12,7 @@ from biped.control.space.record import GAIT
 from biped.control.space.setup import set_gains
 from biped.engines.mujoco import simulate
 from biped.ensemble.campaign import run_one
-from biped.ensemble.failures import load, save
+from biped.ensemble.failures import load_packed, save_packed
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario
 from tests.control.space.scene import Scene
@@ -71,8 +71,8 @@ def test_changes_are_kept_with_the_run(tmp_path):
     assert row.as_dict()["stood"]
     assert row.as_dict()["stopping_distance"] == pytest.approx(t.x[-1] - t.x[400])
     assert abs(t.x[-1] - t.x[400]) > 1e-3
-    save(t, tmp_path / "t.xz")
-    assert load(tmp_path / "t.xz").changes == t.changes == (0.4,)
+    save_packed(t, tmp_path / "t.xz")
+    assert load_packed(tmp_path / "t.xz").changes == t.changes == (0.4,)
 
 
 @pytest.mark.parametrize("mode", ["joint", "generalized"])

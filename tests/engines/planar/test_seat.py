@@ -11,7 +11,7 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.engines.planar.mujoco import simulate
-from biped.ensemble.failures import load, save
+from biped.ensemble.failures import load_packed, save_packed
 from biped.ensemble.plan import Plan
 from biped.measure import stored
 from biped.measure.metrics import measure
@@ -104,8 +104,8 @@ def test_in_python_it_is_what_it_is_compiled(tmp_path):
     assert again.seat == compiled.seat
     np.testing.assert_array_equal(again.seat_force, compiled.seat_force)
     assert len(again.rows(slice(10, 20)).seat_force) == 10
-    save(compiled, tmp_path / "t.xz")
-    assert load(tmp_path / "t.xz").seat == compiled.seat
+    save_packed(compiled, tmp_path / "t.xz")
+    assert load_packed(tmp_path / "t.xz").seat == compiled.seat
 
 
 def test_a_seat_that_nobody_touches_changes_nothing():

@@ -14,7 +14,7 @@ from biped.engines import home
 from biped.engines.home import simulate_with_ledger
 from biped.engines.planar import mujoco as foreign
 from biped.engines.planar.planes import lay, planes_of
-from biped.ensemble.failures import load, save
+from biped.ensemble.failures import load_packed, save_packed
 from biped.ensemble.plan import Plan
 from biped.measure import stored
 from biped.measure.metrics import measure
@@ -176,8 +176,8 @@ def test_a_walk_downstairs_is_no_fall():
 def test_the_ground_is_kept_with_a_run(tmp_path):
     t = walk("mujoco", "duration=1.0", "window={}", "ground.tiles.height=0.01")
     t.save(tmp_path / "a.npz")
-    save(t, tmp_path / "b.xz")
-    for kept in (stored.load(tmp_path / "a.npz"), load(tmp_path / "b.xz")):
+    save_packed(t, tmp_path / "b.xz")
+    for kept in (stored.load(tmp_path / "a.npz"), load_packed(tmp_path / "b.xz")):
         np.testing.assert_array_equal(kept.ground.x, t.ground.x)
         np.testing.assert_array_equal(kept.ground.z, t.ground.z)
     assert not t.flat
