@@ -63,6 +63,12 @@ class Sensing(Section, frozen=True):
         ahead: [rad] by which the thigh must lead the other (state 4).
         late_stance: Degrees; a toe-only leg whose thigh still leans further forward has just landed: state 1.
         passing: [rad]; a toe-only leg whose thigh leads the other by more drags its toe: state 3; default: never.
+        predict: [s] by which the law takes what it senses to be late, at most 1000 ticks: it moves what it senses on by
+            its own mechanics under the torques that it has commanded since; 0: not. Of seven links in a plane.
+        follow: Time constant [s] with which what the law believes of places and angles, which goes on by the same
+            mechanics, goes to what is sensed; 0: at once.
+        follow_rates: The same of rates.
+        friction: Coefficient of friction that these mechanics count on; default: that of `[actuation.pushing]`.
     """
 
     contact_height: Positive = 0.001
@@ -75,6 +81,10 @@ class Sensing(Section, frozen=True):
     ahead: Real = 0.1
     late_stance: Annotated[float, Meta(gt=0, le=36000)] = 100.0
     passing: NonNegative | None = None
+    predict: Hold = 0.0
+    follow: Hold = 0.0
+    follow_rates: Hold = 0.0
+    friction: Positive | None = None
 
 
 COMPILED, PINOCCHIO, ENGINE = "compiled", "pinocchio", "engine"

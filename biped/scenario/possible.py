@@ -20,6 +20,8 @@ MOST_RUNS = 1_000_000
 """Of a campaign: points of its sweep times runs of each."""
 MOST_DELAY = 100_000
 """Control ticks that sensors or commands may lag behind: each is kept."""
+MOST_PREDICTED = 1000
+"""Control ticks that the law may predict over: it takes a step of its mechanics for each, at every tick."""
 OF_ANY_KIND = (
     ("sensors", "zero_error"), ("truth", "part"), ("truth", "strength"), ("truth", "servo_stiffness"),
     ("truth", "servo_damping"), ("truth", "joint_friction"), ("truth", "joint_losses"), ("truth", "armature"),
@@ -48,6 +50,9 @@ def possible(s: Scenario, fail: Fail) -> None:
     if (s.actuation.delay + s.actuation.delay_jitter) * s.simulation.control_rate > MOST_DELAY:
         raise fail("actuation.delay", f"expected at most {MOST_DELAY / s.simulation.control_rate:g} s at this control "
                    f"rate, with its jitter, got {s.actuation.delay + s.actuation.delay_jitter:g}")  # fmt: skip
+    if s.sensing.predict * s.simulation.control_rate > MOST_PREDICTED:
+        raise fail("sensing.predict", f"expected at most {MOST_PREDICTED / s.simulation.control_rate:g} s at this "
+                   f"control rate, got {s.sensing.predict:g}")  # fmt: skip
     for i, push in enumerate(s.push):
         if push.at >= s.duration:
             raise fail(f"push[{i}].at", f"expected a time within the run (duration {s.duration} s), got {push.at}")
@@ -82,6 +87,9 @@ def possible(s: Scenario, fail: Fail) -> None:
     if own_law(s.law) and s.actuation.mode != "joint":
         raise fail("actuation.mode", f"expected 'joint' with a law of one's own, which returns torques; got "
                    f"'{s.actuation.mode}'")  # fmt: skip
+    for key in ("predict", "follow", "follow_rates"):
+        if own_law(s.law) and getattr(s.sensing, key) > 0.0:
+            raise fail(f"sensing.{key}", "expected 0 with a law of one's own: it is the thesis's law that predicts")
     if own_law(s.law) and s.backstep is not None:
         raise fail("backstep", "expected no law of one's own: the step back belongs to the thesis's leg states")
     _unmodelled(s, fail)
@@ -136,7 +144,7 @@ def _sensed(s: Scenario, fail: Fail) -> None:
         return
     if missing := [name for name in names if name not in there]:
         raise fail("estimator", f"expected sensors to infer from: [sensors.{missing[0]}] is missing")
-    direct = ("angle_noise", "rate_noise", "height_noise", "delay", "quantisation")
+    direct = ("rate_noise", "height_noise", "quantisation")
     if told := [name for name in direct if getattr(s.sensors, name) > 0.0]:
         raise fail(f"sensors.{told[0]}", "expected none with an [estimator]: nobody measures the posture itself")
     switches = s.sensors.switches

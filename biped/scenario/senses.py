@@ -69,7 +69,7 @@ class Sensors(Section, frozen=True):
 
     Attributes:
         angle_noise: Standard deviation [rad] of white noise on the seven joint coordinates that are angles; of a robot
-            of any kind, on hinges and the orientation of its base.
+            of any kind, on hinges and the orientation of its base; with an `[estimator]`, on the six encoders.
         rate_noise: The same on their rates [rad/s].
         height_noise: The same on the torso's x and z [m]; of a robot of any kind, on the place of its base.
         delay: [s], rounded to control ticks, of which there may be 100,000.

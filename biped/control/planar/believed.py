@@ -4,6 +4,7 @@ import numpy as np
 
 from biped.base.jit import kernel
 from biped.control.planar.errors import redraw
+from biped.control.planar.prediction import predicts
 from biped.control.planar.pushing import pushing_torques
 from biped.control.planar.sensing import sense_links
 from biped.control.planar.setup import controller_record
@@ -29,7 +30,7 @@ def believed_forces(run: Run, t: Trajectory) -> np.ndarray | None:
     """
     s = run.scenario
     counted = s.actuation.contacts == "pushing" and s.actuation.mode == "joint" and s.law is None and run.law is None
-    if "Q_d" not in t.columns or not counted or s.estimator is not None or s.sensors != Sensors():
+    if "Q_d" not in t.columns or not counted or predicts(s) or s.estimator is not None or s.sensors != Sensors():
         return None
     out = np.zeros((len(t), N_POINTS, 2))
     _forces(controller_record(run, run.tree), *(np.array(a) for a in (t.q, t.v, t.Q_d)), out)

@@ -34,7 +34,7 @@ ESTIMATOR = np.dtype(
         ("width", "f8"), ("blend", "f8"),  # m, ticks
         ("tree", TREE), ("at", PLACES), ("q", "f8", NQ), ("still", "f8", NQ),
         ("before", "f8", NU), ("touching", "u1", N_POINTS), ("waiting", "i8", N_POINTS), ("basis", "i8"),
-        ("filtered", "f8"), ("clipped", "u1"),
+        ("filtered", "f8"), ("unfiltered", "f8"), ("clipped", "u1"),  # rad/s of the gyro, before and after its filter
         ("offset", "f8"), ("rate_offset", "f8"), ("left", "f8"),  # of the estimate from its source, and ticks to go
         # The line through the touching points, seen from the torso: its angle, its middle, and how far they spread.
         ("fit", "f8", 4),
@@ -50,12 +50,16 @@ class Inference(NamedTuple):
     Attributes:
         record: (1,) `ESTIMATOR`.
         noise: (n,) [rad/s] of the gyro.
+        angle_noise: (n, 6) [rad] of the encoders; (0, 6) where there is none.
+        past: (delay + 1, 2, 9) latest true coordinates and velocities.
         noted: (n, NOTED) what is noted of every tick.
         joints: (6,) [rad] measured joint angles of the latest tick.
     """
 
     record: np.ndarray
     noise: np.ndarray
+    angle_noise: np.ndarray
+    past: np.ndarray
     noted: np.ndarray
     joints: np.ndarray
 
@@ -81,10 +85,12 @@ def read_switches(e, q, v, log, k):
 
 
 @kernel
-def read_encoders(e, q, joints):
-    """Writes the measured joint angles (6,) [rad]."""
+def read_encoders(e, q, noise, k, joints):
+    """Writes the measured joint angles (6,) [rad]; row k of the noise (n, 6) is in them, if there is any."""
     for j in range(NU):
         joints[j] = q[BASE + j] + e["reference"][j]
+        if noise.size > 0:
+            joints[j] += noise[k, j]
         if e["resolution"][j] > 0.0:
             joints[j] = np.rint(joints[j] / e["resolution"][j]) * e["resolution"][j]
 
@@ -95,6 +101,7 @@ def read_gyro(e, rate, noise, first):
     seen = rate + e["bias"] + noise
     e["clipped"] = 1 if abs(seen) > e["range"] else 0
     seen = min(max(seen, -e["range"]), e["range"])
+    e["unfiltered"] = seen
     e["filtered"] = seen if first else e["filtered"] + e["follow"] * (seen - e["filtered"])
     return e["filtered"]
 
@@ -129,25 +136,28 @@ def fit_line(e, joints):
 
 
 @kernel
-def estimate(e, noise, noted, q, v, log, k, joints, out_q, out_v):
+def estimate(e, noise, angle_noise, noted, q, v, log, k, late, joints, out_q, out_v):
     """Writes the coordinates and velocities that the robot infers at tick k, and what is noted of them.
 
     Args:
         e: `ESTIMATOR` record.
         noise: (n,) [rad/s] of the gyro.
+        angle_noise: (n, 6) [rad] of the encoders; (0, 6) where there is none.
         noted: (n, NOTED) row k is written.
-        q: (9,) true joint coordinates [m, rad].
-        v: (9,) true joint velocities.
-        log: (n, WIDTH) log; the row before k has its ground forces.
+        q: (9,) true joint coordinates [m, rad] at tick k - late.
+        v: (9,) true joint velocities then.
+        log: (n, WIDTH) log; the row before that has its ground forces.
         k: Number of the tick.
+        late: How many ticks ago what the sensors say was; what they say first is the start.
         joints: (6,) work space.
         out_q: (9,) inferred coordinates; those of the tick before, overwritten.
         out_v: (9,) inferred velocities; likewise.
     """
     dt = e["tick"]
-    first = k == 0
-    read_switches(e, q, v, log, k)
-    read_encoders(e, q, joints)
+    seen = max(0, k - late)
+    first = seen == 0
+    read_switches(e, q, v, log, seen)
+    read_encoders(e, q, angle_noise, k, joints)
     gyro = read_gyro(e, v[PITCH], noise[k], first)
     if first:  # two accelerometers and a robot at rest: the start is known
         for j in range(NQ):
@@ -224,7 +234,65 @@ def infer(estimator, law, q, v, log, k, out_q, out_v):
     if len(estimator) == 0:
         return
     one = estimator[0]
-    e = one.record[0]
-    estimate(e, one.noise, one.noted, q, v, log, k, one.joints, out_q, out_v)
+    e, past = one.record[0], one.past
+    size = past.shape[0]
+    for i in range(size if k == 0 else 1):
+        for j in range(NQ):
+            past[(k + i) % size, 0, j] = q[j]
+            past[(k + i) % size, 1, j] = v[j]
+    oldest = past[(k + 1) % size]
+    estimate(e, one.noise, one.angle_noise, one.noted, oldest[0], oldest[1], log, k, size - 1, one.joints, out_q, out_v)
     for i in range(N_POINTS):
         law[0]["switches"]["touching"][i] = e["touching"][i]
+
+
+@kernel
+def ground_under(estimator, height, lifted, under):
+    """Writes the heights (4,) [m] that the ground under the points has, as the switches say that they touch or do not.
+
+    Args:
+        estimator: (`Inference`,), or () for none: then the ground has no heights but its own.
+        height: (4,) of the points [m], at the instant of the switches.
+        lifted: Least height [m] of a point that does not touch.
+        under: (4,) result.
+    """
+    if len(estimator) == 0:
+        return
+    touching = estimator[0].record[0]["touching"]
+    for i in range(N_POINTS):
+        under[i] = height[i] if touching[i] else min(0.0, height[i] - lifted)
+
+
+@kernel
+def sensed_posture(estimator, k, q, places, out_q, out_v):
+    """Writes the posture of the instant that is sensed, as it is seen from what is believed of it.
+
+    Joint angles are the encoders', the torso's rate is the gyro's, its filter undone. The torso's angle and height
+    follow from the points that touch, as far as they say them; its place from theirs, which is believed. What nobody
+    says is what is believed.
+
+    Args:
+        estimator: (`Inference`,), or () for none.
+        k: Number of the tick.
+        q: (9,) believed joint coordinates at that instant.
+        places: (4, 2) of the points at them, seen from the torso's origin.
+        out_q: (9,) result.
+        out_v: (9,) result, of which only the torso's rate is written.
+    """
+    if len(estimator) == 0:
+        return
+    one = estimator[0]
+    e = one.record[0]
+    angle = q[PITCH] if one.noted[k, GYRO] > 0.0 else e["fit"][0]
+    count, ahead = 0, 0.0
+    for i in range(N_POINTS):
+        if e["touching"][i]:
+            count, ahead = count + 1, ahead + places[i, 0]
+    c, s = math.cos(angle), math.sin(angle)
+    x, z = e["fit"][1], e["fit"][2]
+    out_q[X] = q[X] + (ahead / count - (c * x - s * z) if count > 0 else 0.0)
+    out_q[Z] = -(s * x + c * z) if count > 0 else q[Z]
+    out_q[PITCH] = angle
+    for j in range(NU):
+        out_q[BASE + j] = one.joints[j]
+    out_v[PITCH] = e["unfiltered"]  # two outputs of a filter whose cutoff is known say what went in

@@ -7,6 +7,7 @@ import numpy as np
 from biped.base.jit import inner_kernel
 from biped.control.blending import Changes
 from biped.control.planar.estimator import Inference, infer
+from biped.control.planar.prediction import Prediction, believe
 from biped.control.planar.setup import bring_up_to_date
 from biped.control.planar.tick import law_tick
 from biped.measure.columns import Q, U, V
@@ -20,8 +21,10 @@ class Control(NamedTuple):
     Attributes:
         record: (1,) `biped.control.planar.record.CONTROL`.
         changes: Of it, `biped.control.blending.Changes`.
-        q: (9,) measured joint coordinates [m, rad]; the true ones where nothing is between.
-        v: (9,) measured joint velocities.
+        q: (9,) joint coordinates that the law reads [m, rad]: believed ones, else sensed ones.
+        v: (9,) joint velocities that it reads.
+        sensed_q: (9,) measured joint coordinates; the true ones where nothing is between.
+        sensed_v: (9,) measured joint velocities.
         noise: (2, n, 9) added, times `deviation`, to the measurements of each tick; empty without sensors.
         deviation: (2, 9) of coordinates and velocities.
         past: (delay + 1, 2, 9) latest true coordinates and velocities.
@@ -33,6 +36,7 @@ class Control(NamedTuple):
         pushing: (True,) for ground that only pushes, otherwise () (`biped.control.planar.tick.law_tick`).
         line: ((2, 6),) torque [N m] of joints held still, rate [rad/s] of free ones, where motors limit, otherwise ().
         estimator: (`biped.control.planar.estimator.Inference`,) where q and v are inferred, otherwise ().
+        predictor: (`biped.control.planar.prediction.Prediction`,) where q and v are believed, otherwise ().
         unmodelled: (`biped.robot.unmodelled.Unmodelled`,) where joint torques are added, otherwise ().
     """
 
@@ -40,6 +44,8 @@ class Control(NamedTuple):
     changes: Changes
     q: np.ndarray
     v: np.ndarray
+    sensed_q: np.ndarray
+    sensed_v: np.ndarray
     noise: np.ndarray
     deviation: np.ndarray
     past: np.ndarray
@@ -51,6 +57,7 @@ class Control(NamedTuple):
     pushing: tuple[bool, ...]
     line: tuple[np.ndarray, ...]
     estimator: tuple[Inference, ...]
+    predictor: tuple[Prediction, ...]
     unmodelled: tuple[Unmodelled, ...]
 
 
@@ -113,11 +120,15 @@ def decide(control, q, v, log, k):
     """
     measured = control.noise.size > 0
     if measured:
-        measure(k, q, v, control.noise, control.deviation, control.past, control.resolution, control.q, control.v)
-    infer(control.estimator, control.record, q, v, log, k, control.q, control.v)
+        measure(
+            k, q, v, control.noise, control.deviation, control.past, control.resolution,
+            control.sensed_q, control.sensed_v,
+        )  # fmt: skip
+    infer(control.estimator, control.record, q, v, log, k, control.sensed_q, control.sensed_v)
+    believe(control.predictor, control.estimator, control.record, k, control.q, control.v)
     bring_up_to_date(control.record, control.changes, k)
     status = law_tick(control.record, control.q, control.v, log, k, k * control.tick, control.pushing)
-    if measured or len(control.estimator) > 0:
+    if measured or len(control.estimator) > 0 or len(control.predictor) > 0:
         for j in range(NQ):
             log[k, Q + j] = q[j]
             log[k, V + j] = v[j]

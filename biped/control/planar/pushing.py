@@ -55,43 +55,64 @@ def unilateral_rows(c, q, v):
 
     Lanes 2i and 2i + 1 are the edges of point i, then the knees' stops (angles times the shank's length).
     """
-    at, push, tick, work, belief = c["at"], c["push"], c["tick"], c["work"], c["belief"]
-    G, least, away, scale = c["rows"]["A"], push["least"], push["away"], push["scale"]
-    n, t = work["a"], work["z"]
+    at, push, tick, work = c["at"], c["push"], c["tick"], c["work"]
+    least, away, scale, speed = push["least"], push["away"], push["scale"], push["speed"]
     tau, friction = push["approach"], push["friction"]
-    for j in range(NQ):
-        store(G, j, everywhere(0.0))
+    cone_edges(c, at, v, friction, c["belief"]["perturbed"], work["a"], work["z"][:NQ], c["rows"]["A"], speed)
     for i in range(N_POINTS):
-        point_row(at, i, 0, n)
-        point_row(at, i, 1, t[:NQ])
-        if belief["perturbed"]:
-            # Two rows that say the same of a flat foot, each wrong in its own way, would say that shear between toe and
-            # heel turns the leg: a foot that is asked once cannot contradict itself.
-            whose = i + 1 if c["actuation"]["single_tangential"] and i in TOE else i
-            perturb_row(c, n, belief["row_factor"][2 * i])
-            perturb_row(c, t[:NQ], belief["row_factor"][2 * whose + 1])
-        speed = 0.0
-        for j in range(NQ):
-            speed += n[j] * v[j]
-            G[j, 2 * i] = n[j] + friction * t[j]
-            G[j, 2 * i + 1] = n[j] - friction * t[j]
-        gap = max(0.0, 2.0 * speed / tau + tick["height"][i] / (tau * tau))
+        gap = max(0.0, 2.0 * speed[i] / tau + tick["height"][i] / (tau * tau))
         for side in range(2):
             mu = friction if side == 0 else -friction
             least[0, 2 * i + side] = -at["point_bias"][i, 1] - mu * at["point_bias"][i, 0] - gap
             away[0, 2 * i + side] = max(0.0, tick["height"][i])
     for leg in range(N_STOPS):
-        k = STOP_ROW + leg
-        knee = KNEE[leg]
-        G[knee, k] = -1.0
-        if belief["perturbed"]:
-            perturb_row(c, G[:, k], belief["row_factor"][k])
+        k, knee = STOP_ROW + leg, KNEE[leg]
         least[0, k] = -max(0.0, -2.0 * v[knee] / tau - q[knee] / (tau * tau))
         away[0, k] = scale[0, k] * max(0.0, -q[knee])
 
 
 @kernel
-def _gram(C, H):
+def cone_edges(c, at, v, friction, wrong, n, t, G, speed):
+    """Builds the edges of the friction cones and the knees' stops by lane, as the law believes in them.
+
+    Args:
+        c: Controller record.
+        at: `PLACES` record of the configuration.
+        v: (9,) joint velocities.
+        friction: Coefficient of friction.
+        wrong: Whether the rows have the errors of A that the law believes in.
+        n: (9,) work space.
+        t: (9,) work space.
+        G: (9, lanes) result.
+        speed: (4,) result: speed [m/s] with which each point rises.
+    """
+    belief = c["belief"]
+    for j in range(NQ):
+        store(G, j, everywhere(0.0))
+    for i in range(N_POINTS):
+        point_row(at, i, 0, n)
+        point_row(at, i, 1, t)
+        if wrong:
+            # Two rows that say the same of a flat foot, each wrong in its own way, would say that shear between toe and
+            # heel turns the leg: a foot that is asked once cannot contradict itself.
+            whose = i + 1 if c["actuation"]["single_tangential"] and i in TOE else i
+            perturb_row(c, n, belief["row_factor"][2 * i])
+            perturb_row(c, t, belief["row_factor"][2 * whose + 1])
+        rising = 0.0
+        for j in range(NQ):
+            rising += n[j] * v[j]
+            G[j, 2 * i] = n[j] + friction * t[j]
+            G[j, 2 * i + 1] = n[j] - friction * t[j]
+        speed[i] = rising
+    for leg in range(N_STOPS):
+        k = STOP_ROW + leg
+        G[KNEE[leg], k] = -1.0
+        if wrong:
+            perturb_row(c, G[:, k], belief["row_factor"][k])
+
+
+@kernel
+def gram(C, H):
     """Fills the rows of H = CᵀC (10, lanes) and breaks its ties; lane Q_LANE is what the forces there do along them."""
     top = 0.0
     for k in range(N_ROWS):
@@ -118,7 +139,7 @@ def wanted_motion(c):
         rows["spring"][j] = 0.0
     factor_from_feet(c["work"]["M"], rows["spring"], rows["L"])
     weigh(A, rows["L"], rows["C"])
-    _gram(rows["C"], H)
+    gram(rows["C"], H)
     for k in range(N_ROWS):
         f[0, k] = push["least"][0, k] - H[k, Q_LANE]
     push["changes"][0] = nonnegative(
@@ -162,7 +183,7 @@ def _nearest_forces(c):
     C, L, H, f, force = rows["C"], rows["L"], push["H"], push["f"], push["force"]
     factor_from_feet(c["work"]["M"], rows["spring"], L)
     weigh(rows["A"], L, C)
-    _gram(C, H)
+    gram(C, H)
     for k in range(N_ROWS):
         H[k, k] += push["price"][0, k]
         f[0, k] = H[k, Q_LANE]

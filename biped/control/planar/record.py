@@ -45,8 +45,11 @@ _SENSING = np.dtype(
 )  # fmt: skip
 """When a point touches, and what the leg states follow from."""
 
-_SWITCHES = np.dtype([("on", "u1"), ("touching", "u1", N_POINTS)], align=True)
-"""Foot switches, where they and not heights decide what touches (`biped.control.planar.estimator`)."""
+_SWITCHES = np.dtype(
+    [("on", "u1"), ("touching", "u1", N_POINTS), ("believed", "u1"), ("under", "f8", N_POINTS)], align=True
+)
+"""Foot switches, where they and not heights decide what touches (`biped.control.planar.estimator`); where the state is
+predicted, the heights [m] that the ground under the points must then have had (`biped.control.planar.prediction`)."""
 
 _BACKSTEP = np.dtype([("on", "u1"), ("margin", "f8"), ("theta_l", "f8"), ("k_d2", "f8"), ("b_d2", "f8")], align=True)
 """The step back [m; rad, N m/rad, N m s/rad of the hip]."""
@@ -120,6 +123,7 @@ _PUSH = np.dtype(
         # problem that may be positive, and torques at a limit (-1, 1).
         ("held", "u1", N_ROWS), ("pressed", "u1", N_ROWS), ("side", "i8", NU),
         ("changes", "i8", 2),  # how often the two sets changed in this tick
+        ("speed", "f8", N_POINTS),  # m/s with which points rise
         ("scale", "f8", (1, LANES)),  # m: an angle of a stop as a distance; 1 for points
         ("least", "f8", (1, LANES)), ("away", "f8", (1, LANES)), ("rho", "f8", (1, LANES)),
         ("wanted_force", "f8", (1, LANES)), ("slack", "f8", (1, LANES)),

@@ -28,6 +28,8 @@ class Senses:
         v: (9,) inferred joint velocities, live.
         record: (1,) `biped.control.planar.estimator.ESTIMATOR`.
         noise: (count,) [rad/s] of the gyro.
+        angle_noise: (count, 6) [rad] of the encoders, or (0, 6).
+        past: (delay + 1, 2, 9) latest true coordinates and velocities.
         noted: (count, NOTED) what is noted of the estimates.
         joints: (6,) measured joint angles, live.
     """
@@ -41,6 +43,9 @@ class Senses:
         self.noted = np.zeros((count, NOTED))
         rate = s.simulation.control_rate
         self.noise = gyro.deviation(rate) * stream(run.seed, "sensors.gyro").standard_normal(count)
+        noisy = stream(run.seed, "sensors.encoders.noise").standard_normal((count if sensors.angle_noise else 0, NU))
+        self.angle_noise = sensors.angle_noise * noisy
+        self.past = np.zeros((round(sensors.delay * rate) + 1, 2, NQ))
         self.record = np.zeros(1, ESTIMATOR)
         e = self.record[0]
         for name, value in believed._asdict().items():
@@ -58,7 +63,7 @@ class Senses:
     @property
     def inference(self) -> Inference:
         """As loops take it."""
-        return Inference(self.record, self.noise, self.noted, self.joints)
+        return Inference(self.record, self.noise, self.angle_noise, self.past, self.noted, self.joints)
 
 
 class PlanarSensors:

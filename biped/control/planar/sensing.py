@@ -53,6 +53,8 @@ def _heights(c, q):
         height[i] = q[Z] + point[i, 1]
         if c["ground"]["count"] > 0:
             height[i] -= height_below(c["ground"], q[X] + point[i, 0])
+        if switches["believed"]:
+            height[i] -= switches["under"][i]
         if switches["on"]:  # a point that presses is on the ground, one that does not is above it
             height[i] = 0.0 if switches["touching"][i] else max(height[i], c["sensing"]["contact_height"])
 

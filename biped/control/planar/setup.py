@@ -10,6 +10,7 @@ from biped.control.blending import Changes, blend, changes_in, step_type
 from biped.control.planar import record
 from biped.control.planar.bounded import EXACT, FOREIGN
 from biped.control.planar.errors import GENERATOR_SEEDS
+from biped.control.planar.prediction import predicts
 from biped.control.planar.record import GAIT
 from biped.control.smoothing import fraction
 from biped.robot.gravity import gravity
@@ -40,14 +41,16 @@ def controller_record(run: Run, believed: Tree) -> np.ndarray:
         c["tree"][name] = value
     _set_beliefs(c["belief"], run)
     _set_sensing(c["sensing"], s)
-    c["switches"]["on"] = s.estimator is not None
+    inferred, predicted = s.estimator is not None, predicts(s)
+    c["switches"]["on"], c["switches"]["believed"] = inferred and not predicted, inferred and predicted
     if s.backstep is not None:
         back = c["backstep"]
         back["on"], back["margin"], back["theta_l"] = 1, s.backstep.margin, np.radians(s.backstep.theta_l)
         back["k_d2"], back["b_d2"] = s.backstep.k_d2, s.backstep.b_d2
     _set_actuation(c["actuation"], s, run.torque_limits)
     _set_pushing(c["push"], s, believed)
-    set_ground(c["ground"], run.profile)
+    if not (inferred and predicted):  # who infers a posture takes what touches for one level line
+        set_ground(c["ground"], run.profile)
     return out
 
 

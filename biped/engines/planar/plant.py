@@ -12,6 +12,7 @@ from biped.control.blending import Changes
 from biped.control.planar.controller import ThesisLaw, Tick, law_of
 from biped.control.planar.estimator import infer
 from biped.control.planar.loop import Control, with_unmodelled, within_line, without_unmodelled
+from biped.control.planar.prediction import believe, prediction_of, predicts
 from biped.control.smoothing import fraction
 from biped.engines.fall import GOING, LOW, fall_words
 from biped.engines.loop import Ending, in_python
@@ -83,16 +84,18 @@ class PlanarPlant:
         self.log = np.zeros((run.ticks, WIDTH))
         sensors, self.senses = _sensors(run, physics), _senses(run, physics)
         between = sensors if self.senses is None else self.senses
-        q, v = (physics.q, physics.v) if between is None else (between.q, between.v)
+        sensed = (physics.q, physics.v) if between is None else (between.q, between.v)
+        predictor = (prediction_of(s, *sensed),) if predicts(s) else ()
+        q, v = (sensed[0].copy(), sensed[1].copy()) if predictor else sensed
         estimator = () if self.senses is None else (self.senses.inference,)
         self.law = law = law_of(run, run.tree, q, v, self.log)
         self.generalized = s.actuation.mode == "generalized"
         wanted, logged = (law.Q_d, Q_D) if self.generalized else (law.u, U)
         changes = law.changes if isinstance(law, ThesisLaw) else NO_CHANGES
         control = Control(
-            law.record, changes, q, v, *_between(sensors), wanted, logged,
+            law.record, changes, q, v, *sensed, *_between(sensors), wanted, logged,
             fraction(s.actuation.lag, run.tick), run.tick, (True,) if law.record["push"]["on"][0] else (),
-            _line(run), estimator, unmodelled_of(run),
+            _line(run), estimator, predictor, unmodelled_of(run),
         )  # fmt: skip
         fall = fall_of(run, physics.tree)
         if physics.walk is not None and isinstance(law, ThesisLaw) and not law.python:
@@ -112,13 +115,16 @@ class PlanarPlant:
         q, v, applied, wanted = physics.q, physics.v, physics.applied, control.wanted
         columns = slice(control.logged, control.logged + len(applied))
         judged = bound(judge, fall, q, v)
-        between = sensors is not None or bool(control.estimator)
+        believed = bool(control.predictor)
+        between = sensors is not None or bool(control.estimator) or believed
 
         def tick(k: int) -> int:
             if sensors is not None:
                 sensors.measure(k)
-            elif between:
-                infer(control.estimator, control.record, q, v, log, k, control.q, control.v)
+            elif control.estimator:
+                infer(control.estimator, control.record, q, v, log, k, control.sensed_q, control.sensed_v)
+            if believed:
+                believe(control.predictor, control.estimator, control.record, k, control.q, control.v)
             status = decide(k, k * period)
             if between:  # the log has the true coordinates
                 log[k, Q : Q + NQ], log[k, V : V + NQ] = q, v

@@ -33,7 +33,7 @@ def senses(count: int, q, v, encoders=EXACT, gyro=QUIET, switches=None, estimato
 
 
 def inferred(one: Senses, log, k, q, v):
-    estimate(one.record[0], one.noise, one.noted, q, v, log, k, one.joints, one.q, one.v)
+    estimate(one.record[0], one.noise, one.angle_noise, one.noted, q, v, log, k, 0, one.joints, one.q, one.v)
 
 
 def standing(*names: str, seed: int = 0) -> np.ndarray:
