@@ -1,12 +1,12 @@
 """Torques, powers, costs of transport; and how far energy and momentum are accounted for."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from biped.base.jit import entry_kernel
 from biped.measure.metrics.gait import travelled
-from biped.measure.metrics.sums import Driven, driven
 from biped.measure.pushes import declared
 from biped.measure.trajectory import Trajectory, mean_powers
 from biped.robot.gravity import GRAVITY, frame
@@ -15,6 +15,66 @@ from biped.robot.planar.tree import motion
 
 LEAST_TIME = 0.1
 """[s] of weight that the momentum residual is relative to at least: a fall in the second tick has no impulse yet."""
+
+
+class Driven(NamedTuple):
+    """Sums over the actuators in a span.
+
+    Attributes:
+        net: [W] sum over the steps from row to row of |sum of mean powers|: torque times the mean of the rates before
+            and after the step.
+        absolute: [W] sum of all |mean powers|.
+        positive: [W] sum of the positive ones.
+        jumps: [N m] sum of the largest changes of a torque from row to row.
+        saturated: Rows with a torque at its limit.
+        torque: (nu,) [N m] sums of |torque|.
+        squared: (nu,) [N² m²] sums of the torques' squares.
+        most: (nu,) [N m] largest |torque|.
+        power: (nu,) [W] largest |torque times rate| in a row.
+    """
+
+    net: float
+    absolute: float
+    positive: float
+    jumps: float
+    saturated: int
+    torque: np.ndarray
+    squared: np.ndarray
+    most: np.ndarray
+    power: np.ndarray
+
+
+def driven(t: Trajectory, span: slice) -> Driven:
+    """Sums what the actuators did in a span of rows; tests/measure/referee.py says the same in NumPy."""
+    each = np.zeros((4, len(t.robot.drives)))
+    limit = np.array(t.torque_limit) * (1.0 - 1e-9)
+    return Driven(*_driven(t.u[span], t.v[span], t.robot.columns, limit, *each), *each)
+
+
+@entry_kernel
+def _driven(u, v, columns, limit, torque, squared, most, power):
+    net, absolute, positive, jumps, saturated = 0.0, 0.0, 0.0, 0.0, 0
+    for k in range(u.shape[0]):
+        total, jump, over = 0.0, 0.0, False
+        for j in range(u.shape[1]):
+            one, rate = u[k, j], v[k, columns[j]]
+            size = abs(one)
+            torque[j] += size
+            squared[j] += one * one
+            most[j] = max(most[j], size)
+            power[j] = max(power[j], abs(one * rate))
+            over |= size >= limit[j]
+            if k + 1 < u.shape[0]:
+                mean = one * 0.5 * (rate + v[k + 1, columns[j]])
+                total += mean
+                absolute += abs(mean)
+                positive += max(mean, 0.0)
+            if k > 0:
+                jump = max(jump, abs(one - u[k - 1, j]))
+        net += abs(total)
+        jumps += jump
+        saturated += over
+    return net, absolute, positive, jumps, saturated
 
 
 def transport(t: Trajectory, span: slice) -> dict[str, Any]:
