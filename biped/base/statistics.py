@@ -51,6 +51,12 @@ def trials_to_tell(rate: float, share: float, z: float = Z95) -> int | None:
     return None if apart == 0.0 else math.ceil(z * z * share * (1.0 - share) / (apart * apart) * (1.0 - 1e-12))
 
 
+def trials_as_narrow(rate: float, low: float, high: float, z: float = Z95) -> float:
+    """Trials whose count would give a rate, a rare one above all, an interval as narrow on a logarithmic scale."""
+    half = 0.5 * math.log(high / max(low, 1e-300))
+    return z * z * (1.0 - rate) / rate / max(half, 1e-9) ** 2
+
+
 def same_rate(first: int, second: int, trials: int, other: int) -> float:
     """Probability of counts at least as unlikely as these if both ensembles had one rate: Fisher's exact test.
 

@@ -1,6 +1,7 @@
 """Words of somebody else, made safe to print: no control characters, no surrogates, no endless echoes."""
 
 import re
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 _HIDDEN = re.compile(
@@ -46,6 +47,17 @@ def echo(value: Any) -> str:
         return short(plain(repr(value)))
     except (ValueError, RecursionError):  # such an integer deep inside
         return f"a {type(value).__name__}"
+
+
+def markdown_table(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
+    """A table in Markdown, of cells that are Markdown already."""
+    lines = (f"| {' | '.join(map(str, cells))} |" for cells in (head, *rows))
+    return "\n".join([next(lines), "|" + "---|" * len(head), *lines])
+
+
+def why(error: Exception) -> str:
+    """A library's words on what it found, on one line and not too long."""
+    return " ".join(str(error).split())[:200]
 
 
 def paragraph(text: Any) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
+from biped.base.text import markdown_table
 from biped.show.markdown import DOCS
 from biped.show.references import means_of
 from biped.show.words import share
@@ -81,14 +82,14 @@ prove little. Each clip shows the first run. `make gallery` draws the clips agai
 
 def page(references: References) -> str:
     """The text of docs/gallery.md."""
-    lines = ["| | walk | outcome | speed [m/s] | cost of transport |", "|---|---|---|---|---|"]
+    rows = []
     for entry in ENTRIES:
         one = references.scenarios[entry.scenario]
         speed, cost, *_ = means_of(one)
         picture = f"![{entry.title}](gallery/{entry.clip})"
-        lines.append(f"| {picture} | **{entry.title}**. {entry.words} `{entry.scenario}` | {_outcome(one, entry.goal)} "
-                     f"| {speed} | {cost} |")  # fmt: skip
-    return _HEAD + "\n".join(lines) + "\n"
+        words = f"**{entry.title}**. {entry.words} `{entry.scenario}`"
+        rows.append((picture, words, _outcome(one, entry.goal), speed, cost))
+    return _HEAD + markdown_table(("", "walk", "outcome", "speed [m/s]", "cost of transport"), rows) + "\n"
 
 
 def _outcome(one: RecordedScenario, goal: str) -> str:

@@ -2,6 +2,7 @@
 
 import argparse
 
+from biped.base.text import markdown_table
 from biped.cli.main import build
 from biped.cli.parser import commands_of
 from biped.show.markdown import DOCS
@@ -30,9 +31,8 @@ def page() -> str:
     parser = build()
     helps = {action.dest: action.help for action in _choices(parser)}
     parts = [_section(name, helps[name] or "", one) for name, one in commands_of(parser).items()]
-    table = ["| command | what it does |", "|---|---|"]
-    table += [f"| [`biped {name}`](#biped-{name}) | {_cell(helps[name] or '')} |" for name in commands_of(parser)]
-    return _HEAD + "\n".join(table) + "\n\n" + "\n\n".join(parts) + "\n"
+    rows = ((f"[`biped {name}`](#biped-{name})", _cell(helps[name] or "")) for name in commands_of(parser))
+    return "\n\n".join([_HEAD + markdown_table(("command", "what it does"), rows), *parts]) + "\n"
 
 
 def _choices(parser: argparse.ArgumentParser) -> list[argparse.Action]:
@@ -44,14 +44,13 @@ def _choices(parser: argparse.ArgumentParser) -> list[argparse.Action]:
 def _section(name: str, line: str, parser: argparse.ArgumentParser) -> str:
     """A command with its arguments."""
     description = parser.description or line
-    lines = [f"## biped {name}", f"{description[:1].upper()}{description[1:].rstrip('.')}.", ""]
-    arguments = [
-        f"| `{_cell(_words(action))}` | {_cell(action.help or '')} |"
+    head = f"## biped {name}\n{description[:1].upper()}{description[1:].rstrip('.')}.\n\n"
+    rows = [
+        (f"`{_cell(_words(action))}`", _cell(action.help or ""))
         for action in parser._actions
         if not isinstance(action, argparse._HelpAction) and action.help is not argparse.SUPPRESS
     ]
-    table = ["| argument | meaning |", "|---|---|", *arguments] if arguments else ["It takes no arguments."]
-    return "\n".join([*lines, *table])
+    return head + (markdown_table(("argument", "meaning"), rows) if rows else "It takes no arguments.")
 
 
 def _words(action: argparse.Action) -> str:

@@ -20,6 +20,7 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import label
+from biped.base.text import why
 from biped.base.writing import write_text, written
 from biped.ensemble.guard import complaining
 from biped.measure.columns import WIDTH, Columns, columns_of, width_of
@@ -131,9 +132,7 @@ def load_packed(path: Path) -> Trajectory:
         return trajectory_from(about, log)
     except (OSError, EOFError, KeyError, TypeError, ValueError, AttributeError, OverflowError, MemoryError,
             RecursionError, lzma.LZMAError, msgspec.ValidationError) as error:  # fmt: skip
-        raise InputError(
-            f"{path}: not a trajectory: {' '.join(str(error).split())[:200]}; remove it to have it simulated again"
-        ) from None
+        raise InputError(f"{path}: not a trajectory: {why(error)}; remove it to have it simulated again") from None
 
 
 def _columns(about: dict[str, Any]) -> tuple[Columns, int]:

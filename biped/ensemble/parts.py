@@ -19,6 +19,7 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import label
+from biped.base.text import why
 from biped.base.writing import written
 
 if TYPE_CHECKING:
@@ -160,8 +161,7 @@ def read(path: Path) -> PartFile:
             return PartFile(path, first, last, told)
     except (OSError, pa.ArrowException, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(
-            f"{label(path)}: expected rows of a campaign: {' '.join(str(error).split())[:200]}; remove it to have its "
-            "runs made again"
+            f"{label(path)}: expected rows of a campaign: {why(error)}; remove it to have its runs made again"
         ) from None
 
 
@@ -262,9 +262,9 @@ def rows_of(
                         yield from rows.combine_chunks().to_batches()
                     at += count
         except (OSError, pa.ArrowException, ValueError) as error:
-            why = " ".join(str(error).split())[:200]
             raise InputError(
-                f"{label(part.path)}: damaged: {why}; remove it, and the same command with --out makes its runs again"
+                f"{label(part.path)}: damaged: {why(error)}; remove it, and the same command with --out makes its runs "
+                "again"
             ) from None
 
 

@@ -1,6 +1,8 @@
 """Results that were written once are read again: what is not whole is refused in one sentence, not halfway through."""
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -8,6 +10,7 @@ import msgspec
 
 from biped.base.errors import InputError
 from biped.base.files import label
+from biped.base.text import why
 from biped.base.typed import convert
 from biped.ensemble.columns import batches
 from biped.ensemble.plan import Plan
@@ -84,6 +87,26 @@ class _Result(msgspec.Struct):
     runs: Annotated[list[_Run], msgspec.Meta(min_length=1)] | msgspec.UnsetType = msgspec.UNSET
 
 
+@contextmanager
+def reading(file: Path, what: str, again: str) -> Iterator[None]:
+    """Turns whatever is wrong with a file that was written once into one sentence.
+
+    Args:
+        file: The file.
+        what: What it is expected to be, in words.
+        again: The command that makes it anew.
+
+    Raises:
+        InputError: The block could not read it, or found something else.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"{label(file)}: cannot be read: {str(error.strerror).lower()}") from None
+    except (ValueError, RecursionError, msgspec.MsgspecError) as error:
+        raise InputError(f"{label(file)}: expected {what}: {why(error)}; make it again with: {again}") from None
+
+
 def result_in(folder: Path) -> dict[str, Any]:
     """The result object in a results folder; metrics that its version did not know yet are None.
 
@@ -96,7 +119,7 @@ def result_in(folder: Path) -> dict[str, Any]:
     file, again = folder / "result.json", folder / "scenario.toml"
     if not again.is_file():
         raise InputError(f"{label(folder)}: expected the scenario.toml of its result beside it, there is none")
-    try:
+    with reading(file, "the whole result of a run", f"biped run {label(again)}"):
         result = json.loads(file.read_bytes())
         read = convert(result, _Result)
         if read.runs is msgspec.UNSET and not read.summary.runs:
@@ -109,13 +132,6 @@ def result_in(folder: Path) -> dict[str, Any]:
             result["runs"] = [dict(apart(run)) for run in result["runs"]]
         for where in (result["summary"], *result.get("runs", []), *result.get("points", [])):
             _complete(where)
-    except OSError as error:
-        raise InputError(f"{label(file)}: cannot be read: {str(error.strerror).lower()}") from None
-    except (ValueError, RecursionError, msgspec.MsgspecError) as error:
-        why = " ".join(str(error).split())[:200]
-        raise InputError(
-            f"{label(file)}: expected the whole result of a run: {why}; make it again with: biped run {label(again)}"
-        ) from None
     if "runs" not in result:
         from biped.ensemble.columns import stored_rows
 

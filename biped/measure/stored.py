@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 
 from biped.base.errors import InputError
+from biped.base.text import why
 from biped.base.typed import convert
 from biped.measure.columns import columns_of
 from biped.measure.seven_links import kind_of
@@ -61,9 +62,7 @@ def load(path: Path) -> Trajectory:
             return _loaded(json.loads(str(file["about"])), file)
     except (OSError, EOFError, KeyError, TypeError, ValueError, AttributeError, BadZipFile, MemoryError, zlib.error,
             NotImplementedError, RecursionError, msgspec.ValidationError) as error:  # fmt: skip
-        raise InputError(
-            f"{path}: not a trajectory: {' '.join(str(error).split())[:200]}; remove it to have it simulated again"
-        ) from None
+        raise InputError(f"{path}: not a trajectory: {why(error)}; remove it to have it simulated again") from None
 
 
 def _loaded(about: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> Trajectory:

@@ -6,6 +6,8 @@ One list for all: what `biped.measure` computes, what [expect] and [thesis] may 
 import math
 from typing import Any, Literal, NamedTuple
 
+from biped.base.text import markdown_table
+
 
 class Metric(NamedTuple):
     """One number.
@@ -184,9 +186,9 @@ HEAD: tuple[str, ...] = tuple(metric.name for metric in metrics_of_table("head")
 
 def as_markdown() -> str:
     """The list as the table of docs/results.md."""
-    lines = ["| metric | unit | of an ensemble | better | meaning |", "|---|---|---|---|---|"]
+    rows = []
     for metric in _ALL:
         meaning = metric.meaning.replace("|", "\\|")
         unit, better = metric.unit or "–", "–" if metric.better == "neither" else metric.better
-        lines.append(f"| `{metric.name}` | {unit} | {metric.kind} | {better} | {meaning} |")
-    return "\n".join(lines)
+        rows.append((f"`{metric.name}`", unit, metric.kind, better, meaning))
+    return markdown_table(("metric", "unit", "of an ensemble", "better", "meaning"), rows)

@@ -13,6 +13,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 
 import msgspec
 
+from biped.base.text import markdown_table
 from biped.scenario.keys import Scenario
 from biped.scenario.section import LARGEST
 
@@ -20,7 +21,7 @@ DOCS = Path(__file__).parents[2] / "docs"
 PAGE, TEMPLATE, MARK = DOCS / "scenarios.md", DOCS / "scenarios.in.md", "<!-- keys -->"
 _UNIT = re.compile(r"\[((?:1/)?\(?(?:m|s|rad|kg|N|J|Hz|degrees)(?:[ /²√]+(?:m|s|rad|kg|N|Hz|degrees)\b[²)]*)*)\](?!\()")
 """A unit in brackets."""
-_HEAD = "| key | default | values | meaning |\n|---|---|---|---|\n"
+_HEAD = ("key", "default", "values", "meaning")
 
 
 def page() -> str:
@@ -72,7 +73,7 @@ def _tables(at: str, kind: type, head: str, shown: dict[type, str]) -> Iterator[
     shown[kind] = at
     summary = (getdoc(kind) or "").partition("Attributes:")[0].strip()
     yield f"{head}\n{summary if at else ''}\n".replace("\n\n", "\n")
-    yield _HEAD + "".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in row)} |\n" for row in rows)
+    yield markdown_table(_HEAD, ([cell.replace("|", "\\|") for cell in row] for row in rows)) + "\n"
     for record, title, path in inner:
         yield from _tables(path, record, f"### {title}", shown)
 

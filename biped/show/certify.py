@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from biped.base.json import dumps
+from biped.base.statistics import trials_as_narrow
 from biped.base.writing import write_text
 from biped.show import markdown
 from biped.show.document import Block, Document, Heading, Items, Paragraph, Table, Words
@@ -77,8 +78,8 @@ def _remarks(found: Mapping[str, Any]) -> list[Words | str]:
     ]
     p, (low, high) = found["probability"], found["interval"]
     if found["method"] == "splitting" and p > 0.0:
-        runs = 1.96**2 * (1.0 - p) / p / max(0.5 * math.log(high / low), 1e-9) ** 2
-        lines.append(f"plain counting would take {_number(runs)} runs for an interval as narrow")
+        runs = _number(trials_as_narrow(p, low, high))
+        lines.append(f"plain counting would take {runs} runs for an interval as narrow")
     if plain["other"]:
         lines.append(Words(f"{plain['other']} plain runs neither fell nor were completed: counted as no fall", "doubt"))
     if found["doubt"]:

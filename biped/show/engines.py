@@ -10,6 +10,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from biped.base.text import markdown_table
 from biped.base.trust import trusting
 from biped.scenario.engines import ENGINES
 from biped.show.markdown import DOCS, replaced
@@ -21,14 +22,10 @@ PAGE = DOCS / "engines.md"
 
 def table(rows: Sequence[ScenarioCells], engines: Sequence[str]) -> str:
     """The table in Markdown: of each scenario and engine how many reached the goal, its interval, and the speed."""
-    lines = [
-        "| scenario | goal | " + " | ".join(f"`{name}`" for name in engines) + " |",
-        "|---" * (len(engines) + 2) + "|",
-    ]
-    for row in rows:
-        cells = (_words(row.cells[name]) for name in engines)
-        lines.append(f"| {row.scenario} | {row.goal} | " + " | ".join(cells) + " |")
-    return "\n".join(lines)
+    heads = ("scenario", "goal", *(f"`{name}`" for name in engines))
+    return markdown_table(
+        heads, ((row.scenario, row.goal, *(_words(row.cells[name]) for name in engines)) for row in rows)
+    )
 
 
 def _words(cell: Cell | str | None) -> str:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from biped.base.text import markdown_table
 from biped.base.writing import write_into
 from biped.show.document import Document, Heading, Items, Line, Paragraph, Picture, Table, pieces
 from biped.show.words import literal
@@ -52,12 +53,12 @@ def _block(block: object) -> str:
         case Picture(title, path):
             return f"![{literal(title)}]({path.as_posix()})"
         case Table(head, rows):
-            return "\n".join([_row(head), "|" + "---|" * len(head), *map(_row, rows)])
+            return markdown_table(_cells(head), map(_cells, rows))
     raise TypeError(block)
 
 
-def _row(cells: Sequence[Line]) -> str:
-    return "| " + " | ".join(_line(cell).replace("\n", "<br>") for cell in cells) + " |"
+def _cells(cells: Sequence[Line]) -> list[str]:
+    return [_line(cell).replace("\n", "<br>") for cell in cells]
 
 
 def _line(line: Line) -> str:

@@ -15,6 +15,7 @@ import numpy as np
 
 from biped.base.json import dumps
 from biped.base.statistics import wilson
+from biped.base.text import markdown_table
 from biped.base.writing import write_into, write_text
 from biped.show.markdown import DOCS, filled, replaced
 from biped.show.words import literal
@@ -67,16 +68,16 @@ def verdicts(study: Definition, one: TriedReading, short: bool = False) -> str:
         one: The reading.
         short: Whether all pushes are one line.
     """
-    lines = [f"| claim | walked (95 %) | {' | '.join(f'{words} (thesis)' for words in NAMES.values())} | verdict |",
-             "|---|---|---|---|---|---|"]  # fmt: skip
+    rows = []
     for claim, outcome in _merged(study, one) if short else [(c, one.outcomes[c.name]) for c in study.claim]:
         low, high = wilson(outcome.walked, outcome.runs)
         printed = "" if claim.share == 1.0 else f"; thesis {claim.share:.0%}"
         walked = f"{outcome.walked} of {outcome.runs} ({low:.0%} – {high:.0%}{printed})".replace("%", " %")
         cells = [f"{claim.name} ({claim.source})", walked]
         cells += [_number(claim, outcome, name) for name in NAMES]
-        lines.append(f"| {' | '.join([*cells, verdict(study, claim, outcome)])} |")
-    return "\n".join(lines)
+        rows.append((*cells, verdict(study, claim, outcome)))
+    numbers = (f"{words} (thesis)" for words in NAMES.values())
+    return markdown_table(("claim", "walked (95 %)", *numbers, "verdict"), rows)
 
 
 def _merged(study: Definition, one: TriedReading) -> list[tuple[Claim, Outcome]]:
@@ -100,11 +101,11 @@ def _number(claim: Claim, outcome: Outcome, name: str) -> str:
 
 def confirmation(confirmed: Sequence[TriedReading]) -> str:
     """Named readings and the best of a search, on seeds that no search has seen."""
-    lines = ["| reading | score | walked |", "|---|---|---|"]
+    rows = []
     for one in best(confirmed):
         runs, walked = (sum(getattr(o, name) for o in one.outcomes.values()) for name in ("runs", "walked"))
-        lines.append(f"| {_named(one)} | {one.score:.3f} | {walked} of {runs} |")
-    return "\n".join(lines)
+        rows.append((_named(one), f"{one.score:.3f}", f"{walked} of {runs}"))
+    return markdown_table(("reading", "score", "walked"), rows)
 
 
 def _named(one: TriedReading) -> str:
@@ -126,13 +127,11 @@ def distribution(tried: Sequence[TriedReading]) -> str:
     quantiles = np.quantile(scores, [0.0, 0.25, 0.5, 0.75, 1.0])
     words = ", ".join(f"{name} {value:.3f}" for name, value in zip(
         ("least", "lower quartile", "median", "upper quartile", "most"), quantiles, strict=True))  # fmt: skip
-    lines = [f"{len(tried)} readings were tried. Scores: {words}.", "", "| score | readings |", "|---|---|"]
     counts, edges = np.histogram(scores, bins=8)
-    lines += [f"| {low:.3f} – {high:.3f} | {count} |" for low, high, count in zip(
-        edges[:-1], edges[1:], counts, strict=True)]  # fmt: skip
-    lines += ["", "| rank | reading | score |", "|---|---|---|"]
-    lines += [f"| {rank} | {_named(one)} | {one.score:.3f} |" for rank, one in enumerate(best(tried)[:5], 1)]
-    return "\n".join(lines)
+    spread = ((f"{low:.3f} – {high:.3f}", n) for low, high, n in zip(edges[:-1], edges[1:], counts, strict=True))
+    top = ((rank, _named(one), f"{one.score:.3f}") for rank, one in enumerate(best(tried)[:5], 1))
+    tables = markdown_table(("score", "readings"), spread), markdown_table(("rank", "reading", "score"), top)
+    return "\n\n".join([f"{len(tried)} readings were tried. Scores: {words}.", *tables])
 
 
 def places(study: Definition, tried: Sequence[TriedReading]) -> str:
@@ -140,7 +139,7 @@ def places(study: Definition, tried: Sequence[TriedReading]) -> str:
     base = based(study)
     zero = next((one.score for one in tried if not one.changes), None)
     alone = {next(iter(one.changes.items())): one.score for one in tried if len(one.changes) == 1}
-    lines = ["| key | what the thesis says | alternatives: change of the score |", "|---|---|---|"]
+    rows = []
     for place in study.place:
         cells = []
         for value in place.values:
@@ -150,8 +149,8 @@ def places(study: Definition, tried: Sequence[TriedReading]) -> str:
                 cells.append(f"{_value(value)}: {alone[place.key, value] - zero:+.3f}".replace("-", "−"))
             else:
                 cells.append(f"{_value(value)}: not tried")
-        lines.append(f"| `{place.key}` | {literal(place.thesis)} | {'; '.join(cells)} |")
-    return "\n".join(lines)
+        rows.append((f"`{place.key}`", literal(place.thesis), "; ".join(cells)))
+    return markdown_table(("key", "what the thesis says", "alternatives: change of the score"), rows)
 
 
 def _parts(data: Mapping[str, Any]) -> dict[str, str]:

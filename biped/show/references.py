@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from biped.base.statistics import wilson
+from biped.base.text import markdown_table
 from biped.scenario.metrics import METRICS as EVERY
 from biped.show.document import Block, Document, Line, Paragraph, Table, Words
 from biped.show.markdown import DOCS, replaced
@@ -43,8 +44,8 @@ keeps it equal to [references.json](../scenarios/references.json).
 def page(references: References) -> str:
     """The page: a table of all scenarios, and why references changed."""
     columns = ("scenario", "walked", "95 % interval", "fell", *(name.replace("_", " ") for name in METRICS))
-    lines = ["| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
-    lines += [_row(name, references.scenarios[name]) for name in sorted(references.scenarios)]
+    rows = (_row(name, references.scenarios[name]) for name in sorted(references.scenarios))
+    lines = [markdown_table(columns, rows)]
     found = references.scenarios.values()
     runs, walked = sum(len(one.runs) for one in found), sum(one.ends.count("w") for one in found)
     lines.append(f"\n{walked} of {runs} runs walk. What changed, the latest first:\n")
@@ -55,12 +56,12 @@ def page(references: References) -> str:
 
 def readme(references: References) -> str:
     """The text of README.md with the table of what the flagship did."""
-    lines = ["| situation | scenario | walked | speed [m/s] |", "|---|---|---|---|"]
+    rows = []
     for name, situation in SITUATIONS.items():
         one = references.scenarios[name]
-        (speed, *_), walked = means_of(one), f"{one.ends.count('w')} of {len(one.runs)}"
-        lines.append(f"| {situation} | `{name}` | {walked} | {speed} |")
-    return replaced(README.read_text(encoding="utf-8"), "results", "\n".join(lines))
+        rows.append((situation, f"`{name}`", f"{one.ends.count('w')} of {len(one.runs)}", means_of(one)[0]))
+    table = markdown_table(("situation", "scenario", "walked", "speed [m/s]"), rows)
+    return replaced(README.read_text(encoding="utf-8"), "results", table)
 
 
 def _names(scenarios: Sequence[str], most: int = 3) -> str:
@@ -68,11 +69,11 @@ def _names(scenarios: Sequence[str], most: int = 3) -> str:
     return ", ".join(scenarios[:most]) + more
 
 
-def _row(name: str, one: RecordedScenario) -> str:
+def _row(name: str, one: RecordedScenario) -> tuple[Any, ...]:
     runs, walked = len(one.runs), one.ends.count("w")
     fell = sum(end in FALLEN for end in one.ends)
     interval = between(*wilson(walked, runs))
-    return f"| `{name}` | {walked} of {runs} | {interval} | {fell} | {' | '.join(means_of(one))} |"
+    return f"`{name}`", f"{walked} of {runs}", interval, fell, *means_of(one)
 
 
 def means_of(one: RecordedScenario) -> list[str]:
@@ -152,19 +153,18 @@ def moved_table(outcome: ScenarioOutcome) -> str:
 
     Numbers whose cause is not among `CAUSES` come last; means are over the runs that walked both times.
     """
-    found: dict[str, list[str]] = {}
+    found: dict[str, list[tuple[str, ...]]] = {}
     for v in sorted(compared(outcome.verdicts), key=lambda v: v.scenario):
         pairs = {name: (EVERY[name].text(m.old), EVERY[name].text(m.new)) for name, m in v.metrics.items()
                  if m.old != m.new}  # fmt: skip
         counts = {"walked": v.walked, "fell": v.fell}
         pairs |= {name: (str(old), str(new)) for name, (old, new) in counts.items() if old != new}
         for name, (old, new) in pairs.items():
-            found.setdefault(name, []).append(f"| {v.scenario} | {old} | {new} | {v.identical} of {v.runs} |")
-    lines = []
+            found.setdefault(name, []).append((v.scenario, old, new, f"{v.identical} of {v.runs}"))
+    heads, lines = ("scenario", "before", "now", "runs with the same bits"), []
     for name in sorted(found, key=[*CAUSES, *(set(found) - set(CAUSES))].index):
         words = CAUSES.get(name, "no cause is known: look into it")
-        lines += [f"### {name.replace('_', ' ')}: {words}", "", "| scenario | before | now | runs with the same bits |",
-                  "|---|---|---|---|", *found[name], ""]  # fmt: skip
+        lines += [f"### {name.replace('_', ' ')}: {words}", "", markdown_table(heads, found[name]), ""]
     return "\n".join(lines) if lines else "No reference moved.\n"
 
 

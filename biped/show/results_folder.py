@@ -13,8 +13,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import msgspec
-
 from biped.base.errors import InputError
 from biped.base.files import label
 from biped.base.text import plain
@@ -22,7 +20,7 @@ from biped.base.typed import convert
 from biped.ensemble import campaign
 from biped.ensemble.failures import FAILURES, SUFFIX, load_packed
 from biped.ensemble.plan import Plan
-from biped.ensemble.stored import of_plan
+from biped.ensemble.stored import of_plan, reading
 from biped.measure.metrics.walking import kind_of
 from biped.measure.stored import load
 from biped.scenario.laws import own_law
@@ -179,14 +177,9 @@ def read_as(file: Path, kind: Any, what: str, again: str) -> Any:
     Raises:
         InputError: It cannot be read or is something else.
     """
-    try:
+    with reading(file, what, again):
         if file.stat().st_size > _MOST:
             raise InputError(f"{label(file)}: expected {what} of at most {_MOST // 1_000_000} MB")
         found = harmless(json.loads(file.read_bytes()))
         convert(found, kind)
-    except OSError as error:
-        raise InputError(f"{label(file)}: cannot be read: {str(error.strerror).lower()}") from None
-    except (ValueError, RecursionError, msgspec.MsgspecError) as error:
-        why = " ".join(str(error).split())[:200]
-        raise InputError(f"{label(file)}: expected {what}: {why}; make it again with: {again}") from None
     return found

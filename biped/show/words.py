@@ -1,5 +1,6 @@
 """Words for people: names of what is drawn, and somebody's texts, which make nothing of a page."""
 
+import math
 import re
 from typing import Any
 
@@ -37,6 +38,17 @@ def percent(share: float) -> str:
 def between(low: float, high: float) -> str:
     """An interval of shares."""
     return f"{percent(low).removesuffix(' %')} – {percent(high)}"
+
+
+def value_of(value: Any) -> str:
+    """A value of a setting: whole numbers in full, others with four digits."""
+    if isinstance(value, list | tuple):
+        return f"({', '.join(value_of(one) for one in value)})"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.4g}".replace("-", "−") if math.isfinite(value) else "–"
+    return "–" if value is None else str(value).replace("-", "−") if isinstance(value, int) else str(value)
 
 
 def leg_words(foot: str) -> str:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
-from biped.base.statistics import enough_for, wilson
+from biped.base.statistics import Z95, enough_for, trials_as_narrow, wilson
 
 
 @pytest.mark.parametrize(
@@ -41,3 +43,9 @@ def test_how_many_successes_show_a_rate():
         n = enough_for(rate)
         assert wilson(n, n)[0] >= rate > wilson(n - 1, n - 1)[0]
     assert enough_for(1.0) is None
+
+
+def test_trials_of_a_rare_event_as_narrow_as_an_interval_that_counting_them_gave():
+    rate, trials = 1e-4, 2_500_000
+    factor = math.exp(Z95 * math.sqrt((1.0 - rate) / (rate * trials)))
+    assert trials_as_narrow(rate, rate / factor, rate * factor) == pytest.approx(trials)

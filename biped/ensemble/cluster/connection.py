@@ -8,6 +8,7 @@ from typing import Any
 
 from biped.base.errors import InputError, RunError
 from biped.base.progress import Told
+from biped.base.text import why
 
 ANSWER = 30.0
 """[s] within which a scheduler answers."""
@@ -43,8 +44,7 @@ class Connection:
         try:
             self.client = connect()
         except OSError as error:
-            why = " ".join(str(error).split())[:200]
-            raise InputError(f"--cluster {place}: expected a running Dask scheduler: {why}") from None
+            raise InputError(f"--cluster {place}: expected a running Dask scheduler: {why(error)}") from None
 
     def _call(self, call: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
         return self.client.sync(call, *arguments, callback_timeout=ANSWER, **more)

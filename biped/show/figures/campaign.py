@@ -11,6 +11,7 @@ from biped.ensemble.columns import batches, smallest
 from biped.ensemble.results import goal_at
 from biped.measure.metrics.walking import TOLD_BY, kind_of
 from biped.show.figures.style import JOINTS, PUSH, QUIET, figure
+from biped.show.words import value_of
 
 _COLOURS = [*JOINTS.values(), PUSH, QUIET, "#0072B2", "#D55E00", "#56B4E9"]
 
@@ -38,10 +39,10 @@ def rates(points: Rows, title: str) -> Figure:
         x = np.array([places.index(p["values"][across]) for p in mine]) + (i - 0.5 * (len(groups) - 1)) * width
         rate = np.array([p["rate"] for p in mine])
         low, high = np.array([p["interval"] for p in mine]).T
-        label = None if group is None else f"{keys[0]} = {_text(group)}"
+        label = None if group is None else f"{keys[0]} = {value_of(group)}"
         axes.bar(x, rate, 0.9 * width, color=_COLOURS[i % len(_COLOURS)], label=label)
         axes.errorbar(x, rate, [rate - low, high - rate], fmt="none", ecolor="#374151", elinewidth=1.0, capsize=2.0)
-    axes.set_xticks(range(len(places)), [_text(place) for place in places])
+    axes.set_xticks(range(len(places)), [value_of(place) for place in places])
     axes.set(ylim=(0.0, 1.05), xlabel=across, ylabel=f"fraction that {goal_at(points[0])[0]}", title=title)
     if groups != [None]:
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=8)
@@ -64,8 +65,8 @@ def rate_map(points: Rows, title: str) -> Figure:
             if np.isfinite(grid[i, j]):
                 shade = "black" if grid[i, j] > 0.5 else "white"
                 axes.text(j, i, f"{grid[i, j]:.0%}", ha="center", va="center", color=shade, fontsize=7)
-    axes.set_xticks(range(len(columns)), [_text(value) for value in columns])
-    axes.set_yticks(range(len(rows)), [_text(value) for value in rows])
+    axes.set_xticks(range(len(columns)), [value_of(value) for value in columns])
+    axes.set_yticks(range(len(rows)), [value_of(value) for value in rows])
     axes.set(xlabel=across, ylabel=up, title=title)
     drawn.colorbar(shown, label=f"fraction that {goal_at(points[0])[0]}")
     return drawn
@@ -135,9 +136,3 @@ def failures(rows: Rows, title: str) -> Figure:
 
 def _values(points: Rows, key: str) -> list[Any]:
     return list(dict.fromkeys(point["values"][key] for point in points))
-
-
-def _text(value: Any) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return f"{value:g}" if isinstance(value, int | float) else str(value)

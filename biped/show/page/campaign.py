@@ -12,12 +12,12 @@ from biped.measure.trajectory import Trajectory
 from biped.scenario.laws import own_law
 from biped.show.page import claims, ensembles, motion
 from biped.show.page.frames import frames_of
-from biped.show.page.html import Markup, card, judged, key_words, setting, table, tag, value_of
+from biped.show.page.html import Markup, card, judged, key_words, setting, table, tag
 from biped.show.page.player import PlayedRun, walks
 from biped.show.replay import of_numbers, spread
 from biped.show.results import failures
 from biped.show.results_folder import ResultsFolder, chosen
-from biped.show.words import harmless
+from biped.show.words import harmless, value_of
 from biped.studies.sensitivity import explained
 
 READ = 20_000

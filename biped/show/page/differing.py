@@ -18,11 +18,11 @@ from biped.scenario.metrics import METRICS
 from biped.scenario.reading import read_scenario
 from biped.show.diff import HEADS, MOST_SETTINGS, cells, notes_of, ordered
 from biped.show.page.frames import frames_of
-from biped.show.page.html import Markup, blocks, card, chip, key_words, table, tag, value_of
+from biped.show.page.html import Markup, blocks, card, chip, key_words, table, tag
 from biped.show.page.player import PlayedRun, walks
 from biped.show.page.plot import Frame, legend
 from biped.show.results_folder import read_as
-from biped.show.words import harmless
+from biped.show.words import harmless, value_of
 from biped.studies.diff.changes import BETTER, CHANGED, HEADLINE, LEAST_PAIRS, SAME, UNSAID, WORSE, MetricChange
 
 FILE = "diff.json"

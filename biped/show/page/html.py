@@ -10,6 +10,7 @@ from biped.ensemble.checks import FAILED, NOTHING, PASSED, UNDECIDED
 from biped.scenario.metrics import Metric
 from biped.scenario.reference import unit_of
 from biped.show.document import Document, Heading, Items, Line, Paragraph, Table, pieces
+from biped.show.words import value_of
 
 _VOID = ("meta", "input", "br", "path", "line", "rect", "circle", "polyline", "polygon")
 
@@ -118,17 +119,6 @@ def scroll(inner: Any, name: str) -> Markup:
 
 def _short(value: Any) -> Any:
     return f"{value:.6g}" if isinstance(value, float) else value
-
-
-def value_of(value: Any) -> str:
-    """A swept or drawn value."""
-    if isinstance(value, list | tuple):
-        return f"({', '.join(value_of(one) for one in value)})"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, int | float):
-        return f"{value:.4g}".replace("-", "−") if math.isfinite(value) else "–"
-    return "–" if value is None else str(value)
 
 
 def chip(passed: bool, good: str = "✓ passed", bad: str = "✗ failed") -> Markup:

@@ -1,19 +1,18 @@
 """The text beside the picture: verdict and five numbers; all numbers; the scenario."""
 
-import math
 import re
 from collections.abc import Mapping
 from typing import Any
 
 import rerun as rr
 
-from biped.base.text import plain
+from biped.base.text import markdown_table, plain
 from biped.ensemble.checks import FAILED, NOTHING, PASSED, UNDECIDED, word_of
 from biped.measure.metrics.walking import outcome
 from biped.measure.pushes import pushes_of
 from biped.scenario.metrics import METRICS
 from biped.show.recording.recorded import Placed, Recorded
-from biped.show.words import literal, words
+from biped.show.words import literal, value_of, words
 
 FIVE = ("speed", "cost_of_transport", "double_support", "step_length", "peak_torque")
 """Entities that the viewer shows first."""
@@ -59,8 +58,8 @@ def result(run: Recorded) -> str:
         ]
     shown = [name for name in FIVE if name in run.metrics]
     if shown:
-        lines += ["", "| in the window | |", "|---|---|"]
-        lines += [f"| {words(name)} | {_with_unit(name, run.metrics[name])} |" for name in shown]
+        rows = ((words(name), _with_unit(name, run.metrics[name])) for name in shown)
+        lines += ["", markdown_table(("in the window", ""), rows)]
     if run.checks:
         marks = [word_of(check) for check in run.checks]
         for mark in (FAILED, UNDECIDED):
@@ -68,12 +67,12 @@ def result(run: Recorded) -> str:
             lines += ["", f"**{mark.upper()}**: {', '.join(names)}"] if names else []
         if set(marks) == {PASSED}:
             lines += ["", "**passed**: all expectations met"]
-        lines += ["", "| expected | | value | |", "|---|---|---|---|"]
-        for check, one in zip(run.checks, marks, strict=True):
-            mark = one if one == PASSED else f"**{one.upper()}**"
-            lines.append(
-                f"| {words(check['name'])} | {literal(check['expected'])} | {_show(check['value'])} | {mark} |"
-            )
+        rows = (
+            (words(check["name"]), literal(check["expected"]), literal(value_of(check["value"])),
+             one if one == PASSED else f"**{one.upper()}**")
+            for check, one in zip(run.checks, marks, strict=True)
+        )  # fmt: skip
+        lines += ["", markdown_table(("expected", "", "value", ""), rows)]
     else:
         lines += ["", NOTHING]
     return "\n".join(lines)
@@ -92,12 +91,13 @@ def numbers(run: Recorded) -> str:
     drawn = {key: run.metrics[key] for key in ("index", "seed") if key in run.metrics}
     values = run.metrics.get("values")
     for key, value in (drawn | (dict(values) if isinstance(values, Mapping) else {})).items():
-        lines.append(f"- {literal(key)}: {_show(value)}")
-    lines += ["", "| number | value | |", "|---|---|---|"]
-    for name, metric in METRICS.items():
-        if name in run.metrics:
-            lines.append(f"| {words(name)} | {_with_unit(name, run.metrics[name])} | {literal(metric.meaning)} |")
-    return "\n".join(lines)
+        lines.append(f"- {literal(key)}: {literal(value_of(value))}")
+    rows = (
+        (words(name), _with_unit(name, run.metrics[name]), literal(metric.meaning))
+        for name, metric in METRICS.items()
+        if name in run.metrics
+    )
+    return "\n".join([*lines, "", markdown_table(("number", "value", ""), rows)])
 
 
 def plain_lines(text: str) -> str:
@@ -108,13 +108,3 @@ def plain_lines(text: str) -> str:
 def _with_unit(name: str, value: Any) -> str:
     text, unit = METRICS[name].text(value), METRICS[name].unit
     return f"{text} {unit}" if unit and text != "–" else text
-
-
-def _show(value: Any) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, float):
-        return f"{value:.4g}" if math.isfinite(value) else "–"
-    if isinstance(value, list | tuple):
-        return ", ".join(_show(v) for v in value)
-    return "–" if value is None else literal(value)

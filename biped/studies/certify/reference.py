@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from biped.base.progress import Progress, silent
-from biped.base.statistics import wilson
+from biped.base.statistics import trials_as_narrow, wilson
 from biped.ensemble.backend import Jobs
 from biped.ensemble.executor import workers
 from biped.scenario.normals import Move, Normals
@@ -191,7 +191,7 @@ def _summary(name: str, known: float, rows: np.ndarray) -> Validation:
     value, low, high, runs = rows.T
     held = int(((low <= known) & (known <= high)).sum())
     factor = high / np.maximum(value, 1e-300)
-    plain = 1.96**2 * (1.0 - known) / known / np.maximum(0.5 * np.log(high / np.maximum(low, 1e-300)), 1e-9) ** 2
+    plain = np.array([trials_as_narrow(known, *ends) for ends in zip(low, high, strict=True)])
     return Validation(
         name, known, len(rows), held, int((high < known).sum()), wilson(held, len(rows)), float(value.mean()),
         float(np.median(runs)), float(np.median(factor)), float(np.median(plain / runs)),

@@ -9,6 +9,7 @@ from typing import Any
 
 from biped.base.errors import InputError
 from biped.base.files import is_file, label, nearest
+from biped.base.text import why
 from biped.control.network import metadata
 from biped.robot.report import look
 from biped.robot.robot import Robot
@@ -248,7 +249,7 @@ def _yaml(path: Path) -> dict[str, Any]:
     try:
         data = yaml.load(path.read_text(encoding="utf-8"), Plain)
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise InputError(f"{label(path)}: cannot be read as YAML: {' '.join(str(error).split())[:200]}") from None
+        raise InputError(f"{label(path)}: cannot be read as YAML: {why(error)}") from None
     if not isinstance(data, dict):
         raise InputError(f"{label(path)}: expected a table, as Unitree and Isaac Lab write it")
     return data

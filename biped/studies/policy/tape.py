@@ -9,6 +9,7 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import label
+from biped.base.text import why
 from biped.control.card import Walker
 from biped.engines.plant import MujocoPlant
 from biped.robot.run import Run
@@ -64,7 +65,7 @@ def read_tape(path: Path) -> Tape:
             return Tape(**{name: np.asarray(file[name], dtype=float) for name in Tape._fields})
     except (OSError, ValueError, KeyError) as error:
         raise InputError(f"{label(path)}: expected a tape: an .npz file of the arrays {', '.join(Tape._fields)} "
-                         f"(docs/your-policy.md); {' '.join(str(error).split())[:200]}") from None  # fmt: skip
+                         f"(docs/your-policy.md); {why(error)}") from None  # fmt: skip
 
 
 def record(run: Run) -> Tape:

@@ -16,6 +16,7 @@ from biped.base.files import label
 from biped.base.json import dumps
 from biped.base.replacing import may_fill
 from biped.base.statistics import wilson
+from biped.base.text import why
 from biped.base.typed import convert
 from biped.base.writing import reason, write_text
 from biped.ensemble.origin import origin_of
@@ -171,8 +172,7 @@ class StoredMeasurements:
         except OSError as error:
             raise InputError(f"--out {folder}: cannot be written: {reason(error)}; choose another folder") from None
         except (ValueError, RecursionError, msgspec.MsgspecError) as error:
-            why = " ".join(str(error).split())[:200]
-            raise InputError(f"{label(self._file)}: not what biped standard keeps: {why}; remove it") from None
+            raise InputError(f"{label(self._file)}: not what biped standard keeps: {why(error)}; remove it") from None
 
     def get(self, plan: Plan, goal: str, value: float) -> TriedValue | None:
         """The ensemble of a plan, if it was made."""
