@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import lru_cache, partial, update_wrapper
+from hashlib import blake2b
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -25,7 +26,9 @@ SETTINGS = any(name.startswith("NUMBA_") for name in os.environ) or Path(".numba
 def numba() -> Any:
     """numba, which takes for granted that SciPy has a BLAS: it would import all of scipy.linalg only to see.
 
-    No kernel needs one; a user's own, which asks for it by name, still gets it.
+    No kernel needs one; a user's own, which asks for it by name, still gets it. Records are named after what is in
+    them: numba numbers them as a process meets them, so that of code for two records which two processes had compiled,
+    both third, either took itself for the other.
     """
     out: Any = import_module("numba")
     if "scipy.linalg" not in sys.modules and "numba.np.arraymath" not in sys.modules:
@@ -35,6 +38,7 @@ def numba() -> Any:
         finally:
             del sys.modules["scipy.linalg"]
         arraymath._HAVE_BLAS = find_spec("scipy") is not None
+    out.types.Record.mangling_args = property(lambda one: ("Record", (blake2b(one.name.encode()).hexdigest()[:24],)))
     return out
 
 
