@@ -65,7 +65,9 @@ def tree_of(model: mujoco.MjModel) -> BodyTree:
     Raises:
         InputError: It has parts that no tree of hinges, slides and one free base has.
     """
-    _check(model)
+    if what := beyond_tree(model):
+        raise InputError(f"control.mechanics: expected 'engine': the model has {what}, which only MuJoCo computes with",
+                         "control.mechanics")  # fmt: skip
     bodies, dofs = np.zeros(model.nbody, BODY), np.zeros(model.nv, DOF)
     bodies["parent"], bodies["first"], bodies["count"] = model.body_parentid, model.body_dofadr, model.body_dofnum
     bodies["place"], bodies["mass"], bodies["com"] = model.body_pos, model.body_mass, model.body_ipos
@@ -92,7 +94,8 @@ def tree_of(model: mujoco.MjModel) -> BodyTree:
     return BodyTree(bodies, dofs, columns, np.array(model.opt.gravity))
 
 
-def _check(model: mujoco.MjModel) -> None:
+def beyond_tree(model: mujoco.MjModel) -> str:
+    """Returns what a model has that a tree of bodies does not say, and only MuJoCo computes with; "": nothing."""
     kinds = [int(kind) for kind in model.jnt_type]
     moving = model.body_rootid[model.dof_bodyid]
     wrong = (
@@ -100,10 +103,7 @@ def _check(model: mujoco.MjModel) -> None:
         ("parts that move beside the robot", len(set(moving.tolist())) > 1),
         ("tendons with an inertia", bool(np.any(model.tendon_armature))),
     )
-    for what, there in wrong:
-        if there:
-            raise InputError(f"control.mechanics: expected 'engine': the model has {what}, which only MuJoCo computes "
-                             "with", "control.mechanics")  # fmt: skip
+    return next((what for what, there in wrong if there), "")
 
 
 def pinocchio_model(tree: BodyTree) -> pinocchio.Model:

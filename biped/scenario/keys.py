@@ -98,8 +98,8 @@ class ControlKeys(Section, frozen=True):
 
     Attributes:
         mechanics: `compiled`: kernels that Pinocchio referees once for every model; `pinocchio`: Pinocchio at every
-            tick; `engine`: MuJoCo, for comparison, of robots in space; default: `compiled` of seven links in a plane,
-            `engine` of robots in space, where MuJoCo has computed it anyway.
+            tick; `engine`: MuJoCo, for comparison, of robots in space; default: `compiled`, or `engine` of a model with
+            ball joints, things that move beside the robot, or tendons with inertia.
     """
 
     mechanics: Literal["compiled", "pinocchio", "engine"] | None = None

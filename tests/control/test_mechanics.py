@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import mujoco
@@ -146,6 +148,28 @@ def test_the_compiled_loop_asks_its_own_kernels_as_the_one_in_python_does():
     assert np.abs(fast.u - slow.u).max() < 1e-6 * np.abs(slow.u).max()
     other = ROBOTS["human3d"].run("duration=0.4", "control.mechanics=engine")
     assert not np.array_equal(in_mujoco(other).u, fast.u), "the kernels were not asked"
+
+
+def test_kernels_compute_by_default_but_where_only_mujoco_can(tmp_path):
+    run = ROBOTS["h1"].run("duration=0.02")
+    asked = (
+        run,
+        *(ROBOTS["h1"].run("duration=0.02", f"control.mechanics={source}") for source in ("compiled", "engine")),
+    )
+    default, compiled, engine = (simulate(one).u for one in asked)
+    assert np.array_equal(default, compiled)
+    assert not np.array_equal(default, engine)
+
+    tendon = '<tendon><fixed name="cord" armature="0.1"><joint joint="left_elbow" coef="1"/></fixed></tendon>'
+    file = tmp_path / "h1_with_a_cord.xml"
+    file.write_text(Path("models/h1.xml").read_text(encoding="utf-8").replace("</mujoco>", f"{tendon}</mujoco>"))
+    model = f"model={json.dumps(str(file))}"
+    default, engine = (
+        simulate(ROBOTS["h1"].run("duration=0.02", model, *keys)).u for keys in ((), ("control.mechanics=engine",))
+    )
+    assert np.array_equal(default, engine)
+    with pytest.raises(InputError, match="expected 'engine': the model has tendons with an inertia"):
+        simulate(ROBOTS["h1"].run("duration=0.02", model, "control.mechanics=compiled"))
 
 
 class Noted:

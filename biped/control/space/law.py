@@ -17,6 +17,7 @@ from biped.control.space.tick import spatial_tick
 from biped.control.space.units import si_gains, unit_of
 from biped.robot.anatomy import anatomy_of
 from biped.robot.build import Command
+from biped.robot.tree import beyond_tree
 from biped.scenario.keys import COMPILED, ENGINE, PINOCCHIO, Scenario
 
 SIGNALS = ("right_state", "left_state", "right_placed", "left_placed", "at_limit", "given_up")
@@ -25,6 +26,12 @@ whether a problem of the tick was given up: its forces are those of the last set
 
 _ticks: dict[np.dtype, Callable[..., None]] = {}
 """The compiled tick by the record's type."""
+
+
+def _source(setup: Setup) -> str:
+    """Who computes the mechanics: who is asked to, or else the kernels, or MuJoCo where only it can."""
+    asked = setup.scenario.control.mechanics
+    return asked if asked is not None else ENGINE if beyond_tree(setup.model) else COMPILED
 
 
 class Spatial:
@@ -53,7 +60,7 @@ class Spatial:
         c = self.record[0]
         mode = setup.scenario.actuation.mode
         self._assist = 1.0 if mode == "generalized" else setup.scenario.actuation.assist
-        self._believed, self.source = setup.model, setup.scenario.control.mechanics or ENGINE
+        self._believed, self.source = setup.model, _source(setup)
         self._mechanics: Mechanics | None = None
         self._tick_once = spatial_tick
         order = order_of(setup.model, setup.robot, anatomy)

@@ -64,8 +64,8 @@ MECHANICS: dict[str, tuple[str, ...]] = {
     for name, scenario, whom in (
         ("human", "level_normal", (COMPILED, PINOCCHIO)),
         ("human, ground that only pushes", "calm/own", (COMPILED, PINOCCHIO)),
-        ("human in space", "spatial/level", (ENGINE, COMPILED, PINOCCHIO)),
-        ("h1", "any/h1_walk", (ENGINE, COMPILED, PINOCCHIO)),
+        ("human in space", "spatial/level", (COMPILED, ENGINE, PINOCCHIO)),
+        ("h1", "any/h1_walk", (COMPILED, ENGINE, PINOCCHIO)),
     )
     for by in whom
 }
