@@ -44,7 +44,7 @@ OTHERS: dict[str, Any] = {
     "fall.height": 0.9999999, "fall.tilt": 0.01, "simulation.iterations": 1, "simulation.tolerance": 1.0,
     "simulation.ls_iterations": 1,
     "simulation.timestep": 0.0005, "simulation.control_rate": 500.0, "actuation.torque_limit": 1.0,
-    "start.contacts": ("right_toe",), "seed": 3, "reading": "clipped",
+    "start.contacts": ("right_toe",), "seed": 3, "reading": "clipped", "control.mechanics": "engine",
 }  # fmt: skip
 """Values that differ from the base's, where half as much again would not do or is no value."""
 SWITCHES = {
