@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from biped.measure.metrics.pushed import capture_radius, largest_push, push_share
+from biped.measure.metrics.pushed import capture_radius, largest_push, push_share, pushed
 from tests.measure.test_pushed import STEP, walk
 
 FOOT, REACH, TIME = 0.12, 0.9, 1.3
@@ -97,3 +97,13 @@ def test_of_a_walk_whose_numbers_are_known():
     assert math.isnan(push_share(t, 3.1, 3.3, (0.0, 0.0, 40.0))), "straight up"
     assert math.isnan(push_share(t, 0.2, 0.4, (40.0, 0.0, 0.0))), "before the first steps"
     assert math.isnan(push_share(t, 3.1, 4.8, (40.0, 0.0, 0.0))), "no push, but a wind"
+
+
+def test_a_push_that_begins_within_the_last_tick_of_a_run_has_no_share():
+    whole = walk([1.0] * 12, ())
+    until = len(whole) * whole.tick
+    t = walk([1.0] * 12, ((until - 0.4e-3, until + 0.2, 200.0, 0.0, "torso"),))
+    assert t.tick == pytest.approx(1e-3)
+    found = pushed(t)
+    assert found["push_impulse"] > 0.0
+    assert math.isnan(found["push_share"])

@@ -74,9 +74,12 @@ def push_share(t: Trajectory, start: float, end: float, impulse: Sequence[float]
         impulse: [N s] forward, to the left and up.
 
     Returns:
-        nan of a push that is straight up or down, too long, before there were steps, or in the air.
+        nan of a push that is straight up or down, too long, before there were steps, in the air, or that begins within
+        the last tick of a run and so never acts.
     """
     row = round(start / t.tick)
+    if row >= len(t):
+        return math.nan
     flat = np.array(impulse[:2])
     before = [at for at, _ in t.strikes if at <= row]
     size = float(np.linalg.norm(flat))
