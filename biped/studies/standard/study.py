@@ -165,6 +165,10 @@ def standard(
     twice = [gait for gait in shown if shown.count(gait) > 1]
     if twice:
         raise InputError(f"{safe(twice[0])}: expected each gait once")
+    if any(change.partition("=")[0].strip() == "controller" for change in changes):
+        raise InputError(
+            f"controller: expected no change of it: {safe(shown[0])} takes its place; name the gait as GAIT"
+        )
     if not asked:
         there = {entrant.in_space(changes) for entrant in entrants}
         tests = [test for test in tests if test.standard.space in there]

@@ -168,6 +168,10 @@ def test_an_interrupted_table_goes_on(here, monkeypatch):
     [
         (["nobody"], "GAIT: no controller 'nobody'"),
         (["robust", "robust"], "robust: expected each gait once"),
+        (
+            ["robust", "--test", "short.toml", "--set", "controller=whole"],
+            "controller: expected no change of it: robust",
+        ),
         (["robust", "--test", "level_normal"], "level_normal: not a standard test"),
         (["robust", "--test", "nothing"], "nothing"),
         (["robust", "--test", "short.toml", "--set", "duration=0.1"], "push[0].at"),
