@@ -14,6 +14,7 @@ from biped.base.errors import InputError
 from biped.control.planar.controller import ThesisLaw
 from biped.control.space.law import Spatial
 from biped.control.space.own import Pinocchio, compute, own_of
+from biped.control.space.places import Mechanics
 from biped.control.space.topology import LEG, LEGS
 from biped.ensemble.campaign import simulate
 from biped.measure.columns import WIDTH
@@ -258,21 +259,9 @@ def test_a_crooked_tree_is_mujocos():
     tree, data = tree_of(model), mujoco.MjData(model)
     random, nv = np.random.default_rng(3), model.nv
 
-    class M(NamedTuple):
-        q: np.ndarray
-        v: np.ndarray
-        M: np.ndarray
-        h: np.ndarray
-        axes: np.ndarray
-        axes_rate: np.ndarray
-        twist: np.ndarray
-        com: np.ndarray
-        turned: np.ndarray
-        origin: np.ndarray
-
     b = model.nbody
-    m = M(data.qpos, data.qvel, *(np.zeros(s) for s in (
-        model.nC, nv, (nv, 6), (nv, 6), (b, 6), (b, 3), (b, 9), (b, 3))))  # fmt: skip
+    m = Mechanics(data.qpos, data.qvel, np.zeros(model.nC), np.zeros(0, np.int64), np.zeros(nv), *(
+        np.zeros(s) for s in ((nv, 6), (nv, 6), (b, 6), (b, 3), (b, 9), (b, 3))))  # fmt: skip
     m.turned[0, [0, 4, 8]] = 1.0
     for _ in range(5):
         mujoco.mj_integratePos(model, data.qpos, random.normal(size=nv), 1.0)

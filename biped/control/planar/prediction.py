@@ -32,7 +32,7 @@ from biped.numerics.nonnegative import nonnegative
 from biped.robot.ground import height_below
 from biped.robot.planar.kinematics import PLACES, bias_forces, forward, mass_matrix
 from biped.robot.planar.topology import BASE, KNEE, N_POINTS, N_ROWS, NQ, NU, PITCH, STOP_ROW, X, Z
-from biped.robot.planar.weighing import coupled, factor_from_feet, weigh
+from biped.robot.planar.weighing import factor_from_feet, substitute_from_feet, weigh
 from biped.scenario.keys import Scenario
 
 PREDICTOR = np.dtype(
@@ -146,12 +146,8 @@ def step(c, p, q, v, force):
     pushed = load(left, 0)
     for j in range(NQ):
         x[j] = C[j, Q_LANE] + total(times(pushed, load(C, j)))
+    substitute_from_feet(L, x)
     for i in range(NQ):
-        s = x[i]
-        for j in range(i):
-            if coupled(i, j):
-                s -= L[i, j] * x[j]
-        x[i] = s / L[i, i]
         v[i] += dt * x[i]
         q[i] += dt * v[i]
 

@@ -37,7 +37,7 @@ from biped.robot.planar.topology import (
     STOP_ROW,
     TOE,
 )  # fmt: skip
-from biped.robot.planar.weighing import coupled, factor_from_feet, factor_torso, weigh, weigh_torso
+from biped.robot.planar.weighing import factor_from_feet, factor_torso, substitute_from_feet, weigh, weigh_torso
 
 Q_LANE = N_ROWS
 _LEG = (*(POINT_LEG[row // 2] for row in range(STOP_ROW)), *range(N_STOPS))
@@ -193,12 +193,7 @@ def _nearest_forces(c):
     left = times(everywhere(-1.0), load(force, 0))
     for j in range(NQ):
         x[j] = C[j, Q_LANE] + total(times(left, load(C, j)))
-    for i in range(NQ):
-        s = x[i]
-        for j in range(i):
-            if coupled(i, j):
-                s -= L[i, j] * x[j]
-        x[i] = s / L[i, i]
+    substitute_from_feet(L, x)
 
 
 @kernel

@@ -81,8 +81,9 @@ class Spatial:
         """
         if self.source != COMPILED:
             return None
-        check_kernels(self.record[0], self._believed)
-        return own_of(self.record[0], self._believed, q, v)
+        own = own_of(self.record[0], self._believed, q, v)
+        check_kernels(self.record[0], self._believed, own.tree)
+        return own
 
     def _mechanics_at(self, sensed: Observation) -> tuple[Mechanics, Callable[[], None] | None]:
         """The mechanics of what is sensed, and what brings them up to date; None: they are."""

@@ -55,13 +55,17 @@ def own_of(c: np.void, model: mujoco.MjModel, q: np.ndarray, v: np.ndarray) -> O
     return Own(tree_of(model), out)
 
 
-def check_kernels(c: np.void, model: mujoco.MjModel) -> None:
+def check_kernels(c: np.void, model: mujoco.MjModel, tree: BodyTree) -> None:
     """Makes sure that the kernels find what Pinocchio finds, at a few random states.
+
+    Args:
+        c: The controller record.
+        model: As of `own_of`.
+        tree: Of it, as it was read.
 
     Raises:
         InputError: They do not.
     """
-    tree = tree_of(model)
     if not agreed(b"".join(part.tobytes() for part in tree), lambda: _refereed(c, model)):
         raise InputError("control.mechanics: expected 'pinocchio' or 'engine': the kernels find other mechanics of "
                          "this model than Pinocchio", "control.mechanics")  # fmt: skip

@@ -73,6 +73,17 @@ def factor_from_feet(M, spring, L):
 
 
 @inner_kernel
+def substitute_from_feet(L, x):
+    """Overwrites x (9,) with L⁻¹ x, of the factor that begins at the feet."""
+    for i in range(NQ):
+        s = x[i]
+        for j in range(i):
+            if coupled(i, j):
+                s -= L[i, j] * x[j]
+        x[i] = s / L[i, i]
+
+
+@inner_kernel
 def factor_torso(M, S):
     """Writes the lower S (3, 3) of M_bb = SᵀS, of the torso's coordinates with rigid joints."""
     floor = _FLOOR * M[X, X]
