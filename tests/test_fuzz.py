@@ -51,11 +51,11 @@ def test_the_harness_notices(monkeypatch):
     """A fault of every sort that the harness looks for is found."""
     from pathlib import Path
 
-    from biped.cli.commands import list as listing
+    from biped.cli.commands import inputs as listing
     from tests.fuzz.cases import Case
 
     def tried(command, seconds: float = SECONDS) -> str:
-        monkeypatch.setattr(listing, "command", command)
+        monkeypatch.setattr(listing, "list_command", command)
         return fault(Case(("list",), {"a": b""}), seconds)[1] or ""
 
     def hang(_):

@@ -1,7 +1,7 @@
 """The command line's way in: argv becomes the arguments of a command, which is carried out, and an exit code.
 
-A command is a module in `biped.cli.commands` with two functions, and is found there: `add(commands)` adds its parser,
-and `command(args)` carries it out and returns the exit code. It imports nothing slow before it is carried out.
+A command NAME is two functions in a module of `biped.cli.commands`, and is found there: `add_NAME(commands)` adds its
+parser, and `NAME_command(args)` carries it out and returns the exit code. Nothing slow is imported before that.
 """
 
 import argparse
@@ -16,8 +16,7 @@ from biped.base.errors import InputError
 from biped.base.text import safe
 from biped.base.trust import trusting
 from biped.cli import commands as folder
-from biped.cli.common import BAD_INPUT, FAILED, STOPPED
-from biped.cli.parser import Parser, commands_of
+from biped.cli.common import BAD_INPUT, FAILED, STOPPED, Parser, commands_of
 from biped.cli.streams import DEBUG, complain, safe_streams
 from biped.cli.windowless import SETTING, import_mujoco
 
@@ -41,8 +40,10 @@ def build() -> Parser:
     )
     parser.add_argument("--version", action="version", version=f"biped {VERSION}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for module in iter_modules(folder.__path__, f"{folder.__name__}."):
-        import_module(module.name).add(commands)
+    modules = [import_module(found.name) for found in iter_modules(folder.__path__, f"{folder.__name__}.")]
+    found = {name: add for module in modules for name, add in vars(module).items() if name.startswith("add_")}
+    for name in sorted(found):
+        found[name](commands)
     return parser
 
 

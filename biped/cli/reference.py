@@ -3,8 +3,8 @@
 import argparse
 
 from biped.base.text import markdown_table
+from biped.cli.common import commands_of
 from biped.cli.main import build
-from biped.cli.parser import commands_of
 from biped.show.markdown import DOCS
 
 PAGE = DOCS / "commands.md"

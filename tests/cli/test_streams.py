@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from biped.cli.commands import list as listing
+from biped.cli.commands import inputs as listing
 from biped.cli.main import main
 from tests.cases import SHORT, write
 
@@ -93,7 +93,7 @@ def raising(error: BaseException):
     ],
 )
 def test_whatever_goes_wrong_is_one_paragraph(error, says, monkeypatch, capsys):
-    monkeypatch.setattr(listing, "command", raising(error))
+    monkeypatch.setattr(listing, "list_command", raising(error))
     assert main(["list"]) == 1
     out, err = capsys.readouterr()
     assert out == ""

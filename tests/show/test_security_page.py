@@ -32,8 +32,8 @@ def test_the_bounds_of_models_are_those_of_the_code():
 def test_the_commands_that_take_trust_are_those_named():
     import argparse
 
+    from biped.cli.common import commands_of
     from biped.cli.main import build
-    from biped.cli.parser import commands_of
 
     parser = build()
     assert isinstance(parser, argparse.ArgumentParser)

@@ -1,1 +1,1 @@
-"""One module per command, each a function of the parsed arguments: study, then show."""
+"""Commands by what they are for, each a function of the parsed arguments: study, then show."""

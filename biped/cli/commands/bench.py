@@ -9,16 +9,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from biped.base.replacing import may_add
-from biped.cli.common import DONE, FAILED, answer, reason_of, warn
-from biped.cli.parser import Commands, command_parser, take_json
+from biped.cli import common
 
 if TYPE_CHECKING:
     from biped.show.document import Document
 
 
-def add(commands: Commands) -> None:
+def add_bench(commands: common.Commands) -> None:
     """Adds the parser of `biped bench`."""
-    parser = command_parser(commands, "bench", "measure run time, accuracy and cost", command)
+    parser = common.command_parser(commands, "bench", "measure run time, accuracy and cost", bench_command)
     what = (
         "what to measure. throughput: ticks a second, and the cost of each feature; walking: accuracy of a walk "
         "against run time; mechanisms: the same of chapter II's mechanisms; tolerances: error of adaptive steps "
@@ -41,10 +40,10 @@ def add(commands: Commands) -> None:
         "shipped policy)"
     )
     parser.add_argument("--file", type=Path, help=file)
-    take_json(parser)
+    common.take_json(parser)
 
 
-def command(args: argparse.Namespace) -> int:
+def bench_command(args: argparse.Namespace) -> int:
     """Measures one thing."""
     if args.out is not None:
         may_add(args.out, "--out")
@@ -53,8 +52,8 @@ def command(args: argparse.Namespace) -> int:
         folder = [] if args.out is None else ["--out", str(args.out)]
         return import_module("biped.dynamics.bench.__main__").main([args.what, *options, *folder])
     found, document, passed = BENCHES[args.what](args)
-    answer(args, found, document)
-    return DONE if passed else FAILED
+    common.answer(args, found, document)
+    return common.DONE if passed else common.FAILED
 
 
 Measured: TypeAlias = "tuple[Mapping[str, Any], Document, bool]"
@@ -86,7 +85,7 @@ def _campaigns(args: argparse.Namespace) -> Measured:
     from biped.show.bench import campaigns_document
     from biped.studies.bench.campaigns import measure
 
-    costs = measure(args.quick, warn)
+    costs = measure(args.quick, common.warn)
     same = all(cost.same for cost in costs)
     return {"campaigns": [cost.as_dict() for cost in costs]}, campaigns_document(costs), same
 
@@ -120,7 +119,7 @@ def _regress(args: argparse.Namespace) -> Measured:
     from biped.show.bench import regress_document
     from biped.studies.bench.regress import guard
 
-    guarded = guard(args.file, reason_of(args))
+    guarded = guard(args.file, common.reason_of(args))
     return guarded.as_dict(), regress_document(guarded), guarded.passed
 
 

@@ -14,8 +14,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import NamedTuple
 
-from biped.cli.common import DONE, FAILED
-from biped.cli.parser import Commands, command_parser
+from biped.cli import common
 
 PUSH = (("demo/push",), ("demo/home",))
 TOUR = (("demo/push", "demo/slope", "demo/robot"), ("demo/h1",))
@@ -43,10 +42,10 @@ class Station(NamedTuple):
     error: str
 
 
-def add(commands: Commands) -> None:
+def add_demo(commands: common.Commands) -> None:
     """Adds the parser of `biped demo`."""
-    parser = command_parser(
-        commands, "demo", "show a minute of pushes, a slope and other robots, and write a page", command,
+    parser = common.command_parser(
+        commands, "demo", "show a minute of pushes, a slope and other robots, and write a page", demo_command,
         description="Runs four scenarios beside each other and writes a page: a human that walks and is pushed, the "
         "same on a slope, the robot of the thesis and Unitree's H1.",
     )  # fmt: skip
@@ -56,7 +55,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--open", action="store_true", help="open the page in a browser")
 
 
-def command(args: argparse.Namespace) -> int:
+def demo_command(args: argparse.Namespace) -> int:
     """Runs the scenarios, shows what became of them, and prints the path of the page and what to type next."""
     from tempfile import TemporaryDirectory
 
@@ -90,7 +89,7 @@ def _visit(lanes: tuple[tuple[str, ...], ...], out: Path, options: list[str]) ->
             lanes, out, options, lambda one: print(f"  {one.scenario:<12} {one.seconds:5.1f} s", flush=True)
         )
     for station in stations:
-        if station.code not in (DONE, FAILED) or not (station.folder / "result.json").is_file():
+        if station.code not in (common.DONE, common.FAILED) or not (station.folder / "result.json").is_file():
             print(station.error.strip())
     return max(station.code for station in stations), stations
 
@@ -100,7 +99,6 @@ def _write(stations: list[Station], page: Path) -> None:
     from biped.ensemble.checks import judgement
     from biped.show.document import Table
     from biped.show.page import write_page
-    from biped.show.terminal import show
     from biped.studies.folders import results_at
 
     rows = []
@@ -109,7 +107,7 @@ def _write(stations: list[Station], page: Path) -> None:
         result = results_at(folder)
         speed, force = (result["summary"][name] for name in ("speed", "peak_force"))
         rows.append((result["scenario"], result["engine"], f"{speed:.2f}", f"{force:.0f}", judgement(result)))
-    show((Table(("scenario", "engine", "speed [m/s]", "peak force [N]", "verdict"), tuple(rows), (0, 1, 4)),))
+    common.show((Table(("scenario", "engine", "speed [m/s]", "peak force [N]", "verdict"), tuple(rows), (0, 1, 4)),))
     if whole:
         write_page(whole, page, "Does it walk?")
 

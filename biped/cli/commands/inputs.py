@@ -1,4 +1,4 @@
-"""`biped new`: files to start from."""
+"""`biped list`, `new` and `model`: what a user writes is listed, begun and looked at."""
 
 import argparse
 import os
@@ -7,10 +7,44 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from biped.base.errors import InputError
-from biped.base.files import folder
+from biped.base.files import SUFFIX, folder, locate, names, read_toml
+from biped.base.text import plain
 from biped.base.writing import reason, write_text
-from biped.cli.common import DONE
-from biped.cli.parser import Commands, command_parser
+from biped.cli import common
+
+
+def add_list(commands: common.Commands) -> None:
+    """Adds the parser of `biped list`."""
+    common.command_parser(
+        commands, "list", "list models, controllers, readings and scenarios, with a line each", list_command
+    )
+
+
+def list_command(args: argparse.Namespace) -> int:
+    """Prints models, controllers and scenarios with a line each."""
+    lines = listing()
+    width = max(len(name) for _, name, _ in lines)
+    kind = ""
+    for this, name, text in lines:
+        if this != kind:
+            print(f"{this}/")
+            kind = this
+        print(f"  {name:<{width}}  {text}")
+    return common.DONE
+
+
+def listing() -> list[tuple[str, str, str]]:
+    """Every model, controller, reading and scenario that has a name: (kind, name, one line)."""
+    return [(kind, name, _one_line(kind, name)) for kind in SUFFIX for name in names(kind)]
+
+
+def _one_line(kind: str, name: str) -> str:
+    path = locate(kind, name, "list")
+    if kind == "models":
+        comment = path.read_text(encoding="utf-8").partition("<!--")[2].partition("-->")[0].strip()
+        return plain(comment.partition(";")[0].partition("\n")[0].strip())
+    return plain(read_toml(path).get("description", ""))
+
 
 START = "biped.control.planar.start_law"
 """The module that is written; nothing of it is run here."""
@@ -20,10 +54,10 @@ POLICY, CALLED = "biped.control.start_policy", "my_policy"
 """The same of a policy in Python, beside its card."""
 
 
-def add(commands: Commands) -> None:
+def add_new(commands: common.Commands) -> None:
     """Adds the parser of `biped new`."""
-    parser = command_parser(
-        commands, "new", "write files to start from", command,
+    parser = common.command_parser(
+        commands, "new", "write files to start from", new_command,
         description="Writes files to start from. controller: the thesis's law for a planar biped, in readable "
         "Python. policy: a card with a small network for Unitree's H1, and the same in 40 lines of Python.",
     )  # fmt: skip
@@ -34,7 +68,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("file", type=Path, help=file)
 
 
-def command(args: argparse.Namespace) -> int:
+def new_command(args: argparse.Namespace) -> int:
     """Writes them and says how to run them."""
     return (_policy if args.what == "policy" else _controller)(args.file)
 
@@ -46,7 +80,7 @@ def _controller(file: Path) -> int:
     _write(file, start().replace(NAMED, str(file)))
     print(f"{file}: the thesis's law in Python; docs/controllers.md says what everything in it is")
     print(f"  biped run level_normal --set law={file}:Law")
-    return DONE
+    return common.DONE
 
 
 def _policy(file: Path) -> int:
@@ -65,7 +99,7 @@ def _policy(file: Path) -> int:
     print(f"  biped policy {file}")
     print(f"  biped run policy/h1 --set law={file} --out {file.stem}")
     print(f"  biped run policy/h1 --set law={law}:MyPolicy --out {file.stem}_python")
-    return DONE
+    return common.DONE
 
 
 def _are_new(files: Sequence[Path]) -> None:
@@ -90,3 +124,43 @@ def start(module: str = START) -> str:
     assert spec is not None
     assert spec.origin is not None
     return Path(spec.origin).read_text(encoding="utf-8")
+
+
+def add_model(commands: common.Commands) -> None:
+    """Adds the parser of `biped model`."""
+    parser = common.command_parser(
+        commands, "model", "show what is recognised in a model file, and every fault in it", model_command,
+        simulates=True,
+        description="Shows what is recognised in a model file, and lists every fault at once, each with what to "
+        "write.",
+    )  # fmt: skip
+    parser.add_argument(
+        "file", nargs="+", help="name in models/, or path of an MJCF or URDF file; several files make a table"
+    )
+    parser.add_argument(
+        "--stand", action="store_true", help="also try whether each robot stands, in the physics of its file"
+    )
+    common.take_trust(parser)
+    common.take_json(parser)
+
+
+def model_command(args: argparse.Namespace) -> int:
+    """Prints what the robot in a file is; the exit code says whether it can be run."""
+    from biped.robot.report import look
+    from biped.show.robot import document_of
+
+    if args.stand or len(args.file) > 1:
+        return _table(args)
+    found = look(args.file[0])
+    common.answer(args, found.as_dict(), document_of(found))
+    return common.FAILED if found.faults else common.DONE
+
+
+def _table(args: argparse.Namespace) -> int:
+    """Prints files in a row each; the exit code says whether all are robots, and stand if that was asked."""
+    from biped.show.robot import models_document
+    from biped.studies.models import survey
+
+    rows = survey(args.file, args.stand)
+    common.answer(args, {"models": [row._asdict() for row in rows]}, models_document(rows))
+    return common.FAILED if any(row.refused or row.stood is False for row in rows) else common.DONE

@@ -1,4 +1,4 @@
-"""`biped policy`: a learned policy's card, written from what its trainer left, and checked."""
+"""`biped tune` and `policy`: gains are searched for, and learned policies are checked."""
 
 from __future__ import annotations
 
@@ -9,11 +9,84 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from biped.base.errors import InputError
-from biped.cli.common import DONE, FAILED, answer
-from biped.cli.parser import Commands, command_parser, number, take_json, take_trust, whole
+from biped.cli import common
 
 if TYPE_CHECKING:
     from biped.show.document import Document
+
+
+def add_tune(commands: common.Commands) -> None:
+    """Adds the parser of `biped tune`."""
+    parser = common.command_parser(
+        commands, "tune", "search for gains that work under the conditions of a scenario", tune_command, simulates=True,
+        description="Searches for gains that work under the conditions in the table [tune] of a scenario. With --out "
+        "an interrupted search is continued.",
+    )  # fmt: skip
+    parser.add_argument(
+        "scenario",
+        help="a scenario with a table [tune]: name in scenarios/ or path; or a robot's model file (.xml, .urdf), for "
+        "which scenarios/tune/any.toml searches",
+    )
+    common.take_changes(parser)
+    common.take_trust(parser)
+    common.take_workers(parser)
+    parser.add_argument("--out", type=Path, help="results folder; the same command continues what was interrupted")
+    least = (
+        "instead of a search: put the gains of a found gait back one by one to where its search began, to see which of "
+        "them it needs"
+    )
+    parser.add_argument("--least", metavar="GAIT", help=least)
+    common.take_json(parser)
+
+
+def tune_command(args: argparse.Namespace) -> int:
+    """Searches; how the search goes is drawn anew after every re-check."""
+    from biped.show.tune import document_of
+    from biped.studies.tune.tuned import tune
+
+    if args.least is not None:
+        return _least(args)
+    from biped.studies.tune.robot import SCENARIO, is_model, search_of
+
+    with common.workers_of(args) as jobs:
+        name, changes = args.scenario, args.changes
+        if is_model(name):
+            from biped.show.tune import trials_document
+
+            changes, trials = search_of(name, changes, jobs, common.progress)
+            if not args.json:
+                common.show(trials_document(trials, changes))
+            name = SCENARIO
+        found = tune(name, changes, jobs, args.out, common.progress, _draw, common.warn)
+    common.answer(args, found.as_dict(), document_of(found))
+    return common.DONE
+
+
+def _least(args: argparse.Namespace) -> int:
+    """Goes back from a found gait to the scenario's own; the figure is drawn anew after every step."""
+    from biped.show.tune import least_document
+    from biped.studies.tune.least import least
+
+    with common.workers_of(args) as jobs:
+        found = least(
+            args.scenario, args.least, args.changes, jobs, args.out, common.progress, _draw_least, common.warn
+        )
+    common.answer(args, found.as_dict(), least_document(found))
+    return common.DONE
+
+
+def _draw_least(steps: list, folder: Path) -> None:
+    from biped.show.figures.tuning import plot_least
+
+    plot_least(steps, folder / "least.png")
+
+
+def _draw(journal: list, folder: Path) -> None:
+    from biped.show.figures.tuning import plot_search
+
+    if "recheck" in journal[-1]:  # a figure costs as much as a few runs
+        plot_search(journal, folder / "convergence.png")
+
 
 TORCH = (".pt", ".pth", ".jit")
 CONVERT = (
@@ -24,10 +97,10 @@ CONVERT = (
 """The way from TorchScript to a network that is run here."""
 
 
-def add(commands: Commands) -> None:
+def add_policy(commands: common.Commands) -> None:
     """Adds the parser of `biped policy`."""
-    parser = command_parser(
-        commands, "policy", "check the card of a learned policy, or write one", command, simulates=True,
+    parser = common.command_parser(
+        commands, "policy", "check the card of a learned policy, or write one", policy_command, simulates=True,
         description="Checks the card of a learned policy by short runs. Given a network instead, it first writes the "
         "card from the metadata of the ONNX file or from a YAML file.",
     )  # fmt: skip
@@ -47,11 +120,13 @@ def add(commands: Commands) -> None:
         help="for a new card: Unitree's deploy.yaml or Isaac Lab's IO descriptors (default: metadata of the network)",
     )
     parser.add_argument(
-        "--rate", type=number, help="for a new card: how often the network is called [Hz], if nothing else says it"
+        "--rate",
+        type=common.number,
+        help="for a new card: how often the network is called [Hz], if nothing else says it",
     )
     parser.add_argument(
         "--clock",
-        type=number,
+        type=common.number,
         help="for a new card: the frequency of the phase that the network observes [Hz], if nothing else says it",
     )
     parser.add_argument(
@@ -60,7 +135,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--faults", action="store_true", help="inject faults into the card and see which are found")
     parser.add_argument(
         "--right",
-        type=whole,
+        type=common.whole,
         default=1,
         metavar="N",
         help="with --faults: number of starts from which the correct card is checked",
@@ -70,11 +145,11 @@ def add(commands: Commands) -> None:
         action="store_true",
         help="measure speed and cost, and the pushes, slopes and latency that the policy withstands",
     )
-    take_trust(parser)
-    take_json(parser)
+    common.take_trust(parser)
+    common.take_json(parser)
 
 
-def command(args: argparse.Namespace) -> int:
+def policy_command(args: argparse.Namespace) -> int:
     """Writes a card if there is none, checks it, and says what came of it."""
     from biped.show.policy import checks_document, faults_document, measured_document
     from biped.studies.policy.checks import check, reproduce
@@ -86,7 +161,7 @@ def command(args: argparse.Namespace) -> int:
 
         trials = [trial(file, args.right) for file in files]
         _answer(args, [one.as_dict() for one in trials], [faults_document(trials)])
-        return DONE
+        return common.DONE
     if args.measure:
         from biped.studies.policy.measure import measure
 
@@ -94,16 +169,16 @@ def command(args: argparse.Namespace) -> int:
         _answer(args, [{"card": str(file), **row._asdict(), "limits": [one._asdict() for one in row.limits]}
                        for file, row in zip(files, rows, strict=True)],
                 map(measured_document, files, rows))  # fmt: skip
-        return DONE
+        return common.DONE
     checks = [([] if args.tape is None else reproduce(file, read_tape(args.tape))) + check(file) for file in files]
     _answer(args, [{"card": str(file), "checks": [one._asdict() for one in found]}
                    for file, found in zip(files, checks, strict=True)],
             map(checks_document, files, checks))  # fmt: skip
-    return DONE if all(one.passed for found in checks for one in found) else FAILED
+    return common.DONE if all(one.passed for found in checks for one in found) else common.FAILED
 
 
 def _answer(args: argparse.Namespace, cards: list[dict[str, Any]], documents: Iterable[Document]) -> None:
-    answer(args, cards[0] if len(cards) == 1 else {"cards": cards}, tuple(chain(*documents)))
+    common.answer(args, cards[0] if len(cards) == 1 else {"cards": cards}, tuple(chain(*documents)))
 
 
 def _card(args: argparse.Namespace, file: Path) -> Path:
