@@ -159,13 +159,13 @@ class Differed:
         self.worst: dict[str, Any] | None = found.worst_as_dict()
 
     def __repr__(self) -> str:
-        from biped.show.diff import headline
+        from biped.show.comparisons import headline
 
         return f"<{len(self._found.pairs)} pairs of runs: {headline(self._found)}>"
 
     def _repr_html_(self) -> str:
         """Its verdict and every metric as a table, which a notebook shows below the cell."""
-        from biped.show.diff import document_of
+        from biped.show.comparisons import difference_document as document_of
         from biped.show.page.html import blocks, join
 
         return str(join(blocks(document_of(self._found))))
@@ -210,7 +210,7 @@ class Compared:
 
     def save(self, folder: str | Path) -> Path:
         """Writes comparison.json, figures and a recording, as `biped compare` does; returns the folder."""
-        from biped.show.side_by_side import draw
+        from biped.show.comparisons import draw
 
         comparison.write(self._found, Path(folder))
         draw(self._found, Path(folder))

@@ -1,6 +1,6 @@
 """A document as plain records: what a result says, before it is known whether a terminal, Markdown or a page shows it.
 
-Results become documents (`biped.show.results`, `diff`, `standing`); `terminal.show`, `markdown.text` and
+Results become documents (`biped.show.results`, `comparisons`, `standing`); `terminal.show`, `markdown.text` and
 `page.html.blocks` draw any document. All words in it may be a stranger's: each of the three shows them as text.
 """
 

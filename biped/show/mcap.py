@@ -20,8 +20,8 @@ from biped.measure.signals import end_forces, every, toes_and_heels
 from biped.robot.gravity import GRAVITY
 from biped.show import spatial
 from biped.show.recording import series
-from biped.show.recording.body import PICTURES, body_poses, drawn_geoms
-from biped.show.recording.recorded import Placed, Recorded, place
+from biped.show.recording.scene import PICTURES, body_poses, drawn_geoms
+from biped.show.recording.series import Placed, Recorded, place
 from biped.show.results_folder import run_of
 from biped.studies.folders import writing
 

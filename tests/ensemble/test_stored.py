@@ -85,9 +85,9 @@ def one_sentence(capsys, *fragments: str) -> None:
 @pytest.mark.parametrize("kind", RESULTS)
 def test_a_result_that_is_not_whole(kind, reader, capsys, monkeypatch):
     if reader == "report":  # drawing the good one is another matter
-        from biped.show import report
+        from biped.show import replay
 
-        monkeypatch.setattr(report, "plot_results", lambda folder, out: [])
+        monkeypatch.setattr(replay, "plot_results", lambda folder, out: [])
     Path("many/result.json").write_bytes(RESULTS[kind]())
     capsys.readouterr()
     assert main(READERS[reader]) == 2

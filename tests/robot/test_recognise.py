@@ -21,7 +21,7 @@ from biped.robot.planar.model import tree_at
 from biped.robot.recognise import looked_at, robot_of
 from biped.scenario.reading import read_scenario
 from biped.scenario.robot import Actuators, Base, Described, Foot
-from biped.show.recording.body import drawn_geoms
+from biped.show.recording.scene import drawn_geoms
 from tests.cases import command, write
 
 MODELS = Path("models")

@@ -15,7 +15,7 @@ from biped.ensemble.plan import Plan
 from biped.robot.planar.tree import motion
 from biped.scenario.reading import read_scenario
 from biped.show.figures import curves, plot_ensemble, plot_run
-from biped.show.figures.strobe import body_rows, capsule, strobe
+from biped.show.figures.curves import body_rows, capsule, strobe
 from biped.show.figures.style import LEFT, RIGHT
 
 WINDOW = (1.0, 2.0)

@@ -12,7 +12,7 @@ from biped.robot.run import visual_model
 from biped.scenario.reading import read_scenario, to_toml
 from biped.show.recording import Recorded, record
 from biped.show.recording.layout import layout
-from biped.show.recording.recorded import place
+from biped.show.recording.series import place
 from tests.show.recordings import CHANGES, contents_of, read, recorded
 
 FOOT = [slice(0, 4), slice(4, 8)]

@@ -13,7 +13,7 @@ from biped.robot.gravity import GRAVITY
 from biped.robot.planar.build import compile_foreign
 from biped.scenario.reading import read_scenario, to_toml
 from biped.show import spatial
-from biped.show.figures.strobe import strobe
+from biped.show.figures.curves import strobe
 from biped.show.page.frames import frames_of
 from biped.show.page.player import PlayedRun, walks
 from biped.show.recording import Recorded, record
@@ -72,8 +72,7 @@ def test_the_page_and_the_figure_draw_its_corners(run):
 
 
 def test_a_clips_stage_has_the_box(run):
-    from biped.show.film.camera import Camera
-    from biped.show.film.stage import FilmStage, walkers
+    from biped.show.film.stage import Camera, FilmStage, walkers
 
     scene = FilmStage(walkers([("sits", run.trajectory, run.model)], ghost=False), 30.0, Camera(30.0, 15.0), 16 / 9).at(
         1.0

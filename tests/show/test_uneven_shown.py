@@ -15,12 +15,12 @@ from biped.robot.ground import LEVEL, slabs
 from biped.robot.planar.build import compile_foreign
 from biped.robot.planar.description import description_at
 from biped.scenario.reading import read_scenario
-from biped.show.figures.strobe import ground_line
+from biped.show.figures.curves import ground_line
 from biped.show.live import _arrange
 from biped.show.page.frames import frames_of
 from biped.show.page.player import PlayedRun, walks
 from biped.show.recording import record
-from biped.show.recording.report import result
+from biped.show.recording.layout import result
 from tests.show.recordings import read, recorded
 
 CHANGES = [

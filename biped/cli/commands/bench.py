@@ -61,8 +61,8 @@ Measured: TypeAlias = "tuple[Mapping[str, Any], Document, bool]"
 
 
 def _throughput(args: argparse.Namespace) -> Measured:
-    from biped.show.bench import throughput_document
     from biped.show.replay import record_runs
+    from biped.show.studies import throughput_document
     from biped.studies.bench.throughput import everything
 
     measured = everything(args.quick, record_runs)
@@ -70,19 +70,19 @@ def _throughput(args: argparse.Namespace) -> Measured:
 
 
 def _walking(args: argparse.Namespace) -> Measured:
-    from biped.show.bench import walking_document
+    from biped.show.studies import walking_document
     from biped.studies.bench.walking import compare
 
     result = compare()
     if args.out is not None:
-        from biped.show.figures.walking import plot_walking
+        from biped.show.figures.studies import plot_walking
 
         plot_walking(result, args.out)
     return result, walking_document(result), True
 
 
 def _campaigns(args: argparse.Namespace) -> Measured:
-    from biped.show.bench import campaigns_document
+    from biped.show.studies import campaigns_document
     from biped.studies.bench.campaigns import measure
 
     costs = measure(args.quick, common.warn)
@@ -91,7 +91,7 @@ def _campaigns(args: argparse.Namespace) -> Measured:
 
 
 def _policy(args: argparse.Namespace) -> Measured:
-    from biped.show.bench import policy_document
+    from biped.show.studies import policy_document
     from biped.studies.bench.policy import SHIPPED, policy_cost
 
     card = SHIPPED if args.file is None else args.file
@@ -100,7 +100,7 @@ def _policy(args: argparse.Namespace) -> Measured:
 
 
 def _engines(args: argparse.Namespace) -> Measured:
-    from biped.show.bench import engines_document
+    from biped.show.studies import engines_document
     from biped.studies.bench.engines import step_costs
 
     costs = step_costs()
@@ -108,7 +108,7 @@ def _engines(args: argparse.Namespace) -> Measured:
 
 
 def _mechanics(args: argparse.Namespace) -> Measured:
-    from biped.show.bench import costs_document
+    from biped.show.studies import costs_document
     from biped.studies.bench.scenes import mechanics_costs
 
     costs = mechanics_costs()
@@ -116,7 +116,7 @@ def _mechanics(args: argparse.Namespace) -> Measured:
 
 
 def _regress(args: argparse.Namespace) -> Measured:
-    from biped.show.bench import regress_document
+    from biped.show.studies import regress_document
     from biped.studies.bench.regress import guard
 
     guarded = guard(args.file, common.reason_of(args))

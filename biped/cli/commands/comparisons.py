@@ -40,7 +40,8 @@ def compare_command(args: argparse.Namespace) -> int:
     """Compares scenarios; each leaves numbers, figures and a recording."""
     from biped.ensemble.guard import new_folder
     from biped.scenario.engines import engines_named
-    from biped.show.side_by_side import document_of, draw
+    from biped.show.comparisons import comparison_document as document_of
+    from biped.show.comparisons import draw
     from biped.studies.comparison import DEFAULT, OWN, compare, write
     from biped.studies.folders import RUNS
     from biped.studies.planned import title_of
@@ -75,7 +76,7 @@ def compare_command(args: argparse.Namespace) -> int:
 
 def _why(comparison: Comparison, args: argparse.Namespace) -> Iterator[Why]:
     """The causes of what parts one engine from each of the others."""
-    from biped.show.side_by_side import causes_document
+    from biped.show.comparisons import causes_document
     from biped.studies.causes import causes, movable
 
     moved = movable(comparison.engines)
@@ -91,7 +92,7 @@ def _why(comparison: Comparison, args: argparse.Namespace) -> Iterator[Why]:
 def _against(args: argparse.Namespace) -> int:
     """The causes of what parts a setting of an engine from another."""
     from biped.ensemble.campaign import simulate
-    from biped.show.side_by_side import causes_document
+    from biped.show.comparisons import causes_document
     from biped.studies.causes import causes, movable
     from biped.studies.planned import plan_of, title_of
 
@@ -154,7 +155,8 @@ def add_diff(commands: common.Commands) -> None:
 def diff_command(args: argparse.Namespace) -> int:
     """Compares; worse is a failure, what cannot be said is not."""
     from biped.base.sequential import Rates
-    from biped.show.diff import document_of, write
+    from biped.show.comparisons import difference_document as document_of
+    from biped.show.comparisons import write
     from biped.studies.diff.controllers import of_controllers, until_decided
     from biped.studies.diff.study import of_folders
 
@@ -192,7 +194,7 @@ def diff_command(args: argparse.Namespace) -> int:
         write(found, out)
     if args.html is not None:
         from biped.show.page import write_sections
-        from biped.show.page.differing import section_of
+        from biped.show.page.comparisons import section_of_difference as section_of
 
         write_sections([section_of(found.as_dict())], args.html, "What changed")
     if args.json:

@@ -41,7 +41,7 @@ def add_tune(commands: common.Commands) -> None:
 
 def tune_command(args: argparse.Namespace) -> int:
     """Searches; how the search goes is drawn anew after every re-check."""
-    from biped.show.tune import document_of
+    from biped.show.studies import search_document as document_of
     from biped.studies.tune.tuned import tune
 
     if args.least is not None:
@@ -51,7 +51,7 @@ def tune_command(args: argparse.Namespace) -> int:
     with common.workers_of(args) as jobs:
         name, changes = args.scenario, args.changes
         if is_model(name):
-            from biped.show.tune import trials_document
+            from biped.show.studies import trials_document
 
             changes, trials = search_of(name, changes, jobs, common.progress)
             if not args.json:
@@ -64,7 +64,7 @@ def tune_command(args: argparse.Namespace) -> int:
 
 def _least(args: argparse.Namespace) -> int:
     """Goes back from a found gait to the scenario's own; the figure is drawn anew after every step."""
-    from biped.show.tune import least_document
+    from biped.show.studies import least_document
     from biped.studies.tune.least import least
 
     with common.workers_of(args) as jobs:
@@ -76,13 +76,13 @@ def _least(args: argparse.Namespace) -> int:
 
 
 def _draw_least(steps: list, folder: Path) -> None:
-    from biped.show.figures.tuning import plot_least
+    from biped.show.figures.studies import plot_least
 
     plot_least(steps, folder / "least.png")
 
 
 def _draw(journal: list, folder: Path) -> None:
-    from biped.show.figures.tuning import plot_search
+    from biped.show.figures.studies import plot_search
 
     if "recheck" in journal[-1]:  # a figure costs as much as a few runs
         plot_search(journal, folder / "convergence.png")
@@ -151,7 +151,7 @@ def add_policy(commands: common.Commands) -> None:
 
 def policy_command(args: argparse.Namespace) -> int:
     """Writes a card if there is none, checks it, and says what came of it."""
-    from biped.show.policy import checks_document, faults_document, measured_document
+    from biped.show.studies import checks_document, faults_document, measured_document
     from biped.studies.policy.checks import check, reproduce
     from biped.studies.policy.tape import read_tape
 

@@ -147,7 +147,7 @@ def add_model(commands: common.Commands) -> None:
 def model_command(args: argparse.Namespace) -> int:
     """Prints what the robot in a file is; the exit code says whether it can be run."""
     from biped.robot.report import look
-    from biped.show.robot import document_of
+    from biped.show.studies import model_document as document_of
 
     if args.stand or len(args.file) > 1:
         return _table(args)
@@ -158,7 +158,7 @@ def model_command(args: argparse.Namespace) -> int:
 
 def _table(args: argparse.Namespace) -> int:
     """Prints files in a row each; the exit code says whether all are robots, and stand if that was asked."""
-    from biped.show.robot import models_document
+    from biped.show.studies import models_document
     from biped.studies.models import survey
 
     rows = survey(args.file, args.stand)

@@ -32,7 +32,7 @@ def report_command(args: argparse.Namespace) -> int:
         write_page(args.run, args.html, args.title)
         print(args.html)
     if args.out is not None or args.html is None:
-        from biped.show.report import write_report
+        from biped.show.replay import write_report
 
         out = args.out or Path("report.md")
         write_report(args.run, out, args.title)

@@ -191,7 +191,7 @@ def _gait(args: argparse.Namespace) -> int:
     from biped.base.writing import write_text
     from biped.ensemble.guard import complaining, new_folder
     from biped.show.document import Paragraph
-    from biped.show.figures.stability import plot_stability
+    from biped.show.figures.studies import plot_stability
     from biped.show.stability import document_of
     from biped.studies.folders import RUNS
     from biped.studies.stability.study import study
@@ -207,7 +207,7 @@ def _gait(args: argparse.Namespace) -> int:
         folder = new_folder(RUNS, f"{studied.scenario}-stability")
     plot_stability(studied, folder)
     if args.basin:
-        from biped.show.figures.stability import plot_basin
+        from biped.show.figures.studies import plot_basin
 
         plot_basin(studied, folder)
     with complaining(folder / "stability.json"):

@@ -9,8 +9,7 @@ import matplotlib
 from biped.measure.signals import finite
 from biped.measure.trajectory import Trajectory
 from biped.show.figures import campaign, curves
-from biped.show.figures.curves import overlay, strike
-from biped.show.figures.strobe import strobe
+from biped.show.figures.curves import overlay, strike, strobe
 from biped.show.figures.style import SETTINGS, make_folder, save
 
 __all__ = ["plot_campaign", "plot_ensemble", "plot_run", "plot_together"]

@@ -15,7 +15,7 @@ from biped.ensemble.campaign import simulate_planar
 from biped.measure.trajectory import Trajectory
 from biped.robot.planar.topology import BASE, PITCH, X
 from biped.show.figures import curves
-from biped.show.figures.strobe import strobe
+from biped.show.figures.curves import strobe
 from biped.show.figures.style import SETTINGS, figure, make_folder, save
 from biped.studies.planned import plan_of
 

@@ -17,9 +17,8 @@ from biped.base.errors import InputError, RunError
 from biped.base.replacing import Kind, may_write
 from biped.base.text import short
 from biped.base.writing import written
-from biped.show.film.camera import camera_of
 from biped.show.film.canvas import Canvas, off_screen
-from biped.show.film.stage import FilmedWalker, FilmStage, walkers
+from biped.show.film.stage import FilmedWalker, FilmStage, camera_of, walkers
 from biped.show.results_folder import run_of
 from biped.studies.folders import writing
 
@@ -40,7 +39,7 @@ class Cut(NamedTuple):
         start: [s] from here.
         end: [s] to here; None: to the end of the longest run.
         slow: How many times slower than life.
-        eye: Where it is seen from (`biped.show.film.camera`).
+        eye: Where it is seen from (`biped.show.film.stage`).
         ghost: Whether the second run is a shadow over the first, not beside it.
         apart: Whether every run has a picture of its own, side by side; more than two always have.
     """

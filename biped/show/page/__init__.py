@@ -1,8 +1,7 @@
 """Results as one HTML page that people look at: no network, no library; phone, paper, light and dark.
 
-A section a result: `campaign` (run, ensemble, sweep), `compared`, `tuned`, `stable`, `standing`, `differing`,
-`regressed`. Everything that
-stands in a result is text (`html`); the one script is known to the page by its hash, and no other runs.
+A section a result: `campaign` (run, ensemble, sweep), `comparisons`, `studies`. Everything that stands in a result is
+text (`html`); the one script is known to the page by its hash, and no other runs.
 """
 
 import base64
@@ -13,7 +12,7 @@ from pathlib import Path
 
 from biped.base.replacing import Kind, may_write
 from biped.base.writing import write_text
-from biped.show.page import campaign, compared, differing, regressed, stable, standing, tuned
+from biped.show.page import campaign, comparisons, studies
 from biped.show.page.html import Markup, join, tag
 from biped.studies.folders import writing
 
@@ -24,12 +23,12 @@ KIND = Kind("a page of biped", (".html", ".htm"), (b"Made by biped.",))
 
 _SECTIONS: dict[str, Callable[[Path], Markup]] = {
     "campaign": campaign.section,
-    "comparison": compared.section,
-    "search": tuned.section,
-    "stability": stable.section,
-    "standard": standing.section,
-    "diff": differing.section,
-    "regress": regressed.section,
+    "comparison": comparisons.comparison_section,
+    "search": studies.search_section,
+    "stability": studies.stability_section,
+    "standard": studies.standard_section,
+    "diff": comparisons.difference_section,
+    "regress": studies.regression_section,
 }
 
 

@@ -7,12 +7,11 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from biped.base.statistics import wilson
+from biped.base.statistics import enough_for, wilson
 from biped.ensemble.checks import GOALS
 from biped.ensemble.results import goal_at, threshold_words
 from biped.measure.metrics.walking import kind_of
 from biped.scenario.metrics import HEAD, METRICS
-from biped.show.page.claims import enough_words
 from biped.show.page.html import Markup, card, key_words, scroll, setting, table, tag
 from biped.show.page.plot import Frame, around, legend, shade
 from biped.show.results import real
@@ -269,3 +268,11 @@ def _map(points: Points, keys: list[str], space: bool) -> Markup:
 def _at(frame: Frame, x: float, y: float) -> dict[str, float]:
     p, q = frame.at(x, y)
     return {"x": round(p, 1), "y": round(q + 4.0, 1)}
+
+
+def enough_words(rate: float, runs: int) -> str | None:
+    """How many runs at a point it takes to claim a rate, where there are fewer."""
+    enough = enough_for(rate)
+    if enough is None or runs >= enough:
+        return None
+    return f"{runs} runs at a point cannot claim a rate of {percent(rate)}: that takes {enough}, all of which walk."

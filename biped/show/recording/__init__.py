@@ -12,12 +12,9 @@ import rerun as rr
 from biped.base.errors import InputError
 from biped.base.replacing import Kind, may_write
 from biped.measure.signals import every
-from biped.show.recording.body import PICTURES, log_body
-from biped.show.recording.layout import layout
-from biped.show.recording.recorded import Placed, Recorded, place
-from biped.show.recording.report import log_report
-from biped.show.recording.scene import log_scene
-from biped.show.recording.series import log_series, log_states
+from biped.show.recording.layout import layout, log_report
+from biped.show.recording.scene import PICTURES, log_body, log_scene
+from biped.show.recording.series import Placed, Recorded, log_series, log_states, place
 
 __all__ = ["Recorded", "record"]
 

@@ -1,7 +1,9 @@
-"""Around the biped: tilted ground, contact forces, pushes, the centre of mass and its trail.
+"""The robot as its model file draws it, its footing, and what is around it: ground, contact forces, pushes, its trail.
 
 A trajectory is in the slope's frame, in which gravity leans. What is below `scene` is turned by the slope, so
-that in the viewer gravity is vertical and the ground rises.
+that in the viewer gravity is vertical and the ground rises. Footing lies on the ground: the outline of the points that
+touch, of each foot where it stood, and the extrapolated centre of mass (the capture point): while it is inside the
+outline of what touches, the walker could stop there.
 """
 
 import math
@@ -11,14 +13,178 @@ import mujoco
 import numpy as np
 import rerun as rr
 
+from biped.measure.metrics.space import extrapolated, outline
 from biped.measure.signals import means
+from biped.measure.trajectory import Trajectory
+from biped.robot.assets import DRAWN
 from biped.robot.gravity import GRAVITY
 from biped.robot.ground import slabs
 from biped.robot.planar.topology import POINT_LINK
 from biped.show import spatial
-from biped.show.recording.body import drawn_geoms, mass_centres
-from biped.show.recording.footing import log_footing
-from biped.show.recording.recorded import LANE, Placed, times
+from biped.show.recording.series import LANE, LEFT, RIGHT, Placed, times
+
+PICTURES = 60.0
+"""[Hz]"""
+_DEFAULT_COLOUR = np.array([0.5, 0.5, 0.5, 1.0], np.float32)
+_GHOST = (150, 150, 155, 70)
+
+
+def log_body(recording: rr.RecordingStream, placed: Placed, rows: np.ndarray) -> None:
+    """Logs shapes and their motion.
+
+    Args:
+        recording: Where to.
+        placed: The run.
+        rows: (m,) rows of the trajectory to show.
+    """
+    model, trajectory = placed.run.model, placed.run.trajectory
+    shown = drawn_geoms(model)
+    bodies = sorted({int(model.geom_bodyid[g]) for g in shown})
+    for geom in shown:
+        path = placed.entity("scene", "body", model.body(model.geom_bodyid[geom]).name, f"shape_{geom}")
+        recording.log(path, _shape(model, geom, placed.run.ghost), static=True)
+    position, quaternion = body_poses(model, trajectory.qpos(model)[rows])
+    at = times(trajectory.time[rows])
+    for body in bodies:
+        recording.send_columns(
+            placed.entity("scene", "body", model.body(body).name),
+            indexes=[at],
+            columns=rr.Transform3D.columns(
+                translation=position[:, body].astype(np.float32),
+                quaternion=np.roll(quaternion[:, body], -1, axis=-1).astype(np.float32),  # w last
+            ),
+        )
+
+
+def drawn_geoms(model: mujoco.MjModel) -> list[int]:
+    """Numbers of the geoms that are drawn, the world's excepted: `scene` draws the ground."""
+    return [g for g in range(model.ngeom) if model.geom_bodyid[g] > 0 and model.geom_group[g] <= DRAWN]
+
+
+def mass_centres(model: mujoco.MjModel, q: np.ndarray, body: str) -> np.ndarray:
+    """(m, 3) [m] the centre of mass of a body in configurations q (m, nq), in the model's order."""
+    data, number = mujoco.MjData(model), model.body(body).id
+    out = np.empty((len(q), 3))
+    for i, row in enumerate(q):
+        data.qpos[:] = row
+        mujoco.mj_kinematics(model, data)
+        out[i] = data.xipos[number]
+    return out
+
+
+def body_poses(model: mujoco.MjModel, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (m, nbody, 3) [m] and quaternions (m, nbody, 4), w first, of all bodies."""
+    data = mujoco.MjData(model)
+    position, quaternion = np.empty((len(q), model.nbody, 3)), np.empty((len(q), model.nbody, 4))
+    for i, row in enumerate(q):
+        data.qpos[:] = row
+        mujoco.mj_kinematics(model, data)
+        position[i], quaternion[i] = data.xpos, data.xquat
+    return position, quaternion
+
+
+def _shape(model: mujoco.MjModel, geom: int, ghost: bool) -> rr.AsComponents:
+    """A geom in its body's frame."""
+    kind, size = mujoco.mjtGeom(model.geom_type[geom]), model.geom_size[geom]
+    centre, quaternion = model.geom_pos[geom], model.geom_quat[geom]
+    turned = np.roll(quaternion, -1)
+    colour = _GHOST if ghost else _colour(model, geom)
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, quaternion)
+    turn = turn.reshape(3, 3)
+    solid = rr.components.FillMode.Solid
+    match kind:
+        case mujoco.mjtGeom.mjGEOM_CAPSULE:  # rerun's starts at its origin, MuJoCo's is centred
+            return rr.Capsules3D(
+                lengths=2.0 * size[1], radii=size[0], translations=centre - turn[:, 2] * size[1],
+                quaternions=turned, colors=colour, fill_mode=solid,
+            )  # fmt: skip
+        case mujoco.mjtGeom.mjGEOM_CYLINDER:
+            return rr.Cylinders3D(
+                lengths=2.0 * size[1], radii=size[0], centers=centre, quaternions=turned, colors=colour,
+                fill_mode=solid,
+            )  # fmt: skip
+        case mujoco.mjtGeom.mjGEOM_BOX:
+            return rr.Boxes3D(half_sizes=size, centers=centre, quaternions=turned, colors=colour, fill_mode=solid)
+        case mujoco.mjtGeom.mjGEOM_MESH:
+            mesh = model.mesh(model.geom_dataid[geom])
+            first, count = int(mesh.vertadr[0]), int(mesh.vertnum[0])
+            face, faces = int(mesh.faceadr[0]), int(mesh.facenum[0])
+            return rr.Mesh3D(
+                vertex_positions=model.mesh_vert[first : first + count] @ turn.T + centre,
+                triangle_indices=model.mesh_face[face : face + faces],
+                albedo_factor=colour,
+            )
+    half = np.full(3, size[0]) if kind == mujoco.mjtGeom.mjGEOM_SPHERE else size
+    return rr.Ellipsoids3D(half_sizes=half, centers=centre, quaternions=turned, colors=colour, fill_mode=solid)
+
+
+def _colour(model: mujoco.MjModel, geom: int) -> np.ndarray:
+    """RGBA (4,) as MuJoCo shows it: a material counts unless the geom has a colour of its own."""
+    rgba, material = model.geom_rgba[geom], model.geom_matid[geom]
+    if material >= 0 and np.array_equal(rgba, _DEFAULT_COLOUR):
+        rgba = model.mat_rgba[material]
+    return np.round(255.0 * rgba).astype(np.uint8)
+
+
+CAPTURE, SUPPORT = "capture_point", "support"
+STEPS = ("right_steps", "left_steps")
+"""Entities below `scene`."""
+_CAPTURE, _SUPPORT = (120, 94, 240), (40, 44, 52)
+# [m] above the ground, so that what lies on it is seen.
+_ABOVE = 0.004
+
+
+def log_footing(recording: rr.RecordingStream, placed: Placed, t: Trajectory, rows: np.ndarray) -> None:
+    """Logs all of it.
+
+    Args:
+        recording: Where to.
+        placed: The run.
+        t: Its trajectory.
+        rows: (m,) rows of it to show.
+    """
+    at = times(t.time[rows])
+    path = placed.entity("scene", CAPTURE)
+    recording.log(path, rr.Points3D.from_fields(radii=0.03, colors=_CAPTURE), static=True)
+    columns = rr.Points3D.columns(positions=_on_ground(extrapolated(t)[rows]))
+    recording.send_columns(path, indexes=[at], columns=columns)
+    path = placed.entity("scene", SUPPORT)
+    recording.log(path, rr.LineStrips3D.from_fields(radii=0.006, colors=_SUPPORT), static=True)
+    strips = [_closed(t.point[row, t.contact[row] > 0.0, :2]) for row in rows]
+    standing = [strip for strip in strips if len(strip)]
+    columns = rr.LineStrips3D.columns(strips=standing).partition([int(len(strip) > 0) for strip in strips])
+    recording.send_columns(path, indexes=[at], columns=columns)
+    _log_steps(recording, placed, t)
+
+
+def _log_steps(recording: rr.RecordingStream, placed: Placed, t: Trajectory) -> None:
+    """The outline of a foot from every strike on, as it is when the foot is flattest before the next."""
+    feet, found = t.robot.of_foot, t.strikes
+    for foot, (name, colour) in enumerate(zip(STEPS, (RIGHT, LEFT), strict=True)):
+        mine = [row for row, which in found if which == foot]
+        if not mine:
+            continue
+        path = placed.entity("scene", name)
+        recording.log(path, rr.LineStrips3D.from_fields(radii=0.005, colors=colour), static=True)
+        strips = []
+        for first, last in zip(mine, [*mine[1:], len(t)], strict=True):
+            points = t.point[first:last, feet == foot]
+            flat = int(np.argmin(points[:, :, 2].max(axis=1)))
+            strips.append(_closed(points[flat, :, :2]))
+        recording.send_columns(path, indexes=[times(t.time[mine])], columns=rr.LineStrips3D.columns(strips=strips))
+
+
+def _closed(points: np.ndarray) -> np.ndarray:
+    """(k + 1, 3) an outline on the ground, back to where it begins; (0, 3) of no points."""
+    corners = outline(points)
+    return _on_ground(np.concatenate([corners, corners[:1]]))
+
+
+def _on_ground(places: np.ndarray) -> np.ndarray:
+    """(n, 3) of places (n, 2) [m]."""
+    return np.concatenate([places, np.full((len(places), 1), _ABOVE)], axis=1).astype(np.float32)
+
 
 BODY_WEIGHT = 0.6
 """[m] length of a contact force arrow of one body weight."""

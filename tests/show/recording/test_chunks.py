@@ -11,7 +11,7 @@ from biped.base.errors import InputError
 from biped.cli.main import main
 from biped.show.recording import record
 from biped.show.recording.layout import layout
-from biped.show.recording.recorded import place
+from biped.show.recording.series import place
 from tests.show.recordings import CHANGES, named_in, read, recorded, rerun
 
 

@@ -59,7 +59,7 @@ def test_the_view_shows_what_is_logged(path, run):
     """Every entity that the blueprint names is in the file: else a view would be empty without a word."""
     logged = {chunk.entity_path for chunk in RrdReader(str(path)).stream().to_chunks()}
     from biped.show.recording.layout import layout
-    from biped.show.recording.recorded import place
+    from biped.show.recording.series import place
 
     placed = place([run])
     assert contents_of(layout(placed).root_container)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from biped.show.bench import campaigns_document
+from biped.show.studies import campaigns_document
 from biped.show.terminal import show
 from biped.studies.bench import campaigns
 

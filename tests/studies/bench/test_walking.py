@@ -7,7 +7,7 @@ import pytest
 
 from biped.engines.home import simulate_with_ledger
 from biped.measure.metrics.energy import loss_per_step
-from biped.show.figures.walking import plot_walking
+from biped.show.figures.studies import plot_walking
 from biped.studies.bench import walking
 from biped.studies.bench.walking import Case, cases, recommend, short, starts
 from biped.studies.planned import plan_of

@@ -1,4 +1,4 @@
-"""A difference of two results for people: on a terminal, and as a page that CI keeps."""
+"""Comparisons as documents: thesis, engines, gaits and laws in columns; walkers over each other; why engines differ."""
 
 import math
 from collections.abc import Sequence
@@ -7,8 +7,14 @@ from pathlib import Path
 from biped.base.json import dumps
 from biped.base.text import echo, short
 from biped.base.writing import write_into
+from biped.measure.metrics.walking import outcome
+from biped.scenario.engines import MUJOCO
+from biped.scenario.metrics import HEAD, METRICS, Metric, metrics_of_table
 from biped.show import markdown
-from biped.show.document import Block, Document, Heading, Items, Kind, Paragraph, Table, Words
+from biped.show.document import Block, Document, Heading, Items, Kind, Line, Paragraph, Table, Words
+from biped.show.results import failures
+from biped.studies.causes import EXPLAINED, Why
+from biped.studies.comparison import PARTED, Comparison
 from biped.studies.diff.changes import BETTER, CHANGED, LEAST_PAIRS, LEVEL, SAME, UNSAID, WORSE, MetricChange
 from biped.studies.diff.study import Difference
 
@@ -19,7 +25,7 @@ MOST_SETTINGS = 12
 """Settings that differ and are shown; all are in diff.json."""
 
 
-def document_of(found: Difference) -> Document:
+def difference_document(found: Difference) -> Document:
     """A difference as a document: the verdict, every metric, and which run to look at."""
     verdict = Words(headline(found), "bad" if found.worse else "strong")
     rows = tuple((*cells(change), Words(change.verdict, _KIND.get(change.verdict, ""))) for change in listed(found))
@@ -128,7 +134,9 @@ def write(found: Difference, folder: Path) -> None:
     Raises:
         InputError: They cannot be written.
     """
-    write_into(folder, {"diff.json": dumps(found.as_dict(), indent=1), "diff.md": markdown.text(document_of(found))})
+    write_into(
+        folder, {"diff.json": dumps(found.as_dict(), indent=1), "diff.md": markdown.text(difference_document(found))}
+    )
 
 
 def _points(share: float) -> str:
@@ -137,3 +145,117 @@ def _points(share: float) -> str:
 
 def _value(value: object) -> str:
     return "–" if value is None else short(echo(value), 60)
+
+
+_SHORT = (*HEAD, "step_length", "step_frequency")
+
+
+def comparison_document(comparisons: Sequence[Comparison]) -> Document:
+    """One scenario in full, several in one short table."""
+    short = len(comparisons) > 1
+    engines = comparisons[0].engines
+    blocks: list[Block] = []
+    rows: list[tuple[Line, ...]] = []
+    for c in comparisons:
+        lines = [f"{engine}: {_ending(c, engine)}" for engine in engines]
+        for (a, b), at in c.parted().items():
+            when = f"parted after {at:.2f} s" if math.isfinite(at) else "together to the end"
+            lines.append(f"{a} and {b}: {when} (base or legs differ by {PARTED} m)")
+        blocks += [
+            Heading(f"{c.scenario}: {c.description}"),
+            Items(tuple(lines)),
+            Paragraph(Words(c.verdict(), "strong")),
+        ]
+        metrics = c.metrics()
+        for i, metric in enumerate([METRICS[name] for name in _SHORT] if short else metrics_of_table("engines")):
+            row = metrics[metric.name]
+            thesis = metric.text(row["thesis"]) if "thesis" in row else ""
+            spread = f"{row['spread']:.1%}" if math.isfinite(row["spread"]) else "–"
+            title = c.scenario if short and i == 0 else ""
+            values = (with_interval(metric, row[engine], row["intervals"].get(engine)) for engine in engines)
+            rows.append((title, metric.name, thesis, *values, spread, metric.explained))
+    heads = ("scenario", "metric", "thesis", *map(name_of, engines), "spread", "meaning")
+    return *blocks, Table(heads, tuple(rows), (0, 1, len(heads) - 1))
+
+
+def name_of(engine: str) -> str:
+    """The name of an engine for people."""
+    return {"mujoco": "MuJoCo", "drake": "Drake"}.get(engine, engine)
+
+
+def with_interval(metric: Metric, value: float | None, interval: Sequence[float] | None) -> str:
+    """A metric's value, with half of its interval where it has one."""
+    if interval is None or metric.kind == "count":
+        return metric.text(value)
+    return f"{metric.text(value)} ± {metric.text(0.5 * (interval[1] - interval[0]))}"
+
+
+def _ending(c: Comparison, engine: str) -> str:
+    runs = c.results[engine]["runs"]
+    if len(runs) > 1:
+        summary = c.results[engine]["summary"]
+        return f"walked {summary['walked']} of {len(runs)}, {failures(summary)}"
+    return outcome(runs[0]) + (f"; engine warnings {runs[0]['warnings']}" if runs[0]["warnings"] else "")
+
+
+def draw(comparison: Comparison, folder: Path) -> None:
+    """Writes the overlay, the first strike, and a recording of one engine's walker with the others' as ghosts over it.
+
+    That one is MuJoCo's where there is one.
+
+    Args:
+        comparison: What to draw.
+        folder: Where; it exists.
+
+    Raises:
+        InputError: A file cannot be written.
+    """
+    from biped.scenario.reading import to_toml
+    from biped.show.figures import plot_together
+    from biped.show.recording import Recorded, record
+
+    plot_together(comparison.first, folder, comparison.scenario)
+    solid = MUJOCO if MUJOCO in comparison.engines else comparison.engines[0]
+    ghosts = [engine for engine in comparison.engines if engine != solid]
+    recorded = []
+    for engine in (solid, *ghosts):
+        plan, result = comparison.plans[engine], comparison.results[engine]
+        recorded.append(
+            Recorded(
+                name=engine,
+                title=f"{comparison.scenario} in {engine}",
+                trajectory=comparison.first[engine],
+                model=plan.visual_model,
+                metrics=result["runs"][0],
+                checks=[dict(check) for check in result["checks"]],
+                scenario_text=to_toml(plan.scenario),
+                ghost=engine != solid,
+            )
+        )
+    shadows = " and ".join(map(name_of, ghosts))
+    title = f"{comparison.scenario}: {name_of(solid)}, and {shadows} as {'ghosts' if len(ghosts) > 1 else 'a ghost'}"
+    record(folder / "recording.rrd", recorded, title=title)
+
+
+def causes_document(found: Why) -> Document:
+    """The causes as a document: the verdict, and every cause at its best setting.
+
+    Args:
+        found: Of one engine against another, or of two settings of one.
+    """
+    named = found.named
+    rows = tuple(
+        (
+            Words(one.cause, "strong" if one.cause in named else ""), one.setting, f"{100.0 * one.explained:.1f} %",
+            "–" if math.isnan(one.parted_at) else f"{one.parted_at:.2f}",
+        )
+        for one in found.tried
+    )  # fmt: skip
+    note = (f"Each cause by itself, in {found.moved}, until it behaves like {found.towards}; named are those that take "
+            f"away at least {100 * EXPLAINED:.0f} % of where base and legs differ, moment by moment.")  # fmt: skip
+    return (
+        Heading(f"{found.scenario}: why {found.moved} differs from {found.towards}"),
+        Paragraph(Words(found.verdict(), "strong")),
+        Table(("cause", "best setting", "explains", "1 cm apart at [s]"), rows, (0, 1)),
+        Paragraph(note, note=True),
+    )
