@@ -26,7 +26,7 @@ from biped.base.files import names
 from biped.base.trust import trusting
 from biped.ensemble.campaign import run_one
 from biped.ensemble.plan import Plan
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 
 SECOND = ["duration=1.0", "window.start=0.0", "window.end=1.0"]
 NOTHING_LATER = [

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from biped.cli.main import parsed
 from biped.ensemble.plan import Plan
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 
 ROOT = Path(__file__).parents[1]
 PAGES = [

@@ -16,7 +16,7 @@ from biped.base.errors import InputError
 from biped.ensemble.campaign import run_one
 from biped.measure.trajectory import Trajectory
 from biped.robot.planar.tree import motion
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from tests.energy import energy
 from tests.extremes import extreme
 

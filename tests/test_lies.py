@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from biped.ensemble.campaign import run_one
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from tests.lies import inside
 from tests.lies.judge import _SHORT, FALSE, KINDS, _found, _idle, _stands, helped_by, judged
 from tests.lies.power import KINDS_OF_HELP, law_of

@@ -27,7 +27,7 @@ from biped.robot.planar.truth import apply_truth
 from biped.scenario.actuation import Actuation
 from biped.scenario.keys import Scenario, Start, Truth
 from biped.scenario.metrics import METRICS
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from tests.ticks import Bench, E, well_ranked
 
 FEW = settings(max_examples=25, deadline=None, derandomize=True)

@@ -18,7 +18,7 @@ from biped.measure.metrics import assess
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
 from biped.robot.planar.tree import motion
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 
 SOUND, FLAGGED, FAILED = "sound", "flagged", "failed"
 

@@ -28,8 +28,7 @@ from biped.scenario.keys import Scenario
 from biped.scenario.vary import setting
 from biped.studies import comparison
 from biped.studies.diff import study
-from biped.studies.planned import plan_of, title_of
-from biped.studies.run import run_plan
+from biped.studies.run import plan_of, run_plan, title_of
 
 _tell = logging.getLogger("biped").warning
 

@@ -14,8 +14,7 @@ from biped.ensemble.columns import StoredRows, batches
 from biped.ensemble.results import table_of
 from biped.studies import comparison
 from biped.studies.diff import study
-from biped.studies.making import ScenarioResult
-from biped.studies.run import save
+from biped.studies.run import ScenarioResult, save
 
 if TYPE_CHECKING:
     import pyarrow

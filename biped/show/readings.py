@@ -19,8 +19,17 @@ from biped.base.text import markdown_table
 from biped.base.writing import write_into, write_text
 from biped.show.markdown import DOCS, filled, replaced
 from biped.show.words import literal
-from biped.studies.readings.definition import Claim, Definition, Outcome, definition
-from biped.studies.readings.search import TriedReading, as_dict, based, best, from_dict
+from biped.studies.readings.search import (
+    Claim,
+    Definition,
+    Outcome,
+    TriedReading,
+    as_dict,
+    based,
+    best,
+    definition,
+    from_dict,
+)
 
 PAGE, TEMPLATE, DATA, THESIS = (DOCS / name for name in ("readings.md", "readings.in.md", "readings.json", "thesis.md"))
 FILE = "readings.json"

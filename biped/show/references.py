@@ -13,9 +13,23 @@ from biped.show.document import Block, Document, Line, Paragraph, Table, Words
 from biped.show.markdown import DOCS, replaced
 from biped.show.results import number
 from biped.show.words import between
-from biped.studies.regress.compare import COMPARED, DIGITS, GONE, NEW, PHYSICS, RUNS, SAME, compared
 from biped.studies.regress.guard import ScenarioOutcome
-from biped.studies.regress.references import FALLEN, METRICS, RecordedScenario, References, read, shipped
+from biped.studies.regress.references import (
+    COMPARED,
+    DIGITS,
+    FALLEN,
+    GONE,
+    METRICS,
+    NEW,
+    PHYSICS,
+    RUNS,
+    SAME,
+    RecordedScenario,
+    References,
+    compared,
+    read,
+    shipped,
+)
 
 PAGE, README = DOCS / "references.md", DOCS.parent / "README.md"
 SITUATIONS = {

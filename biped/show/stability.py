@@ -6,10 +6,10 @@ import numpy as np
 
 from biped.show.document import Block, Document, Heading, Items, Paragraph, Table, Words
 from biped.studies.stability.basin import FELL, RETURNED, RETURNS, WALKS, Basin
-from biped.studies.stability.gait import MeasuredGait, Studied
 from biped.studies.stability.growth import PAIRS, STRIDES, Grown
 from biped.studies.stability.reference import Known
 from biped.studies.stability.sensitivity import STEPS, GaitSensitivity
+from biped.studies.stability.study import MeasuredGait, Studied
 
 
 def document_of(studied: Studied) -> Document:

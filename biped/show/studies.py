@@ -12,8 +12,7 @@ from biped.robot.robot import Robot
 from biped.show.document import Block, Document, Heading, Items, Kind, Line, Paragraph, Table, Words
 from biped.show.results import number
 from biped.studies.policy.checks import Check
-from biped.studies.policy.faults import CardTrial
-from biped.studies.policy.measure import Measured
+from biped.studies.policy.trials import CardTrial, Measured
 
 if TYPE_CHECKING:
     from biped.studies.bench.campaigns import CampaignCost

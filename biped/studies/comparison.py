@@ -24,7 +24,7 @@ from biped.measure.verdict import SOUND
 from biped.scenario.engines import HOME, MUJOCO
 from biped.scenario.metrics import METRICS
 from biped.scenario.reading import to_toml
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 
 DEFAULT = (HOME, MUJOCO)
 """Engines that are compared where none are named."""

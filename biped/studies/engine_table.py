@@ -11,8 +11,7 @@ from biped.base.files import names
 from biped.base.paired import means
 from biped.base.progress import Progress, silent
 from biped.ensemble.backend import Jobs
-from biped.studies.planned import plan_of, title_of
-from biped.studies.run import run
+from biped.studies.run import plan_of, run, title_of
 
 RUNS = 20
 """Of each scenario in each engine, at least."""

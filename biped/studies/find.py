@@ -34,7 +34,7 @@ from biped.studies.certify.running import MakingOutcomes, Outcomes, journalled
 from biped.studies.certify.splitting import EARLIEST, Member, Moving, cost_of, sampled
 from biped.studies.certify.study import check_random
 from biped.studies.folders import folder_for
-from biped.studies.planned import plan_of, title_of
+from biped.studies.run import plan_of, title_of
 
 ENOUGH = 5
 """Falls among plain runs from which more plain runs are made, and splitting is not asked for more."""

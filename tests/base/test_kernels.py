@@ -275,7 +275,7 @@ WALKS = """
 import sys
 import numpy as np
 from biped.ensemble import campaign
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 
 ticks = int(sys.argv[2])
 end = ticks * 1e-3

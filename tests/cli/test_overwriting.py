@@ -16,7 +16,7 @@ from biped.base.replacing import RESULTS, Kind, may_write
 from biped.cli.main import main
 from biped.scenario.reading import to_toml
 from biped.show.recording import record
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from tests.cases import write
 
 LEVEL = 'duration = 0.3\nexpect.falls = { max = 1 }\ndescription = "made"\n'

@@ -13,7 +13,7 @@ from biped.control import policy
 from biped.engines.mujoco import simulate
 from biped.robot.recognise import robot_of
 from biped.scenario.robot import Described
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from tests.cases import write
 
 LAW = """from biped.control.policy import Policy

@@ -22,7 +22,7 @@ from biped.robot.planar.order import order_of
 from biped.robot.spec import read
 from biped.robot.tree import tree_of
 from biped.scenario.reading import read_scenario
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from tests.control.space.scene import Referee, Scene, states
 
 ALONE = ("window={start=0.01, end=0.02}", "expect={}", "sweep={}", "randomise={}", "push=[]")

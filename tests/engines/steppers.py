@@ -7,7 +7,7 @@ import numpy as np
 
 from biped.engines.sap.stepper import Stepper
 from biped.robot.planar.build import compile_foreign
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 
 
 def run_of(name, *changes):

@@ -15,7 +15,7 @@ from biped.control.planar.estimator import ANGLE
 from biped.ensemble.campaign import simulate
 from biped.measure.metrics import assess
 from biped.robot.planar.topology import KNEE, PITCH, Z
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 
 drake = pytest.importorskip("pydrake", reason="Drake is not installed")
 from biped.engines.sap.stepper import Stepper  # noqa: E402

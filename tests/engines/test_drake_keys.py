@@ -19,7 +19,7 @@ from biped.scenario.push import Disturbance, Push
 from biped.scenario.randomise import Randomise
 from biped.scenario.senses import Encoders, Estimator, Gyro, Sensors, Switches
 from biped.scenario.truth import BodyTruth, Truth, UnmodelledKeys
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 
 pytest.importorskip("pydrake", reason="Drake is not installed")
 

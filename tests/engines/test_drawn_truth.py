@@ -9,7 +9,7 @@ from biped.base.errors import InputError
 from biped.engines.actuators import Latency
 from biped.engines.mujoco import simulate
 from biped.robot.build import Servo, compiled
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from tests.engines.test_mujoco import IDLE, law_of, named
 
 DRAW = "randomise.draw={%s}"

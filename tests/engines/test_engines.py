@@ -10,7 +10,7 @@ import pytest
 from biped.base.errors import InputError
 from biped.ensemble.campaign import run_one
 from biped.scenario.engines import ENGINES, Engine
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 
 
 @pytest.mark.parametrize("name", ENGINES)

@@ -21,7 +21,7 @@ from biped.measure.metrics import assess as assess_planar
 from biped.measure.stored import load
 from biped.robot.build import compiled
 from biped.scenario.reading import read_scenario
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from tests.cases import write
 
 HERE = Path(tempfile.mkdtemp(prefix="biped-test-"))

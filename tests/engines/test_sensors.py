@@ -12,7 +12,7 @@ from biped.engines.mujoco import simulate
 from biped.measure.metrics import assess
 from biped.robot.build import compiled
 from biped.scenario.reading import read_scenario
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from tests.engines.test_mujoco import law_of, named, stood
 
 TOLD = """    def __init__(self, setup):

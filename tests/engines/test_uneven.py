@@ -19,7 +19,7 @@ from biped.robot.build import compiled
 from biped.robot.ground import profile_of
 from biped.robot.run import visual_model
 from biped.scenario.ground import Ground, Steps
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from tests.engines.test_mujoco import law_of, named, stood
 
 FAR = "ground.steps={rise=0.1,start=50.0}"

@@ -6,7 +6,7 @@ from contextlib import chdir
 
 import pytest
 
-from biped.studies import making as running
+from biped.studies import run as running
 from tests.cases import ENSEMBLE, write
 from tests.ensemble.campaigns import run
 

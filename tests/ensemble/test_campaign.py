@@ -16,7 +16,7 @@ from biped.ensemble import campaign, processes
 from biped.ensemble.campaign import Making, run_one
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario
-from biped.studies.making import keep_ending
+from biped.studies.run import keep_ending
 from tests.cases import ENSEMBLE, command, contents, write
 
 

@@ -14,7 +14,7 @@ from biped.cli.main import main
 from biped.ensemble import campaign, compact, parts
 from biped.ensemble.columns import stored_rows
 from biped.ensemble.failures import SUFFIX
-from biped.studies import making as running
+from biped.studies import run as running
 from tests.cases import command
 from tests.ensemble.campaigns import of_results, run
 

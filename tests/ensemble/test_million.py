@@ -16,7 +16,7 @@ from biped.ensemble.chunks import Chunks
 from biped.ensemble.parts import FOLDER, Chunk, FinishedChunk, commit_to, encoded
 from biped.ensemble.rows import schema_of, table
 from biped.scenario.reading import to_toml
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from tests.cases import ENSEMBLE, write
 
 RUNS, PER_FILE, DIFFERENT = 1_000_000, 4_000, 100

@@ -20,7 +20,7 @@ from biped.scenario.engines import ENGINES
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import digest
 from biped.scenario.reading import read_scenario, to_toml
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 
 ROOT = Path(biped.__file__).parents[1]
 
@@ -56,7 +56,7 @@ def heard(event, arguments):
 
 sys.addaudithook(heard)
 import biped.ensemble.campaign as campaign
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from biped.base.trust import trusting
 with trusting(True):
     plan = plan_of(sys.argv[1], [])

@@ -13,7 +13,7 @@ from biped.cli.main import main
 from biped.ensemble import campaign
 from biped.ensemble.chunks import Shard, shard_of
 from biped.ensemble.guard import Lock
-from biped.studies import making as running
+from biped.studies import run as running
 from tests.cases import command, contents
 from tests.ensemble.campaigns import of_results, run
 

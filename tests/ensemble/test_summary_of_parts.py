@@ -13,7 +13,7 @@ from biped.ensemble.rows import Row, records, schema_of, table
 from biped.scenario.keys import Scenario
 from biped.show.replay import of_numbers
 from biped.show.results import signals_of
-from biped.studies import making
+from biped.studies import run as running
 from tests.cases import ENSEMBLE, write
 
 
@@ -32,7 +32,7 @@ def test_signals_of_rows_come_back_and_need_no_names_beforehand():
 def test_the_summary_of_a_large_campaign_reads_columns_and_no_rows(monkeypatch, tmp_path, capsys):
     """What is printed of a campaign grows with its runs by a few columns, not by a record of every run."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(making, "LARGE", 4)
+    monkeypatch.setattr(running, "LARGE", 4)
     write("e.toml", ENSEMBLE)
 
     def refused(*_):
@@ -64,7 +64,7 @@ def test_signals_are_told_alike_of_rows_and_of_columns():
 
 def test_some_rows_of_many_are_read_a_group_at_a_time(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(making, "LARGE", 4)
+    monkeypatch.setattr(running, "LARGE", 4)
     write("e.toml", ENSEMBLE)
     assert main(["run", "e.toml", "--out", "x", "--jobs", "1"]) in (0, 1)
     rows = stored_rows(Path("x"), 6)

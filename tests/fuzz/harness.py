@@ -19,7 +19,7 @@ from unittest import mock
 from biped.cli.main import main
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from tests.fuzz.cases import Case
 
 SECONDS = 10

@@ -14,7 +14,7 @@ from biped.engines.plant import MujocoPlant
 from biped.engines.untouched import Untouched
 from biped.ensemble.campaign import run_one
 from biped.measure.momentum import unexplained
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from tests.lies.inside import LAWS, law_with
 from tests.lies.judge import _folder, _stands
 

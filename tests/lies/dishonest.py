@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 
 Case = tuple[str, list[str], str]
 """Scenario, changes, kind."""

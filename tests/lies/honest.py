@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 
 from biped.base.files import names
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 
 Case = tuple[str, list[str], str, int]
 """Scenario, changes, group, number of the run."""

@@ -22,7 +22,7 @@ from biped.measure.trajectory import Trajectory
 from biped.measure.verdict import HELD_WORDS
 from biped.robot import recognise
 from biped.robot.planar import check
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from tests.lies.dishonest import dishonest
 from tests.lies.helped import helped_model, helping_law
 from tests.lies.honest import honest, of_policy, shipped

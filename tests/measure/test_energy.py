@@ -18,7 +18,7 @@ from biped.robot.robot import with_tree
 from biped.scenario.actuation import Actuation
 from biped.scenario.ground import Ground
 from biped.scenario.keys import Scenario, Simulation, Start, Truth
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from tests.measure.made_up import WEIGHT
 from tests.runs import made, synthetic
 from tests.ticks import HUMAN

@@ -15,7 +15,7 @@ from biped.measure.metrics import assess
 from biped.measure.momentum import leftover, unexplained
 from biped.measure.stored import load
 from biped.robot.gravity import GRAVITY
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from tests.runs import made
 
 NOISE = 0.005

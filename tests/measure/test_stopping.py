@@ -9,7 +9,7 @@ import pytest
 
 from biped.engines.planar.mujoco import simulate
 from biped.measure.metrics import assess, measure
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from tests.runs import made
 
 

@@ -13,7 +13,7 @@ from biped.measure.metrics import assess, measure
 from biped.measure.metrics.walking import apart, kind_of, outcome
 from biped.measure.trajectory import Trajectory
 from biped.robot.planar.tree import motion
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from tests.runs import made, synthetic, tree
 
 WINDOW = (0.5, 2.0)

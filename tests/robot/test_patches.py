@@ -11,7 +11,7 @@ from biped.engines.mujoco import simulate
 from biped.engines.patches import PatchedContacts
 from biped.robot import unmodelled as fields
 from biped.robot.unmodelled import factors_at, patches_of
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from tests.engines.test_mujoco import IDLE, law_of, named
 
 BOTH = ("truth.unmodelled.friction=0.4", "truth.unmodelled.softness=0.2")

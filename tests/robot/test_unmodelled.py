@@ -8,7 +8,7 @@ import pytest
 from biped.base.errors import InputError
 from biped.engines.mujoco import simulate
 from biped.robot.unmodelled import RATE, torques_at, unmodelled_of
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from tests.engines.test_mujoco import IDLE, law_of, named
 
 STRENGTH = "truth.unmodelled.torque=0.1"

@@ -25,7 +25,7 @@ from biped.scenario.push import Disturbance
 from biped.scenario.reading import read_scenario
 from biped.scenario.senses import Gyro, Sensors
 from biped.scenario.truth import BodyTruth, Truth, UnmodelledKeys
-from biped.studies.planned import with_law
+from biped.studies.run import with_law
 
 NOT_OF_A_RUN = {
     "description", "law", "law_sha256", "sweep", "threshold", "failures", "window", "expect", "thesis", "tune",

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from biped.scenario.reading import read_scenario
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 
 PRINTED = {"speed": 0.81, "cost_of_transport": 0.19, "double_support": 0.156}
 

@@ -133,7 +133,7 @@ def test_a_report_names_the_command_that_repeats_the_runs(folder, monkeypatch):
 def test_a_scenario_of_a_name_is_repeated_by_it():
     from biped.scenario.reading import read_scenario
     from biped.show.replay import _command
-    from biped.studies.planned import plan_of
+    from biped.studies.run import plan_of
 
     named = {"scenario": "level_fast", "runs": [{"index": 0}]}
     assert _command(Path("x"), named, plan_of("level_fast", []).scenario) == "biped run level_fast"

@@ -4,8 +4,7 @@ import json
 
 from biped.show import programme
 from biped.show.document import Table
-from biped.studies.planned import plan_of
-from biped.studies.run import run_plan, save
+from biped.studies.run import plan_of, run_plan, save
 
 
 def test_the_page_is_what_the_data_say():

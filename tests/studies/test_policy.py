@@ -13,8 +13,8 @@ import tomli_w
 from biped.cli.main import main
 from biped.scenario.card_file import read_card
 from biped.studies.policy.checks import check, reproduce, run_of
-from biped.studies.policy.faults import faults_of
 from biped.studies.policy.tape import Tape, read_tape, record
+from biped.studies.policy.trials import faults_of
 from tests.cases import write
 from tests.control.test_card import CARD, JOINTS, SEEN, here, network
 

@@ -11,8 +11,19 @@ from biped.scenario.reading import read_scenario
 from biped.scenario.vary import SWEEP, lookup, with_values
 from biped.show.readings import PAGE, THESIS, distribution, page, places, stored, thesis, verdict
 from biped.studies.readings import search as searched
-from biped.studies.readings.definition import Claim, Outcome, agreement, definition, outcome_of, score
-from biped.studies.readings.search import TriedReading, based, best, proposal, search
+from biped.studies.readings.search import (
+    Claim,
+    Outcome,
+    TriedReading,
+    agreement,
+    based,
+    best,
+    definition,
+    outcome_of,
+    proposal,
+    score,
+    search,
+)
 
 CLAIM = Claim("c", "level_normal", "Fig", 2, 1.0, share=0.5, printed={"speed": 1.0})
 

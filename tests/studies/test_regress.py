@@ -16,9 +16,9 @@ from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario
 from biped.show.references import document_of, moved_table
 from biped.show.terminal import show
-from biped.studies.planned import plan_of
 from biped.studies.regress import references
-from biped.studies.regress.compare import (
+from biped.studies.regress.guard import ScenarioOutcome, regress
+from biped.studies.regress.references import (
     DIGITS,
     MOST,
     PHYSICS,
@@ -26,6 +26,7 @@ from biped.studies.regress.compare import (
     SAME,
     SECONDS,
     Moved,
+    RecordedScenario,
     ScenarioComparison,
     altogether,
     chosen,
@@ -33,8 +34,7 @@ from biped.studies.regress.compare import (
     digest,
     ensemble,
 )
-from biped.studies.regress.guard import ScenarioOutcome, regress
-from biped.studies.regress.references import RecordedScenario
+from biped.studies.run import plan_of
 from tests.cases import SHORT, command, write
 
 

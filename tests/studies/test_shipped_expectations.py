@@ -10,7 +10,7 @@ import biped
 from biped.base.files import names
 from biped.scenario.engines import DRAKE
 from biped.scenario.reading import read_scenario
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 
 RUNS = 24
 """Most runs of a scenario: bounds on shares that so few cannot decide are undecided, and do not fail."""

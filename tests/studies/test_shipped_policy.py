@@ -18,11 +18,10 @@ from biped.cli.main import main
 from biped.engines.plant import MujocoPlant
 from biped.scenario.card_file import read_card
 from biped.studies.bench.policy import policy_cost
-from biped.studies.policy.checks import check, reproduce, run_of
+from biped.studies.policy.checks import check, likeness, mirror_of, reproduce, run_of
 from biped.studies.policy.describe import describe
-from biped.studies.policy.faults import faults_of, inject
-from biped.studies.policy.mirror import likeness, mirror_of
 from biped.studies.policy.tape import record
+from biped.studies.policy.trials import faults_of, inject
 from tests.cases import command as case
 
 HERE = folder("controllers") / "policy"
@@ -181,7 +180,7 @@ def test_what_it_stands_is_searched_upward_to_the_first_fall(monkeypatch, capsys
         ("SECONDS", 2.5), ("BEGIN", 1.0), ("MOMENTS", (1.0,)), ("IMPULSES", (0.02,)), ("SLOPES", (1.0,)),
         ("DELAYS", (0.0, 0.2, 0.01)),
     ):  # fmt: skip
-        monkeypatch.setattr(f"biped.studies.policy.measure.{name}", value)
+        monkeypatch.setattr(f"biped.studies.policy.trials.{name}", value)
     code, row = case(capsys, "policy", str(CARD), "--measure")
     assert code == 0
     assert row["lasted"]

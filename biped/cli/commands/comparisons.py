@@ -44,7 +44,7 @@ def compare_command(args: argparse.Namespace) -> int:
     from biped.show.comparisons import draw
     from biped.studies.comparison import DEFAULT, OWN, compare, write
     from biped.studies.folders import RUNS
-    from biped.studies.planned import title_of
+    from biped.studies.run import title_of
 
     if args.against:
         return _against(args)
@@ -94,7 +94,7 @@ def _against(args: argparse.Namespace) -> int:
     from biped.ensemble.campaign import simulate
     from biped.show.comparisons import causes_document
     from biped.studies.causes import causes, movable
-    from biped.studies.planned import plan_of, title_of
+    from biped.studies.run import plan_of, title_of
 
     if args.engines is not None or args.out is not None:
         raise InputError("--against: expected without --engines and --out: one engine is compared with itself")
@@ -157,8 +157,7 @@ def diff_command(args: argparse.Namespace) -> int:
     from biped.base.sequential import Rates
     from biped.show.comparisons import difference_document as document_of
     from biped.show.comparisons import write
-    from biped.studies.diff.controllers import of_controllers, until_decided
-    from biped.studies.diff.study import of_folders
+    from biped.studies.diff.study import of_controllers, of_folders, until_decided
 
     only = [name.strip() for name in args.metrics.split(",") if name.strip()]
     folders = [Path(word) for word in (args.first, args.second)]

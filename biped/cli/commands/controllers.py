@@ -157,13 +157,13 @@ def policy_command(args: argparse.Namespace) -> int:
 
     files = [_card(args, file) for file in args.file]
     if args.faults:
-        from biped.studies.policy.faults import trial
+        from biped.studies.policy.trials import trial
 
         trials = [trial(file, args.right) for file in files]
         _answer(args, [one.as_dict() for one in trials], [faults_document(trials)])
         return common.DONE
     if args.measure:
-        from biped.studies.policy.measure import measure
+        from biped.studies.policy.trials import measure
 
         rows = [measure(file) for file in files]
         _answer(args, [{"card": str(file), **row._asdict(), "limits": [one._asdict() for one in row.limits]}

@@ -15,7 +15,7 @@ from biped.cli import common
 if TYPE_CHECKING:
     from biped.ensemble.plan import Plan
     from biped.measure.trajectory import Trajectory
-    from biped.studies.making import ScenarioResult
+    from biped.studies.run import ScenarioResult
 
 
 def add_run(commands: common.Commands) -> None:
@@ -36,8 +36,7 @@ def add_run(commands: common.Commands) -> None:
 
 def run_command(args: argparse.Namespace) -> int:
     """Runs scenarios one after the other."""
-    from biped.studies.planned import plan_of
-    from biped.studies.run import run
+    from biped.studies.run import plan_of, run
 
     if args.live:
         return _live(args)
@@ -64,7 +63,7 @@ def run_command(args: argparse.Namespace) -> int:
 def _live(args: argparse.Namespace) -> int:
     """One run in a window; what a hand pushes cannot be repeated, so nothing is kept of it."""
     from biped.show.live import watch
-    from biped.studies.planned import plan_of
+    from biped.studies.run import plan_of
 
     for given, option in ((args.record, "--record"), (args.out, "--out"), (args.json, "--json")):
         if given:
@@ -85,7 +84,7 @@ def _show(args: argparse.Namespace, done: ScenarioResult) -> None:
     from biped.robot.safety import packaged
     from biped.scenario.options import differing
     from biped.show.results import document_of
-    from biped.studies.making import TRACEBACK
+    from biped.studies.run import TRACEBACK
 
     if not args.json:
         common.show(document_of(done.result, done.plan.scenario.description))
@@ -150,8 +149,7 @@ def check_command(args: argparse.Namespace) -> int:
     from biped.show.results import KIND as SUMMARY
     from biped.show.results import verdict_of, write_summary
     from biped.studies.folders import writing
-    from biped.studies.planned import plan_of
-    from biped.studies.run import run
+    from biped.studies.run import plan_of, run
 
     for path, option, kind in ((args.junit, "--junit", JUNIT), (args.summary, "--summary", SUMMARY)):
         if path is not None:

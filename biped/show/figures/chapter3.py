@@ -17,7 +17,7 @@ from biped.robot.planar.topology import BASE, PITCH, X
 from biped.show.figures import curves
 from biped.show.figures.curves import strobe
 from biped.show.figures.style import SETTINGS, figure, make_folder, save
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 
 FOLDER = Path(__file__).parents[3] / "docs" / "figures" / "chapter3"
 STROBES = {

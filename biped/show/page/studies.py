@@ -18,7 +18,7 @@ from biped.show.results import number
 from biped.show.results_folder import read_as
 from biped.show.standing import FILE, document_of
 from biped.show.words import between, literal
-from biped.studies.regress.compare import UNLIKELY
+from biped.studies.regress.references import UNLIKELY
 from biped.studies.stability.basin import FELL, RETURNED, WALKS
 
 Number = int | float | None

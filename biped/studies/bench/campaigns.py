@@ -10,8 +10,7 @@ from biped.base.progress import Told
 from biped.ensemble.backend import Jobs
 from biped.ensemble.campaign import cores, run_one
 from biped.ensemble.cluster import cluster_at
-from biped.studies.planned import plan_of
-from biped.studies.run import run
+from biped.studies.run import plan_of, run
 
 SCENARIO = "robust/own"
 CAMPAIGNS = ((100_000, 0.2), (20_000, 10.0))

@@ -13,9 +13,8 @@ import msgspec
 from biped.base import platform
 from biped.ensemble.campaign import simulate
 from biped.studies.bench.throughput import tick_costs
-from biped.studies.planned import plan_of, title_of
-from biped.studies.regress.compare import digest
-from biped.studies.regress.references import RecordedScenario, TickCost, read, shipped, write
+from biped.studies.regress.references import RecordedScenario, TickCost, digest, read, shipped, write
+from biped.studies.run import plan_of, title_of
 
 SCENARIOS = ("level_normal", "level_normal_generalized", "robust/own")
 """Joint torques, none, and one tangential row per foot."""

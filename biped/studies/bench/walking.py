@@ -24,7 +24,7 @@ from biped.measure.metrics.energy import loss_per_step
 from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
 from biped.scenario.keys import Window
-from biped.studies.planned import plan_of, title_of
+from biped.studies.run import plan_of, title_of
 
 SCENARIO = "level_slow_generalized"
 """Its strides repeat to 0.1 %, so that a difference of 0.1 % between settings can be told from chance."""

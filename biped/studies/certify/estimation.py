@@ -8,16 +8,18 @@ import numpy as np
 
 from biped.base.statistics import wilson
 from biped.scenario.vary import stream
-from biped.studies.certify.learning import AT_MOST, fitted, learned
 from biped.studies.certify.outcome import LEARNED, LEFT, RunOutcome
 from biped.studies.certify.running import Outcomes
 from biped.studies.certify.splitting import (
+    AT_MOST,
     SHARE,
     Levels,
     Member,
     Moving,
     Sample,
     cost_of,
+    fitted,
+    learned,
     least_scatter,
     pilot,
     sampled,

@@ -32,7 +32,7 @@ from biped.studies.certify.outcome import LEARNED, SCORES
 from biped.studies.certify.running import MakingOutcomes, journalled
 from biped.studies.certify.splitting import Member, Moving
 from biped.studies.folders import folder_for
-from biped.studies.planned import plan_of, title_of
+from biped.studies.run import plan_of, title_of
 
 
 class Certified(NamedTuple):

@@ -16,11 +16,13 @@ from biped.ensemble.backend import Jobs
 from biped.ensemble.origin import installed
 from biped.ensemble.plan import Plan
 from biped.scenario.engines import ENGINES
-from biped.studies.planned import plan_of, title_of
-from biped.studies.regress.compare import (
+from biped.studies.regress.references import (
     GONE,
     NEW,
     SAME,
+    RecordedScenario,
+    ReferenceChange,
+    References,
     ScenarioComparison,
     altogether,
     chosen,
@@ -29,8 +31,11 @@ from biped.studies.regress.compare import (
     ensemble,
     measured,
     missing,
+    read,
+    shipped,
+    write,
 )
-from biped.studies.regress.references import RecordedScenario, ReferenceChange, References, read, shipped, write
+from biped.studies.run import plan_of, title_of
 
 LEARNED = "policy/"
 """Names of scenarios begin so whose law is a learned policy: they need onnxruntime, which running does not."""

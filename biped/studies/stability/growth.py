@@ -24,7 +24,7 @@ from biped.robot.gravity import GRAVITY
 from biped.robot.run import Run
 from biped.scenario.push import Push
 from biped.scenario.vary import stream
-from biped.studies.planned import plan_of, title_of
+from biped.studies.run import plan_of, title_of
 
 SETTLING, STRIDES = 4, 5
 """Strides before the push, and after it."""

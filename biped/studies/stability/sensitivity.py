@@ -24,7 +24,7 @@ from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
 from biped.robot.run import Run
 from biped.scenario.vary import stream
-from biped.studies.planned import plan_of, title_of
+from biped.studies.run import plan_of, title_of
 from biped.studies.stability.growth import LASTING, RESAMPLED, expect_enough, with_push
 
 SETTLING, STEPS = 8, 12

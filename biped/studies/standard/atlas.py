@@ -11,12 +11,11 @@ from biped.base.json import dumps
 from biped.base.progress import Progress, silent
 from biped.base.writing import write_text
 from biped.ensemble.backend import Jobs
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from biped.studies.stability.growth import growth
 from biped.studies.stability.sensitivity import sensitivity
-from biped.studies.standard.entrants import PLAIN, Entrant, entrant_of
 from biped.studies.standard.search import digest_of
-from biped.studies.standard.study import FAMILY, standard
+from biped.studies.standard.study import FAMILY, PLAIN, Entrant, entrant_of, standard
 
 SEARCHED = (
     "level", "slope_up", "slope_down", "push_forward", "push_backward", "steps_up", "steps_down", "delay",

@@ -16,9 +16,8 @@ from biped.scenario.gains import OUT_OF_PLANE, Gains, number, single, with_numbe
 from biped.scenario.gait import read_gains
 from biped.scenario.reading import read_scenario
 from biped.studies.folders import finished, folder_for
-from biped.studies.planned import title_of
-from biped.studies.tune.evaluate import GainOutcome, Study, Task, by_condition, workers
-from biped.studies.tune.space import Candidate, names_of
+from biped.studies.run import title_of
+from biped.studies.tune.evaluate import Candidate, GainOutcome, Study, Task, by_condition, names_of, workers
 from biped.studies.tune.tuned import nothing_after
 
 Record = dict[str, Any]

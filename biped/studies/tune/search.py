@@ -13,8 +13,7 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.scenario.tune import Tune
 from biped.scenario.vary import stream
-from biped.studies.tune.evaluate import GainOutcome, Study, by_condition
-from biped.studies.tune.space import Candidate, SearchSpace
+from biped.studies.tune.evaluate import Candidate, GainOutcome, SearchSpace, Study, by_condition
 
 Evaluate = Callable[[Sequence[Any]], list[GainOutcome]]
 Record = dict[str, Any]

@@ -9,7 +9,7 @@ from biped.engines.planar.mujoco import simulate
 from biped.measure.columns import WIDTH
 from biped.robot.gravity import GRAVITY
 from biped.robot.planar.model import tree_at
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 
 
 def run_of(*changes):

@@ -14,7 +14,7 @@ from biped.engines.mujoco import simulate
 from biped.robot.planar.tree import motion
 from biped.scenario.actuation import Actuation
 from biped.scenario.keys import Scenario, Sensing
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from tests.control.planar.test_pushing import edges, least_distance
 from tests.ticks import Bench, dynamics, foreign, states
 

@@ -17,11 +17,10 @@ from biped.ensemble.failures import SUFFIX
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario
 from biped.studies.comparison import compare
-from biped.studies.regress.compare import ensemble, measured
+from biped.studies.regress.references import ensemble, measured
 from biped.studies.run import run
 from biped.studies.stability.study import study
-from biped.studies.tune.evaluate import Study, Task
-from biped.studies.tune.space import SearchSpace
+from biped.studies.tune.evaluate import SearchSpace, Study, Task
 from biped.studies.tune.tuned import tune
 from tests.cases import contents, write
 

@@ -11,7 +11,7 @@ from biped.base.errors import InputError
 from biped.cli import main as cli
 from biped.studies.bench import engines
 from biped.studies.bench.engines import STRIDE, step_cost, step_costs
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 
 
 def test_without_drake_one_sentence_says_what_to_install(monkeypatch):

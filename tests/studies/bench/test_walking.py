@@ -10,7 +10,7 @@ from biped.measure.metrics.energy import loss_per_step
 from biped.show.figures.studies import plot_walking
 from biped.studies.bench import walking
 from biped.studies.bench.walking import Case, cases, recommend, short, starts
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from biped.scenario.normals import Move, Normals
 from biped.studies.certify.estimation import Accuracy
 from biped.studies.certify.outcome import SCORES, outcome_of
 from biped.studies.certify.study import certify, check_random
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 
 FORCE = "disturbance={force=[120.0,0.0],correlation=0.2}"
 

@@ -10,11 +10,11 @@ import pytest
 from biped.ensemble.campaign import simulate
 from biped.robot.gravity import GRAVITY
 from biped.scenario.normals import Move, Normals
-from biped.studies.certify.learning import FALLS, fitted, learned
 from biped.studies.certify.outcome import LEARNT_EVERY, LEFT, NEVER, horizon_of, outcome_of, states_of, time_left
 from biped.studies.certify.reference import Regulated
 from biped.studies.certify.running import Outcomes, multiplied, since_of
-from biped.studies.planned import plan_of
+from biped.studies.certify.splitting import FALLS, fitted, learned
+from biped.studies.run import plan_of
 
 
 def test_the_regression_finds_the_odds_that_labels_were_drawn_with():

@@ -9,7 +9,7 @@ from biped.scenario.vary import stream
 from biped.studies.certify.estimation import Accuracy, combined, levels_of
 from biped.studies.certify.running import MakingOutcomes, Outcomes
 from biped.studies.certify.splitting import Moving, least_scatter, sampled
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 
 
 def problem(name, force):

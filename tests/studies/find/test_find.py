@@ -14,7 +14,7 @@ from biped.studies.certify.outcome import RunOutcome
 from biped.studies.certify.reference import Pendulum, Regulated
 from biped.studies.certify.running import Outcomes
 from biped.studies.find import distinct, plainer
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 
 FORCE = "disturbance={force=[250.0,0.0],correlation=0.2}"
 

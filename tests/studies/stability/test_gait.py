@@ -13,7 +13,7 @@ from biped.cli.main import main
 from biped.ensemble.campaign import simulate
 from biped.ensemble.executor import mapped
 from biped.robot.planar.tree import motion
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from biped.studies.stability import basin as basin_module
 from biped.studies.stability.basin import SIZES, Shrinking, floor
 from biped.studies.stability.cycle import Returns, fit_map

@@ -10,7 +10,7 @@ import pytest
 
 from biped.cli.main import main
 from biped.ensemble.campaign import simulate
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from biped.studies.stability.growth import SIZES, STRIDES, _growth, states_of
 
 

@@ -11,7 +11,7 @@ from scipy.stats import spearmanr
 
 from biped.cli.main import main
 from biped.ensemble.campaign import simulate
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from biped.studies.stability import sensitivity as studied
 from biped.studies.stability.sensitivity import INDICATORS, _alternate, _norm, beyond_scatter, rank_correlation
 from tests.cases import command

@@ -13,8 +13,7 @@ from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
 from biped.scenario.reading import read_scenario
 from biped.studies.stability.orbit import parting
-from biped.studies.tune.evaluate import Study
-from biped.studies.tune.space import Candidate
+from biped.studies.tune.evaluate import Candidate, Study
 from tests.studies.tune.small import TEXT
 
 WALK = """

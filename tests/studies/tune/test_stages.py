@@ -13,10 +13,9 @@ from biped.scenario.gains import Gains
 from biped.scenario.gait import read_gains
 from biped.scenario.reading import read_scenario
 from biped.scenario.tune import Tune
-from biped.studies.tune.evaluate import GainOutcome, Study
+from biped.studies.tune.evaluate import Candidate, GainOutcome, SearchSpace, Study
 from biped.studies.tune.search import ended
-from biped.studies.tune.space import Candidate, SearchSpace
-from biped.studies.tune.stages import studies, study_from
+from biped.studies.tune.tuned import studies, study_from
 
 TEXT = """
 controller = "fast"
