@@ -164,10 +164,10 @@ class Differed:
 
     def _repr_html_(self) -> str:
         """Its verdict and every metric as a table, which a notebook shows below the cell."""
-        from biped.show.comparisons import difference_document as document_of
+        from biped.show.comparisons import difference_document
         from biped.show.page.html import blocks, join
 
-        return str(join(blocks(document_of(self._found))))
+        return str(join(blocks(difference_document(self._found))))
 
     @cached_property
     def metrics(self) -> pyarrow.Table:

@@ -15,11 +15,8 @@ from biped.studies.policy.checks import Check
 from biped.studies.policy.trials import CardTrial, Measured
 
 if TYPE_CHECKING:
-    from biped.studies.bench.campaigns import CampaignCost
-    from biped.studies.bench.engines import StepCost
-    from biped.studies.bench.policy import PolicyCost
-    from biped.studies.bench.regress import Guarded
-    from biped.studies.bench.throughput import Throughput
+    from biped.studies.bench.costs import CampaignCost, PolicyCost, StepCost
+    from biped.studies.bench.throughput import Guarded, Throughput
     from biped.studies.models import SurveyedModel
     from biped.studies.tune.least import Least
     from biped.studies.tune.robot import Trial
@@ -133,7 +130,7 @@ def campaigns_document(costs: Sequence[CampaignCost]) -> Document:
 
 def regress_document(guarded: Guarded) -> Document:
     """One line per scenario."""
-    from biped.studies.bench.regress import ELSEWHERE, SAME, SLOWER
+    from biped.studies.bench.throughput import ELSEWHERE, SAME, SLOWER
 
     rows = []
     for one in guarded.timed:

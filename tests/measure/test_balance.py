@@ -7,18 +7,21 @@ import math
 import numpy as np
 import pytest
 
-from biped.measure.balance import (
+from biped.measure.indicators import (
     FL_DOUBLE,
     FL_SINGLE,
     FLIGHT,
     FR_DOUBLE,
     FR_SINGLE,
+    LEAST_RUNS,
     _phases,
     balance,
+    gait_events,
+    of_campaign,
+    of_run,
     placement_angle,
     spells,
 )
-from biped.measure.indicators import LEAST_RUNS, gait_events, of_campaign, of_run
 from biped.measure.metrics.pushed import push_work
 from tests.runs import made, mirrored
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from biped.measure.metrics.space import outline
+from biped.measure.metrics.gait import outline
 
 
 def test_outlines_are_convex_hulls():

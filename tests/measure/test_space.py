@@ -9,7 +9,7 @@ import pytest
 
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
-from biped.measure.metrics.space import (
+from biped.measure.metrics.gait import (
     bearing,
     courses,
     extrapolated,

@@ -83,16 +83,16 @@ def _walking(args: argparse.Namespace) -> Measured:
 
 def _campaigns(args: argparse.Namespace) -> Measured:
     from biped.show.studies import campaigns_document
-    from biped.studies.bench.campaigns import measure
+    from biped.studies.bench.costs import campaign_costs
 
-    costs = measure(args.quick, common.warn)
+    costs = campaign_costs(args.quick, common.warn)
     same = all(cost.same for cost in costs)
     return {"campaigns": [cost.as_dict() for cost in costs]}, campaigns_document(costs), same
 
 
 def _policy(args: argparse.Namespace) -> Measured:
     from biped.show.studies import policy_document
-    from biped.studies.bench.policy import SHIPPED, policy_cost
+    from biped.studies.bench.costs import SHIPPED, policy_cost
 
     card = SHIPPED if args.file is None else args.file
     cost = policy_cost(card, args.quick)
@@ -101,7 +101,7 @@ def _policy(args: argparse.Namespace) -> Measured:
 
 def _engines(args: argparse.Namespace) -> Measured:
     from biped.show.studies import engines_document
-    from biped.studies.bench.engines import step_costs
+    from biped.studies.bench.costs import step_costs
 
     costs = step_costs()
     return {kind: cost.as_dict() for kind, cost in costs.items()}, engines_document(costs), True
@@ -117,7 +117,7 @@ def _mechanics(args: argparse.Namespace) -> Measured:
 
 def _regress(args: argparse.Namespace) -> Measured:
     from biped.show.studies import regress_document
-    from biped.studies.bench.regress import guard
+    from biped.studies.bench.throughput import guard
 
     guarded = guard(args.file, common.reason_of(args))
     return guarded.as_dict(), regress_document(guarded), guarded.passed

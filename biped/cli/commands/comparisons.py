@@ -40,8 +40,7 @@ def compare_command(args: argparse.Namespace) -> int:
     """Compares scenarios; each leaves numbers, figures and a recording."""
     from biped.ensemble.guard import new_folder
     from biped.scenario.engines import engines_named
-    from biped.show.comparisons import comparison_document as document_of
-    from biped.show.comparisons import draw
+    from biped.show.comparisons import comparison_document, draw
     from biped.studies.comparison import DEFAULT, OWN, compare, write
     from biped.studies.folders import RUNS
     from biped.studies.run import title_of
@@ -66,7 +65,7 @@ def compare_command(args: argparse.Namespace) -> int:
                 print(f"figures, recording and numbers in {where}/")
     results = [one.as_dict() for one in made]
     if not args.json:
-        common.show(document_of(made))
+        common.show(comparison_document(made))
     for one, result in zip(made, results, strict=True) if args.why else ():
         result["why"] = [found.as_dict() for found in _why(one, args)]
     if args.json:
@@ -155,8 +154,7 @@ def add_diff(commands: common.Commands) -> None:
 def diff_command(args: argparse.Namespace) -> int:
     """Compares; worse is a failure, what cannot be said is not."""
     from biped.base.sequential import Rates
-    from biped.show.comparisons import difference_document as document_of
-    from biped.show.comparisons import write
+    from biped.show.comparisons import difference_document, write
     from biped.studies.diff.study import of_controllers, of_folders, until_decided
 
     only = [name.strip() for name in args.metrics.split(",") if name.strip()]
@@ -193,13 +191,13 @@ def diff_command(args: argparse.Namespace) -> int:
         write(found, out)
     if args.html is not None:
         from biped.show.page import write_sections
-        from biped.show.page.comparisons import section_of_difference as section_of
+        from biped.show.page.comparisons import section_of_difference
 
-        write_sections([section_of(found.as_dict())], args.html, "What changed")
+        write_sections([section_of_difference(found.as_dict())], args.html, "What changed")
     if args.json:
         common.print_json(found.as_dict())
     else:
-        common.show(document_of(found))
+        common.show(difference_document(found))
         if out is not None:
             print(f"  diff.json and diff.md in {label(out)}/")
         if args.html is not None:

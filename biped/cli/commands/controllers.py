@@ -41,7 +41,7 @@ def add_tune(commands: common.Commands) -> None:
 
 def tune_command(args: argparse.Namespace) -> int:
     """Searches; how the search goes is drawn anew after every re-check."""
-    from biped.show.studies import search_document as document_of
+    from biped.show.studies import search_document
     from biped.studies.tune.tuned import tune
 
     if args.least is not None:
@@ -58,7 +58,7 @@ def tune_command(args: argparse.Namespace) -> int:
                 common.show(trials_document(trials, changes))
             name = SCENARIO
         found = tune(name, changes, jobs, args.out, common.progress, _draw, common.warn)
-    common.answer(args, found.as_dict(), document_of(found))
+    common.answer(args, found.as_dict(), search_document(found))
     return common.DONE
 
 

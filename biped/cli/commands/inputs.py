@@ -147,12 +147,12 @@ def add_model(commands: common.Commands) -> None:
 def model_command(args: argparse.Namespace) -> int:
     """Prints what the robot in a file is; the exit code says whether it can be run."""
     from biped.robot.report import look
-    from biped.show.studies import model_document as document_of
+    from biped.show.studies import model_document
 
     if args.stand or len(args.file) > 1:
         return _table(args)
     found = look(args.file[0])
-    common.answer(args, found.as_dict(), document_of(found))
+    common.answer(args, found.as_dict(), model_document(found))
     return common.FAILED if found.faults else common.DONE
 
 

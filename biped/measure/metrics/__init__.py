@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from biped.measure import verdict
-from biped.measure.metrics import belief, energy, gait, ground, pushed, space
+from biped.measure.metrics import belief, energy, gait, pushed
 from biped.measure.metrics.walking import outcome_of, spread, stopped
 from biped.measure.momentum import Unexplained, unexplained
 from biped.measure.trajectory import Trajectory
@@ -88,11 +88,11 @@ def _numbers(t: Trajectory, window: tuple[float, float], left: Unexplained) -> d
         out |= pushed.pushed(t)
     span = span_of(t, window)
     if span is not None:
-        out |= gait.stride(t, span) | energy.transport(t, span) | ground.contact(t, span) | belief.switches(t, span)
+        out |= gait.stride(t, span) | energy.transport(t, span) | gait.contact(t, span) | belief.switches(t, span)
         out |= belief.inferred(t, span) | energy.motor_load(t, span, gait.travelled(t, span))
         out |= gait.tracking(t, span)
         if not t.robot.planar:
-            out |= space.sideways(t, span)
+            out |= gait.sideways(t, span)
         if (states := t.believed_states) is not None:
             out["leg_states"] = belief.commonest_cycle(states[span, 0])
         if t.signal_names:

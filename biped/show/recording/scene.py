@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 import rerun as rr
 
-from biped.measure.metrics.space import extrapolated, outline
+from biped.measure.metrics.gait import extrapolated, outline
 from biped.measure.signals import means
 from biped.measure.trajectory import Trajectory
 from biped.robot.assets import DRAWN

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from biped.measure.metrics.space import extrapolated, foot_places, headings
+from biped.measure.metrics.gait import extrapolated, foot_places, headings
 from biped.measure.pushes import declared
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY

@@ -15,7 +15,7 @@ from biped.control.card import Networked, Walker
 from biped.engines.mujoco import simulate
 from biped.engines.plant import MujocoPlant
 from biped.ensemble.plan import Plan
-from biped.measure.metrics.space import headings
+from biped.measure.metrics.gait import headings
 from biped.measure.trajectory import Trajectory
 from biped.robot.law_factory import Factory
 from biped.robot.robot import Robot

@@ -18,7 +18,7 @@ from biped.ensemble.backend import Jobs
 from biped.ensemble.campaign import simulate
 from biped.ensemble.executor import mapped
 from biped.ensemble.plan import Plan
-from biped.measure.metrics.space import headings
+from biped.measure.metrics.gait import headings
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
 from biped.robot.run import Run

@@ -9,7 +9,7 @@ import pytest
 
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
-from biped.measure.metrics.space import foot_places
+from biped.measure.metrics.gait import foot_places
 from biped.measure.trajectory import Trajectory
 from biped.scenario.reading import read_scenario
 

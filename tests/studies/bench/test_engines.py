@@ -9,13 +9,13 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.cli import main as cli
-from biped.studies.bench import engines
-from biped.studies.bench.engines import STRIDE, step_cost, step_costs
+from biped.studies.bench import costs
+from biped.studies.bench.costs import STRIDE, step_cost, step_costs
 from biped.studies.run import plan_of
 
 
 def test_without_drake_one_sentence_says_what_to_install(monkeypatch):
-    monkeypatch.setattr(engines, "find_spec", lambda name: None if name == "pydrake" else util.find_spec(name))
+    monkeypatch.setattr(costs, "find_spec", lambda name: None if name == "pydrake" else util.find_spec(name))
     with pytest.raises(InputError, match="pip install drake"):
         step_costs()
 
@@ -41,8 +41,8 @@ def test_steps_are_made_at_the_states_of_the_walk(monkeypatch):
 
 
 def test_command_prints_ratios_to_mujocos_step(monkeypatch, capsys):
-    cost = engines.StepCost(10, 5.0, 60.0, 75.0, 110.0)
-    monkeypatch.setattr(engines, "step_costs", lambda: {"seven links": cost})
+    cost = costs.StepCost(10, 5.0, 60.0, 75.0, 110.0)
+    monkeypatch.setattr(costs, "step_costs", lambda: {"seven links": cost})
     assert cli.main(["bench", "engines", "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)["seven links"]
     assert (printed["update_ratio"], printed["step_ratio"], printed["memory"]) == (12.0, 15.0, 110.0)

@@ -10,9 +10,9 @@ import msgspec
 import pytest
 
 from biped.cli.main import main
-from biped.studies.bench import parts, regress, throughput
+from biped.studies.bench import parts, throughput
 from biped.studies.bench.parts import shares
-from biped.studies.bench.regress import CHANGED, ELSEWHERE, SAME, SLOWER, UNKNOWN, judged
+from biped.studies.bench.throughput import CHANGED, ELSEWHERE, SAME, SLOWER, UNKNOWN, judged
 from biped.studies.regress import references
 from biped.studies.regress.references import RecordedScenario, TickCost
 from tests.cases import SHORT, write
@@ -78,8 +78,8 @@ def test_the_worse_of_the_two_costs_counts():
 @pytest.fixture
 def recorded(quick, monkeypatch):
     """References of one timed scenario in r.json."""
-    monkeypatch.setattr(regress, "SCENARIOS", ("s.toml",))
-    monkeypatch.setattr(regress, "tick_costs", lambda name: {"ratio_loop": 2.0, "ratio_with_metrics": 2.5})
+    monkeypatch.setattr(throughput, "SCENARIOS", ("s.toml",))
+    monkeypatch.setattr(throughput, "tick_costs", lambda name: {"ratio_loop": 2.0, "ratio_with_metrics": 2.5})
     write("s.toml", SHORT)
     file = ["--file", "r.json"]
     assert main(["regress", "s.toml", *file, "--jobs", "1", "--update", "--reason", "a test"]) == 0

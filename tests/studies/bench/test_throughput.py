@@ -19,9 +19,8 @@ from biped.scenario.reading import read_scenario
 from biped.show.replay import record_runs
 from biped.studies.bench import scenes
 from biped.studies.bench.features import BASE, FEATURES, prices
-from biped.studies.bench.parts import contact_costs
+from biped.studies.bench.parts import STRIDE, _states, _touch, contact_costs
 from biped.studies.bench.replay import replay_of, replayed, steps
-from biped.studies.bench.rigid import STRIDE, _states, _touch
 from biped.studies.bench.scenes import MECHANICS, ROBOTS, SCENES, scene_cost
 
 SECONDS = 0.1
