@@ -80,6 +80,11 @@ class Setup:
     q: np.ndarray
     v: np.ndarray
 
+    @property
+    def observed(self) -> list[str]:
+        """Names of all `numbers` of an observation."""
+        return Observation.names_of(self.robot)
+
 
 class Law(Protocol):
     """The protocol of a law. Its class is called with a `Setup` before every run.

@@ -103,6 +103,29 @@ class Observation:
             for name in _COMPUTED:
                 self.__dict__.pop(name, None)
 
+    @staticmethod
+    def names_of(robot: Robot) -> list[str]:
+        """Names of `numbers`.
+
+        Coordinates `q.NAME` and velocities `v.NAME` as in `biped model --json`; of contact points `height.NAME` [m] and
+        `contact.NAME` (0 or 1); `com.x` … of the centre of mass [m] and `com_velocity.x` … [m/s]; in the frame of the
+        base the direction `gravity.x` … and `gyro.x` … [rad/s]; `time` [s].
+        """
+        points, three = robot.points, "xyz"
+        return [
+            *(f"q.{name}" for name in robot.q_names), *(f"v.{name}" for name in robot.v_names),
+            *(f"height.{name}" for name in points), *(f"contact.{name}" for name in points),
+            *(f"{what}.{axis}" for what in ("com", "com_velocity", "gravity", "gyro") for axis in three), "time",
+        ]  # fmt: skip
+
+    @property
+    def numbers(self) -> np.ndarray:
+        """All that a network can be shown, in the order of `names_of`."""
+        to_base = self.base.orientation.T
+        gravity, gyro = to_base @ self.gravity / np.linalg.norm(self.gravity), to_base @ self.base.angular_velocity
+        parts = self.q, self.v, self.height, self.touching, self.com, self.com_velocity, gravity, gyro
+        return np.concatenate([*parts, [self.time]])
+
     @cached_property
     def com(self) -> np.ndarray:
         """(3,) [m] centre of mass of the whole robot."""

@@ -8,6 +8,7 @@ from biped.scenario.gait import in_the_plane, out_of_the_plane
 from biped.scenario.general import taken
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import BUILT_IN, SPATIAL
+from biped.scenario.possible import suits_seven_links
 from biped.scenario.push import PLANE, SPACE
 from biped.scenario.valid import fault
 
@@ -48,9 +49,11 @@ def check_keys(s: Scenario, robot: Robot) -> None:
                 f"'path.py:Class', or one of {', '.join(BUILT_IN)}", "law",
             )  # fmt: skip
         taken(s, fault)  # draws and points of a sweep say what no file did
-    elif s.command is not None:
-        raise InputError("command: expected none: the thesis's law is asked for no velocity; a command is for a policy "
-                         "or a law of one's own on a robot of any kind", "command")  # fmt: skip
+    else:
+        suits_seven_links(s, fault)
+        if s.command is not None:
+            raise InputError("command: expected none: the thesis's law is asked for no velocity; a command is for a "
+                             "policy or a law of one's own on a robot of any kind", "command")  # fmt: skip
     torque_limits(robot, s)
     if s.actuation.motors and robot.motor is None:
         raise InputError(

@@ -93,7 +93,6 @@ def possible(s: Scenario, fail: Fail) -> None:
     if own_law(s.law) and s.backstep is not None:
         raise fail("backstep", "expected no law of one's own: the step back belongs to the thesis's leg states")
     _unmodelled(s, fail)
-    _of_seven_links(s, fail)
     _searched(s, fail)
     check_bounds(s.expect, fail)
     for key, distribution in s.randomise.draw.items():
@@ -121,10 +120,8 @@ def possible(s: Scenario, fail: Fail) -> None:
                    f"got {time:g}")  # fmt: skip
 
 
-def _of_seven_links(s: Scenario, fail: Fail) -> None:
-    """Rejects what seven links in a plane have no use for; of robots of any kind that is refused by name elsewhere."""
-    if s.robot is not None:
-        return
+def suits_seven_links(s: Scenario, fail: Fail) -> None:
+    """Rejects what seven links in a plane have no use for, by name."""
     plain = Scenario()
     for table, key in OF_ANY_KIND:
         if getattr(getattr(s, table), key) != getattr(getattr(plain, table), key):

@@ -1,7 +1,7 @@
 """From a scenario file and the command line's changes to a checked `Scenario`; every complaint names file and key."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from copy import deepcopy
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,7 +18,7 @@ from biped.scenario.general import lay_under, make_general, taken
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import is_card, own_law
 from biped.scenario.origin import COMMAND_LINE, Origin
-from biped.scenario.possible import possible
+from biped.scenario.possible import possible, suits_seven_links
 from biped.scenario.settings import Settings, beside_gait, habits_of, lay_below, read_reading
 from biped.scenario.valid import Fail, convert, known_keys
 from biped.scenario.vary import ENTRY
@@ -61,11 +61,28 @@ def read_scenario(name: str, changes: Sequence[str] = (), looking: bool = False)
     return read(name, changes, looking).scenario
 
 
-def _on_robot(data: dict[str, Any], origin: dict[str, Path]) -> None:
-    """Lays what the robot's description says of scenarios under what this one and its gait say.
+class _Kind(NamedTuple):
+    """How scenarios of a kind of robot are read.
+
+    Attributes:
+        files: Keys that name a file which it cannot do without.
+        lay: Lays under a scenario, beside the settings of its gait, what else says something of it.
+        check: Rejects what such a scenario has no use for.
+    """
+
+    files: tuple[str, ...]
+    lay: Callable[[dict[str, Any], dict[str, Path], Settings, Callable[[str], Path]], None]
+    check: Callable[[Scenario, Fail], None]
+
+
+def _lay_habits(data: dict[str, Any], origin: dict[str, Path], settings: Settings, find: Callable[[str], Path]) -> None:
+    """Lays what the reading, then what the robot's description says of scenarios under what this one and its gait say.
 
     The step back is none of a robot's habits: its numbers are the robot's, but a scenario asks for it.
     """
+    if isinstance(data.get("reading"), str):
+        below, theirs = read_reading(find("reading"))
+        lay_below(data, origin, beside_gait(below, settings), theirs)
     name = data.get("model", Scenario().model)
     beside = origin["model"].parent if "model" in origin else None
     try:
@@ -77,6 +94,9 @@ def _on_robot(data: dict[str, Any], origin: dict[str, Path]) -> None:
         habits.pop("backstep", None)
     lay_under(data, habits, origin, path)
 
+
+_SEVEN_LINKS = _Kind(("model", "controller"), _lay_habits, suits_seven_links)
+_ANY = _Kind(("model",), lambda *_: None, taken)  # its habits were laid when it was told
 
 _PART = r"[\w-]+|\"[^\"\\\n]*\"|'[^'\n]*'"
 """Of a dotted key, as TOML has it."""
@@ -166,24 +186,19 @@ def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path, looking: b
     named_here = bool(data.get("controller"))
     if named_here:
         settings = lay_gait(data["controller"])  # above what is said of its robot
-    general = make_general(data, keys)
+    kind = _ANY if make_general(data, keys) else _SEVEN_LINKS
     gait = data.get("controller", Scenario().controller)
-    if not named_here and not (general and not gait):
+    if not named_here and (gait or "controller" in kind.files):
         settings = lay_gait(gait)
-    if not general:
-        if isinstance(reading := data.get("reading"), str):
-            below, theirs = read_reading(found("readings", reading, "reading", beside.get("reading")))
-            lay_below(data, keys, beside_gait(below, settings), theirs)
-        _on_robot(data, keys)
+    kind.lay(data, keys, settings, lambda key: found(f"{key}s", data[key], key, beside.get(key)))
     known_keys(data, Scenario, "", fail)
     scenario = convert(data, Scenario, fail)
     possible(scenario, fail)
-    if general:
-        taken(scenario, fail)
+    kind.check(scenario, fail)
     named: dict[str, Any] = {
         key: canonical(f"{key}s", found(f"{key}s", getattr(scenario, key), key, beside.get(key)))
         for key in ("model", "controller", "reading")
-        if getattr(scenario, key) or not (general or key == "reading")
+        if getattr(scenario, key) or key in kind.files
     }
     if scenario.change:
         folder = keys["change"].parent if "change" in keys else None

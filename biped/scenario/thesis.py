@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from biped.base import typed
 from biped.base.files import layered
-from biped.base.typed import convert
 from biped.scenario.keys import Scenario
 
 ABOUT = ("model", "controller", "law", "gains", "change", "backstep", "push", "truth", "ground.slope")
@@ -27,7 +27,7 @@ def about(data: Mapping[str, Any], origin: Mapping[str, Path]) -> dict[str, floa
 
 def _about(data: Mapping[str, Any]) -> list[Any]:
     """Settings of a scenario that the thesis is about (`ABOUT`), and which of them vary."""
-    s = convert(data, Scenario)
+    s = typed.convert(data, Scenario)
     varied = {**s.sweep, **s.randomise.draw}
     told = [getattr(s, key) for key in ABOUT if "." not in key]
     return [*told, s.ground.slope, {key: varied[key] for key in varied if f"{key}.".startswith(_PREFIXES)}]

@@ -12,30 +12,12 @@ from biped.base import typed
 from biped.base.errors import InputError
 from biped.base.files import nearest
 from biped.base.text import echo, safe
-from biped.scenario.actuation import Change
-from biped.scenario.card import Term
-from biped.scenario.command import CommandPiece
 from biped.scenario.expect import Bound
 from biped.scenario.metrics import METRICS
-from biped.scenario.normals import Move
-from biped.scenario.push import Push
 from biped.scenario.randomise import Distribution
-from biped.scenario.robot import Foot
-from biped.scenario.truth import BodyTruth
 
 MOST_DIGITS = 2**63
 """Beyond it lies no whole number that a file can mean."""
-
-LISTS: dict[str, type] = {
-    "push": Push,
-    "change": Change,
-    "foot": Foot,
-    "part": BodyTruth,
-    "piece": CommandPiece,
-    "observation": Term,
-    "moves": Move,
-}
-"""Lists of tables, and what each of their tables is."""
 
 Fail = Callable[[str, str], InputError]
 """From a dotted key and what is wrong with it to the error, which names the file that the key comes from."""
@@ -91,11 +73,11 @@ def known_keys(data: Any, kind: type, at: str, fail: Fail) -> None:
             _variations(value, dotted, fail)
         elif key in ("expect", "thesis") and isinstance(value, dict):
             _metrics(value, key, fail)
-        elif key in LISTS:
+        elif (listed := _listed(hints[key])) is not None:
             if not isinstance(value, list) or not all(isinstance(table, dict) for table in value):
                 raise fail(dotted, f"expected a list of tables, each headed [[{dotted}]]")
             for i, table in enumerate(value):
-                known_keys(table, LISTS[key], f"{dotted}[{i}].", fail)
+                known_keys(table, listed, f"{dotted}[{i}].", fail)
         elif isinstance(value, dict) and (record := _record(hints[key])) is not None:
             known_keys(value, record, f"{dotted}.", fail)
         elif isinstance(value, dict) and (named := _named_records(hints[key])) is not None:
@@ -147,6 +129,12 @@ def _record(hint: Any) -> type | None:
     """The record that a field holds, if it holds one, perhaps optionally."""
     kinds = [kind for kind in (hint, *get_args(hint)) if isinstance(kind, type) and issubclass(kind, msgspec.Struct)]
     return kinds[0] if kinds and get_origin(hint) in (None, UnionType) else None
+
+
+def _listed(hint: Any) -> type | None:
+    """The records of a list of tables."""
+    lists = [part for part in (hint, *get_args(hint)) if get_origin(part) is tuple]
+    return _record(get_args(lists[0])[0]) if lists else None
 
 
 def _named_records(hint: Any) -> type | None:

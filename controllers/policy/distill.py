@@ -18,7 +18,8 @@ from walker import Walker
 import biped
 from biped.control.planar.setup import controller_record
 from biped.control.planar.tick import pushing_tick
-from biped.control.policy import everything, places
+from biped.control.planar.user import PlanarObservation
+from biped.control.policy import places
 from biped.ensemble.plan import Plan
 from biped.measure.columns import WIDTH
 from biped.scenario.reading import read_scenario
@@ -52,7 +53,7 @@ class Apprentice:
     def __init__(self, posture, network, share, noise, seed, notes):
         self.teacher, self.network, self.share, self.noise = Teacher(posture), network, share, noise
         self.rng, self.notes, self.jolt = np.random.default_rng(seed), notes, np.zeros(6)
-        self.seen = places(self.teacher.run.robot, Walker.observations)
+        self.seen = places(PlanarObservation.names_of(self.teacher.run.robot), Walker.observations)
 
     def begin(self, setup):
         """The law of a run, itself: what it notes must outlast the run."""
@@ -60,7 +61,7 @@ class Apprentice:
 
     def torques(self, sensed):
         """Of whoever steers for these 50 ms."""
-        seen = everything(sensed)[self.seen].astype(np.float32)
+        seen = sensed.numbers[self.seen].astype(np.float32)
         right = self.teacher(sensed)
         self.notes.append((seen, (right / Walker.scale).astype(np.float32)))
         if self.teacher.k % 50 == 1:  # who steers, and how it is jolted, holds for 50 ms

@@ -10,6 +10,7 @@ from onnx import TensorProto, helper, numpy_helper, save_model
 
 from biped.base.trust import grant
 from biped.control import policy
+from biped.control.observation import Observation
 from biped.engines.mujoco import simulate
 from biped.robot.recognise import robot_of
 from biped.scenario.robot import Described
@@ -49,7 +50,7 @@ def test_a_policy_network_of_h1(tmp_path, monkeypatch):
 def test_a_wrong_observation_is_answered_with_the_nearest():
     robot = robot_of(Path("models/h1.xml"), Described())
     with pytest.raises(ValueError, match=r"unknown 'q.left_nee'; did you mean 'q.left_knee'\?"):
-        policy.places(robot, ("q.left_nee",))
+        policy.places(Observation.names_of(robot), ("q.left_nee",))
 
 
 def test_standing_asks_the_ground_for_no_more_than_it_gives(tmp_path):

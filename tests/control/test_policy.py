@@ -11,7 +11,7 @@ from onnx import TensorProto, helper, numpy_helper, save_model
 from biped.base.files import folder
 from biped.base.trust import trusting
 from biped.cli.main import main
-from biped.control import policy
+from biped.control.planar.user import PlanarObservation
 from biped.measure.stored import load
 from biped.measure.trajectory import Trajectory
 from biped.robot.load import load_robot
@@ -80,7 +80,7 @@ def test_in_between_an_action_holds():
 
 def test_names_and_numbers_are_as_many():
     robot = load_robot(HUMAN, None)
-    names = policy.names_of(robot)
+    names = PlanarObservation.names_of(robot)
     assert len(names) == len(set(names)) == 9 + 9 + 7 + 7 + 4 + 4 + 6 + 9 + 8 + 1
 
 

@@ -144,11 +144,11 @@ def python_needed(run: Run, believed: Tree) -> str:
         return f"bounded torques by {actuation.solver}"
     if run.scenario.control.mechanics == PINOCCHIO:
         return "the mechanics are Pinocchio's"
-    return "" if agrees(run.model, believed) else "Pinocchio finds another mass matrix than the planar tree"
+    return "" if agrees(run, believed) else "Pinocchio finds another mass matrix than the planar tree"
 
 
 def _by_pinocchio(run: Run, believed: Tree) -> bool:
-    return run.scenario.control.mechanics == PINOCCHIO or not agrees(run.model, believed)
+    return run.scenario.control.mechanics == PINOCCHIO or not agrees(run, believed)
 
 
 def law_of(run: Run, believed: Tree, q: np.ndarray, v: np.ndarray, log: np.ndarray) -> PlanarLaw:

@@ -1,7 +1,11 @@
 """Whether Pinocchio, which reads the model file by itself, finds the mass matrix and joints that the tree has."""
 
+from __future__ import annotations
+
+from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,37 +14,50 @@ from biped.base.jit import entry_kernel
 from biped.control.agreed import agreed
 from biped.control.planar import record
 from biped.control.planar.sensing import sense_links
-from biped.robot.planar.controller_model import believed_model
 from biped.robot.planar.kinematics import mass_matrix
 from biped.robot.planar.topology import LINK_DOF, N_LINKS, NQ, X, Z
 from biped.robot.planar.tree import Tree
+from biped.robot.run import Run
+
+if TYPE_CHECKING:
+    import pinocchio
 
 CONFIGURATIONS = 5
 """Random ones at which both have to agree."""
 SAME = 1e-12
 """How well, relative to the largest number."""
 
-_Parts = tuple[tuple[bytes, tuple[int, ...]], ...]
+
+@dataclass(frozen=True)
+class _Question:
+    """The question of a run's model file, in one version, and a tree."""
+
+    path: Path
+    modified: float
+    parts: tuple[tuple[bytes, tuple[int, ...]], ...]
+    run: Run = field(compare=False)
+    tree: Tree = field(compare=False)
 
 
-def agrees(path: Path, tree: Tree) -> bool:
-    """Whether M and joint positions of the tree are Pinocchio's, at a few random configurations of a model file."""
-    return _agrees(path, path.stat().st_mtime, tuple((part.tobytes(), part.shape) for part in tree))
+def agrees(run: Run, tree: Tree) -> bool:
+    """Whether M and joint positions of the tree are Pinocchio's, at a few random configurations of a run's model."""
+    parts = tuple((part.tobytes(), part.shape) for part in tree)
+    return _agrees(_Question(run.model, run.model.stat().st_mtime, parts, run, tree))
 
 
 @lru_cache(maxsize=8)
-def _agrees(path: Path, modified: float, parts: _Parts) -> bool:
-    files = path.read_bytes() + description_of(path).read_bytes()
-    return agreed(repr(parts).encode() + files, lambda: _refereed(path, parts))
+def _agrees(question: _Question) -> bool:
+    files = question.path.read_bytes() + description_of(question.path).read_bytes()
+    known = repr(question.parts).encode() + files
+    return agreed(known, lambda: _refereed(question.run.believed_model, question.tree))
 
 
-def _refereed(path: Path, parts: _Parts) -> bool:
+def _refereed(model: pinocchio.Model, tree: Tree) -> bool:
     import pinocchio
 
     c = record.new()
-    for name, (numbers, shape) in zip(Tree._fields, parts, strict=True):
-        c[0]["tree"][name] = np.frombuffer(numbers).reshape(shape)
-    model = believed_model(path, 0.0)
+    for name, part in tree._asdict().items():
+        c[0]["tree"][name] = part
     data, M, joint = model.createData(), np.zeros((NQ, NQ)), c[0]["at"]["joint"]
     for q in np.random.default_rng(0).normal(size=(CONFIGURATIONS, NQ)):
         pinocchio.crba(model, data, q, pinocchio.Convention.WORLD)

@@ -12,6 +12,7 @@ from biped.control.planar.constraints import candidates
 from biped.control.planar.setup import controller_record
 from biped.control.planar.springs import desired_forces
 from biped.control.planar.tick import NOT_FINITE, log_tick, sense_in
+from biped.robot.leg_states import STATES
 from biped.robot.planar.kinematics import point_row
 from biped.robot.planar.topology import KNEE, N_POINTS, N_ROWS, N_STOPS, NQ, NU, STOP_ROW, TOE, UPRIGHT
 from biped.robot.planar.tree import Tree
@@ -42,6 +43,11 @@ class PlanarSetup:
     tick: float
     torque_limit: np.ndarray
     robot: Robot
+
+    @property
+    def observed(self) -> list[str]:
+        """Names of all `numbers` of an observation."""
+        return PlanarObservation.names_of(self.robot)
 
 
 @dataclass
@@ -81,6 +87,31 @@ class PlanarObservation:
     touching: np.ndarray
     Q_d: np.ndarray
     single_tangential: bool = False
+
+    @staticmethod
+    def names_of(robot: Robot) -> list[str]:
+        """Names of `numbers`.
+
+        Joint coordinates `q.NAME` [m, rad] and velocities `v.NAME`; absolute link angles `angle.NAME` [rad] and rates
+        `rate.NAME`; `height.NAME` [m] and `contact.NAME` (0 or 1) of toes and heels; `touching.NAME` (0 or 1) of these
+        and of the knees at their stops; `Q_d.NAME` of joints [N, N m]; `state.NAME.1` … `.4` of the legs (1 in that
+        state, else 0); `time` [s].
+        """
+        links, points = robot.bodies, robot.points
+        return [
+            *(f"q.{name}" for name in robot.q_names), *(f"v.{name}" for name in robot.q_names),
+            *(f"angle.{name}" for name in links), *(f"rate.{name}" for name in links),
+            *(f"height.{name}" for name in points), *(f"contact.{name}" for name in points),
+            *(f"touching.{name}" for name in (*points, *robot.stops)), *(f"Q_d.{name}" for name in robot.q_names),
+            *(f"state.{leg}.{state + 1}" for leg in robot.legs for state in range(STATES)), "time",
+        ]  # fmt: skip
+
+    @property
+    def numbers(self) -> np.ndarray:
+        """All that a network can be shown, in the order of `names_of`."""
+        states = (self.state[:, None] == np.arange(1, STATES + 1)).ravel()
+        parts = self.q, self.v, self.angle, self.rate, self.height, self.contact, self.touching, self.Q_d, states
+        return np.concatenate([*parts, [self.time]])
 
     @property
     def rows(self) -> list[int]:

@@ -207,14 +207,7 @@ def _read(file: str, modified: float) -> PlanarDescription:
         return InputError(f"{label(path)}: {key}: {what}")
 
     data = read_toml(path)
-    known_keys(
-        {key: value for key, value in data.items() if key not in ("leg", "scenario")}, PlanarDescription, "", fail
-    )
-    legs = data.get("leg", [])
-    if not isinstance(legs, list) or not all(isinstance(leg, dict) for leg in legs):
-        raise fail("leg", "expected two tables, each headed [[leg]]")
-    for i, leg in enumerate(legs):
-        known_keys(leg, Leg, f"leg[{i}].", fail)
+    known_keys({key: value for key, value in data.items() if key != "scenario"}, PlanarDescription, "", fail)
     robot = convert(data, PlanarDescription, fail)
     for i, leg in enumerate(robot.leg):
         if leg.stops != (leg.joints[_KNEE],):
