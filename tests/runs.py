@@ -15,10 +15,9 @@ from biped.measure.trajectory import Trajectory
 from biped.robot.load import load_robot
 from biped.robot.planar.model import tree_at
 from biped.robot.planar.tree import Tree
-from biped.scenario.actuation import Actuation
-from biped.scenario.ground import Ground
+from biped.scenario.devices import Actuation
 from biped.scenario.keys import Fall, Scenario, Simulation, Start
-from biped.scenario.push import Push
+from biped.scenario.world import Ground, Push
 from tests.ticks import HUMAN
 
 SCENARIOS = {

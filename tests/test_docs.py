@@ -20,7 +20,7 @@ from biped.cli import gallery, reference
 from biped.cli.main import parsed
 from biped.ensemble.cluster import file
 from biped.robot.report import look
-from biped.scenario.card_file import read_card
+from biped.scenario.card import read_card
 from biped.scenario.gait import speeds_of
 from biped.scenario.reading import read_scenario
 from biped.show import references

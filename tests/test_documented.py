@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from biped.cli.main import main, parsed
-from biped.scenario.card_file import read_card
+from biped.scenario.card import read_card
 from biped.studies.policy.checks import run_of
 from biped.studies.policy.tape import record
 from tests.cases import write

@@ -5,13 +5,13 @@ import pytest
 from tests.house import COUNTS, House
 
 BOUNDS = {
-    "share of import lines [%]": 7.0,
-    "short modules": 11,
+    "share of import lines [%]": 6.8,
+    "short modules": 10,
     "class names that stand more than once": 2,
     'docstrings that begin with "What"': 0,
     "vague names": 1,
-    "branches on the kind of robot": 16,
-    "look-ups below a run": 1,
+    "branches on the kind of robot": 11,
+    "look-ups below a run": 0,
 }
 """Most that each count may be. Who lowers a count lowers its bound; nobody raises one.
 

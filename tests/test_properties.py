@@ -24,7 +24,7 @@ from biped.robot.planar.controller_model import believed_model
 from biped.robot.planar.description import description_at
 from biped.robot.planar.model import spec_of
 from biped.robot.planar.truth import apply_truth
-from biped.scenario.actuation import Actuation
+from biped.scenario.devices import Actuation
 from biped.scenario.keys import Scenario, Start, Truth
 from biped.scenario.metrics import METRICS
 from biped.studies.run import plan_of

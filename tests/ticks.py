@@ -21,9 +21,9 @@ from biped.robot.planar.controller_model import believed_model
 from biped.robot.planar.description import description_at
 from biped.robot.planar.kinematics import mass_matrix
 from biped.robot.planar.model import tree_at
-from biped.scenario.actuation import Actuation
-from biped.scenario.ground import Ground
+from biped.scenario.devices import Actuation
 from biped.scenario.keys import Scenario
+from biped.scenario.world import Ground
 
 HUMAN = folder("models") / "human.xml"
 POINTS = description_at(HUMAN).points

@@ -21,8 +21,8 @@ from typing import Any, NamedTuple
 
 from biped.api.results import Compared, Differed, Result
 from biped.base.errors import InputError
-from biped.base.progress import Progress, silent
 from biped.ensemble import campaign
+from biped.ensemble.backend import Progress, silent
 from biped.robot.law_factory import Factory, factory_of
 from biped.scenario.keys import Scenario
 from biped.scenario.vary import setting
@@ -94,7 +94,7 @@ def run(
         law: See `load`.
         jobs: Number of processes of an ensemble; default: all cores.
         cluster: Workers elsewhere instead, as after `--cluster`: a Dask scheduler's address, `local:N`, or a file.
-        progress: Told of every finished run (`biped.base.progress`).
+        progress: Told of every finished run (`biped.ensemble.backend`).
         **changes: See `load`.
 
     Raises:

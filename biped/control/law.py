@@ -18,7 +18,7 @@ from biped.control.observation import Observation
 from biped.robot.build import Command
 from biped.robot.robot import Robot
 from biped.robot.run import Run
-from biped.scenario.card_file import read_card
+from biped.scenario.card import read_card
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import BUILT_IN, changed_since, is_card, own_law

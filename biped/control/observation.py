@@ -11,7 +11,7 @@ from biped.base.jit import bound, kernel
 from biped.robot.ground import LEVEL, Profile
 from biped.robot.legs import above
 from biped.robot.robot import Robot
-from biped.scenario.command import Command
+from biped.scenario.devices import Command
 
 
 class Touch(NamedTuple):

@@ -11,7 +11,7 @@ import numpy as np
 
 from biped.robot.robot import Robot
 from biped.robot.run import Run
-from biped.scenario.senses import Gyro
+from biped.scenario.devices import Gyro
 from biped.scenario.vary import stream
 
 _HINGE = mujoco.mjtJoint.mjJNT_HINGE

@@ -29,11 +29,10 @@ from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import frame, gravity3
 from biped.robot.run import Run
 from biped.robot.unmodelled import patches_of, torques_at, unmodelled_of
-from biped.scenario.command import COMMANDED
+from biped.scenario.devices import COMMANDED, Sensors
 from biped.scenario.general import SPLIT
 from biped.scenario.laws import SPATIAL, own_law
 from biped.scenario.pushing import pieces
-from biped.scenario.senses import Sensors
 
 if TYPE_CHECKING:
     from biped.engines.held import HeldPlant

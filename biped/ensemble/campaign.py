@@ -11,11 +11,9 @@ from typing import Any
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.base.progress import Told
-from biped.ensemble.backend import Jobs, at_most
+from biped.ensemble.backend import FORKS, Jobs, Told, at_most
 from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
-from biped.ensemble.processes import FORKS
 from biped.ensemble.rows import FLAGS, LOST, Row
 from biped.measure.metrics import assess
 from biped.measure.trajectory import Trajectory

@@ -19,7 +19,7 @@ from biped.base.writing import write_text
 from biped.ensemble.columns import batches
 from biped.ensemble.rows import LOST, RAISED
 from biped.measure.metrics.walking import FLIGHT, airborne
-from biped.scenario.expect import Bound, share_of
+from biped.scenario.goals import Bound, share_of
 from biped.scenario.metrics import METRICS
 
 PASSED, FAILED, UNDECIDED, NOTHING = "passed", "failed", "undecided", "nothing was expected"

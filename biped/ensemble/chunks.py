@@ -19,7 +19,7 @@ from biped.base.text import safe
 from biped.base.trust import trusting
 from biped.ensemble.backend import WAIT
 from biped.ensemble.campaign import lost_row, run_one
-from biped.ensemble.origin import PLACE, origin_of
+from biped.ensemble.journal import PLACE, origin_of
 from biped.ensemble.parts import About, Chunk, FinishedChunk, encoded
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import Row, schema_of, table

@@ -171,7 +171,7 @@ def workers(work: Callable[[Item], Result], jobs: Jobs, threads: bool = False) -
 
         backend = Futures(ThreadPoolExecutor(jobs), work, jobs)
     else:
-        from biped.ensemble.processes import Processes
+        from biped.ensemble.backend import Processes
 
         backend = Processes(work, jobs)
     well = False
@@ -191,7 +191,7 @@ def mapped(function: Callable[[Any], Any], items: Sequence[Any], jobs: Jobs) -> 
         items: What it is called with.
         jobs: Number of processes, or a cluster.
     """
-    from biped.ensemble.processes import FORKS
+    from biped.ensemble.backend import FORKS
 
     elsewhere = not isinstance(jobs, int)
     with workers(function, at_most(jobs, len(items)) if FORKS or elsewhere else 1) as carried_out:

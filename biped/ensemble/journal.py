@@ -1,21 +1,40 @@
-"""Finished work, line by line, for whatever is killed to go on from: what it says can be trusted, or is left out.
+"""Finished work, line by line, for whatever is killed to go on from; and its origin, the files and versions behind it.
 
-The first line says what the work is part of and what it was done with. Every other line is one record in JSON whose
-last key, `sum`, is a digest of the line and of that head: a line that was cut, garbled, glued, altered or that belongs
-to another journal does not match, is left out with a word, and its work is done again.
+The first line of a journal says what the work is part of and what it was done with: rows of different origin never
+mix. Every other line is one record in JSON whose last key, `sum`, is a digest of the line and of that head: a line
+that was cut, garbled, glued, altered or that belongs to another journal does not match, is left out with a word, and
+its work is done again.
+
+How kernels are compiled does not matter to the last digits of a run: plain Python, no optimisation, a generic
+processor and any number of jobs give the same bits. What matters is the library code that adds and multiplies:
+MuJoCo, Pinocchio, the BLAS behind NumPy (it picks its loops by the processor) and the C library's sines (likewise).
+See docs/regression.md.
 """
 
+import ctypes
 import json
+import platform
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from functools import cache
 from hashlib import blake2b
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from biped.base import VERSION
 from biped.base.errors import InputError
-from biped.base.files import label
+from biped.base.files import PACKAGE, description_of, label, layered, locate
 from biped.base.json import dumps, with_nan
+from biped.base.kernels import digest
 from biped.base.writing import written
+from biped.ensemble.plan import Plan
+from biped.robot.safety import files_of as model_files
+from biped.scenario.engines import ENGINES
+from biped.scenario.laws import files_of as law_files
+from biped.scenario.laws import own_law
+from biped.scenario.reading import to_toml
 
 FORMAT = 1
 _SUM = re.compile(rb', "sum": "([0-9a-f]{16})"}$')
@@ -126,3 +145,106 @@ def _parsed(line: bytes) -> dict[str, Any] | None:
     except (ValueError, RecursionError):  # UnicodeDecodeError is a ValueError
         return None
     return value if isinstance(value, dict) else None
+
+
+LIBRARIES = ("mujoco", "pin", "numpy", "scipy")
+
+
+@cache
+def blas() -> str:
+    """The name of the loops that NumPy's OpenBLAS picked for this processor, or was told to pick; empty of another."""
+    import numpy as np
+
+    for library in Path(np.__file__).parents[1].glob("numpy.libs/*openblas*"):
+        with suppress(OSError, AttributeError):
+            name = ctypes.CDLL(str(library)).scipy_openblas_get_corename64_
+            name.restype = ctypes.c_char_p
+            return name().decode()
+    return ""
+
+
+def here() -> dict[str, str]:
+    """This platform: system, C library, the processor's vector instructions, BLAS loops and library versions."""
+    import numpy as np
+
+    simd = np.show_config(mode="dicts")["SIMD Extensions"]
+    return {
+        "system": f"{platform.system()} {platform.machine()}",
+        "libc": " ".join(platform.libc_ver()).strip(),
+        "instructions": " ".join(simd.get("found", [])),
+        "blas": blas(),
+        **{name: version(name) for name in LIBRARIES},
+    }
+
+
+def key(of: dict[str, str]) -> str:
+    """A short name of a platform, by its instructions and not by the BLAS loops that these choose."""
+    of = {name: value for name, value in of.items() if name != "blas"}
+    return blake2b(json.dumps(of, sort_keys=True).encode(), digest_size=4).hexdigest()
+
+
+def sources() -> str:
+    """A short name of the present state of all compiled sources."""
+    from biped.base.kernels import digest
+
+    return digest(PACKAGE)
+
+
+PLACE = ("system", "libc", "instructions", "blas")
+"""Of an origin, what kind of machine it is: on another kind, the last bits may be others."""
+
+
+_MORE = ("scenario", "ensemble")
+"""Rooms without kernels that runs come from: what a scenario means, and what is drawn."""
+
+
+def origin_of(plan: Plan) -> dict[str, str]:
+    """Digest of the effective scenario and of every file that its runs read; versions; and platform.
+
+    Of libraries that not every run needs, an engine's or onnxruntime, only those count that these runs use.
+    """
+    state = blake2b(to_toml(plan.scenario).encode(), digest_size=8)
+    files = files_read_by(plan)
+    for path in files:
+        data = path.read_bytes()
+        state.update(f"{path.name}\0{len(data)}\0".encode() + data)
+    libraries = [ENGINES[plan.scenario.engine].library, *("onnxruntime" for path in files if path.suffix == ".onnx")]
+    return {
+        "scenario": state.hexdigest(),
+        "biped": VERSION,
+        "kernels": digest(PACKAGE, _MORE),
+        **here(),
+        **{name: installed(name) for name in libraries if name},
+    }
+
+
+def files_read_by(plan: Plan) -> list[Path]:
+    """Files that runs of a plan read: models with what they include and their descriptions, gaits, and the law's.
+
+    Gaits and readings count where they vary, or the speed of a family does; else they are written out in the scenario.
+
+    Raises:
+        InputError: A file cannot be read.
+    """
+    s = plan.scenario
+    varied: dict[str, list[object]] = {key: list(values) for key, values in s.sweep.items()}
+    for key, drawn in s.randomise.draw.items():
+        varied.setdefault(key, []).extend(drawn.choice or drawn.grid or ())
+    models = [plan.model, *(locate("models", str(name), "model") for name in varied.get("model", ()))]
+    files = [file for model in models for file in (*model_files(model), description_of(model))]
+    if any(key.endswith(("controller", "reading", "gains.speed")) for key in varied):
+        for kind, own in (("controller", s.controller), ("reading", s.reading)):
+            names = [own or "", *(str(name) for key in varied if key.endswith(kind) for name in varied[key])]
+            found = [locate(f"{kind}s", name, kind) for name in names if name]
+            files += [file for path in found for file in (path, *layered(path, f"{kind}s")[1].values())]
+    if s.law is not None and own_law(s.law):
+        files += law_files(s.law)
+    return list(dict.fromkeys(file.resolve() for file in files))
+
+
+def installed(name: str) -> str:
+    """The version of a package that is installed; empty of one that is not."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return ""

@@ -1,24 +1,223 @@
-"""A scenario becomes concrete runs: each with its own seed and every random draw resolved, replayable alone."""
+"""A scenario becomes concrete runs: files found, every random draw resolved, each checked and replayable alone."""
 
 import math
+from collections.abc import Iterable
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, TypeVar
 
 import msgspec
 import mujoco
+import numpy as np
 
 from biped.base.errors import InputError
+from biped.base.files import locate, nearest
 from biped.base.text import echo, safe
-from biped.ensemble.runs import Runs
+from biped.robot.gravity import GRAVITY
+from biped.robot.ground import begin_beyond, first_of, profile_of
 from biped.robot.law_factory import Factory
+from biped.robot.load import RobotStarts, load_robot, starts_of
+from biped.robot.planar.model import check_home
+from biped.robot.planar.topology import N_ROWS, NQ
 from biped.robot.robot import Robot
 from biped.robot.run import Run, visual_model
-from biped.robot.suitable import check_gait
+from biped.robot.suitable import check_force, check_gait, check_keys, walks_by_gait
+from biped.scenario.gains import Gains
+from biped.scenario.gait import Gaits, Settings, read_reading, read_settings, resettled, settings_on
 from biped.scenario.keys import Scenario
-from biped.scenario.normals import Normals
-from biped.scenario.origin import UNKNOWN, Origin
-from biped.scenario.vary import DRAW, SWEEP, drawn, points_of, run_seed, with_values
+from biped.scenario.laws import SPATIAL
+from biped.scenario.randomise import Normals
+from biped.scenario.robot import Described
+from biped.scenario.valid import UNKNOWN, Origin
+from biped.scenario.vary import DRAW, SWEEP, disturbed, drawn, points_of, run_seed, stream, with_values
+from biped.scenario.world import BodyTruth, Disturbance, Push
+
+
+class _Loaded(NamedTuple):
+    """A robot with its model file and its starts."""
+
+    path: Path
+    robot: Robot
+    starts: RobotStarts
+
+
+class Runs:
+    """Makes the runs of scenarios; files are read once."""
+
+    def __init__(self):
+        self._loaded: dict[tuple[str, Described | None], _Loaded] = {}
+        self._gaits = Gaits()
+        self._settings: dict[tuple[str, str, str | None], Settings] = {}
+
+    def model(self, s: Scenario) -> Path:
+        """The model file."""
+        return self._load(s).path
+
+    def robot(self, s: Scenario) -> Robot:
+        """The robot in it."""
+        return self._load(s).robot
+
+    def gains(self, s: Scenario, at: str = "") -> Gains:
+        """Gains of a scenario's gait, its own laid over them; its own where it names no gait and needs none.
+
+        Args:
+            s: The scenario.
+            at: What the gait's key begins with: `change[0].` of one that a change goes over to.
+
+        Raises:
+            InputError: One is missing or of the wrong type, or they are of a walker in the plane instead of in space.
+        """
+        if not s.controller and not walks_by_gait(s):
+            return s.gains
+        gains = self._gaits[s.controller, s.gains]
+        check_gait(s, gains, at, complete=True)
+        return gains
+
+    def exchanged(self, s: Scenario, before: Scenario, varied: Iterable[str]) -> Scenario:
+        """The scenario with the settings of its gait and its reading, where one is another than before."""
+        if not walks_by_gait(s) or (s.controller, s.reading) == (before.controller, before.reading):
+            return s
+        old, new = (self._settings_of(s, one.controller, one.reading) for one in (before, s))
+        return resettled(s, old, new, set(varied))
+
+    def check(self, s: Scenario) -> None:
+        """Makes sure that a run can be made.
+
+        Raises:
+            InputError: It cannot.
+        """
+        path, robot, starts = self._load(s)
+        check_keys(s, robot)
+        if s.engine == "home":
+            check_home(path)
+        self.gains(s)
+        _pushes(s, robot)
+        starts.start(s, None)
+        _begins_beyond(s, starts)
+
+    def run(
+        self, s: Scenario, index: int, seed: int, values: dict[str, Any], origin: Origin, law: Factory | None
+    ) -> Run:
+        """A run, concrete; arguments as in `biped.robot.run.Run`."""
+        path, robot, starts = self._load(s)
+        q, v = starts.start(s, stream(seed, "start.jitter") if s.start.jitter > 0.0 else None)
+        return Run(
+            scenario=disturbed(_pushes(_weighed(s, robot, seed), robot), seed),
+            model=path,
+            robot=robot,
+            gains=self.gains(s),
+            index=index,
+            seed=seed,
+            values=values,
+            q=q,
+            v=v,
+            mass_factor=_factors(s, seed, "controller_mass_matrix", (NQ, NQ)),
+            row_factor=_factors(s, seed, "controller_constraints", (N_ROWS, NQ)),
+            origin=origin,
+            law=law,
+        )
+
+    def _settings_of(self, s: Scenario, controller: str, reading: str | None) -> Settings:
+        key = s.model, controller, reading
+        if key not in self._settings:
+            gait, _ = read_settings(_file("controller", controller))
+            below = {} if reading is None else read_reading(_file("reading", reading))[0]
+            self._settings[key] = settings_on(self.model(s), gait, below)
+        return self._settings[key]
+
+    def _load(self, s: Scenario) -> _Loaded:
+        key = s.model, s.robot
+        if key not in self._loaded:
+            path = locate("models", s.model, "model")
+            robot = load_robot(path, s.robot)
+            self._loaded[key] = _Loaded(path, robot, starts_of(path, robot, s.robot))
+        return self._loaded[key]
+
+
+def _file(key: str, name: str) -> Path:
+    """The file that a key names; whoever knows where the key was written can say so of the error.
+
+    Raises:
+        InputError: There is none.
+    """
+    try:
+        return locate(f"{key}s", name, key)
+    except InputError as error:
+        raise InputError(str(error), key) from error
+
+
+def _pushes(s: Scenario, robot: Robot) -> Scenario:
+    """The scenario with pushes and a random force on bodies of its robot; the trunk is the torso, whatever its name.
+
+    Raises:
+        InputError: A force is on another body, or has another dimension.
+    """
+    if s.push:
+        pushes = tuple(_on_body(s, robot, push, f"push[{i}]") for i, push in enumerate(s.push))
+        s = msgspec.structs.replace(s, push=pushes)
+    if s.disturbance is None:
+        return s
+    return msgspec.structs.replace(s, disturbance=_on_body(s, robot, s.disturbance, "disturbance"))
+
+
+_Acting = TypeVar("_Acting", Push, Disturbance)
+
+
+def _on_body(s: Scenario, robot: Robot, acting: _Acting, at: str) -> _Acting:
+    """A push or a random force on a body of the robot.
+
+    Raises:
+        InputError: It is on another body, or has another dimension.
+    """
+    trunk = robot.bodies[robot.trunk_number - 1]
+    body = trunk if acting.body == "torso" and acting.body not in robot.bodies else acting.body
+    if body not in robot.bodies:
+        hint = nearest(body, list(robot.bodies))
+        raise InputError(f"{at}.body: model '{s.model}' has no body '{safe(body)}'; {hint}", f"{at}.body")
+    check_force(robot, acting.force, f"{at}.force", s.model)
+    if isinstance(acting, Push) and acting.of == "weight":
+        force = tuple(robot.mass * GRAVITY * one for one in acting.force)
+        acting = msgspec.structs.replace(acting, force=force, of="si")
+    return acting if body == acting.body else msgspec.structs.replace(acting, body=body)
+
+
+def _weighed(s: Scenario, robot: Robot, seed: int) -> Scenario:
+    """The scenario with true masses that are drawn for this run."""
+    most = s.randomise.masses
+    if most == 0.0:
+        return s
+    replace = msgspec.structs.replace
+    factors = stream(seed, "masses").uniform(1.0 - most, 1.0 + most, len(robot.bodies)).tolist()
+    said = {one.name: one for one in s.truth.part}
+    parts = (said.get(name, BodyTruth(name=name)) for name in robot.bodies)
+    drawn = tuple(replace(one, mass=factor * one.mass) for one, factor in zip(parts, factors, strict=True))
+    truth = replace(s.truth, part=drawn)
+    return replace(s, truth=truth, randomise=replace(s.randomise, masses=0.0))
+
+
+def _begins_beyond(s: Scenario, starts: RobotStarts) -> None:
+    """Makes sure that the robot starts on the level, which the first tile or step lies beyond.
+
+    Raises:
+        InputError: It does not, or the law senses level ground.
+    """
+    profile = profile_of(s.ground, 0)
+    if profile.level:
+        return
+    if s.law == SPATIAL:
+        which = first_of(s.ground)
+        raise InputError(f"ground.{which}: expected none: the law 'spatial' walks on level ground and slopes",
+                         f"ground.{which}")  # fmt: skip
+    begin_beyond(s.ground, profile, starts.foremost(s))
+
+
+def _factors(s: Scenario, seed: int, name: str, shape: tuple[int, int]) -> np.ndarray | None:
+    """The factors of a run's M or A; None where they are right, or drawn at every tick."""
+    deviation = getattr(s.randomise, name)
+    if deviation == 0.0 or s.randomise.controller_errors == "tick":
+        return None
+    return 1.0 + deviation * stream(seed, name).standard_normal(shape)
+
 
 CHECKED = 10_000
 """Most runs that are looked at before the first is made."""
@@ -88,7 +287,7 @@ class Plan:
             return self._run(index)
 
     def run_from(self, seed: int) -> Run:
-        """A run of the ensemble that has a seed of its own, such as `biped.scenario.normals.Normals`."""
+        """A run of the ensemble that has a seed of its own, such as `biped.scenario.randomise.Normals`."""
         with self.origin.naming():
             return self._run(0, seed)
 

@@ -19,7 +19,7 @@ from biped.robot.ground import LEVEL, Profile
 from biped.robot.planar.topology import BASE
 from biped.robot.planar.tree import Tree
 from biped.robot.robot import Robot, seven_links
-from biped.scenario.ground import Seat
+from biped.scenario.world import Seat
 
 
 @dataclass(frozen=True, eq=False)

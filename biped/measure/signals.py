@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 
+from biped.base.typed import LARGEST
 from biped.measure.contact import along_feet, ends
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
 from biped.robot.leg_states import FIRST_IN_AIR
 from biped.robot.planar.topology import ENDS, LEGS, SEGMENTS
-from biped.scenario.section import LARGEST
 
 # Before this distance [m] the cost of transport is a number divided by almost nothing.
 _STARTED = 0.5

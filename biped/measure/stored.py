@@ -18,7 +18,7 @@ from biped.measure.seven_links import kind_of
 from biped.measure.trajectory import Trajectory
 from biped.robot.ground import profile_from
 from biped.robot.load import robot_from
-from biped.scenario.ground import Seat
+from biped.scenario.world import Seat
 
 
 def trajectory_from(

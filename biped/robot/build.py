@@ -16,10 +16,10 @@ from biped.robot.robot import Drive, Robot, torque_limits
 from biped.robot.spec import read, set_solver
 from biped.robot.truth import apply_truth
 from biped.robot.uneven import give_planes, name_geoms, pairs_with_planes
-from biped.scenario.ground import Ground
+from biped.scenario.general import FILE
 from biped.scenario.keys import Scenario, Simulation, Truth
-from biped.scenario.options import FILE
 from biped.scenario.robot import Described
+from biped.scenario.world import Ground
 
 Command = Literal["torque", "position", "velocity", "generalized"]
 """Commands that a law returns: torques [N m] or targets [rad, rad/s] of servos at joints, or forces of velocities."""

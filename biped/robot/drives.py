@@ -3,9 +3,9 @@
 import mujoco
 
 from biped.base.files import nearest
+from biped.base.typed import LARGEST
 from biped.robot.robot import Drive
 from biped.scenario.robot import Described
-from biped.scenario.section import LARGEST
 
 _EVEN = 1e-6
 """Share of a range by which its ends may differ."""

@@ -12,8 +12,8 @@ from msgspec import structs
 
 from biped.base.errors import InputError
 from biped.base.jit import kernel
-from biped.scenario.ground import Ground, Seat, Steps, Tiles
 from biped.scenario.vary import stream
+from biped.scenario.world import Ground, Seat, Steps, Tiles
 
 KNOTS = 1024
 """Most corners of a ground: `biped.scenario.keys` bounds the numbers of tiles and steps."""

@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 
 from biped.base.files import folder
-from biped.base.typed import convert
+from biped.base.typed import LARGEST, convert
 from biped.robot.planar.description import PlanarDescription, description_at, version_of
 from biped.robot.planar.model import checked_model, tree_at
 from biped.robot.planar.topology import BASE, ENDS, FOOT, LEGS, N_POINTS, SEGMENTS, TORSO
@@ -17,7 +17,6 @@ from biped.robot.planar.tree import Tree, seven_links_of
 from biped.robot.robot import Drive, FootParts, Robot, planar_top
 from biped.scenario.keys import Scenario
 from biped.scenario.robot import Described
-from biped.scenario.section import LARGEST
 
 
 class RobotStarts(Protocol):

@@ -11,10 +11,10 @@ from biped.robot.recognise import robot_of
 from biped.robot.robot import Robot
 from biped.robot.spec import no_keyframe, parsed
 from biped.robot.upright import contact_points, stand_upright
-from biped.scenario.ground import Ground
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import SPATIAL
 from biped.scenario.robot import Described
+from biped.scenario.world import Ground
 
 
 class Starts:

@@ -13,10 +13,9 @@ from biped.robot.anatomy import ANKLE, HIP, INVERSION, KNEE, Anatomy, anatomy_of
 from biped.robot.recognise import looked_at
 from biped.robot.robot import Robot
 from biped.robot.spec import parsed
-from biped.scenario.general import KIND
+from biped.scenario.general import KIND, differing
 from biped.scenario.keys import Simulation
 from biped.scenario.laws import BUILT_IN, SPATIAL
-from biped.scenario.options import differing
 from biped.scenario.robot import Described
 from biped.scenario.valid import convert, known_keys
 

@@ -6,12 +6,12 @@ import numpy as np
 from msgspec import structs
 
 from biped.base.errors import InputError
+from biped.base.typed import LARGEST, Section
 from biped.robot.planar.description import Motor
 from biped.robot.planar.topology import SEGMENTS, THIGH, TORSO
 from biped.robot.planar.tree import SevenLinks, Tree, seven_links_of
 from biped.scenario.keys import Scenario
 from biped.scenario.robot import Appearance, Place, Walked
-from biped.scenario.section import LARGEST, Section
 
 
 class Drive(Section, frozen=True):

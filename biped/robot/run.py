@@ -23,7 +23,7 @@ from biped.robot.robot import Robot, seven_links, torque_limits
 from biped.robot.truth import true_robot
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario, Truth
-from biped.scenario.origin import UNKNOWN, Origin
+from biped.scenario.valid import UNKNOWN, Origin
 
 if TYPE_CHECKING:
     import mujoco

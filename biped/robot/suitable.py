@@ -9,8 +9,8 @@ from biped.scenario.general import taken
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import BUILT_IN, SPATIAL
 from biped.scenario.possible import suits_seven_links
-from biped.scenario.push import PLANE, SPACE
 from biped.scenario.valid import fault
+from biped.scenario.world import PLANE, SPACE
 
 
 def walks_by_gait(s: Scenario) -> bool:

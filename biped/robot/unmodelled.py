@@ -12,8 +12,8 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.jit import kernel
+from biped.base.typed import LARGEST
 from biped.robot.run import Run
-from biped.scenario.section import LARGEST
 from biped.scenario.vary import stream
 
 TERMS = 64

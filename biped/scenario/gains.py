@@ -7,8 +7,7 @@ from typing import Any, Literal
 
 import msgspec
 
-from biped.base.typed import convert
-from biped.scenario.section import Degrees, Four, NonNegative, Positive, Real, Section, Springs
+from biped.base.typed import Degrees, Four, NonNegative, Positive, Real, Section, Springs, convert
 
 
 class PartialGains(Section, frozen=True):

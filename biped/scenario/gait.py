@@ -1,19 +1,204 @@
-"""A gait file: gains, perhaps a family of them, and the settings that they were made for."""
+"""A gait file: gains, perhaps a family of them; and the settings that come with a gait, a reading or a robot.
+
+Settings lie below the scenario's own keys in this order. A gait that comes with settings was made for them: of a
+reading it takes only the tables that no gait file has.
+"""
 
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from msgspec import to_builtins
 from msgspec.structs import replace
 
 from biped.base.errors import InputError
-from biped.base.files import label, layered, locate
+from biped.base.files import description_of, label, layered, locate, read_toml
+from biped.base.text import echo
+from biped.base.typed import Positive, Section
+from biped.scenario.devices import Actuation
 from biped.scenario.gains import GAINS, NOT_NEEDED, OUT_OF_PLANE, Gains
-from biped.scenario.origin import Origin
-from biped.scenario.section import Positive
-from biped.scenario.settings import GAIT, Settings, typed
-from biped.scenario.valid import convert, known_keys
+from biped.scenario.general import HABITS
+from biped.scenario.keys import Backstep, Scenario, Sensing, Simulation, Start
+from biped.scenario.valid import Origin, convert, known_keys
+from biped.scenario.world import Ground
+
+Kinds = dict[str, type[Section]]
+GAIT: Kinds = {"sensing": Sensing, "actuation": Actuation, "backstep": Backstep}
+"""Tables of a scenario that a gait file may have too."""
+READING: Kinds = {
+    "sensing": Sensing,
+    "actuation": Actuation,
+    "start": Start,
+    "ground": Ground,
+    "simulation": Simulation,
+}
+"""Tables of a scenario that a reading of the thesis may have too."""
+ALL: Kinds = GAIT | READING
+OPTIONAL = frozenset(name for name in ALL if getattr(Scenario(), name) is None)
+"""Of these there is none by default: that there is one says something, whatever its numbers."""
+
+Settings = dict[str, dict[str, Any]]
+"""Table, key, value."""
+
+
+def typed(tables: dict[str, Any], kinds: Kinds, origin: Origin) -> Settings:
+    """The settings in a file's tables, checked.
+
+    Args:
+        tables: As written.
+        kinds: Tables that the file may have.
+        origin: Where each key was written.
+
+    Raises:
+        InputError: A setting is unknown, of the wrong type or impossible.
+    """
+    known_keys(tables, Scenario, "", origin.fault)
+    settings = {}
+    for name, table in tables.items():
+        if not isinstance(table, dict):
+            raise origin.fault(name, f"expected a table, got {echo(table)}")
+        section = convert(table, kinds[name], lambda key, what, at=name: origin.fault(f"{at}.{key}", what))
+        settings[name] = {key: getattr(section, key) for key in table}
+    return settings
+
+
+def read_reading(path: Path) -> tuple[Settings, Origin]:
+    """Reads a reading of the thesis, readings/*.toml, and where each of its settings was written.
+
+    Raises:
+        InputError: A setting is unknown, of the wrong type or impossible.
+    """
+    data, keys = layered(path, "readings")
+    data.pop("description", None)
+    origin = Origin(path, keys)
+    if others := [name for name in data if name not in READING]:
+        raise origin.fault(others[0], f"expected one of {', '.join(READING)}")
+    return typed(data, READING, origin), origin
+
+
+def lay_below(data: dict[str, Any], keys: dict[str, Path], settings: Settings, origin: Origin) -> None:
+    """Lays settings below what a scenario says itself, in place.
+
+    Args:
+        data: The scenario as plain data.
+        keys: Where each of its keys was written.
+        settings: What is laid below it.
+        origin: Where that was written.
+    """
+    for name, table in settings.items():
+        mine = data.setdefault(name, {})
+        if not isinstance(mine, dict):
+            continue  # the scenario's own fault, for which it is blamed
+        for key, value in table.items():
+            if key not in mine:
+                mine[key] = value
+                keys[f"{name}.{key}"] = origin.keys[f"{name}.{key}"]
+            elif isinstance(mine[key], dict) and isinstance(value, Section):
+                mine[key] = to_builtins(value) | mine[key]  # what a table leaves unsaid is the gait's, not a default
+
+
+def beside_gait(reading: Settings, gait: Settings) -> Settings:
+    """The part of a reading that holds for a gait which comes with these settings."""
+    return {name: table for name, table in reading.items() if not (gait and name in GAIT)}
+
+
+def habits_of(model: Path) -> tuple[dict[str, Any], Path]:
+    """Settings for scenarios in the description of a robot, as written, and the file that has them."""
+    path = description_of(model)
+    habits = read_toml(path).get("scenario", {})
+    if not isinstance(habits, dict):
+        raise InputError(f"{label(path)}: scenario: expected a table, [scenario], got {echo(habits)}")
+    return habits, path
+
+
+def _usual(habits: tuple[dict[str, Any], Path], name: str) -> tuple[dict[str, Any], Section]:
+    """A table of `ALL` by a robot's `habits_of`: as written, and with the defaults of the rest.
+
+    Raises:
+        InputError: A setting is unknown, of the wrong type or impossible.
+    """
+    said, path = habits
+    table, origin = said.get(name, {}), Origin(path)
+    return table, convert(table, ALL[name], lambda key, what: origin.fault(f"scenario.{name}.{key}", what))
+
+
+def settings_on(model: Path, gait: Settings, reading: Settings) -> Settings:
+    """The settings of a robot with a gait under a reading: the gait's over the reading's over its description's."""
+    habits = habits_of(model)
+    settings = dict(gait)
+    reading = beside_gait(reading, gait)
+    for name in ALL:
+        if name in OPTIONAL and name not in settings:
+            continue
+        table, section = _usual(habits, name)
+        usual = {key: getattr(section, key) for key in table}
+        settings[name] = usual | reading.get(name, {}) | settings.get(name, {})
+    return settings
+
+
+def gait_settings(s: Scenario) -> Settings:
+    """The settings of a scenario that a gait found in it was made for: those that are not its robot's own."""
+    habits, tables = habits_of(locate("models", s.model, "model")), {}
+    for name, kind in GAIT.items():
+        defaults, mine = _usual(habits, name)[1], getattr(s, name)
+        if mine is None:
+            continue
+        unsaid = HABITS.get(name, {})  # of any robot: its own limits
+        own = {
+            key: getattr(mine, key)
+            for key in kind.__struct_fields__
+            if name in OPTIONAL or getattr(mine, key) not in (getattr(defaults, key), unsaid.get(key))
+        }
+        if own:
+            tables[name] = own
+    return tables
+
+
+def resettled(s: Scenario, old: Settings, new: Settings, varied: set[str]) -> Scenario:
+    """A scenario whose gait or reading was exchanged, with the new one's settings instead of the old one's.
+
+    What the scenario says itself stays: a setting other than the old one's (or the default), or one that varies. A
+    table that there need not be comes and goes with the gait, unless the scenario says something in it.
+
+    Args:
+        s: The scenario, which names the new gait and reading.
+        old: `settings_on` its robot with those it was read with.
+        new: The same with those it names.
+        varied: Dotted keys that have values of their own.
+    """
+    tables = {}
+    for name, kind in ALL.items():
+        mine = getattr(s, name)
+        was, will = (kind(**gait[name]) if name in gait else None for gait in (old, new))
+        if mine == was and not any(key.startswith(f"{name}.") for key in varied):
+            tables[name] = will
+        elif mine is not None:
+            tables[name] = _exchanged(mine, was or kind(), will or kind(), name, varied)
+    return replace(s, **tables)
+
+
+def _exchanged(mine: Section, was: Section, will: Section, name: str, varied: set[str]) -> Section:
+    """A table with what it had of the old gait, also in tables within it, as the new one has it.
+
+    Args:
+        mine: The table.
+        was: As the old gait has it.
+        will: As the new one does.
+        name: Its dotted key.
+        varied: Dotted keys that have values of their own.
+    """
+    moved = {}
+    for key in mine.__struct_fields__:
+        dotted = f"{name}.{key}"
+        now, before, after = (getattr(table, key) for table in (mine, was, will))
+        if dotted in varied:
+            continue
+        if isinstance(now, Section) and type(now) is type(before) is type(after):
+            moved[key] = _exchanged(now, before, after, dotted, varied)
+        elif now == before:
+            moved[key] = after
+    return replace(mine, **moved)
 
 
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any], Any, Origin]:
@@ -35,8 +220,6 @@ def read_gains(path: Path, override: Gains) -> Gains:
     known_keys(data, Gains, "", origin.fault)
     gains = convert(data, Gains, origin.fault)
     if override.speed is not None:
-        from biped.scenario.gait import Knot, gains_at
-
         knots = convert(speeds, tuple[Knot, ...], lambda key, what: origin.fault(f"speeds{key}", what))
         gains = replace(gains, **gains_at(knots, override.speed, origin.fault))
     gains = gains.replaced(override)
@@ -67,7 +250,6 @@ def speeds_of(path: Path) -> tuple[float, float] | None:
     _, _, speeds, origin = _read(path)
     if not speeds:
         return None
-    from biped.scenario.gait import Knot
 
     knots = convert(speeds, tuple[Knot, ...], lambda key, what: origin.fault(f"speeds{key}", what))
     return min(knot.at for knot in knots), max(knot.at for knot in knots)

@@ -9,20 +9,14 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, field
 
-from biped.scenario.actuation import Actuation, Change
-from biped.scenario.command import Command
+from biped.base.typed import Degrees, Hold, Name, Nine, NonNegative, Positive, Real, Section
+from biped.scenario.devices import Actuation, Change, Command, Estimator, Sensors
 from biped.scenario.engines import MUJOCO
-from biped.scenario.expect import Bound
 from biped.scenario.gains import Gains
-from biped.scenario.ground import Ground
-from biped.scenario.push import Disturbance, Push
+from biped.scenario.goals import Bound, Standard, Tune
 from biped.scenario.randomise import FailureKeys, Randomise, Threshold
 from biped.scenario.robot import Described
-from biped.scenario.section import Degrees, Hold, Name, Nine, NonNegative, Positive, Real, Section
-from biped.scenario.senses import Estimator, Sensors
-from biped.scenario.standard import Standard
-from biped.scenario.truth import Truth
-from biped.scenario.tune import Tune
+from biped.scenario.world import Disturbance, Ground, Push, Truth
 
 
 class Start(Section, frozen=True):

@@ -5,7 +5,7 @@ import math
 from biped.base.files import nearest
 from biped.base.text import safe
 from biped.scenario.engines import ENGINES
-from biped.scenario.expect import check_bounds
+from biped.scenario.goals import check_bounds
 from biped.scenario.keys import ENGINE, Scenario
 from biped.scenario.laws import SPATIAL, own_law
 from biped.scenario.metrics import METRICS

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from msgspec.structs import replace
 
 from biped.scenario.keys import Scenario
-from biped.scenario.push import Push
+from biped.scenario.world import Push
 
 PIECE = 0.01
 """[s] of a piece of a push whose force changes; of a sine, at most a 20th of its period."""

@@ -1,7 +1,7 @@
 """From a scenario file and the command line's changes to a checked `Scenario`; every complaint names file and key."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -9,19 +9,44 @@ from typing import Any, NamedTuple
 import msgspec
 from msgspec.structs import replace
 
+from biped.base import typed
 from biped.base.errors import InputError
 from biped.base.files import DEEPEST, canonical, layered, locate, merge, parse_toml
 from biped.base.text import safe
-from biped.scenario import thesis
-from biped.scenario.gait import read_settings
+from biped.scenario.gait import Settings, beside_gait, habits_of, lay_below, read_reading, read_settings
 from biped.scenario.general import lay_under, make_general, taken
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import is_card, own_law
-from biped.scenario.origin import COMMAND_LINE, Origin
 from biped.scenario.possible import possible, suits_seven_links
-from biped.scenario.settings import Settings, beside_gait, habits_of, lay_below, read_reading
-from biped.scenario.valid import Fail, convert, known_keys
+from biped.scenario.valid import COMMAND_LINE, Fail, Origin, convert, known_keys
 from biped.scenario.vary import ENTRY
+
+ABOUT = ("model", "controller", "law", "gains", "change", "backstep", "push", "truth", "ground.slope")
+"""Keys that say which gait of which biped walks where."""
+
+
+def about(data: Mapping[str, Any], origin: Mapping[str, Path]) -> dict[str, float]:
+    """The numbers of [thesis] that are about a scenario: nothing of `ABOUT` differs from the file that gives them.
+
+    Args:
+        data: The scenario, its layers merged, as plain data that is a valid scenario.
+        origin: File of each dotted key; numbers given with --set are about whatever they are given for.
+    """
+    files = {origin[f"thesis.{name}"] for name in data.get("thesis", {})}
+    mine = _about(data)
+    apart = {file for file in files if file.is_file() and _about(layered(file, "scenarios")[0]) != mine}
+    return {name: value for name, value in data.get("thesis", {}).items() if origin[f"thesis.{name}"] not in apart}
+
+
+def _about(data: Mapping[str, Any]) -> list[Any]:
+    """Settings of a scenario that the thesis is about (`ABOUT`), and which of them vary."""
+    s = typed.convert(data, Scenario)
+    varied = {**s.sweep, **s.randomise.draw}
+    told = [getattr(s, key) for key in ABOUT if "." not in key]
+    return [*told, s.ground.slope, {key: varied[key] for key in varied if f"{key}.".startswith(_PREFIXES)}]
+
+
+_PREFIXES = tuple(f"{key}." for key in ABOUT)
 
 
 class Read(NamedTuple):
@@ -53,7 +78,7 @@ def read(name: str, changes: Sequence[str] = (), looking: bool = False) -> Read:
     for change in changes:
         merge(data, _in_lists(data, _change(change)), origin, COMMAND_LINE, emptied=True)
     scenario, whence = _checked(data, origin, path, looking)
-    return Read(replace(scenario, thesis=thesis.about(data, origin)) if scenario.thesis else scenario, whence)
+    return Read(replace(scenario, thesis=about(data, origin)) if scenario.thesis else scenario, whence)
 
 
 def read_scenario(name: str, changes: Sequence[str] = (), looking: bool = False) -> Scenario:
@@ -164,7 +189,7 @@ def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path, looking: b
     known_keys(data, Scenario, "", fail)
     law = data.get("law")
     if isinstance(law, str) and is_card(law) and not looking:
-        from biped.scenario.card_file import lay_card
+        from biped.scenario.card import lay_card
 
         lay_card(data, keys, path, fail)
     # A controller or model named in a file is looked for beside that file too.

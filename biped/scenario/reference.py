@@ -14,8 +14,8 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 import msgspec
 
 from biped.base.text import markdown_table
+from biped.base.typed import LARGEST
 from biped.scenario.keys import Scenario
-from biped.scenario.section import LARGEST
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE, TEMPLATE, MARK = DOCS / "scenarios.md", DOCS / "scenarios.in.md", "<!-- keys -->"

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from biped.scenario.section import Name, Names, NonNegative, Positive, Section
+from biped.base.typed import Name, Names, NonNegative, Positive, Section
 
 Place = tuple[float, float, float]
 

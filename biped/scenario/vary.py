@@ -1,4 +1,4 @@
-"""Changing single keys of a scenario: points of a sweep, draws of an ensemble, and Python's values after `--set`."""
+"""Changing single keys of a scenario: points of a sweep, draws of an ensemble, random forces, values after `--set`."""
 
 import json
 import math
@@ -11,16 +11,17 @@ from typing import Any, NamedTuple, get_type_hints
 
 import msgspec
 import numpy as np
+from msgspec.structs import replace
 
 from biped.base.errors import InputError
 from biped.base.files import nearest
 from biped.base.text import echo, safe, short
 from biped.base.typed import convert
 from biped.scenario.keys import Scenario
-from biped.scenario.normals import Normals
 from biped.scenario.possible import possible
-from biped.scenario.randomise import Distribution
+from biped.scenario.randomise import Distribution, Normals, NormalStream
 from biped.scenario.valid import humane
+from biped.scenario.world import Push
 
 FIXED = (
     "randomise", "sweep", "seed", "expect", "thesis", "window", "engine", "law", "law_sha256", "description",
@@ -59,7 +60,7 @@ def run_seed(seed: int, index: int) -> int:
 def stream(seed: int, name: str) -> Any:
     """An independent stream of random numbers for one purpose, so that a new purpose never changes an old one.
 
-    It is a `numpy.random.Generator`, or of a seed whose normals are moved a `biped.scenario.normals.NormalStream`.
+    It is a `numpy.random.Generator`, or of a seed whose normals are moved a `biped.scenario.randomise.NormalStream`.
     """
     key = zlib.crc32(name.encode())
     return seed.stream(key) if isinstance(seed, Normals) else np.random.default_rng([seed, key])
@@ -239,3 +240,53 @@ def _toml(key: str, value: Any) -> str:
 
 def _name(text: str) -> str:
     return text if re.fullmatch(r"[\w-]+", text, re.ASCII) else json.dumps(text, ensure_ascii=False)
+
+
+PIECES = 10
+"""In a correlation time."""
+
+
+def disturbed(s: Scenario, seed: int) -> Scenario:
+    """The scenario of a run with its random force among the pushes.
+
+    The process is sampled exactly: x' = ρ x + √(1 − ρ²) z with ρ = exp(−h / τ) from piece to piece of h, and
+    stationary from the first (D. T. Gillespie, Phys. Rev. E 54:2084, 1996).
+
+    Args:
+        s: The scenario.
+        seed: The run's, from which the force is drawn: twice the strength is twice the same force.
+    """
+    given = s.disturbance
+    if given is None:
+        return s
+    start, z = piece_times(s), piece_normals(s, seed)
+    rho = math.exp(-(start[1] - start[0]) / given.correlation) if len(start) > 1 else 0.0
+    force = np.empty_like(z)
+    force[0] = z[0]
+    for k in range(1, len(z)):
+        force[k] = rho * force[k - 1] + math.sqrt(1.0 - rho * rho) * z[k]
+    force *= np.array(given.force)
+    ends = np.append(start[1:], s.duration)
+    pushes = (
+        Push(at=float(a), duration=float(b - a), force=tuple(map(float, one)), body=given.body)
+        for a, b, one in zip(start, ends, force, strict=True)
+    )
+    return replace(s, push=(*s.push, *pushes))
+
+
+def piece_times(s: Scenario) -> np.ndarray:
+    """(n,) [s] at which the pieces of a scenario's random force begin, whole ticks; empty without one."""
+    if s.disturbance is None:
+        return np.empty(0)
+    tick = 1.0 / s.simulation.control_rate
+    each = max(1, round(s.disturbance.correlation / PIECES / tick))
+    first, count = round(s.disturbance.at / tick), round(s.duration / tick)
+    return np.arange(first, max(count, first + 1), each) * tick
+
+
+def piece_normals(s: Scenario, seed: int) -> np.ndarray:
+    """(n, directions) normal numbers that the pieces of a run's random force are made of; empty without one."""
+    start = piece_times(s)
+    rng = stream(seed, "disturbance")
+    size = (len(start), len(s.disturbance.force) if s.disturbance else 0)
+    return rng.standard_normal(size, start) if isinstance(rng, NormalStream) else rng.standard_normal(size)

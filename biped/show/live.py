@@ -13,7 +13,7 @@ from biped.base.errors import InputError
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.robot.ground import Profile, slabs
-from biped.scenario.push import PLANE
+from biped.scenario.world import PLANE
 from biped.show.spatial import light_evenly
 from biped.show.viewer import has_display
 

@@ -19,8 +19,8 @@ from biped.base.text import plain
 from biped.base.typed import convert
 from biped.ensemble import campaign
 from biped.ensemble.failures import FAILURES, SUFFIX, load_packed
+from biped.ensemble.folder import of_plan, reading
 from biped.ensemble.plan import Plan
-from biped.ensemble.stored import of_plan, reading
 from biped.measure.metrics.walking import kind_of
 from biped.measure.stored import load
 from biped.scenario.laws import own_law

@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 from biped.base.errors import InputError
 from biped.base.files import names
 from biped.base.paired import means
-from biped.base.progress import Progress, silent
-from biped.ensemble.backend import Jobs
+from biped.ensemble.backend import Jobs, Progress, silent
 from biped.studies.run import plan_of, run, title_of
 
 RUNS = 20

@@ -17,17 +17,15 @@ from msgspec.structs import replace
 from biped.base.errors import InputError
 from biped.base.files import label
 from biped.base.json import dumps
-from biped.base.progress import Progress, Told, silent, unheard
-from biped.ensemble.backend import Jobs
+from biped.ensemble.backend import Jobs, Progress, Told, silent, unheard
 from biped.ensemble.executor import workers
 from biped.ensemble.guard import OF_RUNS
 from biped.ensemble.plan import Plan
-from biped.scenario.disturbed import piece_normals, piece_times
-from biped.scenario.expect import Bound
+from biped.scenario.goals import Bound
 from biped.scenario.keys import Scenario
-from biped.scenario.normals import Move, Normals
+from biped.scenario.randomise import Move, Normals
 from biped.scenario.reading import to_toml
-from biped.scenario.vary import stream
+from biped.scenario.vary import piece_normals, piece_times, stream
 from biped.studies.certify.estimation import FIRST, LEAST_SIZE, Accuracy, levels_of
 from biped.studies.certify.outcome import RunOutcome
 from biped.studies.certify.running import MakingOutcomes, Outcomes, journalled

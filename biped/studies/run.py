@@ -14,9 +14,8 @@ from msgspec.structs import replace
 from biped.base.errors import InputError
 from biped.base.files import canonical, label, locate
 from biped.base.json import dumps
-from biped.base.progress import Progress, Told, silent, unheard
 from biped.ensemble import campaign, failures
-from biped.ensemble.backend import Jobs
+from biped.ensemble.backend import Jobs, Progress, Told, silent, unheard
 from biped.ensemble.chunks import Shard
 from biped.ensemble.columns import StoredRows, batches
 from biped.ensemble.folder import Folder

@@ -7,7 +7,7 @@ import pytest
 from msgspec.structs import replace
 
 from biped.control.smoothing import fraction, smooth
-from biped.scenario.actuation import Actuation, Pushing
+from biped.scenario.devices import Actuation, Pushing
 from biped.scenario.keys import Scenario, Simulation
 from tests.ticks import Bench, states
 

@@ -11,14 +11,21 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.ensemble.campaign import simulate
-from biped.scenario.actuation import Actuation, ActuationChange, Change
-from biped.scenario.command import Command, CommandPiece
-from biped.scenario.ground import Ground, Seat, Steps, Tiles
+from biped.scenario.devices import (
+    Actuation,
+    ActuationChange,
+    Change,
+    Command,
+    CommandPiece,
+    Encoders,
+    Estimator,
+    Gyro,
+    Sensors,
+    Switches,
+)
 from biped.scenario.keys import ControlKeys, Fall, Simulation, Start
-from biped.scenario.push import Disturbance, Push
 from biped.scenario.randomise import Randomise
-from biped.scenario.senses import Encoders, Estimator, Gyro, Sensors, Switches
-from biped.scenario.truth import BodyTruth, Truth, UnmodelledKeys
+from biped.scenario.world import BodyTruth, Disturbance, Ground, Push, Seat, Steps, Tiles, Truth, UnmodelledKeys
 from biped.studies.run import plan_of
 
 pytest.importorskip("pydrake", reason="Drake is not installed")

@@ -18,7 +18,7 @@ from biped.measure.stored import load
 from biped.robot.build import compiled
 from biped.robot.ground import profile_of
 from biped.robot.run import visual_model
-from biped.scenario.ground import Ground, Steps
+from biped.scenario.world import Ground, Steps
 from biped.studies.run import plan_of
 from tests.engines.test_mujoco import law_of, named, stood
 

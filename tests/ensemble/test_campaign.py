@@ -12,7 +12,7 @@ import pytest
 
 from biped.base.json import dumps
 from biped.cli.main import main
-from biped.ensemble import campaign, processes
+from biped.ensemble import backend, campaign
 from biped.ensemble.campaign import Making, run_one
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario
@@ -158,7 +158,7 @@ def test_bounded_torques_by_a_package_need_processes(monkeypatch):
 @pytest.mark.slow
 def test_where_processes_do_not_fork(monkeypatch):
     assert main(["run", "e.toml", "--jobs", "1", "--out", "1"]) == 0
-    monkeypatch.setattr(processes, "FORKS", False)
+    monkeypatch.setattr(backend, "FORKS", False)
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2]))
     assert main(["run", "e.toml", "--jobs", "2", "--out", "2"]) == 0
     one, two = contents("1"), contents("2")

@@ -12,7 +12,7 @@ import pytest
 from biped.base.statistics import wilson
 from biped.cli.common import all_passed, code_of
 from biped.ensemble.checks import Check, judge, judgement, passed, write_junit
-from biped.scenario.expect import Bound
+from biped.scenario.goals import Bound
 from biped.show.results import summary_of
 
 

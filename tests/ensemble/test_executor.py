@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from biped.base.errors import InputError, RunError
-from biped.ensemble import executor, processes
+from biped.ensemble import backend, executor
 from biped.ensemble.backend import Futures
 from biped.ensemble.executor import AHEAD, Map, workers
 
@@ -156,7 +156,7 @@ def test_any_executor_of_the_standard_interface_does():
 
 def test_one_place_carries_things_out():
     """No other module of the package makes pools of processes or threads."""
-    mine = {Path(executor.__file__), Path(processes.__file__), Path(executor.__file__).with_name("futures.py")}
+    mine = {Path(executor.__file__), Path(backend.__file__), Path(executor.__file__).with_name("futures.py")}
     for path in Path(executor.__file__).parents[1].rglob("*.py"):
         if path not in mine:
             text = path.read_text(encoding="utf-8")

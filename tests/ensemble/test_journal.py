@@ -9,10 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from biped.base import platform
 from biped.base.errors import InputError
 from biped.cli.main import main
-from biped.ensemble.journal import Journal
+from biped.ensemble.journal import Journal, here
 from tests.cases import ENSEMBLE, contents, write
 
 ABOUT = {"scenario": "abc", "mujoco": "4.0.0"}
@@ -167,8 +166,8 @@ def test_a_campaign_with_a_damaged_journal_ends_with_the_same_bytes(kind, again,
 
 
 def test_another_version_does_not_continue_a_campaign(again, monkeypatch, capsys):
-    there = platform.here() | {"numpy": "1.0"}
-    monkeypatch.setattr("biped.ensemble.origin.here", lambda: there)
+    there = here() | {"numpy": "1.0"}
+    monkeypatch.setattr("biped.ensemble.journal.here", lambda: there)
     before = contents("x")
     assert main(["run", "e.toml", "--jobs", "1", "--out", "x"]) == 2
     error = capsys.readouterr().err

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from biped.ensemble import processes
+from biped.ensemble import backend
 from biped.ensemble.executor import STUCK, WorkerLost, workers
 
 ROOT = Path(__file__).parents[2]
@@ -36,7 +36,7 @@ class Pickling:
 
 def moment(name: str, marker: Path, monkeypatch):
     """A function of an item whose first worker is killed at that moment; the marker says that it was."""
-    send, serve = Connection.send, processes._serve
+    send, serve = Connection.send, backend._serve
 
     def first() -> bool:
         if os.getpid() == HERE or marker.exists():
@@ -85,7 +85,7 @@ def moment(name: str, marker: Path, monkeypatch):
         return x * x
 
     if name == "at its start":
-        monkeypatch.setattr(processes, "_serve", dying_serve)
+        monkeypatch.setattr(backend, "_serve", dying_serve)
     monkeypatch.setattr(Connection, "send", dying_send)
     return work
 

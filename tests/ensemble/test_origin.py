@@ -14,8 +14,7 @@ import pytest
 
 import biped
 from biped.base.errors import InputError
-from biped.ensemble.journal import Journal
-from biped.ensemble.origin import files_read_by, origin_of
+from biped.ensemble.journal import Journal, files_read_by, origin_of
 from biped.scenario.engines import ENGINES
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import digest
@@ -197,7 +196,7 @@ def test_what_a_law_logs_is_no_part_of_it(tmp_path):
 
 def test_the_loops_of_the_blas_are_in_the_origin(tmp_path):
     """Told to take others, it says so: they change last digits."""
-    code = "from biped.base.platform import here; print(here()['blas'])"
+    code = "from biped.ensemble.journal import here; print(here()['blas'])"
     found = [
         subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True,
                        env=os.environ | {"PYTHONPATH": str(ROOT), "OPENBLAS_CORETYPE": core}).stdout.strip()
@@ -211,7 +210,7 @@ VERSIONS = {"drake": "9.1", "onnxruntime": "9.2"}
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_versions_of_libraries_that_runs_use_are_in_the_origin_and_no_others(engine, tmp_path, monkeypatch):
-    monkeypatch.setattr("biped.ensemble.origin.installed", VERSIONS.get)
+    monkeypatch.setattr("biped.ensemble.journal.installed", VERSIONS.get)
     found = origin_of(plan_of("level_normal", [f"engine={engine}"]))
     assert {name: found[name] for name in VERSIONS if name in found} == ({"drake": "9.1"} if engine == "drake" else {})
     monkeypatch.chdir(tmp_path)
@@ -225,7 +224,7 @@ def test_a_journal_of_another_version_of_drake_is_refused(tmp_path, monkeypatch)
     plan, path = plan_of("level_normal", ["engine=drake"]), tmp_path / "runs.jsonl"
     origins = []
     for version in ("1.50.0", "1.51.1"):
-        monkeypatch.setattr("biped.ensemble.origin.installed", {"drake": version}.get)
+        monkeypatch.setattr("biped.ensemble.journal.installed", {"drake": version}.get)
         origins.append(origin_of(plan))
     Journal(path, origins[0]).note({"index": 0, "seed": 1})
     assert len(Journal(path, origins[0]).read()[0]) == 1

@@ -58,7 +58,7 @@ def test_a_damaged_file_is_set_aside_and_its_runs_are_made_again(kind, undisturb
 
 def test_files_of_something_else_are_refused(capsys, monkeypatch):
     run("x", "--jobs", "1", "--shard", "1/2")
-    monkeypatch.setattr("biped.ensemble.origin.digest", lambda *where: "another")
+    monkeypatch.setattr("biped.ensemble.journal.digest", lambda *where: "another")
     before = contents("x")
     assert main(["run", "e.toml", "--jobs", "1", "--out", "x"]) == 2
     assert "its runs were made with kernels " in capsys.readouterr().err

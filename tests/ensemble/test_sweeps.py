@@ -10,12 +10,12 @@ from biped.base.statistics import wilson
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.ensemble.results import by_point, goal_at, threshold_words, thresholds
-from biped.scenario.expect import Bound
+from biped.scenario.goals import Bound
 from biped.scenario.keys import Scenario, Sensors, Simulation, Start, Truth
 from biped.scenario.metrics import HEAD
-from biped.scenario.push import Push
 from biped.scenario.randomise import Distribution, Randomise, Threshold
 from biped.scenario.vary import ChangeOrigin, drawn, points_of, run_seed, with_values
+from biped.scenario.world import Push
 
 PUSHED = Scenario(duration=0.2, push=(Push(at=0.0, duration=0.1, force=(10.0, 0.0)),))
 

@@ -15,9 +15,9 @@ from biped.measure.metrics import measure
 from biped.measure.trajectory import Trajectory
 from biped.robot.planar.build import compile_foreign
 from biped.robot.robot import with_tree
-from biped.scenario.actuation import Actuation
-from biped.scenario.ground import Ground
+from biped.scenario.devices import Actuation
 from biped.scenario.keys import Scenario, Simulation, Start, Truth
+from biped.scenario.world import Ground
 from biped.studies.run import plan_of
 from tests.measure.made_up import WEIGHT
 from tests.runs import made, synthetic

@@ -15,8 +15,8 @@ from biped.measure.trajectory import Trajectory
 from biped.robot.planar.tree import motion
 from biped.scenario.keys import Scenario
 from biped.scenario.metrics import METRICS
-from biped.scenario.push import Push
 from biped.scenario.pushing import pieces
+from biped.scenario.world import Push
 from tests.measure.made_up import lifted, standing
 from tests.runs import made, synthetic
 

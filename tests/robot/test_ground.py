@@ -18,8 +18,8 @@ from biped.robot.ground import (
     rise_of,
     set_ground,
 )
-from biped.scenario.ground import Ground, Steps, Tiles
 from biped.scenario.keys import Scenario
+from biped.scenario.world import Ground, Steps, Tiles
 
 TILES = Ground(tiles=Tiles(height=0.03, length=0.4, ramp=0.1, start=1.0, number=5))
 STAIRS = Ground(steps=Steps(rise=0.1, run=0.5, ramp=0.05, start=2.0, number=2, back=True))

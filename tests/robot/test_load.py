@@ -18,7 +18,7 @@ from biped.robot.planar.truth import true_tree
 from biped.robot.robot import seven_links
 from biped.robot.truth import true_robot
 from biped.scenario.robot import Described
-from biped.scenario.truth import BodyTruth, Truth
+from biped.scenario.world import BodyTruth, Truth
 from tests.robot.planar.toy import shuffled_human
 
 MODELS = folder("models")

@@ -11,12 +11,11 @@ from biped.base.errors import InputError
 from biped.base.files import folder as folder_of
 from biped.base.files import locate, names
 from biped.ensemble.plan import Plan
-from biped.scenario.actuation import Pushing
+from biped.scenario.devices import Pushing
 from biped.scenario.gains import NOT_NEEDED, Frontal, Gains, Placement, number, single, with_numbers
-from biped.scenario.gait import read_gains, read_settings
+from biped.scenario.gait import gait_settings, read_gains, read_settings
 from biped.scenario.keys import Backstep, Sensing
 from biped.scenario.reading import read, read_scenario, to_toml
-from biped.scenario.settings import gait_settings
 
 GAIT = 'extends = "normal"\n[sensing]\nknee_angle = 0.01\nheel_on = 0.002\n[actuation]\nsingle_tangential = true\n'
 

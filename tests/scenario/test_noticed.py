@@ -16,15 +16,12 @@ from biped.engines.loop import drive
 from biped.engines.plant import MujocoPlant
 from biped.ensemble.plan import Plan
 from biped.robot.law_factory import factory_of
-from biped.scenario.actuation import Actuation
-from biped.scenario.command import CommandPiece
+from biped.scenario.devices import Actuation, CommandPiece, Gyro, Sensors
 from biped.scenario.gains import Gains
 from biped.scenario.general import OWN
 from biped.scenario.keys import Change, Push, Scenario
-from biped.scenario.push import Disturbance
 from biped.scenario.reading import read_scenario
-from biped.scenario.senses import Gyro, Sensors
-from biped.scenario.truth import BodyTruth, Truth, UnmodelledKeys
+from biped.scenario.world import BodyTruth, Disturbance, Truth, UnmodelledKeys
 from biped.studies.run import with_law
 
 NOT_OF_A_RUN = {

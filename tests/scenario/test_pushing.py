@@ -9,9 +9,9 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.scenario.keys import Scenario, Simulation
-from biped.scenario.push import Push
 from biped.scenario.pushing import pieces
 from biped.scenario.reading import read_scenario
+from biped.scenario.world import Push
 
 
 def run(rate: float = 1000.0, seconds: float = 10.0, **push) -> Scenario:

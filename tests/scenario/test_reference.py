@@ -7,10 +7,10 @@ from typing import get_type_hints
 import msgspec
 import pytest
 
+from biped.base.typed import Section
+from biped.scenario.goals import Tune
 from biped.scenario.keys import Scenario
 from biped.scenario.reference import PAGE, meanings, page
-from biped.scenario.section import Section
-from biped.scenario.tune import Tune
 
 SECTIONS = sorted({kind for kind in Section.__subclasses__() if kind.__module__.startswith("biped.scenario.")},
                   key=lambda kind: kind.__name__)  # fmt: skip

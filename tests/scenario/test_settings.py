@@ -10,10 +10,10 @@ import pytest
 from biped.base.errors import InputError
 from biped.base.files import folder, names
 from biped.ensemble.plan import Plan
-from biped.scenario.actuation import Actuation
-from biped.scenario.ground import Ground
+from biped.scenario.devices import Actuation
 from biped.scenario.keys import Sensing
 from biped.scenario.reading import Read, read, read_scenario, to_toml
+from biped.scenario.world import Ground
 
 
 @pytest.fixture(autouse=True)

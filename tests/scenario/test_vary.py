@@ -8,11 +8,11 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.ensemble.plan import Plan
-from biped.scenario.ground import Ground
 from biped.scenario.keys import Scenario
 from biped.scenario.possible import MOST_RUNS
 from biped.scenario.randomise import Distribution, Randomise
 from biped.scenario.vary import DRAW, Points, drawn, points_of, run_seed, with_values
+from biped.scenario.world import Ground
 
 
 def test_points_are_the_product_the_last_key_fastest():

@@ -11,7 +11,7 @@ import pytest
 import tomli_w
 
 from biped.cli.main import main
-from biped.scenario.card_file import read_card
+from biped.scenario.card import read_card
 from biped.studies.policy.checks import check, reproduce, run_of
 from biped.studies.policy.tape import Tape, read_tape, record
 from biped.studies.policy.trials import faults_of

@@ -8,9 +8,9 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from biped.base import platform
 from biped.base.statistics import same_rate
 from biped.cli.main import main
+from biped.ensemble import journal
 from biped.ensemble.campaign import run_one
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario
@@ -129,7 +129,7 @@ def test_update_keeps_the_history_and_touches_only_what_changed(capsys):
     assert "digits changed" in out
     found = references.read(Path("r.json"))
     assert [(change.reason, change.scenarios) for change in found.history] == [("second", ["s"]), ("first", ["s", "t"])]
-    assert set(found.platforms) == {platform.key(platform.here())}
+    assert set(found.platforms) == {journal.key(journal.here())}
     assert main([*both, "third"]) == 0
     assert len(references.read(Path("r.json")).history) == 2, "nothing had changed"
 

@@ -16,7 +16,7 @@ import biped
 from biped.base.files import folder, read_toml
 from biped.cli.main import main
 from biped.engines.plant import MujocoPlant
-from biped.scenario.card_file import read_card
+from biped.scenario.card import read_card
 from biped.studies.bench.costs import policy_cost
 from biped.studies.policy.checks import check, likeness, mirror_of, reproduce, run_of
 from biped.studies.policy.describe import describe

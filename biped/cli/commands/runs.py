@@ -82,7 +82,7 @@ def _live(args: argparse.Namespace) -> int:
 def _show(args: argparse.Namespace, done: ScenarioResult) -> None:
     from biped.ensemble.failures import FAILURES
     from biped.robot.safety import packaged
-    from biped.scenario.options import differing
+    from biped.scenario.general import differing
     from biped.show.results import document_of
     from biped.studies.run import TRACEBACK
 

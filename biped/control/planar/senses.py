@@ -9,7 +9,7 @@ from biped.control.planar.loop import measure
 from biped.robot.planar.topology import LEGS, NQ, NU, PITCH
 from biped.robot.planar.tree import Tree
 from biped.robot.run import Run
-from biped.scenario.senses import Encoders, Estimator, Gyro, Switches
+from biped.scenario.devices import Encoders, Estimator, Gyro, Switches
 from biped.scenario.vary import stream
 
 

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from biped.robot.anatomy import Anatomy
 from biped.robot.gravity import GRAVITY
 from biped.robot.robot import Robot
-from biped.scenario.actuation import Pushing
+from biped.scenario.devices import Pushing
 from biped.scenario.gains import MGL, Axial, Frontal, Gains
 
 

@@ -11,12 +11,11 @@ from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
 from biped.base.errors import InputError
-from biped.base.progress import Told
 from biped.base.text import safe
-from biped.ensemble.backend import Backend
+from biped.ensemble.backend import Backend, Told
 
 if TYPE_CHECKING:
-    from biped.ensemble.cluster.connection import Connection
+    from biped.ensemble.cluster.tasks import Connection
 
 WAIT = 600.0
 """[s] that a scheduler or a worker is waited for, unless a file says otherwise."""
@@ -53,8 +52,8 @@ def cluster_at(where: str, same: bool, tell: Told) -> Iterator[DaskCluster]:
     Raises:
         InputError: There is no such cluster.
     """
-    from biped.ensemble.cluster.connection import Connection
     from biped.ensemble.cluster.local import Local
+    from biped.ensemble.cluster.tasks import Connection
     from biped.ensemble.cluster.worker import needed
 
     needed()
@@ -66,7 +65,7 @@ def cluster_at(where: str, same: bool, tell: Told) -> Iterator[DaskCluster]:
             stack.callback(local.close)
             connection = Connection(local.connect, where, WAIT, "they are starting", local.trouble, local.mend)
         elif where.startswith(("tcp://", "tls://")):
-            from biped.ensemble.cluster.connection import connecting
+            from biped.ensemble.cluster.tasks import connecting
 
             remedy = f"biped worker {where} starts one"
             connection = Connection(connecting(where, {}), where, WAIT, remedy)

@@ -12,10 +12,10 @@ from msgspec import Meta, field
 from biped.base.errors import InputError
 from biped.base.files import label, read_toml
 from biped.base.text import safe
-from biped.ensemble.cluster.connection import Connection, connecting
+from biped.base.typed import Section
 from biped.ensemble.cluster.local import Local
+from biped.ensemble.cluster.tasks import Connection, connecting
 from biped.ensemble.cluster.worker import options
-from biped.scenario.section import Section
 from biped.scenario.valid import convert, known_keys
 
 Text = Annotated[str, Meta(min_length=1, max_length=1000)]

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from biped.base.errors import RunError
-from biped.ensemble.cluster.connection import CONNECT
+from biped.ensemble.cluster.tasks import CONNECT
 from biped.ensemble.cluster.worker import go_with_parent
 
 START = 60.0

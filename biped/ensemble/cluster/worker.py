@@ -17,10 +17,9 @@ from typing import Any
 from biped.base import VERSION
 from biped.base.errors import InputError
 from biped.base.files import PACKAGE
-from biped.base.platform import here
 from biped.base.text import safe
 from biped.base.trust import trusting
-from biped.ensemble.origin import PLACE
+from biped.ensemble.journal import PLACE, here
 
 PRELOAD = "biped.ensemble.cluster.worker"
 QUIET = {"distributed.worker.profile.enabled": False}

@@ -16,7 +16,7 @@ from biped.measure.contact import LOADED, along_feet, feet_down, swings_of
 from biped.measure.pushes import declared
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
-from biped.scenario.command import COMMANDED
+from biped.scenario.devices import COMMANDED
 
 MOVED = 0.1
 """[m] that must be travelled in the window for numbers per distance."""

@@ -16,8 +16,8 @@ from biped.robot.planar.topology import NU
 from biped.robot.planar.tree import Tree, tree_of
 from biped.robot.planar.truth import apply_truth
 from biped.robot.spec import set_solver
-from biped.scenario.ground import Ground
 from biped.scenario.keys import Scenario, Simulation, Truth
+from biped.scenario.world import Ground
 
 SEAT, PELVIS = "seat", "pelvis on the seat"
 """Geoms of a scenario's seat."""

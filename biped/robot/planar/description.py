@@ -14,9 +14,9 @@ from msgspec import Meta, field
 
 from biped.base.errors import InputError
 from biped.base.files import description_of, label, read_toml
+from biped.base.typed import Positive, Section
 from biped.robot.planar.topology import BASE, ENDS, LEGS, SEGMENTS
 from biped.scenario.robot import Appearance, Walked
-from biped.scenario.section import Positive, Section
 from biped.scenario.valid import convert, known_keys
 
 Name = Annotated[str, Meta(min_length=1)]

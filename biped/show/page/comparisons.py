@@ -14,7 +14,7 @@ from biped.base.json import dumps
 from biped.base.paired import Estimate
 from biped.base.statistics import same_rate, wilson
 from biped.ensemble import campaign
-from biped.ensemble.origin import installed
+from biped.ensemble.journal import installed
 from biped.ensemble.plan import Plan
 from biped.measure.metrics.walking import outcome
 from biped.measure.trajectory import Trajectory

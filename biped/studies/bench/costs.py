@@ -22,18 +22,17 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import folder
-from biped.base.progress import Told
 from biped.control.network import Network
 from biped.engines.drake import NEEDS
 from biped.engines.mujoco import simulate
-from biped.ensemble.backend import Jobs
+from biped.ensemble.backend import Jobs, Told
 from biped.ensemble.campaign import cores, run_one
 from biped.ensemble.campaign import simulate as one_of
 from biped.ensemble.cluster import cluster_at
 from biped.ensemble.executor import mapped
 from biped.ensemble.plan import Plan
 from biped.robot.run import Run
-from biped.scenario.card_file import read_card
+from biped.scenario.card import read_card
 from biped.scenario.reading import from_text, read_scenario
 from biped.studies.bench.replay import Replay, clock, replay_of, replayed
 from biped.studies.run import plan_of, run

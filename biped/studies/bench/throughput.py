@@ -20,10 +20,9 @@ from typing import Any, NamedTuple
 
 import msgspec
 
-from biped.base import platform
 from biped.base.errors import BipedError
 from biped.engines.planar.mujoco import simulate
-from biped.ensemble import campaign
+from biped.ensemble import campaign, journal
 from biped.ensemble.executor import workers
 from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure
@@ -251,7 +250,7 @@ def guard(file: Path | None = None, reason: str | None = None) -> Guarded:
     """
     path = shipped() if file is None else file
     references = read(path)
-    here = platform.key(platform.here())
+    here = journal.key(journal.here())
     timed = []
     for name in SCENARIOS:
         costs = tick_costs(name)

@@ -11,11 +11,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from biped.base.progress import Progress, silent
 from biped.base.statistics import trials_as_narrow, wilson
-from biped.ensemble.backend import Jobs
+from biped.ensemble.backend import Jobs, Progress, silent
 from biped.ensemble.executor import workers
-from biped.scenario.normals import Move, Normals
+from biped.scenario.randomise import Move, Normals
 from biped.scenario.vary import stream
 from biped.studies.certify.estimation import Accuracy, Found, estimated
 from biped.studies.certify.outcome import RunOutcome

@@ -10,12 +10,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.base.progress import Progress, Told
+from biped.ensemble.backend import Progress, Told
 from biped.ensemble.campaign import simulate
 from biped.ensemble.executor import Map
 from biped.ensemble.folder import Folder
 from biped.ensemble.plan import Plan
-from biped.scenario.normals import Normals
+from biped.scenario.randomise import Normals
 from biped.studies.certify.outcome import RunOutcome, Score, outcome_of
 from biped.studies.folders import finished
 

@@ -1,6 +1,6 @@
 """Multilevel splitting: the probability of a rare fall as a product of shares that are not rare.
 
-Runs are points in the space of the standard normals that they draw (`biped.scenario.normals`). Of a sample, those whose
+Runs are points in the space of the standard normals they draw (`biped.scenario.randomise`). Of a sample, those whose
 score reaches a level are resampled and moved such that their distribution, given that they reach it, stays what it is:
 subset simulation (S.-K. Au, J. Beck, Probab. Eng. Mech. 16:263, 2001). Levels are found by a pilot and fixed before
 the samples that count are drawn; the product of the shares is then unbiased for any score, one that jumps too (P. Del
@@ -30,8 +30,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from biped.scenario.normals import Move, Normals
-from biped.scenario.section import LARGEST
+from biped.base.typed import LARGEST
+from biped.scenario.randomise import Move, Normals
 from biped.scenario.vary import stream
 from biped.studies.certify.outcome import LEFT, LearnedScore, RunOutcome, design, time_left
 from biped.studies.certify.running import Outcomes

@@ -10,12 +10,11 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.base.files import label, nearest
 from biped.base.json import dumps
-from biped.base.progress import Progress, Told, silent, unheard
-from biped.ensemble.backend import Jobs
+from biped.ensemble.backend import Jobs, Progress, Told, silent, unheard
 from biped.ensemble.executor import workers
 from biped.ensemble.guard import OF_RUNS
 from biped.ensemble.plan import Plan
-from biped.scenario.disturbed import piece_times
+from biped.scenario.vary import piece_times
 from biped.studies.certify.estimation import (
     COUNTING,
     FIRST,

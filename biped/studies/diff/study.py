@@ -13,12 +13,10 @@ import msgspec
 
 from biped.base.errors import InputError
 from biped.base.files import label, locate, nearest
-from biped.base.progress import Progress, Told, silent, unheard
 from biped.base.sequential import BETTER, UNDECIDED, Rates, SequentialTest, decided
-from biped.ensemble.backend import Jobs
-from biped.ensemble.folder import Folder
+from biped.ensemble.backend import Jobs, Progress, Told, silent, unheard
+from biped.ensemble.folder import Folder, result_in
 from biped.ensemble.guard import new_folder
-from biped.ensemble.stored import result_in
 from biped.measure.metrics.walking import outcome
 from biped.scenario.laws import BUILT_IN
 from biped.scenario.metrics import METRICS

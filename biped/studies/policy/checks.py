@@ -20,8 +20,7 @@ from biped.measure.trajectory import Trajectory
 from biped.robot.law_factory import Factory
 from biped.robot.robot import Robot
 from biped.robot.run import Run
-from biped.scenario.card import Card
-from biped.scenario.card_file import read_card
+from biped.scenario.card import Card, read_card
 from biped.scenario.reading import from_text
 from biped.studies.policy.tape import CLOSE, Tape, differences, record, replay
 

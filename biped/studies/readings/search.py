@@ -15,11 +15,9 @@ import numpy as np
 from msgspec import field
 
 from biped.base.files import folder as folder_of
-from biped.base.progress import Progress, silent
 from biped.base.typed import convert
-from biped.ensemble.backend import Jobs
-from biped.ensemble.journal import Journal
-from biped.ensemble.origin import origin_of
+from biped.ensemble.backend import Jobs, Progress, silent
+from biped.ensemble.journal import Journal, origin_of
 from biped.scenario.vary import setting, stream
 from biped.studies.folders import writing
 from biped.studies.run import plan_of, run_plan

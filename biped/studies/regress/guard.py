@@ -8,12 +8,11 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from biped.base import platform
 from biped.base.errors import InputError
 from biped.base.files import names
-from biped.base.progress import Progress, silent
-from biped.ensemble.backend import Jobs
-from biped.ensemble.origin import installed
+from biped.ensemble import journal
+from biped.ensemble.backend import Jobs, Progress, silent
+from biped.ensemble.journal import installed
 from biped.ensemble.plan import Plan
 from biped.scenario.engines import ENGINES
 from biped.studies.regress.references import (
@@ -99,12 +98,12 @@ def regress(
     if reason is not None and not path.absolute().parent.is_dir():
         raise InputError(f"--file {path}: cannot be written: expected a file in a folder that exists")
     plans = _plans(scenarios or _that_run_here(), () if engine is None else (f"engine={engine}",))
-    here = platform.here() | _library(engine)
+    here = journal.here() | _library(engine)
     update = None if reason is None else _Update(path, references, here, reason, None if scenarios else set(plans))
     verdicts: list[ScenarioComparison] = []
     stopped = False
     try:
-        _compare(plans, references.scenarios.copy(), jobs, platform.key(here), update, verdicts, progress)
+        _compare(plans, references.scenarios.copy(), jobs, journal.key(here), update, verdicts, progress)
     except KeyboardInterrupt:
         stopped = True
     if not scenarios and not stopped:
@@ -165,7 +164,7 @@ class _Update:
     def __init__(self, path: Path, references: References, here: dict[str, str], reason: str, every: set[str] | None):
         self.path, self.references, self.reason, self.every = path, references, reason, every
         self.recorded: list[str] = []
-        self.key = platform.key(here)
+        self.key = journal.key(here)
         self.history = references.history
         references.platforms[self.key] = here
 
@@ -180,7 +179,7 @@ class _Update:
         change = ReferenceChange(
             date=date.today().isoformat(),
             reason=self.reason,
-            sources=platform.sources(),
+            sources=journal.sources(),
             platform=self.key,
             scenarios=["all"] if whole else self.recorded,
         )

@@ -22,8 +22,8 @@ from biped.measure.metrics.gait import headings
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
 from biped.robot.run import Run
-from biped.scenario.push import Push
 from biped.scenario.vary import stream
+from biped.scenario.world import Push
 from biped.studies.run import plan_of, title_of
 
 SETTLING, STRIDES = 4, 5

@@ -8,9 +8,8 @@ from typing import Any
 
 from biped.base.errors import RunError
 from biped.base.json import dumps
-from biped.base.progress import Progress, silent
 from biped.base.writing import write_text
-from biped.ensemble.backend import Jobs
+from biped.ensemble.backend import Jobs, Progress, silent
 from biped.studies.run import plan_of
 from biped.studies.stability.growth import growth
 from biped.studies.stability.sensitivity import sensitivity

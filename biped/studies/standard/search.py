@@ -19,9 +19,9 @@ from biped.base.statistics import wilson
 from biped.base.text import why
 from biped.base.typed import convert
 from biped.base.writing import reason, write_text
-from biped.ensemble.origin import origin_of
+from biped.ensemble.journal import origin_of
 from biped.ensemble.plan import Plan
-from biped.scenario.standard import Standard
+from biped.scenario.goals import Standard
 from biped.studies.folders import writing
 
 BEYOND = 3

@@ -13,19 +13,18 @@ from msgspec.structs import replace
 
 from biped.base.errors import InputError
 from biped.base.files import canonical, is_file, locate, names, read_toml
-from biped.base.progress import Progress, silent
 from biped.base.text import safe
 from biped.base.trust import grant
-from biped.ensemble.backend import Jobs
+from biped.ensemble.backend import Jobs, Progress, silent
 from biped.ensemble.plan import Plan
 from biped.robot.gravity import GRAVITY
 from biped.scenario.gains import Gains
 from biped.scenario.gait import read_gains, speeds_of
 from biped.scenario.general import read_by
+from biped.scenario.goals import Standard
 from biped.scenario.laws import BUILT_IN, is_card
 from biped.scenario.metrics import METRICS
 from biped.scenario.reading import read_scenario
-from biped.scenario.standard import Standard
 from biped.scenario.vary import setting
 from biped.studies.run import plan_of, run_plan, title_of
 from biped.studies.standard.search import Limit, StoredMeasurements, TriedValue, limit, search

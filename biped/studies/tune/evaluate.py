@@ -22,9 +22,9 @@ from biped.ensemble.plan import Plan
 from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
 from biped.scenario.gains import GAINS, OUT_OF_PLANE, Gains, number, single, with_numbers
+from biped.scenario.goals import Condition, Range, Tune
 from biped.scenario.keys import Scenario, Window
 from biped.scenario.reading import changed
-from biped.scenario.tune import Condition, Range, Tune
 from biped.scenario.vary import ChangeOrigin, lookup, stream, with_values
 from biped.studies.stability.orbit import parting
 

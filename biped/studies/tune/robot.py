@@ -10,9 +10,8 @@ from msgspec import to_builtins
 
 from biped.base.errors import InputError
 from biped.base.files import URDF, locate
-from biped.base.progress import Progress, silent
 from biped.ensemble import executor
-from biped.ensemble.backend import Jobs
+from biped.ensemble.backend import Jobs, Progress, silent
 from biped.ensemble.campaign import run_one
 from biped.ensemble.plan import Plan
 from biped.robot.gravity import GRAVITY

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.scenario.tune import Tune
+from biped.scenario.goals import Tune
 from biped.scenario.vary import stream
 from biped.studies.tune.evaluate import Candidate, GainOutcome, SearchSpace, Study, by_condition
 

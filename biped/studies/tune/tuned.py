@@ -17,17 +17,16 @@ from msgspec.structs import replace
 from biped.base.errors import InputError
 from biped.base.files import label, nearest
 from biped.base.json import dumps
-from biped.base.progress import Progress, Told, silent, unheard
 from biped.base.statistics import wilson
-from biped.ensemble.backend import Jobs
+from biped.ensemble.backend import Jobs, Progress, Told, silent, unheard
 from biped.ensemble.folder import Folder
 from biped.ensemble.guard import OF_RUNS
 from biped.ensemble.plan import Plan
 from biped.scenario.gains import GAINS, NOT_NEEDED, OUT_OF_PLANE, Gains, single, with_numbers
+from biped.scenario.gait import GAIT, gait_settings
+from biped.scenario.goals import Stage
 from biped.scenario.keys import Scenario
 from biped.scenario.reading import changed, read_scenario
-from biped.scenario.settings import GAIT, gait_settings
-from biped.scenario.tune import Stage
 from biped.scenario.vary import ChangeOrigin, with_values
 from biped.studies.folders import finished, folder_for
 from biped.studies.run import title_of

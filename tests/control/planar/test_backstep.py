@@ -10,10 +10,10 @@ import pytest
 from biped.control.planar.phase import step_back
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
-from biped.scenario.actuation import Actuation
-from biped.scenario.ground import Ground
+from biped.scenario.devices import Actuation
 from biped.scenario.keys import Backstep, Scenario
 from biped.scenario.reading import read_scenario
+from biped.scenario.world import Ground
 from tests.ticks import Bench, states
 
 ON = Scenario(actuation=Actuation(torque_limit=1e9), backstep=Backstep(margin=0.05, theta_l=60.0))

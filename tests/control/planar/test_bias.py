@@ -4,9 +4,9 @@ import numpy as np
 import pinocchio
 import pytest
 
-from biped.scenario.actuation import Actuation
-from biped.scenario.ground import Ground
+from biped.scenario.devices import Actuation
 from biped.scenario.keys import Scenario
+from biped.scenario.world import Ground
 from tests.ticks import Bench, states
 
 

@@ -13,7 +13,7 @@ from biped.base.files import locate
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.measure.trajectory import Trajectory
-from biped.scenario.actuation import ActuationChange, Change
+from biped.scenario.devices import ActuationChange, Change
 from biped.scenario.gains import Gains
 from biped.scenario.gait import read_gains
 from biped.scenario.keys import Scenario, Start

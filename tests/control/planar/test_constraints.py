@@ -7,9 +7,9 @@ import pytest
 
 from biped.engines.planar.mujoco import simulate
 from biped.ensemble.plan import Plan
-from biped.scenario.actuation import Actuation
-from biped.scenario.ground import Ground
+from biped.scenario.devices import Actuation
 from biped.scenario.keys import Scenario, Start
+from biped.scenario.world import Ground
 from tests.ticks import Bench, dynamics, jdot_v, rows_of, states, torques, well_ranked
 
 FREE = Actuation(torque_limit=1e9)

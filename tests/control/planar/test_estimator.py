@@ -16,8 +16,8 @@ from biped.robot.planar.model import posture_of, tree_at
 from biped.robot.planar.posture import project
 from biped.robot.planar.topology import BASE, HIP, N_POINTS, NU, PITCH, X, Z
 from biped.robot.planar.tree import motion
+from biped.scenario.devices import Encoders, Estimator, Gyro, Switches
 from biped.scenario.keys import Scenario, Sensors, Start
-from biped.scenario.senses import Encoders, Estimator, Gyro, Switches
 
 TREE = tree_at(folder("models") / "robot.xml")
 POINTS = ("right_toe", "right_heel", "left_toe", "left_heel")

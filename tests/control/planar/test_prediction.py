@@ -12,7 +12,7 @@ from biped.control.planar.senses import Senses
 from biped.engines.home import simulate as home
 from biped.engines.mujoco import simulate
 from biped.robot.planar.tree import motion
-from biped.scenario.actuation import Actuation
+from biped.scenario.devices import Actuation
 from biped.scenario.keys import Scenario, Sensing
 from biped.studies.run import plan_of
 from tests.control.planar.test_pushing import edges, least_distance

@@ -7,7 +7,7 @@ import pytest
 from msgspec.structs import replace
 from scipy.optimize import lsq_linear, nnls
 
-from biped.scenario.actuation import Actuation, Pushing
+from biped.scenario.devices import Actuation, Pushing
 from biped.scenario.keys import Scenario
 from biped.scenario.randomise import Randomise
 from tests.ticks import Bench, E, dynamics, jdot_v, states

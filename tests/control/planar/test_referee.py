@@ -9,7 +9,7 @@ import pytest
 
 from biped.control import agreed
 from biped.control.planar import referee
-from biped.studies.planned import plan_of
+from biped.studies.run import plan_of
 from tests.ticks import HUMAN
 
 RUN = plan_of("level_normal", ()).run(0)

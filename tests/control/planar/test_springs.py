@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from biped.scenario.actuation import Actuation
-from biped.scenario.ground import Ground
+from biped.scenario.devices import Actuation
 from biped.scenario.keys import Scenario
+from biped.scenario.world import Ground
 from tests.ticks import OFFSET, Bench, S, states
 
 TABLE_3_2 = {  # normal gait: k_d1, k_d2 … k_d4 by leg state 1 … 4

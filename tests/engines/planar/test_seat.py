@@ -18,9 +18,9 @@ from biped.measure.metrics import measure
 from biped.measure.trajectory import Trajectory
 from biped.robot.ground import box_of
 from biped.robot.planar.build import PELVIS, SEAT, compile_foreign
-from biped.scenario.ground import Seat
 from biped.scenario.keys import Scenario
 from biped.scenario.reading import read_scenario
+from biped.scenario.world import Seat
 
 HIP = 0.3245184
 """[m] below the torso's origin."""

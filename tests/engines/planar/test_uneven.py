@@ -22,10 +22,10 @@ from biped.robot.gravity import gravity
 from biped.robot.ground import profile_of
 from biped.robot.planar.build import compile_foreign
 from biped.robot.planar.tree import motion
-from biped.scenario.actuation import Actuation
-from biped.scenario.ground import Ground, Steps, Tiles
+from biped.scenario.devices import Actuation
 from biped.scenario.keys import Fall, Scenario, Start
 from biped.scenario.reading import read_scenario
+from biped.scenario.world import Ground, Steps, Tiles
 from tests.energy import energy
 
 ENGINES = {"mujoco": foreign, "home": home}

@@ -9,14 +9,11 @@ import pytest
 from biped.engines import home
 from biped.engines.planar import mujoco as engine
 from biped.ensemble.plan import Plan
-from biped.scenario.actuation import Actuation, ActuationChange, Change, Pushing
+from biped.scenario.devices import Actuation, ActuationChange, Change, Encoders, Estimator, Gyro, Pushing, Switches
 from biped.scenario.gains import Gains
-from biped.scenario.ground import Ground, Tiles
 from biped.scenario.keys import Backstep, Fall, Scenario, Sensors, Simulation, Start, Truth
-from biped.scenario.push import Push
 from biped.scenario.randomise import Randomise
-from biped.scenario.senses import Encoders, Estimator, Gyro, Switches
-from biped.scenario.truth import UnmodelledKeys
+from biped.scenario.world import Ground, Push, Tiles, UnmodelledKeys
 
 WALK = Scenario(duration=0.6, start=Start(posture="heel_toe"))
 SENSES = Sensors(encoders=Encoders(reference_error=0.1), gyro=Gyro(), switches=Switches(debounce=0.001))

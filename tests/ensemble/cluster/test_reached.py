@@ -13,7 +13,7 @@ import pytest
 import biped
 from biped.base.errors import InputError, RunError
 from biped.cli.main import main
-from biped.ensemble.cluster import connection, tasks, worker
+from biped.ensemble.cluster import tasks, worker
 from biped.ensemble.cluster.local import Local
 from biped.ensemble.cluster.tasks import Tasks
 from biped.ensemble.executor import workers
@@ -78,10 +78,10 @@ def test_a_scheduler_that_stays_away_is_an_error_that_says_what_it_needs(monkeyp
         except StopIteration:
             raise OSError("refused") from None
 
-    monkeypatch.setattr(connection.time, "sleep", lambda _: None)
+    monkeypatch.setattr(tasks.time, "sleep", lambda _: None)
     told = []
     with pytest.raises(RunError, match="no scheduler for 0 s; finished runs are kept: start it and its workers"):
-        Tasks(connection.Connection(connect, "tcp://h:1", 0.0, ""), abs, False, told.append)
+        Tasks(tasks.Connection(connect, "tcp://h:1", 0.0, ""), abs, False, told.append)
     assert "is gone or does not answer" in told[0]
 
 
@@ -114,7 +114,7 @@ def free_port() -> int:
 
 
 def test_where_there_is_no_cluster(capsys, monkeypatch):
-    monkeypatch.setattr("biped.ensemble.cluster.connection.CONNECT", 0.3)
+    monkeypatch.setattr("biped.ensemble.cluster.tasks.CONNECT", 0.3)
     address = f"tcp://127.0.0.1:{free_port()}"
     for where, says in {
         address: f"--cluster {address}: expected a running Dask scheduler",

@@ -12,7 +12,7 @@ from biped.ensemble.plan import Plan
 from biped.robot.planar.description import description_at
 from biped.robot.planar.model import tree_at
 from biped.robot.planar.topology import CHAINS, INWARD, PARENT, POINT_LINK
-from biped.scenario.actuation import Actuation
+from biped.scenario.devices import Actuation
 from biped.scenario.keys import Backstep, Scenario
 from biped.scenario.reading import read_scenario, to_toml
 from tests.robot.planar.toy import DESCRIPTION, make, shuffled_human

@@ -23,8 +23,8 @@ from biped.robot.planar.tree import (
     motion,
 )
 from biped.robot.planar.truth import true_tree
-from biped.scenario.ground import Ground
 from biped.scenario.keys import Scenario, Simulation, Start, Truth
+from biped.scenario.world import Ground
 
 HUMAN = folder("models") / "human.xml"
 TREE = tree_at(HUMAN)

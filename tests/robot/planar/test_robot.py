@@ -15,8 +15,8 @@ from biped.robot.planar.model import tree_at
 from biped.robot.planar.topology import BASE, NQ, SHANK, THIGH
 from biped.robot.planar.tree import Tree
 from biped.robot.planar.truth import true_tree
-from biped.scenario.ground import Ground
 from biped.scenario.keys import Scenario, Truth
+from biped.scenario.world import Ground
 
 ROBOT = folder("models") / "robot.xml"
 TREE = tree_at(ROBOT)

@@ -14,8 +14,8 @@ from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure
 from biped.robot.planar.build import compile_foreign
 from biped.scenario.keys import Scenario, Simulation, Start
-from biped.scenario.push import Push
 from biped.scenario.reading import read_scenario
+from biped.scenario.world import Push
 from biped.show.replay import record_runs
 from biped.studies.bench import scenes
 from biped.studies.bench.features import BASE, FEATURES, prices

@@ -10,8 +10,8 @@ import pytest
 from biped.base.errors import InputError
 from biped.cli.main import main
 from biped.ensemble.campaign import simulate
-from biped.scenario.disturbed import piece_times
-from biped.scenario.normals import Move, Normals
+from biped.scenario.randomise import Move, Normals
+from biped.scenario.vary import piece_times
 from biped.studies.certify.estimation import Accuracy
 from biped.studies.certify.outcome import SCORES, outcome_of
 from biped.studies.certify.study import certify, check_random

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from biped.base.statistics import wilson
-from biped.scenario.normals import Move, Normals
+from biped.scenario.randomise import Move, Normals
 from biped.scenario.vary import stream
 from biped.studies.certify.estimation import Accuracy, combined, counted, plain_is_cheaper
 from biped.studies.certify.outcome import RunOutcome

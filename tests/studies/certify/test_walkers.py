@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from biped.scenario.disturbed import piece_times
-from biped.scenario.vary import stream
+from biped.scenario.vary import piece_times, stream
 from biped.studies.certify.estimation import Accuracy, combined, levels_of
 from biped.studies.certify.running import MakingOutcomes, Outcomes
 from biped.studies.certify.splitting import Moving, least_scatter, sampled

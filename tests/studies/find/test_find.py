@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from biped.cli.main import main
-from biped.scenario.normals import Move, Normals
+from biped.scenario.randomise import Move, Normals
 from biped.studies.certify.outcome import RunOutcome
 from biped.studies.certify.reference import Pendulum, Regulated
 from biped.studies.certify.running import Outcomes

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from biped.scenario.standard import Standard
+from biped.scenario.goals import Standard
 from biped.studies.standard.search import TriedValue, limit, search
 
 RATE = 0.7

@@ -11,8 +11,8 @@ from biped.base.errors import InputError
 from biped.cli.main import main
 from biped.scenario.gains import Gains
 from biped.scenario.gait import read_gains
+from biped.scenario.goals import Tune
 from biped.scenario.reading import read_scenario
-from biped.scenario.tune import Tune
 from biped.studies.tune.evaluate import Candidate, GainOutcome, SearchSpace, Study
 from biped.studies.tune.search import ended
 from biped.studies.tune.tuned import studies, study_from

@@ -1,10 +1,125 @@
-"""The table [tune] of a scenario file: what a search varies, under which conditions, and what it wants."""
+"""Tables of a scenario file about what runs are for: [expect]ations, a [standard] test, a search to [tune]."""
 
+import math
+import re
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Literal
 
 from msgspec import Meta, field
 
-from biped.scenario.section import Count, NonNegative, Positive, Real, Section
+from biped.base.errors import InputError
+from biped.base.text import echo
+from biped.base.typed import LARGEST, Count, Name, NonNegative, Positive, Real, Section
+from biped.scenario.metrics import METRICS, Metric
+
+_SHARE = re.compile(r"(\d+(?:\.\d+)?) ?%")
+
+
+class Bound(Section, frozen=True):
+    """The expected value of a metric, its mean over the runs that walked; `falls`, `walked`, `stood`, `sat` count runs.
+
+    A count is a whole number of runs, or a share of them such as `"97 %"`, which holds for any number of runs: it is
+    met when Wilson's 95 % interval of the runs' rate lies within it, missed when the interval lies outside it, and
+    undecided otherwise. `"100 %"` and `"0 %"` mean all of these runs and none of them.
+
+    Attributes:
+        min: Smallest value.
+        max: Largest value.
+    """
+
+    min: float | str | None = None
+    max: float | str | None = None
+
+
+def share_of(bound: float | str) -> float | None:
+    """The share 0 … 1 that a bound asks for; None where it is a number."""
+    found = _SHARE.fullmatch(bound) if isinstance(bound, str) else None
+    return None if found is None else float(found[1]) / 100.0
+
+
+def check_bounds(expect: Mapping[str, Bound], fail: Callable[[str, str], InputError]) -> None:
+    """Refuses bounds that no metric can have.
+
+    Args:
+        expect: Bounds by the name of a metric.
+        fail: Makes an error of a dotted key and what is wrong with it.
+
+    Raises:
+        InputError: A bound is no number or share, or they contradict each other.
+    """
+    for name, bound in expect.items():
+        given = {which: value for which in ("min", "max") if (value := getattr(bound, which)) is not None}
+        if not given:
+            raise fail(f"expect.{name}", "expected min, max or both")
+        for which, value in given.items():
+            _check(METRICS[name], value, lambda what, at=f"expect.{name}.{which}": fail(at, what))
+        if len(given) < 2:
+            continue
+        shares = [share_of(value) for value in given.values()]
+        if (shares[0] is None) != (shares[1] is None):
+            raise fail(f"expect.{name}", "expected min and max both as numbers or both as shares")
+        low, high = (value if share is None else share for value, share in zip(given.values(), shares, strict=True))
+        if low > high:
+            raise fail(f"expect.{name}", f"expected min <= max, got {bound.min} > {bound.max}")
+
+
+def _check(metric: Metric, value: float | str, fail: Callable[[str], InputError]) -> None:
+    share = share_of(value)
+    if metric.kind != "count":
+        if isinstance(value, str):
+            more = "; only counts of runs may be shares" if share is not None else ""
+            raise fail(f"expected a number, got {echo(value)}{more}")
+        return
+    if share is not None:
+        if share > 1.0:
+            raise fail(f"expected a share of the runs, 0 % … 100 %, got {echo(value)}")
+        return
+    if isinstance(value, str) or value < 0.0 or not math.isfinite(value) or value != int(value):
+        raise fail(f'expected a whole number of runs, or a share of them such as "97 %", got {echo(value)}')
+
+
+class Standard(Section, frozen=True):
+    """A standard test: the scenario's ensemble as it is, or at values of a key from the easiest to where it fails.
+
+    Attributes:
+        title: Of its row.
+        order: Of rows: small ones come first.
+        goal: What a run has to do.
+        key: Dotted key that is searched, instead of any [sweep]; default: none.
+        first: Its easiest value, where the search begins.
+        step: From value to value until one fails; negative: downwards.
+        last: Where the search ends if none fails.
+        resolution: To which the largest value that holds is found between the last that holds and the first that fails;
+            steps are a whole number of them.
+        of: What values are multiples of: 1 (`si`), the robot's `weight` m g [N], or its `leg` length [m].
+        legs: Other keys, and how many leg lengths they are set to.
+        weights: Other keys, and how many weights m g they are set to.
+        times: What the value is multiplied by in the table, e.g. by a duration for an impulse.
+        unit: Of that product.
+        shows: Metrics, at the largest value that holds.
+        family: Whether it is for gaits alone that have `[[speeds]]`, whose range bounds the search.
+        gaits: Which gaits it is for; default: all.
+        space: Whether it is for gaits of bipeds that move in space ([frontal] and [axial]); or of those in the plane.
+    """
+
+    title: Name
+    order: Real = 0.0
+    goal: Literal["walked", "stood"] = "walked"
+    key: Name | None = None
+    first: Real = 0.0
+    step: Real = 1.0
+    last: Real = 1.0
+    resolution: Positive = 1.0
+    of: Literal["si", "weight", "leg"] = "si"
+    legs: dict[str, Annotated[float, Meta(gt=0, le=LARGEST)]] = field(default_factory=dict)
+    weights: dict[str, Real] = field(default_factory=dict)
+    times: Real = 1.0
+    unit: Name = ""
+    shows: tuple[Name, ...] = ()
+    family: bool = False
+    gaits: tuple[Name, ...] = ()
+    space: bool = False
+
 
 Share = Annotated[float, Meta(gt=0, le=1)]
 
