@@ -18,10 +18,10 @@ from biped.measure.columns import FORCE, Q_D, STOP, Q, U, V
 from biped.measure.pushes import declared
 from biped.measure.trajectory import Trajectory, mean_powers
 from biped.robot.gravity import gravity
+from biped.robot.planar import topology
 from biped.robot.planar.kinematics import PLACES, TREE, forward
 from biped.robot.planar.topology import (
     BASE,
-    CHAINS,
     FOOT,
     KNEE,
     LEGS,
@@ -299,7 +299,7 @@ class PlanarTrajectory(Trajectory):
     def figure(self) -> np.ndarray:
         """(n, 7, 3) [m] hip, knee and ankle of each leg, and the trunk's upper end."""
         pose = motion(self.tree, self.q, self.v)
-        joints = pose.joint[:, [link for chain in CHAINS for link in chain[1:]]]
+        joints = pose.joint[:, [link for chain in topology.CHAINS for link in chain[1:]]]
         c, s = np.cos(self.q[:, PITCH]), np.sin(self.q[:, PITCH])
         x, _, z = self.robot.top
         top = pose.joint[:, 0] + np.stack([c * x - s * z, s * x + c * z], axis=1)

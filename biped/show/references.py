@@ -13,23 +13,8 @@ from biped.show.document import Block, Document, Line, Paragraph, Table, Words
 from biped.show.markdown import DOCS, replaced
 from biped.show.results import number
 from biped.show.words import between
+from biped.studies.regress import references as recorded
 from biped.studies.regress.guard import ScenarioOutcome
-from biped.studies.regress.references import (
-    COMPARED,
-    DIGITS,
-    FALLEN,
-    GONE,
-    METRICS,
-    NEW,
-    PHYSICS,
-    RUNS,
-    SAME,
-    RecordedScenario,
-    References,
-    compared,
-    read,
-    shipped,
-)
 
 PAGE, README = DOCS / "references.md", DOCS.parent / "README.md"
 SITUATIONS = {
@@ -55,9 +40,9 @@ keeps it equal to [references.json](../scenarios/references.json).
 """
 
 
-def page(references: References) -> str:
+def page(references: recorded.References) -> str:
     """The page: a table of all scenarios, and why references changed."""
-    columns = ("scenario", "walked", "95 % interval", "fell", *(name.replace("_", " ") for name in METRICS))
+    columns = ("scenario", "walked", "95 % interval", "fell", *(name.replace("_", " ") for name in recorded.METRICS))
     rows = (_row(name, references.scenarios[name]) for name in sorted(references.scenarios))
     lines = [markdown_table(columns, rows)]
     found = references.scenarios.values()
@@ -68,7 +53,7 @@ def page(references: References) -> str:
     return _HEAD + "\n".join(lines) + "\n"
 
 
-def readme(references: References) -> str:
+def readme(references: recorded.References) -> str:
     """The text of README.md with the table of what the flagship did."""
     rows = []
     for name, situation in SITUATIONS.items():
@@ -83,29 +68,29 @@ def _names(scenarios: Sequence[str], most: int = 3) -> str:
     return ", ".join(scenarios[:most]) + more
 
 
-def _row(name: str, one: RecordedScenario) -> tuple[Any, ...]:
+def _row(name: str, one: recorded.RecordedScenario) -> tuple[Any, ...]:
     runs, walked = len(one.runs), one.ends.count("w")
-    fell = sum(end in FALLEN for end in one.ends)
+    fell = sum(end in recorded.FALLEN for end in one.ends)
     interval = between(*wilson(walked, runs))
     return f"`{name}`", f"{walked} of {runs}", interval, fell, *means_of(one)
 
 
-def means_of(one: RecordedScenario) -> list[str]:
+def means_of(one: recorded.RecordedScenario) -> list[str]:
     """Means of the metrics over the runs that walked."""
     found = [
         [value for value, end in zip(getattr(one, name), one.ends, strict=True) if end == "w" and value is not None]
-        for name in METRICS
+        for name in recorded.METRICS
     ]
     return [number(sum(values) / len(values)) if values else "–" for values in found]
 
 
 _WORDS = {
-    SAME: "same",
-    DIGITS: "digits changed",
-    PHYSICS: "CHANGED",
-    RUNS: "CHANGED: other runs are made of it now",
-    NEW: "no reference",
-    GONE: "no scenario",
+    recorded.SAME: "same",
+    recorded.DIGITS: "digits changed",
+    recorded.PHYSICS: "CHANGED",
+    recorded.RUNS: "CHANGED: other runs are made of it now",
+    recorded.NEW: "no reference",
+    recorded.GONE: "no scenario",
 }
 
 
@@ -116,7 +101,7 @@ def document_of(found: Mapping[str, Any]) -> Document:
         found: As `biped.studies.regress.guard.ScenarioOutcome.as_dict` gives it.
     """
     blocks: list[Block] = [table_of(found["verdicts"])]
-    there = [one for one in found["verdicts"] if one["verdict"] in COMPARED]
+    there = [one for one in found["verdicts"] if one["verdict"] in recorded.COMPARED]
     if found["recorded"]:
         blocks.append(Paragraph(f"recorded: {', '.join(found['recorded'])}"))
     elif not found["passed"]:
@@ -131,10 +116,12 @@ def table_of(verdicts: Sequence[Mapping[str, Any]]) -> Table:
     rows: list[tuple[Line, ...]] = []
     for one in verdicts:
         word = Words(str(_WORDS.get(one["verdict"], one["verdict"])), "good" if one["passed"] else "bad")
-        counts = [_counts(one[name]) if one["verdict"] in COMPARED else "" for name in ("walked", "fell")]
-        means = (_mean(name, one["metrics"].get(name)) for name in METRICS)
+        counts = [_counts(one[name]) if one["verdict"] in recorded.COMPARED else "" for name in ("walked", "fell")]
+        means = (_mean(name, one["metrics"].get(name)) for name in recorded.METRICS)
         rows.append((one["scenario"], word, f"{one['identical']} of {one['runs']}", *counts, *means))
-    units = (f"{name.replace('_', ' ')}{f' [{unit}]' if (unit := EVERY[name].unit) else ''}" for name in METRICS)
+    units = (
+        f"{name.replace('_', ' ')}{f' [{unit}]' if (unit := EVERY[name].unit) else ''}" for name in recorded.METRICS
+    )
     return Table(("scenario", "", "same bits", "walked", "fell", *units), tuple(rows), (0, 1))
 
 
@@ -168,7 +155,7 @@ def moved_table(outcome: ScenarioOutcome) -> str:
     Numbers whose cause is not among `CAUSES` come last; means are over the runs that walked both times.
     """
     found: dict[str, list[tuple[str, ...]]] = {}
-    for v in sorted(compared(outcome.verdicts), key=lambda v: v.scenario):
+    for v in sorted(recorded.compared(outcome.verdicts), key=lambda v: v.scenario):
         pairs = {name: (EVERY[name].text(m.old), EVERY[name].text(m.new)) for name, m in v.metrics.items()
                  if m.old != m.new}  # fmt: skip
         counts = {"walked": v.walked, "fell": v.fell}
@@ -183,5 +170,5 @@ def moved_table(outcome: ScenarioOutcome) -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(read(shipped())), encoding="utf-8")
-    README.write_text(readme(read(shipped())), encoding="utf-8")
+    PAGE.write_text(page(recorded.read(recorded.shipped())), encoding="utf-8")
+    README.write_text(readme(recorded.read(recorded.shipped())), encoding="utf-8")

@@ -14,18 +14,8 @@ from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
+from biped.measure import signals
 from biped.measure.pushes import pushes_of
-from biped.measure.signals import (
-    SMOOTH,
-    corners_of,
-    every,
-    inferred_torso_angle,
-    inside,
-    leg_states,
-    limbs,
-    smooth,
-    torso_angle,
-)
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
 from biped.robot.planar.topology import CHAINS, SEGMENTS
@@ -33,7 +23,7 @@ from biped.show import words
 from biped.show.figures.style import LEFT, PUSH, QUIET, RIGHT, STATES, TRUNK, figure, legend_above, timed
 
 Window = tuple[float, float]
-_MEANS = f"means over {1e3 * SMOOTH:.0f} ms"
+_MEANS = f"means over {1e3 * signals.SMOOTH:.0f} ms"
 _BEFORE, _AFTER = 2.0, 5.0
 
 
@@ -41,7 +31,7 @@ def velocity(trajectory: Trajectory, title: str, window: Window) -> Figure:
     """Forward velocity of the torso's centre of mass (Fig 3.10) with its mean in the window."""
     drawn = figure(8.0, 3.0)
     axes = timed(drawn.add_subplot(), f"{title}: forward velocity of the torso", "velocity [m/s]")
-    rows = inside(trajectory, window)
+    rows = signals.inside(trajectory, window)
     mean = float(trajectory.forward_speed[rows].mean())
     axes.plot(trajectory.time, trajectory.forward_speed, color=RIGHT)
     span = trajectory.time[rows][[0, -1]]
@@ -56,8 +46,8 @@ def torso(trajectory: Trajectory, title: str) -> Figure:
     drawn = figure(8.0, 3.0)
     axes = timed(drawn.add_subplot(), f"{title}: torso angle, 90° is upright", "θ [°]")
     axes.axhline(90.0, color=QUIET, linestyle="--", linewidth=1.0)
-    axes.plot(trajectory.time, np.degrees(torso_angle(trajectory)), color=RIGHT, label="true")
-    if (inferred := inferred_torso_angle(trajectory)) is not None:
+    axes.plot(trajectory.time, np.degrees(signals.torso_angle(trajectory)), color=RIGHT, label="true")
+    if (inferred := signals.inferred_torso_angle(trajectory)) is not None:
         axes.plot(trajectory.time, np.degrees(inferred), "--", color=LEFT, linewidth=1.0, label="inferred")
         legend_above(axes, 2)
     _mark_pushes(axes, trajectory)
@@ -67,12 +57,12 @@ def torso(trajectory: Trajectory, title: str) -> Figure:
 def phase(trajectory: Trajectory, title: str, window: Window) -> Figure:
     """Phase portraits of the right hip, knee and ankle (Fig 3.12): the window over the whole run."""
     drawn = figure(9.5, 3.4)
-    rows = inside(trajectory, window)
+    rows = signals.inside(trajectory, window)
     angle, rate = np.degrees(trajectory.joint_angles), np.degrees(trajectory.joint_rates)
     symbols = {"hip": "θ1 − θ", "knee": "θ2 − θ1", "ankle": "θ3 − θ2 + π/2"}
     for i, (axes, (joint, symbol)) in enumerate(zip(drawn.subplots(1, 3), symbols.items(), strict=True)):
         axes.plot(angle[:, i], rate[:, i], color=QUIET, linewidth=0.4, alpha=0.6, label="whole run")
-        mean = smooth(rate[:, i], trajectory.tick)
+        mean = signals.smooth(rate[:, i], trajectory.tick)
         axes.plot(angle[rows, i], mean[rows], color=RIGHT, linewidth=1.2, label=f"window, {_MEANS}")
         axes.set_xlabel(f"right {joint} {symbol} [°]")
     drawn.axes[0].set_ylabel("rate [°/s]")
@@ -97,14 +87,14 @@ def loads(trajectory: Trajectory, title: str, window: Window) -> Figure:
     """Joint torques, ground forces against body weight, and leg states, in the window."""
     drawn = figure(9.5, 9.6)
     *joints, force, lanes = drawn.subplots(5, 1, sharex=True, height_ratios=[1.0, 1.0, 1.0, 1.1, 0.6])
-    rows = inside(trajectory, window)
+    rows = signals.inside(trajectory, window)
     time, applied = trajectory.time[rows], trajectory.joint_torques
     legs = list(zip(trajectory.robot.legs, (RIGHT, LEFT), strict=True))
     for joint, (axes, name) in enumerate(zip(joints, ("hip", "knee", "ankle"), strict=True)):
         for leg, (side, colour) in enumerate(legs):
             torque = applied[:, SEGMENTS * leg + joint]
             axes.plot(time, torque[rows], color=colour, linewidth=0.4, alpha=0.3)
-            axes.plot(time, smooth(torque, trajectory.tick)[rows], color=colour, label=side)
+            axes.plot(time, signals.smooth(torque, trajectory.tick)[rows], color=colour, label=side)
         axes.set_ylabel(f"{name} [N m]")
         axes.sharey(joints[0])
     joints[0].set_title(f"{title}: torques and ground forces, {_MEANS}")
@@ -122,7 +112,7 @@ def ensemble(trajectories: Sequence[Trajectory], title: str) -> Figure:
     axes = timed(drawn.add_subplot(), title, "velocity of the torso [m/s]")
     shade = max(0.15, min(0.8, 6.0 / len(trajectories)))
     for t in trajectories:
-        rows = every(t, 100.0)
+        rows = signals.every(t, 100.0)
         stood = t.end == "completed"
         style = {"color": RIGHT, "alpha": shade} if stood else {"color": LEFT, "zorder": 3}
         axes.plot(t.time[rows], t.forward_speed[rows], linewidth=0.7 if stood else 1.0, **style)
@@ -145,7 +135,7 @@ def _forces(axes: Axes, trajectory: Trajectory, rows: np.ndarray) -> None:
     weight = trajectory.mass * GRAVITY
     force = trajectory.foot_force
     for foot, (side, colour) in enumerate((("right", RIGHT), ("left", LEFT))):
-        mean = smooth(force[:, foot], trajectory.tick)
+        mean = signals.smooth(force[:, foot], trajectory.tick)
         axes.plot(trajectory.time[rows], mean[rows], color=colour, label=side)
     axes.axhline(weight, color="black", linestyle="--", linewidth=0.8, label=f"body weight {weight:.0f} N")
     # The peaks of 1 ms would leave the rest of the curve on the floor: they are told, not drawn.
@@ -157,7 +147,7 @@ def _forces(axes: Axes, trajectory: Trajectory, rows: np.ndarray) -> None:
 
 def _lanes(axes: Axes, trajectory: Trajectory, rows: np.ndarray) -> None:
     """Leg states as bars; drawn as one filled step per state and leg."""
-    time, states = trajectory.time[rows], leg_states(trajectory)[rows]
+    time, states = trajectory.time[rows], signals.leg_states(trajectory)[rows]
     for leg, colour in enumerate((RIGHT, LEFT)):
         for state, share in STATES.items():
             axes.fill_between(
@@ -188,7 +178,7 @@ def overlay(walkers: Mapping[str, Trajectory], title: str) -> Figure:
     timed(velocity, f"{title}: forward velocity of the base", "velocity [m/s]")
     end = min(float(t.time[-1]) for t in walkers.values())
     for (engine, t), colour in zip(walkers.items(), cycle(_COLOURS)):
-        velocity.plot(t.time, smooth(t.forward_speed, t.tick), color=colour, label=engine, alpha=0.8)
+        velocity.plot(t.time, signals.smooth(t.forward_speed, t.tick), color=colour, label=engine, alpha=0.8)
         shown = (t.time >= end - _LAST) & (t.time <= end)
         for drive, axes in zip(t.robot.drives, joints):  # noqa: B905 – the first three
             timed(axes, drive.name.replace("_", " "), "angle [°]")
@@ -256,7 +246,7 @@ def strobe(trajectory: Trajectory, title: str) -> Figure:
     slope = math.radians(trajectory.slope)
     turn = np.array([[math.cos(slope), math.sin(slope)], [-math.sin(slope), math.cos(slope)]])
     # Joints (n, links, 2), points (n, 4, 2), the torso's upper end (n, 2); turned so that gravity is vertical.
-    joint, point, torso = (places @ turn for places in limbs(trajectory))
+    joint, point, torso = (places @ turn for places in signals.limbs(trajectory))
     leg, shown = trajectory.robot.leg, trajectory.robot.shown
     low = np.minimum(joint[..., 0].min(), point[..., 0].min()) - _MARGIN * leg
     high = np.maximum(joint[..., 0].max(), point[..., 0].max()) + _MARGIN * leg
@@ -272,7 +262,7 @@ def strobe(trajectory: Trajectory, title: str) -> Figure:
     axes.set_ylim(bottom, top)
     axes.fill_between(way[:, 0], floor, bottom, color="#E5E7EB", linewidth=0.0)
     axes.plot(way[:, 0], floor, color="#4B5563", linewidth=1.2)
-    if len(seat := corners_of(trajectory)):
+    if len(seat := signals.corners_of(trajectory)):
         axes.add_patch(Polygon(seat @ turn, facecolor="#D6CBBD", edgecolor="#4B5563", linewidth=0.8))
     _sticks(axes, joint, point, torso, np.arange(0, len(trajectory), max(1, round(_STICKS / trajectory.tick))))
     for row in body_rows(trajectory):

@@ -9,17 +9,7 @@ import rerun as rr
 
 from biped.base.errors import InputError
 from biped.base.text import plain
-from biped.measure.signals import (
-    cost_of_transport,
-    ends,
-    every,
-    finite,
-    inferred_torso_angle,
-    joint_power,
-    leg_states,
-    means,
-    torso_angle,
-)
+from biped.measure import signals
 from biped.measure.trajectory import Trajectory
 
 LANE = 1.6
@@ -94,7 +84,7 @@ def place(runs: Sequence[Recorded]) -> list[Placed]:
         if number > 0 and not run.ghost:
             lane += LANE
         root = "/" + rr.escape_entity_path_part(run.name)
-        whole = run._replace(trajectory=finite(run.trajectory))
+        whole = run._replace(trajectory=signals.finite(run.trajectory))
         if len(whole.trajectory) == 0:
             raise InputError(f"recording: {plain(run.name)} is finite at no time: there is nothing to see")
         placed.append(Placed(whole, root, lane, number, len(runs) == 1))
@@ -167,32 +157,32 @@ def curves(placed: Placed) -> list[Curves]:
     def joints(entity: str, title: str, values: np.ndarray) -> Curves:
         return Curves(entity, title, names, JOINT_COLOURS, values)
 
-    torso = single("torso", "Torso angle [°], 90 is upright", "torso", np.degrees(torso_angle(trajectory)))
-    if (inferred := inferred_torso_angle(trajectory)) is not None:
+    torso = single("torso", "Torso angle [°], 90 is upright", "torso", np.degrees(signals.torso_angle(trajectory)))
+    if (inferred := signals.inferred_torso_angle(trajectory)) is not None:
         values = np.column_stack([torso.values, np.degrees(inferred)])
         names, colours = (*torso.names, f"{torso.names[0]}, inferred"), (*torso.colours, _INFERRED)
         torso = torso._replace(names=names, colours=colours, values=values)
     plots = [
         single("velocity", "Forward velocity of the torso [m/s]", "velocity", trajectory.forward_speed),
         torso,
-        single("cost", "Cost of transport so far [-]", "net cost", cost_of_transport(trajectory)),
+        single("cost", "Cost of transport so far [-]", "net cost", signals.cost_of_transport(trajectory)),
         joints("angle", angles, np.degrees(trajectory.joint_angles)),
         joints("torque", "Joint torques [N m], colours as above", trajectory.joint_torques),
-        joints("power", "Joint powers [W], colours as above", joint_power(trajectory)),
+        joints("power", "Joint powers [W], colours as above", signals.joint_power(trajectory)),
         Curves(
             "force", "Normal force under each foot [N]", legs, (RIGHT, LEFT), trajectory.foot_force,
         ),
         *(single(f"{SIGNAL}{name}", name, name, values) for name, values in trajectory.signals.items()),
     ]  # fmt: skip
-    rows = every(trajectory, RATE)
-    meant = [plot._replace(values=means(plot.values, rows)) for plot in plots]
+    rows = signals.every(trajectory, RATE)
+    meant = [plot._replace(values=signals.means(plot.values, rows)) for plot in plots]
     return [plot for plot in meant if np.isfinite(plot.values).all(axis=1).any()]
 
 
 def log_series(recording: rr.RecordingStream, placed: Placed) -> None:
     """Logs the curves of one run."""
     trajectory = placed.run.trajectory
-    rows = every(trajectory, RATE)
+    rows = signals.every(trajectory, RATE)
     for plot in curves(placed):
         path = placed.entity("series", plot.entity)
         style = rr.SeriesLines(
@@ -213,12 +203,14 @@ def log_states(recording: rr.RecordingStream, placed: Placed) -> None:
     """Logs leg states, believed contacts and the rows of A as changes."""
     trajectory = placed.run.trajectory
     time, end = trajectory.time, float(trajectory.time[-1]) + trajectory.tick
-    phase, robot = leg_states(trajectory).astype(int), trajectory.robot
+    phase, robot = signals.leg_states(trajectory).astype(int), trajectory.robot
     # The viewer names lanes by their path and sorts them by it: each leg's contacts come under its state.
     for leg, side in enumerate(robot.legs):
         _lane(recording, placed.entity("states", f"{side} leg"), time, end, phase[:, leg], LEG_STATES[leg])
     touching = (
-        trajectory.believed if "believed" in trajectory.columns else ends(trajectory.robot, trajectory.contact, np.max)
+        trajectory.believed
+        if "believed" in trajectory.columns
+        else signals.ends(trajectory.robot, trajectory.contact, np.max)
     )
     for i, (side, point) in enumerate((leg, end) for leg in robot.legs for end in ("toe", "heel")):
         lane = placed.entity("states", f"{side} leg, {point}")

@@ -8,22 +8,9 @@ import numpy as np
 
 from biped.base.statistics import wilson
 from biped.scenario.vary import stream
+from biped.studies.certify import splitting
 from biped.studies.certify.outcome import LEARNED, LEFT, RunOutcome
 from biped.studies.certify.running import Outcomes
-from biped.studies.certify.splitting import (
-    AT_MOST,
-    SHARE,
-    Levels,
-    Member,
-    Moving,
-    Sample,
-    cost_of,
-    fitted,
-    learned,
-    least_scatter,
-    pilot,
-    sampled,
-)
 
 LEAST_SAMPLES = 5
 """Independent estimates from which an interval is made."""
@@ -142,13 +129,13 @@ class Found(NamedTuple):
     probability: Probability
     reached: bool
     plain: Sequence[RunOutcome]
-    samples: Sequence[Sample]
-    levels: Levels | None
-    fell: Sequence[Member]
+    samples: Sequence[splitting.Sample]
+    levels: splitting.Levels | None
+    fell: Sequence[splitting.Member]
     doubt: str
 
 
-def estimated(seed: int, outcomes: Outcomes, moving: Moving, accuracy: Accuracy) -> Found:
+def estimated(seed: int, outcomes: Outcomes, moving: splitting.Moving, accuracy: Accuracy) -> Found:
     """Estimates the probability of a fall.
 
     Args:
@@ -162,7 +149,7 @@ def estimated(seed: int, outcomes: Outcomes, moving: Moving, accuracy: Accuracy)
     falls = sum(outcome.fell for _, outcome in first)
     method = accuracy.method
     if method is None:
-        method = COUNTING if plain_is_cheaper(falls, len(first), SHARE) else SPLITTING
+        method = COUNTING if plain_is_cheaper(falls, len(first), splitting.SHARE) else SPLITTING
     if method == COUNTING:
         return _counting(rng, outcomes, first, accuracy, "")
     levels = levels_of(seed, outcomes, first, moving, accuracy)
@@ -174,17 +161,17 @@ def estimated(seed: int, outcomes: Outcomes, moving: Moving, accuracy: Accuracy)
     return _splitting(seed, outcomes, levels, moving, accuracy._replace(size=size))
 
 
-def _size(levels: Levels, moving: Moving, accuracy: Accuracy, left: int) -> int:
+def _size(levels: splitting.Levels, moving: splitting.Moving, accuracy: Accuracy, left: int) -> int:
     """Runs at each level of a sample, fewer than asked for where an interval would take more runs than are left."""
     size = accuracy.size
-    while size >= LEAST_SIZE and LEAST_SAMPLES * cost_of(levels, size, moving) > left:
+    while size >= LEAST_SIZE and LEAST_SAMPLES * splitting.cost_of(levels, size, moving) > left:
         size -= 1
     return size
 
 
 def levels_of(
-    seed: int, outcomes: Outcomes, first: Sequence[Member], moving: Moving, accuracy: Accuracy
-) -> Levels | None:
+    seed: int, outcomes: Outcomes, first: Sequence[splitting.Member], moving: splitting.Moving, accuracy: Accuracy
+) -> splitting.Levels | None:
     """The levels that a pilot finds, of a score that is learned before where there is none.
 
     Args:
@@ -199,10 +186,10 @@ def levels_of(
     """
     if outcomes.score is not None:
         return _piloted(seed, outcomes, first[: accuracy.size], moving, accuracy)
-    if accuracy.most - outcomes.runs < AT_MOST + accuracy.size:
+    if accuracy.most - outcomes.runs < splitting.AT_MOST + accuracy.size:
         outcomes.score, outcomes.learns = OTHERWISE, False
         return None
-    score = learned(seed, outcomes, sum(outcome.fell for _, outcome in first)) if moving.times else None
+    score = splitting.learned(seed, outcomes, sum(outcome.fell for _, outcome in first)) if moving.times else None
     outcomes.score, outcomes.learns = score or OTHERWISE, score is not None
     for number in range(PILOTS):
         outcomes.learns = score is not None and number < PILOTS - 1
@@ -211,20 +198,20 @@ def levels_of(
         if not outcomes.learns or accuracy.most - outcomes.runs < accuracy.size:
             break
         # Walks that a pilot brought close to a fall say what the score has wrong: it is learned once more, with them.
-        outcomes.score = fitted(np.array(outcomes.states), LEFT)
+        outcomes.score = splitting.fitted(np.array(outcomes.states), LEFT)
     outcomes.learns = False
     outcomes.states.clear()
     return levels
 
 
 def _piloted(
-    seed: int, outcomes: Outcomes, first: Sequence[Member], moving: Moving, accuracy: Accuracy
-) -> Levels | None:
-    (levels,) = outcomes.finish([pilot(seed, first, moving, accuracy.most - outcomes.runs)])
+    seed: int, outcomes: Outcomes, first: Sequence[splitting.Member], moving: splitting.Moving, accuracy: Accuracy
+) -> splitting.Levels | None:
+    (levels,) = outcomes.finish([splitting.pilot(seed, first, moving, accuracy.most - outcomes.runs)])
     return levels
 
 
-def _counting(rng: np.random.Generator, outcomes: Outcomes, first: Sequence[Member], accuracy: Accuracy,
+def _counting(rng: np.random.Generator, outcomes: Outcomes, first: Sequence[splitting.Member], accuracy: Accuracy,
               doubt: str) -> Found:  # fmt: skip
     """Counts plain runs until the interval is narrow, looking whenever there are half as many again."""
     outcomes.score, outcomes.learns = OTHERWISE, False  # nothing is learned from a count
@@ -240,14 +227,16 @@ def _counting(rng: np.random.Generator, outcomes: Outcomes, first: Sequence[Memb
         sample += outcomes.plain(rng, min(left, max(FIRST, len(sample) // 2)))
 
 
-def _splitting(seed: int, outcomes: Outcomes, levels: Levels, moving: Moving, accuracy: Accuracy) -> Found:
-    samples: list[Sample] = []
-    cost = cost_of(levels, accuracy.size, moving)
+def _splitting(
+    seed: int, outcomes: Outcomes, levels: splitting.Levels, moving: splitting.Moving, accuracy: Accuracy
+) -> Found:
+    samples: list[splitting.Sample] = []
+    cost = splitting.cost_of(levels, accuracy.size, moving)
     while True:
         number = len(samples)
         wave = range(number, number + min(WAVE, (accuracy.most - outcomes.runs) // cost))
-        samples += outcomes.finish([sampled(seed, i, accuracy.size, levels, moving) for i in wave])
-        found = combined([sample.probability for sample in samples], least_scatter(samples, accuracy.size))
+        samples += outcomes.finish([splitting.sampled(seed, i, accuracy.size, levels, moving) for i in wave])
+        found = combined([sample.probability for sample in samples], splitting.least_scatter(samples, accuracy.size))
         reached = len(samples) >= 2 * LEAST_SAMPLES and found.relative <= accuracy.relative
         if reached or outcomes.runs + cost > accuracy.most:
             break

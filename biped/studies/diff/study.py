@@ -21,25 +21,7 @@ from biped.measure.metrics.walking import outcome
 from biped.scenario.laws import BUILT_IN
 from biped.scenario.metrics import METRICS
 from biped.scenario.vary import setting
-from biped.studies.diff.changes import (
-    HEADLINE,
-    LEVEL,
-    MARGIN,
-    SAME,
-    UNSAID,
-    WORSE,
-    ComparedSide,
-    MetricChange,
-    Pairs,
-    Row,
-    change_of,
-    exists,
-    judged,
-    pairs_of,
-    settings,
-    side,
-    swept,
-)
+from biped.studies.diff import changes as changed
 from biped.studies.folders import RUNS
 from biped.studies.run import plan_of, run, run_first, title_of, write_results
 
@@ -75,14 +57,14 @@ class Difference(NamedTuple):
         decision: Of a sequential test, whose pairs these are.
     """
 
-    first: ComparedSide
-    second: ComparedSide
-    pairs: Pairs
+    first: changed.ComparedSide
+    second: changed.ComparedSide
+    pairs: changed.Pairs
     margin: float
-    changes: list[MetricChange]
+    changes: list[changed.MetricChange]
     points: list[Point]
     settings: list[tuple[str, Any, Any]]
-    headline: tuple[str, ...] = HEADLINE
+    headline: tuple[str, ...] = changed.HEADLINE
     decision: SequentialTest | None = None
 
     @property
@@ -93,10 +75,10 @@ class Difference(NamedTuple):
     @property
     def worse(self) -> list[str]:
         """Names of the metrics of the headline that became worse."""
-        return [change.name for change in self.deciding if change.verdict == WORSE]
+        return [change.name for change in self.deciding if change.verdict == changed.WORSE]
 
     @property
-    def deciding(self) -> list[MetricChange]:
+    def deciding(self) -> list[changed.MetricChange]:
         """Changes of the headline, in its order."""
         found = {change.name: change for change in self.changes}
         return [found[name] for name in self.headline if name in found]
@@ -107,20 +89,20 @@ class Difference(NamedTuple):
         return not self.worse
 
     @property
-    def lost(self) -> list[Row]:
+    def lost(self) -> list[changed.Row]:
         """Runs of the second that no longer walk although the first's do, the earliest end first."""
         gone = [b for a, b in self.pairs if a["walked"] and not b["walked"]]
         return sorted(gone, key=lambda run: (run["time"], run["index"]))
 
     @property
-    def worst(self) -> Row | None:
+    def worst(self) -> changed.Row | None:
         """The run of the second to look at: the first of those that are lost, or the one that walks dearest."""
         if self.lost:
             return self.lost[0]
         dearer = [
             (b["cost_of_transport"] - a["cost_of_transport"], -b["index"], b)
             for a, b in self.pairs
-            if exists(a["cost_of_transport"]) and exists(b["cost_of_transport"])
+            if changed.exists(a["cost_of_transport"]) and changed.exists(b["cost_of_transport"])
         ]
         return max(dearer, key=lambda found: found[:2])[2] if dearer else None
 
@@ -138,7 +120,7 @@ class Difference(NamedTuple):
             "identical": self.identical,
             "pairs": len(self.pairs),
             "margin": self.margin,
-            "level": LEVEL,
+            "level": changed.LEVEL,
             **sides,
             "worse": self.worse,
             "headline": list(self.headline),
@@ -169,7 +151,9 @@ class Difference(NamedTuple):
         return {"index": run["index"], "seed": run.get("seed"), "outcome": outcome(run), "again": again}
 
 
-def differ(first: ComparedSide, second: ComparedSide, margin: float = MARGIN, only: Sequence[str] = ()) -> Difference:
+def differ(
+    first: changed.ComparedSide, second: changed.ComparedSide, margin: float = changed.MARGIN, only: Sequence[str] = ()
+) -> Difference:
     """Compares two results.
 
     Args:
@@ -186,17 +170,17 @@ def differ(first: ComparedSide, second: ComparedSide, margin: float = MARGIN, on
     for name in only:
         if name not in METRICS:
             raise InputError(f"--metrics {name}: unknown metric; {nearest(name, list(METRICS))}")
-    pairs = pairs_of(first, second)
-    changes = [change_of(metric, pairs) for metric in METRICS.values() if not only or metric.name in only]
-    headline = tuple(only) or HEADLINE
-    changes = judged(changes, margin, headline)
+    pairs = changed.pairs_of(first, second)
+    changes = [changed.change_of(metric, pairs) for metric in METRICS.values() if not only or metric.name in only]
+    headline = tuple(only) or changed.HEADLINE
+    changes = changed.judged(changes, margin, headline)
     if _identical(pairs):
-        changes = [change._replace(verdict=SAME) for change in changes]
-    return Difference(first, second, pairs, margin, changes, _points(pairs, swept(first)), settings(first, second),
-                      headline)  # fmt: skip
+        changes = [change._replace(verdict=changed.SAME) for change in changes]
+    points, settings = _points(pairs, changed.swept(first)), changed.settings(first, second)
+    return Difference(first, second, pairs, margin, changes, points, settings, headline)
 
 
-def _points(pairs: Pairs, keys: Sequence[str]) -> list[Point]:
+def _points(pairs: changed.Pairs, keys: Sequence[str]) -> list[Point]:
     found: dict[str, Point] = {}
     for a, b in pairs if keys else ():
         values = {key: a["values"].get(key) for key in keys}
@@ -207,16 +191,16 @@ def _points(pairs: Pairs, keys: Sequence[str]) -> list[Point]:
     return list(found.values())
 
 
-def _identical(pairs: Pairs) -> bool:
+def _identical(pairs: changed.Pairs) -> bool:
     return all(_numbers(a) == _numbers(b) for a, b in pairs)
 
 
-def _numbers(run: Row) -> bytes:
+def _numbers(run: changed.Row) -> bytes:
     """Keys that two runs must share to be the same run."""
     return msgspec.json.encode({name: run.get(name) for name in (*METRICS, "fell", "end", "cause", "verdict", "doubt")})
 
 
-def of_folders(first: Path, second: Path, margin: float = MARGIN, only: Sequence[str] = ()) -> Difference:
+def of_folders(first: Path, second: Path, margin: float = changed.MARGIN, only: Sequence[str] = ()) -> Difference:
     """Compares two results folders, whatever made them: gaits, laws, scenarios or versions.
 
     Raises:
@@ -224,7 +208,7 @@ def of_folders(first: Path, second: Path, margin: float = MARGIN, only: Sequence
     """
     if first.resolve() == second.resolve():
         raise InputError(f"{label(second)}: is the same folder as {label(first)}; expected two")
-    before, after = (side(label(folder), folder, result_in(folder)) for folder in (first, second))
+    before, after = (changed.side(label(folder), folder, result_in(folder)) for folder in (first, second))
     return differ(before, after, margin, only)
 
 
@@ -234,7 +218,7 @@ BATCH = 10
 
 def of_controllers(
     first: str, second: str, scenario: str, changes: Sequence[str], jobs: Jobs, out: Path | None,
-    margin: float = MARGIN, only: Sequence[str] = (), progress: Progress = silent, tell: Told = unheard,
+    margin: float = changed.MARGIN, only: Sequence[str] = (), progress: Progress = silent, tell: Told = unheard,
 ) -> tuple[Difference, Path]:  # fmt: skip
     """Runs a scenario with each of two gaits or laws and compares.
 
@@ -260,10 +244,10 @@ def of_controllers(
     asked, where = _named(first, second, scenario, changes, out)
     for one in asked:
         plan_of(scenario, one)  # complaints come before the first campaign
-    sides: list[ComparedSide] = []
+    sides: list[changed.ComparedSide] = []
     for word, name, one in zip((first, second), ("first", "second"), asked, strict=True):
         done = run(scenario, one, jobs, where / name, progress=progress, tell=tell)
-        sides.append(side(word, where / name, done.result))
+        sides.append(changed.side(word, where / name, done.result))
     return differ(sides[0], sides[1], margin, only), where
 
 
@@ -285,7 +269,7 @@ def _named(
 
 def until_decided(
     first: str, second: str, scenario: str, changes: Sequence[str], jobs: Jobs, out: Path | None, rates: Rates,
-    most: int, margin: float = MARGIN, progress: Progress = silent, tell: Told = unheard,
+    most: int, margin: float = changed.MARGIN, progress: Progress = silent, tell: Told = unheard,
 ) -> tuple[Difference, Path]:  # fmt: skip
     """Runs a scenario with each of two gaits or laws, pair by pair, until it is decided which walks more often.
 
@@ -326,7 +310,10 @@ def until_decided(
             test = decided(((a.walked, b.walked) for a, b in zip(*(one.rows for one in made), strict=True)), rates)
         for folder, one in zip(folders, made, strict=True):
             write_results(folder, one, None)
-    sides = [side(word, where / name, one.result) for word, name, one in zip((first, second), words, made, strict=True)]
+    sides = [
+        changed.side(word, where / name, one.result)
+        for word, name, one in zip((first, second), words, made, strict=True)
+    ]
     found = differ(sides[0], sides[1], margin)
     changes_now = [
         change._replace(verdict=_by_test(test), adjusted=math.nan) if change.name in ("walked", "falls") else change
@@ -336,7 +323,7 @@ def until_decided(
 
 
 def _by_test(test: SequentialTest) -> str:
-    return {BETTER: BETTER, WORSE: WORSE, SAME: SAME}.get(test.decision, UNSAID)
+    return {BETTER: BETTER, changed.WORSE: changed.WORSE, changed.SAME: changed.SAME}.get(test.decision, changed.UNSAID)
 
 
 def _check_sequential(jobs: Jobs, rates: Rates, most: int) -> None:

@@ -15,25 +15,7 @@ from biped.ensemble.backend import Jobs, Progress, silent
 from biped.ensemble.journal import installed
 from biped.ensemble.plan import Plan
 from biped.scenario.engines import ENGINES
-from biped.studies.regress.references import (
-    GONE,
-    NEW,
-    SAME,
-    RecordedScenario,
-    ReferenceChange,
-    References,
-    ScenarioComparison,
-    altogether,
-    chosen,
-    compare,
-    compared,
-    ensemble,
-    measured,
-    missing,
-    read,
-    shipped,
-    write,
-)
+from biped.studies.regress import references as past
 from biped.studies.run import plan_of, title_of
 
 LEARNED = "policy/"
@@ -51,7 +33,7 @@ class ScenarioOutcome(NamedTuple):
         stopped: Whether it was interrupted: these are the scenarios that were finished.
     """
 
-    verdicts: list[ScenarioComparison]
+    verdicts: list[past.ScenarioComparison]
     platform: dict[str, str]
     updated: bool
     recorded: list[str]
@@ -89,8 +71,8 @@ def regress(
     Raises:
         InputError: A scenario or the file cannot be used.
     """
-    path = shipped(engine) if file is None else file
-    references = read(path)
+    path = past.shipped(engine) if file is None else file
+    references = past.read(path)
     if engine is not None:
         scenarios = scenarios or list(references.scenarios)
         if not scenarios:
@@ -100,7 +82,7 @@ def regress(
     plans = _plans(scenarios or _that_run_here(), () if engine is None else (f"engine={engine}",))
     here = journal.here() | _library(engine)
     update = None if reason is None else _Update(path, references, here, reason, None if scenarios else set(plans))
-    verdicts: list[ScenarioComparison] = []
+    verdicts: list[past.ScenarioComparison] = []
     stopped = False
     try:
         _compare(plans, references.scenarios.copy(), jobs, journal.key(here), update, verdicts, progress)
@@ -108,11 +90,11 @@ def regress(
         stopped = True
     if not scenarios and not stopped:
         for name in sorted(references.scenarios.keys() - {title_of(name) for name in names("scenarios")}):
-            verdicts.append(missing(name, GONE, 0))
+            verdicts.append(past.missing(name, past.GONE, 0))
             if update is not None:
                 update.record(name, None)
-    if len(compared(verdicts)) > 1:
-        verdicts.append(altogether(verdicts))
+    if len(past.compared(verdicts)) > 1:
+        verdicts.append(past.altogether(verdicts))
     return ScenarioOutcome(verdicts, here, update is not None, [] if update is None else update.recorded, stopped)
 
 
@@ -127,27 +109,29 @@ def _plans(scenarios: Sequence[str], changes: Sequence[str]) -> dict[str, Plan]:
         title = title_of(name)
         if title in plans:
             raise InputError(f"{name}: a scenario '{title}' was named before; expected scenarios of different names")
-        plans[title] = ensemble(plan_of(name, changes))
+        plans[title] = past.ensemble(plan_of(name, changes))
     return plans
 
 
 def _compare(
     plans: dict[str, Plan],
-    known: dict[str, RecordedScenario],
+    known: dict[str, past.RecordedScenario],
     jobs: Jobs,
     here: str,
     update: _Update | None,
-    verdicts: list[ScenarioComparison],
+    verdicts: list[past.ScenarioComparison],
     progress: Progress,
 ) -> None:
     """Adds the verdict of each scenario to `verdicts` as it is finished."""
     today = date.today().isoformat()
-    with progress("regress", sum(len(chosen(plan)) for plan in plans.values()), 0) as advance:
+    with progress("regress", sum(len(past.chosen(plan)) for plan in plans.values()), 0) as advance:
         for name, plan in plans.items():
-            new = measured(plan, jobs, today, here, advance)
+            new = past.measured(plan, jobs, today, here, advance)
             old = known.get(name)
-            verdicts.append(missing(name, NEW, len(new.runs)) if old is None else compare(name, old, new))
-            if update is not None and (verdicts[-1].verdict != SAME or not verdicts[-1].exact):
+            verdicts.append(
+                past.missing(name, past.NEW, len(new.runs)) if old is None else past.compare(name, old, new)
+            )
+            if update is not None and (verdicts[-1].verdict != past.SAME or not verdicts[-1].exact):
                 update.record(name, new)
 
 
@@ -161,14 +145,16 @@ def _library(engine: str | None) -> dict[str, str]:
 class _Update:
     """Writes references as they come, with one entry in the history for all of them."""
 
-    def __init__(self, path: Path, references: References, here: dict[str, str], reason: str, every: set[str] | None):
+    def __init__(
+        self, path: Path, references: past.References, here: dict[str, str], reason: str, every: set[str] | None
+    ):
         self.path, self.references, self.reason, self.every = path, references, reason, every
         self.recorded: list[str] = []
         self.key = journal.key(here)
         self.history = references.history
         references.platforms[self.key] = here
 
-    def record(self, name: str, new: RecordedScenario | None) -> None:
+    def record(self, name: str, new: past.RecordedScenario | None) -> None:
         """Puts a scenario's reference in the file, or takes it out."""
         if new is None:
             del self.references.scenarios[name]
@@ -176,7 +162,7 @@ class _Update:
             self.references.scenarios[name] = new
         self.recorded.append(name)
         whole = self.every is not None and self.every <= set(self.recorded)
-        change = ReferenceChange(
+        change = past.ReferenceChange(
             date=date.today().isoformat(),
             reason=self.reason,
             sources=journal.sources(),
@@ -184,4 +170,4 @@ class _Update:
             scenarios=["all"] if whole else self.recorded,
         )
         self.references.history = [change, *self.history]
-        write(self.path, self.references)
+        past.write(self.path, self.references)
