@@ -17,8 +17,7 @@ from biped.base.text import safe
 from biped.base.trust import trusting
 from biped.cli import commands as folder
 from biped.cli.common import BAD_INPUT, FAILED, STOPPED, Parser, commands_of
-from biped.cli.streams import DEBUG, complain, safe_streams
-from biped.cli.windowless import SETTING, import_mujoco
+from biped.cli.streams import DEBUG, SETTING, complain, import_mujoco, safe_streams
 
 
 def _somewhere() -> None:

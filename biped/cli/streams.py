@@ -1,4 +1,9 @@
-"""Standard output and error as they are found: closed, a pipe nobody reads any more, a locale without our letters."""
+"""The process as it is found: standard output and error, and MuJoCo without its windows.
+
+Streams may be closed, a pipe that nobody reads any more, or of a locale without our letters. Importing MuJoCo's windows
+starts a process only to ask a library for its version, which takes an eighth of what ten seconds of walking cost;
+whoever asks for them afterwards gets them as ever.
+"""
 
 import codecs
 import errno
@@ -6,6 +11,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from typing import Any
 
 from biped.base.errors import BipedError, InputError
@@ -117,3 +123,47 @@ def _words(error: Exception) -> str:
         f"a defect of biped, not of what you wrote: {type(error).__name__}: {error}; "
         f"the same command with {DEBUG} shows where, for a report"
     )
+
+
+SETTING = "MUJOCO_GL"
+_DRAWING = {"Renderer": "mujoco.renderer", "GLContext": "mujoco.gl_context"}
+"""Libraries that draw, and the module that each comes from."""
+_OF_DRAWING = ("mujoco.rendering", "mujoco.renderer", "mujoco.gl_context")
+
+
+def import_mujoco() -> None:
+    """Imports MuJoCo; what draws is imported when it is first asked for.
+
+    With MUJOCO_GL somebody has said what he wants to draw with, and MuJoCo is left alone.
+
+    Raises:
+        InputError: MuJoCo cannot draw with that.
+    """
+    if "mujoco" in sys.modules:
+        return
+    if SETTING in os.environ:
+        try:
+            import_module("mujoco")
+        except Exception as error:  # whatever a library of graphics raises that is not there
+            what = f"MUJOCO_GL={safe(os.environ[SETTING])}: MuJoCo cannot draw with it: {safe(error)}"
+            raise InputError(f"{what}; expected egl, osmesa or glfw, as far as it is installed, or nothing") from None
+        return
+    os.environ[SETTING] = "disable"
+    try:
+        mujoco: Any = import_module("mujoco")
+    finally:
+        del os.environ[SETTING]
+    for name in [name for name in sys.modules if name.startswith(_OF_DRAWING)]:
+        del sys.modules[name]
+    for name in ("Renderer", "rendering", "renderer", "gl_context"):
+        vars(mujoco).pop(name, None)
+    mujoco.__getattr__ = _drawing
+
+
+def _drawing(name: str) -> Any:
+    """The library that a module lacks, if it is one that draws."""
+    if name not in _DRAWING:
+        raise AttributeError(f"module 'mujoco' has no attribute '{name}'")
+    found = getattr(import_module(_DRAWING[name]), name)
+    setattr(sys.modules["mujoco"], name, found)
+    return found

@@ -18,7 +18,7 @@ from biped.show import markdown
 from biped.show.document import Document, Paragraph, Table
 from biped.show.markdown import DOCS
 from biped.show.standing import FILE as STANDARD
-from biped.studies.stability.sensitivity import rank_correlation
+from biped.studies.stability.disturbances import rank_correlation
 
 PAGE, TEMPLATE, DATA = DOCS / "atlas.md", DOCS / "atlas.in.md", DOCS / "atlas.json"
 PUSHES, RISES = ("push forward", "push backward"), ("step up", "step down")

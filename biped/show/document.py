@@ -2,10 +2,17 @@
 
 Results become documents (`biped.show.results`, `comparisons`, `standing`); `terminal.show`, `markdown.text` and
 `page.html.blocks` draw any document. All words in it may be a stranger's: each of the three shows them as text.
+
+Words for people are here too: names of what is drawn, and somebody's texts, which make nothing of a page.
 """
 
+import math
+import re
 from pathlib import Path
-from typing import Literal, NamedTuple, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
+
+from biped.base.statistics import wilson
+from biped.base.text import plain
 
 Kind = Literal["", "strong", "emphasis", "code", "good", "bad", "doubt"]
 
@@ -93,3 +100,62 @@ class Picture(NamedTuple):
 
 Block: TypeAlias = "Heading | Paragraph | Items | Table | Picture"
 Document: TypeAlias = "tuple[Block, ...]"
+
+
+STATES = {1: "stance", 2: "heel off", 3: "swing", 4: "knee straight"}
+"""Leg states 1 … 4."""
+
+
+def literal(text: Any) -> str:
+    """Somebody's words, of which Markdown makes nothing but text: no links, pictures, cells or lines."""
+    return re.sub(r"([\\`*_\[\]<>|!#~])", r"\\\1", plain(text))
+
+
+def words(name: str) -> str:
+    """The name of a number, for people."""
+    return literal(name.replace("_", " "))
+
+
+def share(count: int, runs: int) -> str:
+    """So many of these runs, with Wilson's 95 % interval of the share behind them."""
+    low, high = wilson(count, runs)
+    return f"{count} of {runs} ({100.0 * low:.0f} – {100.0 * high:.0f} %)"
+
+
+def percent(share: float) -> str:
+    """A share as a percentage, with a digit behind the point where whole ones would say 0 or 100 of neither."""
+    whole = 100.0 * share
+    if (0.0 < whole < 1.0) or (99.0 < whole < 100.0):
+        return f"{whole:.1f} %"
+    return f"{whole:.0f} %"
+
+
+def between(low: float, high: float) -> str:
+    """An interval of shares."""
+    return f"{percent(low).removesuffix(' %')} – {percent(high)}"
+
+
+def value_of(value: Any) -> str:
+    """A value of a setting: whole numbers in full, others with four digits."""
+    if isinstance(value, list | tuple):
+        return f"({', '.join(value_of(one) for one in value)})"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.4g}".replace("-", "−") if math.isfinite(value) else "–"
+    return "–" if value is None else str(value).replace("-", "−") if isinstance(value, int) else str(value)
+
+
+def leg_words(foot: str) -> str:
+    """A leg for people, by its foot: of a body such as `right_ankle_roll_link` only which side it is on."""
+    sides = [side for side in ("right", "left") if side in foot.lower().replace("-", "_").split("_")]
+    return f"{sides[0] if len(sides) == 1 else foot.replace('_', ' ')} leg"
+
+
+def harmless(value: Any) -> Any:
+    """A result from anybody's file, all texts in it with nothing hidden and nothing that a terminal obeys."""
+    if isinstance(value, dict):
+        return {plain(key): harmless(inner) for key, inner in value.items()}
+    if isinstance(value, list):
+        return [harmless(inner) for inner in value]
+    return plain(value) if isinstance(value, str) else value

@@ -1,7 +1,7 @@
 """The table of docs/engines.md: `python -m biped.show.engines FOLDER [SCENARIO…]` makes its runs and writes it.
 
 What an earlier call finished in the folder is not repeated; with `--finished` nothing else is run or listed. Scenarios
-that are named come on top of those of `biped.studies.engine_table`: of public policies, for instance, which nobody may
+that are named come on top of those of `biped.studies.surveys`: of public policies, for instance, which nobody may
 ship.
 """
 
@@ -13,9 +13,9 @@ from pathlib import Path
 from biped.base.text import markdown_table
 from biped.base.trust import trusting
 from biped.scenario.engines import ENGINES
+from biped.show.document import share
 from biped.show.markdown import DOCS, replaced
-from biped.show.words import share
-from biped.studies.engine_table import SCENARIOS, Cell, ScenarioCells, cells_of
+from biped.studies.surveys import SCENARIOS, Cell, ScenarioCells, cells_of
 
 PAGE = DOCS / "engines.md"
 

@@ -5,8 +5,7 @@ from pathlib import Path
 
 from biped.base.text import markdown_table
 from biped.base.writing import write_into
-from biped.show.document import Document, Heading, Items, Line, Paragraph, Picture, Table, pieces
-from biped.show.words import literal
+from biped.show.document import Document, Heading, Items, Line, Paragraph, Picture, Table, literal, pieces
 
 DOCS = Path(__file__).parents[2] / "docs"
 _MARKS = {"strong": "**", "bad": "**", "doubt": "**", "emphasis": "*"}

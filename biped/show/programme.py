@@ -16,11 +16,10 @@ from biped.ensemble.results import goal_at
 from biped.scenario.metrics import HEAD, METRICS
 from biped.scenario.reading import read_scenario
 from biped.show import markdown
-from biped.show.document import Block, Document, Heading, Items, Paragraph, Picture, Table, Words
+from biped.show.document import Block, Document, Heading, Items, Paragraph, Picture, Table, Words, share
 from biped.show.replay import plot_results
 from biped.show.results import causes_of, number
 from biped.show.standing import DOCS
-from biped.show.words import share
 from biped.studies.folders import results_at
 
 PAGE, TEMPLATE, DATA = (DOCS / f"thesis-programme{suffix}" for suffix in (".md", ".in.md", ".json"))

@@ -25,11 +25,10 @@ from biped.scenario.keys import Scenario
 from biped.scenario.laws import own_law
 from biped.scenario.reading import read_scenario, to_toml
 from biped.scenario.vary import points_of
-from biped.show.document import Block, Heading, Line, Picture, Words
+from biped.show.document import Block, Heading, Line, Picture, Words, harmless
 from biped.show.markdown import text
 from biped.show.results import document_of
 from biped.show.results_folder import ResultsFolder
-from biped.show.words import harmless
 from biped.studies.folders import newest_recording, results_at, writing
 
 FALLEN = 3

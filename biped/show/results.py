@@ -21,9 +21,8 @@ from biped.measure.metrics.gait import MOVED
 from biped.measure.metrics.pushed import STEP_NAMES
 from biped.measure.metrics.walking import TOLD_BY, kind_of, outcome
 from biped.scenario.metrics import HEAD, METRICS, metrics_of_table
-from biped.show.document import Block, Document, Heading, Items, Kind, Line, Paragraph, Table, Words
+from biped.show.document import Block, Document, Heading, Items, Kind, Line, Paragraph, Table, Words, between
 from biped.show.markdown import text
-from biped.show.words import between
 
 WARNED = 10
 """Most runs whose warnings are printed."""

@@ -25,7 +25,7 @@ from biped.measure.metrics.walking import kind_of
 from biped.measure.stored import load
 from biped.scenario.laws import own_law
 from biped.scenario.reading import read_scenario
-from biped.show.words import harmless
+from biped.show.document import harmless
 from biped.studies.folders import results_at
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from biped.studies.policy.trials import CardTrial, Measured
 if TYPE_CHECKING:
     from biped.studies.bench.costs import CampaignCost, PolicyCost, StepCost
     from biped.studies.bench.throughput import Guarded, Throughput
-    from biped.studies.models import SurveyedModel
+    from biped.studies.surveys import SurveyedModel
     from biped.studies.tune.least import Least
     from biped.studies.tune.robot import Trial
     from biped.studies.tune.tuned import Tuned

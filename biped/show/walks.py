@@ -13,10 +13,9 @@ from typing import Any
 from biped.base.json import dumps
 from biped.base.writing import write_text
 from biped.show import markdown
-from biped.show.document import Document, Paragraph, Table
+from biped.show.document import Document, Paragraph, Table, share
 from biped.show.standing import DOCS
 from biped.show.standing import FILE as STANDARD
-from biped.show.words import share
 
 PAGE, TEMPLATE, DATA = DOCS / "any-biped.md", DOCS / "any-biped.in.md", DOCS / "any-biped.json"
 MARK = "<!-- tables -->"

@@ -6,7 +6,7 @@ import math
 
 from biped.ensemble import campaign
 from biped.show.engines import table
-from biped.studies.engine_table import Cell, ScenarioCells, cells_of
+from biped.studies.surveys import Cell, ScenarioCells, cells_of
 
 
 def test_a_row_has_a_cell_for_each_engine():

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from biped.scenario.metrics import METRICS
+from biped.show.document import leg_words
 from biped.show.results import push_words
-from biped.show.words import leg_words
 
 
 def test_a_push_is_told_in_the_fields_units():

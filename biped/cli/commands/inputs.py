@@ -159,7 +159,7 @@ def model_command(args: argparse.Namespace) -> int:
 def _table(args: argparse.Namespace) -> int:
     """Prints files in a row each; the exit code says whether all are robots, and stand if that was asked."""
     from biped.show.studies import models_document
-    from biped.studies.models import survey
+    from biped.studies.surveys import survey
 
     rows = survey(args.file, args.stand)
     common.answer(args, {"models": [row._asdict() for row in rows]}, models_document(rows))

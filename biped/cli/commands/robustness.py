@@ -160,8 +160,7 @@ def stability_command(args: argparse.Namespace) -> int:
 def _small(args: argparse.Namespace) -> int:
     """Small disturbances of any walk: their growth, or what they do to its steps."""
     from biped.show.stability import growth_document, sensitivity_document
-    from biped.studies.stability.growth import growth
-    from biped.studies.stability.sensitivity import sensitivity
+    from biped.studies.stability.disturbances import growth, sensitivity
 
     if args.reference or args.basin or (args.growth and args.norm):
         raise InputError("stability: expected --growth or --norm, and with it neither --reference nor --basin")
@@ -248,8 +247,7 @@ def standard_command(args: argparse.Namespace) -> int:
     from biped.show.document import Paragraph
     from biped.show.standing import document_of, write
     from biped.studies.folders import RUNS
-    from biped.studies.standard.atlas import atlas
-    from biped.studies.standard.study import standard
+    from biped.studies.standard.study import atlas, standard
 
     engines = common.engines_of(args)
     if args.atlas and (args.test or engines):

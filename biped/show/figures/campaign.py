@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from biped.ensemble.columns import batches, smallest
 from biped.ensemble.results import goal_at
 from biped.measure.metrics.walking import TOLD_BY, kind_of
+from biped.show.document import value_of
 from biped.show.figures.style import JOINTS, PUSH, QUIET, figure
-from biped.show.words import value_of
 
 _COLOURS = [*JOINTS.values(), PUSH, QUIET, "#0072B2", "#D55E00", "#56B4E9"]
 

@@ -19,7 +19,7 @@ from biped.measure.pushes import pushes_of
 from biped.measure.trajectory import Trajectory
 from biped.robot.gravity import GRAVITY
 from biped.robot.planar.topology import CHAINS, SEGMENTS
-from biped.show import words
+from biped.show import document
 from biped.show.figures.style import LEFT, PUSH, QUIET, RIGHT, STATES, TRUNK, figure, legend_above, timed
 
 Window = tuple[float, float]
@@ -152,7 +152,7 @@ def _lanes(axes: Axes, trajectory: Trajectory, rows: np.ndarray) -> None:
         for state, share in STATES.items():
             axes.fill_between(
                 time, 0.6 - leg, 1.4 - leg, where=states[:, leg] == state, step="post", color=to_rgba(colour, share),
-                linewidth=0.0, label=words.STATES[state] if leg == 0 else None,
+                linewidth=0.0, label=document.STATES[state] if leg == 0 else None,
             )  # fmt: skip
     axes.set_yticks([1.0, 0.0], ["right", "left"])
     axes.set_ylim(-0.5, 1.5)

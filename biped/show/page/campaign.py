@@ -16,6 +16,7 @@ from biped.measure.metrics.walking import outcome
 from biped.measure.trajectory import Trajectory
 from biped.scenario.laws import own_law
 from biped.scenario.metrics import METRICS, metrics_of_table
+from biped.show.document import between, harmless, percent, value_of
 from biped.show.page import ensembles
 from biped.show.page.frames import frames_of
 from biped.show.page.html import Markup, card, join, judged, key_words, metric_text, setting, table, tag
@@ -23,7 +24,6 @@ from biped.show.page.player import PlayedRun, charts, walks
 from biped.show.replay import of_numbers, spread
 from biped.show.results import failures, number
 from biped.show.results_folder import ResultsFolder, chosen
-from biped.show.words import between, harmless, percent, value_of
 from biped.studies.sensitivity import explained
 
 READ = 20_000

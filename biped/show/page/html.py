@@ -9,8 +9,7 @@ from biped.base.text import plain
 from biped.ensemble.checks import FAILED, NOTHING, PASSED, UNDECIDED
 from biped.scenario.metrics import Metric
 from biped.scenario.reference import unit_of
-from biped.show.document import Document, Heading, Items, Line, Paragraph, Table, pieces
-from biped.show.words import value_of
+from biped.show.document import Document, Heading, Items, Line, Paragraph, Table, pieces, value_of
 
 _VOID = ("meta", "input", "br", "path", "line", "rect", "circle", "polyline", "polygon")
 

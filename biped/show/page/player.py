@@ -12,10 +12,10 @@ from biped.measure.pushes import pushes_of
 from biped.measure.signals import SMOOTH, every, finite, inside, joint_limits, leg_states, smooth
 from biped.measure.trajectory import Trajectory
 from biped.robot.planar.topology import LEGS, SEGMENTS
+from biped.show.document import STATES, leg_words, percent
 from biped.show.page.frames import NAMES, RATE, Frames
 from biped.show.page.html import Markup, card, join, scroll, tag
 from biped.show.page.plot import Frame, around, legend
-from biped.show.words import STATES, leg_words, percent
 
 SIDES = ("right", "left")
 """Classes of the legs, whatever people call them: the first is blue, the second orange, everywhere."""

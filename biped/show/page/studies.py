@@ -11,13 +11,13 @@ import msgspec
 from biped.base.errors import InputError
 from biped.base.statistics import same_rate, wilson
 from biped.base.typed import convert
+from biped.show.document import between, literal
 from biped.show.page.html import Markup, blocks, card, chip, join, table, tag
 from biped.show.page.plot import Frame, around, legend
 from biped.show.references import table_of
 from biped.show.results import number
 from biped.show.results_folder import read_as
 from biped.show.standing import FILE, document_of
-from biped.show.words import between, literal
 from biped.studies.regress.references import UNLIKELY
 from biped.studies.stability.basin import FELL, RETURNED, WALKS
 

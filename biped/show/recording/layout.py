@@ -18,9 +18,9 @@ from biped.measure.metrics.walking import outcome
 from biped.measure.pushes import pushes_of
 from biped.measure.trajectory import Trajectory
 from biped.scenario.metrics import METRICS
+from biped.show.document import literal, value_of, words
 from biped.show.recording.scene import STEPS
 from biped.show.recording.series import SIGNAL, Placed, Recorded, colour_word, curves
-from biped.show.words import literal, value_of, words
 
 # The eye and what it looks at [m from the ground below]: it is seen from its right and walks rightwards.
 # Plots in which every run has a curve; the others are of the first run.

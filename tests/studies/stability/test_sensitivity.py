@@ -12,8 +12,8 @@ from scipy.stats import spearmanr
 from biped.cli.main import main
 from biped.ensemble.campaign import simulate
 from biped.studies.run import plan_of
-from biped.studies.stability import sensitivity as studied
-from biped.studies.stability.sensitivity import INDICATORS, _alternate, _norm, beyond_scatter, rank_correlation
+from biped.studies.stability import disturbances as studied
+from biped.studies.stability.disturbances import INDICATORS, _alternate, _norm, beyond_scatter, rank_correlation
 from tests.cases import command
 
 
