@@ -13,7 +13,7 @@ import pytest
 
 from biped.cli.main import main, parsed
 from biped.scenario.card import read_card
-from biped.studies.policy.checks import run_of
+from biped.studies.policy import run_of
 from biped.studies.policy.tape import record
 from tests.cases import write
 from tests.control.test_card import FLOOR, SERVOS, network

@@ -27,7 +27,8 @@ from biped.robot.law_factory import Factory, factory_of
 from biped.scenario.keys import Scenario
 from biped.scenario.vary import setting
 from biped.studies import comparison
-from biped.studies.diff import study
+from biped.studies import diff as differing
+from biped.studies.diff.changes import MARGIN
 from biped.studies.run import plan_of, run_plan, title_of
 
 _tell = logging.getLogger("biped").warning
@@ -125,7 +126,7 @@ def check(name: str | Path | Loaded, **arguments: Any) -> Result:
 
 
 def diff(
-    first: Result | str | Path, second: Result | str | Path, margin: float = study.MARGIN, metrics: Sequence[str] = ()
+    first: Result | str | Path, second: Result | str | Path, margin: float = MARGIN, metrics: Sequence[str] = ()
 ) -> Differed:
     """Compares two results run by run, paired by seed.
 
@@ -143,7 +144,7 @@ def diff(
             one.save(Path(folder) / name) if isinstance(one, Result) else Path(one)
             for one, name in ((first, "first"), (second, "second"))
         ]
-        found = study.of_folders(folders[0], folders[1], margin, metrics)
+        found = differing.of_folders(folders[0], folders[1], margin, metrics)
         found.as_dict()  # reads what it needs of the folders
     return Differed(found)
 

@@ -13,7 +13,7 @@ from biped.ensemble.checks import judgement
 from biped.ensemble.columns import StoredRows, batches
 from biped.ensemble.results import table_of
 from biped.studies import comparison
-from biped.studies.diff import study
+from biped.studies.diff import Difference as FoundDifference
 from biped.studies.run import ScenarioResult, save
 
 if TYPE_CHECKING:
@@ -151,7 +151,7 @@ class Differed:
         worst: The run to look at, with its seed, its outcome and the command that makes it again; None: there is none.
     """
 
-    def __init__(self, found: study.Difference):
+    def __init__(self, found: FoundDifference):
         self._found = found
         self.passed: bool = found.passed
         self.worse: list[str] = found.worse

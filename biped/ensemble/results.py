@@ -18,7 +18,7 @@ from biped.ensemble.checks import Check, goal_among, judge, passed
 from biped.ensemble.columns import StoredRows, batches
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import Row
-from biped.measure.metrics.totals import Totals
+from biped.measure.metrics import Totals
 from biped.scenario.keys import Scenario
 from biped.scenario.metrics import HEAD, METRICS
 from biped.scenario.vary import points_of

@@ -30,7 +30,7 @@ def document_of(found: Mapping[str, Any]) -> Document:
     """The probability with what it rests on.
 
     Args:
-        found: As `biped.studies.certify.study.Certified.as_dict` gives it.
+        found: As `biped.studies.certify.Certified.as_dict` gives it.
     """
     plain, low, high = found["plain"], *found["interval"]
     blocks: list[Block] = [

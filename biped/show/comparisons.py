@@ -15,8 +15,8 @@ from biped.show.document import Block, Document, Heading, Items, Kind, Line, Par
 from biped.show.results import failures
 from biped.studies.causes import EXPLAINED, Why
 from biped.studies.comparison import PARTED, Comparison
+from biped.studies.diff import Difference
 from biped.studies.diff.changes import BETTER, CHANGED, LEAST_PAIRS, LEVEL, SAME, UNSAID, WORSE, MetricChange
-from biped.studies.diff.study import Difference
 
 HEADS = ("metric", "first", "second", "change", "95 % interval", "pairs", "verdict")
 _KIND: dict[str, Kind] = {WORSE: "bad", BETTER: "good", UNSAID: "doubt"}

@@ -19,7 +19,7 @@ from biped.base.text import markdown_table
 from biped.base.writing import write_into, write_text
 from biped.show.document import literal
 from biped.show.markdown import DOCS, filled, replaced
-from biped.studies.readings import search
+from biped.studies import readings
 
 PAGE, TEMPLATE, DATA, THESIS = (DOCS / name for name in ("readings.md", "readings.in.md", "readings.json", "thesis.md"))
 FILE = "readings.json"
@@ -31,9 +31,12 @@ NEARLY, HALF = 0.9, 0.5
 NAMES = {"speed": "speed m/s", "cost_of_transport": "net cost of transport", "double_support": "double support"}
 
 
-def data_of(tried: Sequence[search.TriedReading], confirmed: Sequence[search.TriedReading]) -> dict[str, Any]:
+def data_of(tried: Sequence[readings.TriedReading], confirmed: Sequence[readings.TriedReading]) -> dict[str, Any]:
     """The part of a study that docs/readings.json keeps."""
-    return {"tried": [search.as_dict(one) for one in tried], "confirmed": [search.as_dict(one) for one in confirmed]}
+    return {
+        "tried": [readings.as_dict(one) for one in tried],
+        "confirmed": [readings.as_dict(one) for one in confirmed],
+    }
 
 
 def write(data: Mapping[str, Any], folder: Path) -> None:
@@ -45,7 +48,7 @@ def write(data: Mapping[str, Any], folder: Path) -> None:
     write_into(folder, {FILE: dumps(data), "readings.md": "\n\n".join(_parts(data).values())})
 
 
-def verdict(study: search.Definition, claim: search.Claim, outcome: search.Outcome) -> str:
+def verdict(study: readings.Definition, claim: readings.Claim, outcome: readings.Outcome) -> str:
     """Whether a claim is reproduced: its share of walks, and every printed mean within one scale of the study."""
     share = outcome.walked / outcome.runs / claim.share
     near = all(_off(study, claim, outcome, name) <= 1.0 for name in claim.printed)
@@ -54,12 +57,12 @@ def verdict(study: search.Definition, claim: search.Claim, outcome: search.Outco
     return "partly" if share >= HALF else "not"
 
 
-def _off(study: search.Definition, claim: search.Claim, outcome: search.Outcome, name: str) -> float:
+def _off(study: readings.Definition, claim: readings.Claim, outcome: readings.Outcome, name: str) -> float:
     value = outcome.numbers.get(name)
     return np.inf if value is None else abs(value / claim.printed[name] - 1.0) / study.scale[name]
 
 
-def verdicts(study: search.Definition, one: search.TriedReading, short: bool = False) -> str:
+def verdicts(study: readings.Definition, one: readings.TriedReading, short: bool = False) -> str:
     """The table of claims under a reading, each with its verdict.
 
     Args:
@@ -79,35 +82,35 @@ def verdicts(study: search.Definition, one: search.TriedReading, short: bool = F
     return markdown_table(("claim", "walked (95 %)", *numbers, "verdict"), rows)
 
 
-def _merged(study: search.Definition, one: search.TriedReading) -> list[tuple[search.Claim, search.Outcome]]:
+def _merged(study: readings.Definition, one: readings.TriedReading) -> list[tuple[readings.Claim, readings.Outcome]]:
     """Claims and outcomes, all pushes counted together."""
-    out: list[tuple[search.Claim, search.Outcome]] = []
+    out: list[tuple[readings.Claim, readings.Outcome]] = []
     rest = [claim for claim in study.claim if not claim.printed]
     pushes = [claim for claim in rest if claim.scenario.startswith(PUSHES)]
     for same in (pushes, *([claim] for claim in rest if claim not in pushes)):
         outcomes = [one.outcomes[claim.name] for claim in same]
         runs, walked = (sum(getattr(outcome, name) for outcome in outcomes) for name in ("runs", "walked"))
         name = same[0].name if len(same) == 1 else f"{len(same)} pushes of 200 N"
-        out.append((msgspec.structs.replace(same[0], name=name), search.Outcome(runs, walked, {})))
+        out.append((msgspec.structs.replace(same[0], name=name), readings.Outcome(runs, walked, {})))
     return [(claim, one.outcomes[claim.name]) for claim in study.claim if claim.printed] + out
 
 
-def _number(claim: search.Claim, outcome: search.Outcome, name: str) -> str:
+def _number(claim: readings.Claim, outcome: readings.Outcome, name: str) -> str:
     value, printed = outcome.numbers.get(name), claim.printed.get(name)
     words = "–" if value is None else f"{value:.3f}"
     return words if printed is None else f"{words} ({printed:g})"
 
 
-def confirmation(confirmed: Sequence[search.TriedReading]) -> str:
+def confirmation(confirmed: Sequence[readings.TriedReading]) -> str:
     """Named readings and the best of a search, on seeds that no search has seen."""
     rows = []
-    for one in search.best(confirmed):
+    for one in readings.best(confirmed):
         runs, walked = (sum(getattr(o, name) for o in one.outcomes.values()) for name in ("runs", "walked"))
         rows.append((_named(one), f"{one.score:.3f}", f"{walked} of {runs}"))
     return markdown_table(("reading", "score", "walked"), rows)
 
 
-def _named(one: search.TriedReading) -> str:
+def _named(one: readings.TriedReading) -> str:
     changes = ", ".join(f"`{key} = {_value(value)}`" for key, value in one.changes.items())
     return f"`{one.reading}`{f' with {changes}' if changes else ''}"
 
@@ -118,7 +121,7 @@ def _value(value: Any) -> str:
     )
 
 
-def distribution(tried: Sequence[search.TriedReading]) -> str:
+def distribution(tried: Sequence[readings.TriedReading]) -> str:
     """How many readings were tried, how their scores are spread, and the best."""
     if not tried:
         return "No reading has been tried."
@@ -128,14 +131,14 @@ def distribution(tried: Sequence[search.TriedReading]) -> str:
         ("least", "lower quartile", "median", "upper quartile", "most"), quantiles, strict=True))  # fmt: skip
     counts, edges = np.histogram(scores, bins=8)
     spread = ((f"{low:.3f} – {high:.3f}", n) for low, high, n in zip(edges[:-1], edges[1:], counts, strict=True))
-    top = ((rank, _named(one), f"{one.score:.3f}") for rank, one in enumerate(search.best(tried)[:5], 1))
+    top = ((rank, _named(one), f"{one.score:.3f}") for rank, one in enumerate(readings.best(tried)[:5], 1))
     tables = markdown_table(("score", "readings"), spread), markdown_table(("rank", "reading", "score"), top)
     return "\n\n".join([f"{len(tried)} readings were tried. Scores: {words}.", *tables])
 
 
-def places(study: search.Definition, tried: Sequence[search.TriedReading]) -> str:
+def places(study: readings.Definition, tried: Sequence[readings.TriedReading]) -> str:
     """Every place of choice: what the thesis says, the alternatives, and what each alone does to the score."""
-    base = search.based(study)
+    base = readings.based(study)
     zero = next((one.score for one in tried if not one.changes), None)
     alone = {next(iter(one.changes.items())): one.score for one in tried if len(one.changes) == 1}
     rows = []
@@ -153,8 +156,8 @@ def places(study: search.Definition, tried: Sequence[search.TriedReading]) -> st
 
 
 def _parts(data: Mapping[str, Any]) -> dict[str, str]:
-    study = search.definition()
-    tried, confirmed = ([search.from_dict(one) for one in data[name]] for name in ("tried", "confirmed"))
+    study = readings.definition()
+    tried, confirmed = ([readings.from_dict(one) for one in data[name]] for name in ("tried", "confirmed"))
     parts = {"places": places(study, tried), "search": distribution(tried), "confirmation": confirmation(confirmed)}
     for one in confirmed:
         if not one.changes:
@@ -170,9 +173,11 @@ def page(data: Mapping[str, Any]) -> str:
 def thesis(data: Mapping[str, Any]) -> str:
     """The text of docs/thesis.md with the verdicts of the shipped reading."""
     shipped = next(
-        search.from_dict(one) for one in data["confirmed"] if one["reading"] == SHIPPED and not one["changes"]
+        readings.from_dict(one) for one in data["confirmed"] if one["reading"] == SHIPPED and not one["changes"]
     )
-    return replaced(THESIS.read_text(encoding="utf-8"), "verdicts", verdicts(search.definition(), shipped, short=True))
+    return replaced(
+        THESIS.read_text(encoding="utf-8"), "verdicts", verdicts(readings.definition(), shipped, short=True)
+    )
 
 
 def stored() -> dict[str, Any]:

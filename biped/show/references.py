@@ -12,8 +12,8 @@ from biped.scenario.metrics import METRICS as EVERY
 from biped.show.document import Block, Document, Line, Paragraph, Table, Words, between
 from biped.show.markdown import DOCS, replaced
 from biped.show.results import number
+from biped.studies.regress import ScenarioOutcome
 from biped.studies.regress import references as recorded
-from biped.studies.regress.guard import ScenarioOutcome
 
 PAGE, README = DOCS / "references.md", DOCS.parent / "README.md"
 SITUATIONS = {
@@ -97,7 +97,7 @@ def document_of(found: Mapping[str, Any]) -> Document:
     """A regression run as a document: a line for each scenario, and what to do about changes.
 
     Args:
-        found: As `biped.studies.regress.guard.ScenarioOutcome.as_dict` gives it.
+        found: As `biped.studies.regress.ScenarioOutcome.as_dict` gives it.
     """
     blocks: list[Block] = [table_of(found["verdicts"])]
     there = [one for one in found["verdicts"] if one["verdict"] in recorded.COMPARED]

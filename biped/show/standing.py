@@ -31,7 +31,7 @@ def rows(found: Mapping[str, Any]) -> list[tuple[str, list[list[str]]]]:
     """Titles of the tests, and what to say of each gait, line by line.
 
     Args:
-        found: As `biped.studies.standard.study.StandardTable.as_dict` gives it.
+        found: As `biped.studies.standard.StandardTable.as_dict` gives it.
     """
     by = {(one["test"], one["gait"]): one for one in found["standings"]}
     return [

@@ -11,16 +11,16 @@ from biped.robot.report import ModelReport
 from biped.robot.robot import Robot
 from biped.show.document import Block, Document, Heading, Items, Kind, Line, Paragraph, Table, Words
 from biped.show.results import number
-from biped.studies.policy.checks import Check
+from biped.studies.policy import Check
 from biped.studies.policy.trials import CardTrial, Measured
 
 if TYPE_CHECKING:
     from biped.studies.bench.costs import CampaignCost, PolicyCost, StepCost
     from biped.studies.bench.throughput import Guarded, Throughput
     from biped.studies.surveys import SurveyedModel
+    from biped.studies.tune import Tuned
     from biped.studies.tune.least import Least
     from biped.studies.tune.robot import Trial
-    from biped.studies.tune.tuned import Tuned
 
 
 def search_document(tuned: Tuned) -> Document:

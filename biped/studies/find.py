@@ -26,11 +26,11 @@ from biped.scenario.keys import Scenario
 from biped.scenario.randomise import Move, Normals
 from biped.scenario.reading import to_toml
 from biped.scenario.vary import piece_normals, piece_times, stream
+from biped.studies.certify import check_random
 from biped.studies.certify.estimation import FIRST, LEAST_SIZE, Accuracy, levels_of
 from biped.studies.certify.outcome import RunOutcome
 from biped.studies.certify.running import MakingOutcomes, Outcomes, journalled
 from biped.studies.certify.splitting import EARLIEST, Member, Moving, cost_of, sampled
-from biped.studies.certify.study import check_random
 from biped.studies.folders import folder_for
 from biped.studies.run import plan_of, title_of
 

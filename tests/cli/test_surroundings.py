@@ -62,7 +62,7 @@ def test_a_pipe_among_results_is_never_opened(tmp_path):
 
 
 def test_a_value_that_cannot_be_run_is_one_that_fails(monkeypatch):
-    from biped.studies.standard import study
+    from biped.studies import standard as study
 
     made = study._plan
 

@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from biped.measure.metrics import measure
-from biped.measure.metrics.totals import Totals
+from biped.measure.metrics import Totals, measure
 from biped.scenario.metrics import METRICS
 from tests.measure.made_up import borne, steady
 from tests.runs import made, mirrored

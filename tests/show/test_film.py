@@ -14,13 +14,12 @@ from PIL import Image
 from biped.base.errors import InputError
 from biped.cli.main import main
 from biped.show import film
-from biped.show.film import canvas as canvases
 from biped.show.film.stage import walkers
 from biped.show.results_folder import run_of
 from tests.cases import command, write
 
 try:
-    canvases.platform()
+    film.platform()
     BLIND = ""
 except InputError as error:
     BLIND = str(error)
@@ -200,7 +199,7 @@ def test_where_nothing_can_draw_it_says_what_to_install(here, monkeypatch, capsy
         tried.append(argv[-1])
         return subprocess.CompletedProcess(argv, -11)
 
-    monkeypatch.setattr(canvases.subprocess, "run", broken)
+    monkeypatch.setattr(film.subprocess, "run", broken)
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.delenv("MUJOCO_GL", raising=False)
     assert main(["video", "one", "--out", "x.gif"]) == 2

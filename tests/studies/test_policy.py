@@ -12,7 +12,7 @@ import tomli_w
 
 from biped.cli.main import main
 from biped.scenario.card import read_card
-from biped.studies.policy.checks import check, reproduce, run_of
+from biped.studies.policy import check, reproduce, run_of
 from biped.studies.policy.tape import Tape, read_tape, record
 from biped.studies.policy.trials import faults_of
 from tests.cases import write

@@ -10,8 +10,8 @@ from biped.scenario.keys import Scenario
 from biped.scenario.reading import read_scenario
 from biped.scenario.vary import SWEEP, lookup, with_values
 from biped.show.readings import PAGE, THESIS, distribution, page, places, stored, thesis, verdict
-from biped.studies.readings import search as searched
-from biped.studies.readings.search import (
+from biped.studies import readings as searched
+from biped.studies.readings import (
     Claim,
     Outcome,
     TriedReading,

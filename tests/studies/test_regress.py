@@ -16,8 +16,7 @@ from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario
 from biped.show.references import document_of, moved_table
 from biped.show.terminal import show
-from biped.studies.regress import references
-from biped.studies.regress.guard import ScenarioOutcome, regress
+from biped.studies.regress import ScenarioOutcome, references, regress
 from biped.studies.regress.references import (
     DIGITS,
     MOST,
@@ -144,7 +143,7 @@ def test_without_a_reference_it_fails_and_says_how_to_record(capsys):
 
 
 def test_interrupted_update_keeps_what_was_finished(monkeypatch, capsys):
-    from biped.studies.regress import guard as module
+    from biped.studies.regress import references as module
 
     write("s.toml", SHORT)
     write("t.toml", SHORT)
@@ -164,7 +163,7 @@ def test_interrupted_update_keeps_what_was_finished(monkeypatch, capsys):
 
 def test_all_scenarios_means_no_reference_without_one(monkeypatch):
     """A reference whose scenario is no more fails, and an update removes it."""
-    from biped.studies.regress import guard as module
+    from biped.studies import regress as module
 
     write("s.toml", SHORT)
     monkeypatch.setattr(module, "names", lambda kind: ["s.toml"])

@@ -18,7 +18,7 @@ from biped.cli.main import main
 from biped.engines.plant import MujocoPlant
 from biped.scenario.card import read_card
 from biped.studies.bench.costs import policy_cost
-from biped.studies.policy.checks import check, likeness, mirror_of, reproduce, run_of
+from biped.studies.policy import check, likeness, mirror_of, reproduce, run_of
 from biped.studies.policy.describe import describe
 from biped.studies.policy.tape import record
 from biped.studies.policy.trials import faults_of, inject

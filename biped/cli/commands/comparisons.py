@@ -155,7 +155,7 @@ def diff_command(args: argparse.Namespace) -> int:
     """Compares; worse is a failure, what cannot be said is not."""
     from biped.base.sequential import Rates
     from biped.show.comparisons import difference_document, write
-    from biped.studies.diff.study import of_controllers, of_folders, until_decided
+    from biped.studies.diff import of_controllers, of_folders, until_decided
 
     only = [name.strip() for name in args.metrics.split(",") if name.strip()]
     folders = [Path(word) for word in (args.first, args.second)]
@@ -239,7 +239,7 @@ def add_regress(commands: common.Commands) -> None:
 def regress_command(args: argparse.Namespace) -> int:
     """Compares, and records where that was asked for."""
     from biped.show.references import document_of, moved_table
-    from biped.studies.regress.guard import regress
+    from biped.studies.regress import regress
 
     with common.workers_of(args) as jobs:
         outcome = regress(args.scenario, jobs, args.file, common.reason_of(args), common.progress, args.engine)
@@ -273,7 +273,7 @@ def readings_command(args: argparse.Namespace) -> int:
     from biped.ensemble.guard import new_folder
     from biped.show.readings import confirmation, data_of, distribution, write
     from biped.studies.folders import RUNS
-    from biped.studies.readings.search import confirm, search
+    from biped.studies.readings import confirm, search
 
     for name, count, least in (("--tries", args.tries, 0), ("--confirm", args.confirm, 1)):
         if count < least:

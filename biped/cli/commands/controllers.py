@@ -42,7 +42,7 @@ def add_tune(commands: common.Commands) -> None:
 def tune_command(args: argparse.Namespace) -> int:
     """Searches; how the search goes is drawn anew after every re-check."""
     from biped.show.studies import search_document
-    from biped.studies.tune.tuned import tune
+    from biped.studies.tune import tune
 
     if args.least is not None:
         return _least(args)
@@ -152,7 +152,7 @@ def add_policy(commands: common.Commands) -> None:
 def policy_command(args: argparse.Namespace) -> int:
     """Writes a card if there is none, checks it, and says what came of it."""
     from biped.show.studies import checks_document, faults_document, measured_document
-    from biped.studies.policy.checks import check, reproduce
+    from biped.studies.policy import check, reproduce
     from biped.studies.policy.tape import read_tape
 
     files = [_card(args, file) for file in args.file]

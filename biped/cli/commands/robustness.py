@@ -49,8 +49,8 @@ def certify_command(args: argparse.Namespace) -> int:
     """Estimates the probability; what an interrupt leaves is gone on with by the same command."""
     from biped.show.certify import document_of
     from biped.show.markdown import write
+    from biped.studies.certify import certify
     from biped.studies.certify.estimation import Accuracy
-    from biped.studies.certify.study import certify
 
     if (args.reference is None) == (args.scenario is None):
         raise InputError("certify: expected a scenario, or --reference REPEATS alone")
@@ -247,7 +247,7 @@ def standard_command(args: argparse.Namespace) -> int:
     from biped.show.document import Paragraph
     from biped.show.standing import document_of, write
     from biped.studies.folders import RUNS
-    from biped.studies.standard.study import atlas, standard
+    from biped.studies.standard import atlas, standard
 
     engines = common.engines_of(args)
     if args.atlas and (args.test or engines):

@@ -229,7 +229,7 @@ def difference_section(folder: Path) -> Markup:
 
 
 def section_of_difference(found: Mapping[str, Any]) -> Markup:
-    """The section of a difference, as `biped.studies.diff.study.Difference.as_dict` gives it."""
+    """The section of a difference, as `biped.studies.diff.Difference.as_dict` gives it."""
     return _difference(harmless(json.loads(dumps(found))))
 
 

@@ -1,1 +1,422 @@
-"""Standard tests of gaits: what each withstands, searched to failure, one table for all (docs/standard.md)."""
+"""Every test of the family with every gait: what `biped standard` finds.
+
+An entrant is a gait, or a law for any robot by its name, its class or its policy's card.
+
+A row of the atlas adds growth and sensitivity of its walk to the standard tests.
+"""
+
+import json
+import math
+from collections.abc import Callable, Sequence
+from functools import cache, partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from msgspec.structs import replace
+
+from biped.base.errors import InputError, RunError
+from biped.base.files import canonical, is_file, locate, names, read_toml
+from biped.base.json import dumps
+from biped.base.text import safe
+from biped.base.trust import grant
+from biped.base.writing import write_text
+from biped.ensemble.backend import Jobs, Progress, silent
+from biped.ensemble.plan import Plan
+from biped.robot.gravity import GRAVITY
+from biped.scenario.gains import Gains
+from biped.scenario.gait import read_gains, speeds_of
+from biped.scenario.general import read_by
+from biped.scenario.goals import Standard
+from biped.scenario.laws import BUILT_IN, is_card
+from biped.scenario.metrics import METRICS
+from biped.scenario.reading import read_scenario
+from biped.scenario.vary import setting
+from biped.studies.run import plan_of, run_plan, title_of
+from biped.studies.stability.disturbances import growth, sensitivity
+from biped.studies.standard.search import Limit, StoredMeasurements, TriedValue, digest_of, limit, search
+
+PLAIN = "standard/level"
+"""The test that any robot can be put to."""
+_POSTURE = "start.posture"
+
+
+class Entrant(NamedTuple):
+    """A gait or a law.
+
+    Attributes:
+        name: For people.
+        word: A gait's name or path; what `law` is in a scenario.
+        law: Whether it is a law.
+        model: Of a policy's card, the model file that it says; empty: it says none.
+    """
+
+    name: str
+    word: str
+    law: bool
+    model: str = ""
+
+    def speeds(self) -> tuple[float, float] | None:
+        """The range of speeds [m/s] of a family of gaits; None of another."""
+        return None if self.law else speeds_of(locate("controllers", self.word, "GAIT"))
+
+    def in_space(self, changes: Sequence[str]) -> bool:
+        """Whether it moves a robot in space, under `--set` changes."""
+        return _in_space(self, tuple(changes))
+
+    def all_changes(self, test: str, changes: Sequence[str]) -> list[str]:
+        """All `--set` changes of a test with this in the place of its gait.
+
+        Args:
+            test: The test's scenario.
+            changes: Those of the command line.
+        """
+        if not self.law:
+            begun = read_scenario(test, changes)
+            reads = "controller" in read_by(begun.law)[""]  # others walk without a gait
+            return [*changes, *([setting("controller", self.word)] if reads else [])]
+        begun = read_scenario(test)
+        draws = {key: {name: getattr(draw, name) for name in draw.__struct_fields__ if getattr(draw, name) is not None}
+                 for key, draw in begun.randomise.draw.items() if key != _POSTURE}  # fmt: skip
+        out = [setting("law", self.word), 'controller=""', "start={}", setting("start.jitter", begun.start.jitter),
+               "randomise.draw={}", setting("randomise.draw", draws)]  # fmt: skip
+        if self.model:
+            out.append(setting("model", self.model))
+        return [*out, *changes]
+
+
+def entrant_of(word: str) -> Entrant:
+    """The gait or the law of a name or path; a law that is a file may run, because it is named here.
+
+    Raises:
+        InputError: There is none.
+    """
+    if any(mark in word for mark in "\"'\\\n"):
+        raise InputError(f"{safe(word)}: a gait's name or path with quotes cannot be used here")
+    if word in BUILT_IN:
+        return Entrant(word, word, law=True)
+    file, colon, name = word.rpartition(":")
+    if colon and file.endswith(".py"):
+        path = Path(file).resolve()
+        grant(path)
+        return Entrant(name, f"{path}:{name}", law=True)
+    path = Path(word).resolve()
+    if is_card(word) and is_file(path) and "network" in (card := read_toml(path)):
+        grant(path)
+        scenario = card.get("scenario")
+        model = str(scenario.get("model", "")) if isinstance(scenario, dict) else ""
+        beside = path.parent / model
+        return Entrant(path.stem, str(path), law=True, model=str(beside) if is_file(beside) else model)
+    path = locate("controllers", word, "GAIT")
+    known = canonical("controllers", path)
+    return Entrant(path.stem if Path(known).suffix else known, word, law=False)
+
+
+@cache
+def _in_space(entrant: Entrant, changes: tuple[str, ...]) -> bool:
+    if entrant.law:
+        return not plan_of(PLAIN, entrant.all_changes(PLAIN, changes)).robot.planar
+    return read_gains(locate("controllers", entrant.word, "GAIT"), Gains()).frontal is not None
+
+
+FAMILY = "standard/"
+"""Where the shipped tests are, below scenarios/."""
+
+
+class StandardTrial(NamedTuple):
+    """A test of the family.
+
+    Attributes:
+        name: Of its scenario, for people.
+        scenario: Name or path of that.
+        standard: What is searched and shown.
+        rate: Share of runs that must reach the goal.
+        description: Of its scenario.
+    """
+
+    name: str
+    scenario: str
+    standard: Standard
+    rate: float
+    description: str
+
+
+class StandardResult(NamedTuple):
+    """How a gait stood a test.
+
+    Attributes:
+        test: Name of the test.
+        gait: What people call the gait.
+        tried: Ensembles from the easiest value outwards, or the only one; empty where the test is not for the gait.
+        limit: Of a test that is searched.
+        scale: What values are multiplied by for SI units.
+    """
+
+    test: str
+    gait: str
+    tried: list[TriedValue]
+    limit: Limit | None
+    scale: float
+
+    @property
+    def best(self) -> TriedValue | None:
+        """The ensemble at the largest value that holds, or the only one."""
+        if self.limit is None:
+            return self.tried[0] if self.tried else None
+        return next((one for one in self.tried if one.value == self.limit.holds_to), None)
+
+    def as_dict(self) -> dict[str, Any]:
+        """The record of an ensemble in the file."""
+        return {
+            "test": self.test,
+            "gait": self.gait,
+            "scale": self.scale,
+            "tried": [one._asdict() | {"interval": list(one.interval)} for one in self.tried],
+            "limit": None if self.limit is None else self.limit._asdict(),
+        }
+
+
+class StandardTable(NamedTuple):
+    """All tests with all gaits.
+
+    Attributes:
+        tests: Rows.
+        gaits: Columns.
+        changes: `--set` changes, of every run.
+        standings: By test, then by gait.
+        asked: Gaits as they were named.
+        engines: In which each was tested; none: in the tests' own.
+    """
+
+    tests: list[StandardTrial]
+    gaits: list[str]
+    changes: list[str]
+    standings: list[StandardResult]
+    asked: list[str]
+    engines: list[str]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain data, as `--json` prints it and standard.json holds it."""
+        return {
+            "gaits": self.gaits,
+            "changes": self.changes,
+            "asked": self.asked,
+            "engines": self.engines,
+            "tests": [
+                {
+                    "name": test.name, "title": test.standard.title, "description": test.description,
+                    "goal": test.standard.goal, "rate": test.rate, "key": test.standard.key, "of": test.standard.of,
+                    "times": test.standard.times, "unit": test.standard.unit, "shows": list(test.standard.shows),
+                }
+                for test in self.tests
+            ],
+            "standings": [standing.as_dict() for standing in self.standings],
+        }  # fmt: skip
+
+
+def trials_of(asked: Sequence[str]) -> list[StandardTrial]:
+    """The tests that are asked for, in the order of the table; none: the shipped family.
+
+    Args:
+        asked: Names or paths; one that ends in / is all shipped tests below it.
+
+    Raises:
+        InputError: One is no test.
+    """
+    shipped = names("scenarios")
+    words: list[str] = []
+    for name in asked or [FAMILY]:
+        words += [one for one in shipped if one.startswith(name)] if name.endswith("/") else [name]
+    return sorted((_test(word) for word in words), key=lambda test: test.standard.order)
+
+
+def _test(name: str) -> StandardTrial:
+    word = FAMILY + name if FAMILY + name in names("scenarios") else name
+    scenario = read_scenario(word)
+    if scenario.standard is None:
+        raise InputError(f"{safe(name)}: not a standard test; expected a scenario with a table [standard]")
+    return StandardTrial(title_of(word), word, scenario.standard, scenario.threshold.rate, scenario.description)
+
+
+def standard(
+    gaits: Sequence[str], asked: Sequence[str], changes: Sequence[str], jobs: Jobs, out: Path,
+    progress: Progress = silent, engines: Sequence[str] = (),
+) -> StandardTable:  # fmt: skip
+    """Puts gaits to the tests.
+
+    Args:
+        gaits: Names or paths of gaits; laws for any robot, as `entrant_of` takes them.
+        asked: Names of tests, or paths of scenarios; none: all that are shipped.
+        changes: `--set` changes.
+        jobs: Number of processes, or a cluster.
+        out: Folder in which ensembles are kept; one that is there is gone on with.
+        progress: Told of every finished run.
+        engines: In each of which every gait is tested; none: the tests' own.
+
+    Raises:
+        InputError: Something the user wrote cannot be used; said before the first run.
+    """
+    tests, entrants = trials_of(asked), [entrant_of(word) for word in gaits]
+    shown = [entrant.name for entrant in entrants]
+    twice = [gait for gait in shown if shown.count(gait) > 1]
+    if twice:
+        raise InputError(f"{safe(twice[0])}: expected each gait once")
+    if any(change.partition("=")[0].strip() == "controller" for change in changes):
+        raise InputError(
+            f"controller: expected no change of it: {safe(shown[0])} takes its place; name the gait as GAIT"
+        )
+    if not asked:
+        there = {entrant.in_space(changes) for entrant in entrants}
+        tests = [test for test in tests if test.standard.space in there]
+    columns = [(entrant, entrant.name, [*changes]) for entrant in entrants]
+    if engines:
+        columns = [(entrant, f"{name} in {engine}", [*changes, f"engine={engine}"])
+                   for entrant, name, _ in columns for engine in engines]  # fmt: skip
+    for test in tests:
+        for entrant, _, own in columns:
+            s = _required_of(test, entrant, own)
+            if s is not None:
+                _plan(test, entrant, own, s.first)
+    kept = StoredMeasurements(out)
+    standings = [
+        _stand(test, entrant, own, partial(_measure, kept, jobs, progress))._replace(gait=name)
+        for test in tests
+        for entrant, name, own in columns
+    ]
+    return StandardTable(tests, [name for _, name, _ in columns], list(changes), standings, list(gaits), list(engines))
+
+
+def _required_of(trial: StandardTrial, entrant: Entrant, changes: Sequence[str]) -> Standard | None:
+    """The requirements of a test, of a family no speed that the entrant lacks; None if it is not for the entrant."""
+    test = trial.standard
+    if test.gaits and entrant.name not in test.gaits:
+        return None
+    ours = trial.scenario.startswith(FAMILY) or not entrant.law  # a test of one's own is for any law
+    if ours and test.space != entrant.in_space(changes):
+        return None
+    if not test.family:
+        return test
+    speeds = entrant.speeds()
+    if speeds is None or test.key is None:
+        return None if speeds is None else test
+    low, high = (round((speed - test.first) / test.resolution, 6) for speed in speeds)
+    first = test.first + max(0, math.ceil(low)) * test.resolution
+    last = min(test.last, test.first + math.floor(high) * test.resolution)
+    return None if last < first else replace(test, first=round(first, 12), last=round(last, 12))
+
+
+def _stand(test: StandardTrial, entrant: Entrant, changes: Sequence[str], made: Any) -> StandardResult:
+    s, gait = _required_of(test, entrant, changes), entrant.name
+    if s is None:
+        return StandardResult(test.name, gait, [], None, 1.0)
+
+    def at(value: float) -> TriedValue:
+        title = f"{gait}, {s.title}" + (f" {value:g}" if s.key else "")
+        try:
+            plan = _plan(test, entrant, changes, value)
+        except InputError:
+            if s.key is None or value == s.first:
+                raise
+            return TriedValue(value, 0, runs, {})  # a value that cannot be run is one that fails
+        return made(title, plan, s, value)
+
+    runs = len(_plan(test, entrant, changes, s.first))
+    if s.key is None:
+        return StandardResult(test.name, gait, [at(math.nan)], None, 1.0)
+    tried = search(s, test.rate, at)
+    scale = _unit(_plan(test, entrant, changes, s.first), s.of)
+    return StandardResult(test.name, gait, tried, limit(tried, test.rate), scale)
+
+
+def _plan(test: StandardTrial, entrant: Entrant, changes: Sequence[str], value: float) -> Plan:
+    """A test's plan with an entrant, at a value of its key in multiples of what the test says."""
+    asked = entrant.all_changes(test.scenario, changes)
+    s = test.standard
+    plain = plan_of(test.scenario, asked)
+    asked += [f"{key}={_unit(plain, 'leg') * legs:.9g}" for key, legs in s.legs.items()]
+    values = {key: _unit(plain, "weight") * weights for key, weights in s.weights.items()}
+    if s.key is not None:
+        values[s.key] = _unit(plain, s.of) * value
+    if values:  # of a sweep, which reaches into lists
+        asked.append("sweep={" + ", ".join(f'"{key}"=[{one:.9g}]' for key, one in values.items()) + "}")
+    return plan_of(test.scenario, asked) if s.legs or values else plain
+
+
+def _unit(plan: Plan, of: str) -> float:
+    return {"si": 1.0, "weight": plan.robot.mass * GRAVITY, "leg": plan.robot.leg}[of]
+
+
+def _measure(
+    kept: StoredMeasurements, jobs: Jobs, progress: Progress, title: str, plan: Plan, test: Standard, value: float
+) -> TriedValue:
+    """The ensemble of a plan, made unless it was before."""
+    found = kept.get(plan, test.goal, value)
+    if found is not None:
+        return found
+    summary = run_plan(title, plan, jobs, progress).result["summary"]
+    shows = dict.fromkeys((*test.shows, "speed"))
+    numbers = {name: _real(summary[name]) for name in shows if name in METRICS}
+    unsound = int(summary["doubtful"]) + int(summary["diverged"])
+    tried = TriedValue(value, int(summary[test.goal]), int(summary["runs"]), numbers, unsound)
+    kept.keep(plan, test.goal, tried)
+    return tried
+
+
+def _real(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+SEARCHED = (
+    "level", "slope_up", "slope_down", "push_forward", "push_backward", "steps_up", "steps_down", "delay",
+    "space_level", "space_push_forward", "space_push_backward", "space_push_sideways", "space_delay",
+)  # fmt: skip
+"""Tests with `RUNS` runs at each value, unless a change says otherwise."""
+COUNTED = ("unmodelled", "random_push", "space_random_push")
+"""Tests with as many runs as they say themselves."""
+RUNS = "randomise.runs=10"
+FILE = "walks.json"
+"""Growth and sensitivity that are kept, by what they were made of."""
+
+
+def atlas(
+    gaits: Sequence[str], changes: Sequence[str], jobs: Jobs, out: Path, progress: Progress = silent
+) -> dict[str, Any]:
+    """Rows of the atlas.
+
+    Args:
+        gaits: As `biped.studies.standard.standard` takes them.
+        changes: `--set` changes, of every run.
+        jobs: Number of processes, or a cluster.
+        out: Folder in which all is kept; one that is there is gone on with.
+        progress: Told of every finished run.
+
+    Returns:
+        As a table of standard tests has it, with the `norms` and the `growth` of each gait: nothing of one that does
+        not walk long enough.
+    """
+    searched = standard(gaits, SEARCHED, [RUNS, *changes], jobs, out, progress).as_dict()
+    counted = standard(gaits, COUNTED, changes, jobs, out, progress).as_dict()
+    walks = [(entrant, partial(_stored, out / FILE, entrant, changes, jobs)) for entrant in map(entrant_of, gaits)]
+    return searched | {
+        "changes": list(changes),
+        "tests": searched["tests"] + counted["tests"],
+        "standings": searched["standings"] + counted["standings"],
+        "norms": {entrant.name: kept("kinds", sensitivity) for entrant, kept in walks},
+        "growth": {entrant.name: kept("sizes", growth) for entrant, kept in walks},
+    }
+
+
+def _stored(
+    file: Path, entrant: Entrant, changes: Sequence[str], jobs: Jobs, name: str, study: Callable[..., Any]
+) -> list[Any]:
+    """A part of a study's numbers of the entrant's walk on level ground, made unless they were before."""
+    scenario = f"{FAMILY}space_level" if not entrant.law and entrant.in_space(changes) else PLAIN
+    asked = entrant.all_changes(scenario, changes)
+    key = digest_of(plan_of(scenario, asked), name)
+    known = json.loads(file.read_bytes()) if file.is_file() else {}
+    if key not in known:
+        try:
+            known[key] = study(scenario, asked, jobs).as_dict()[name]
+        except RunError:
+            known[key] = []
+        write_text(file, dumps(known, indent=0))
+    return known[key]

@@ -16,8 +16,8 @@ from biped.scenario.gait import read_gains
 from biped.scenario.reading import read_scenario
 from biped.studies.folders import finished, folder_for
 from biped.studies.run import title_of
+from biped.studies.tune import nothing_after
 from biped.studies.tune.evaluate import Candidate, GainOutcome, Study, Task, by_condition, names_of, workers
-from biped.studies.tune.tuned import nothing_after
 
 Record = dict[str, Any]
 

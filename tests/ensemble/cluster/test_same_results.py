@@ -20,8 +20,8 @@ from biped.studies.comparison import compare
 from biped.studies.regress.references import ensemble, measured
 from biped.studies.run import run
 from biped.studies.stability.study import study
+from biped.studies.tune import tune
 from biped.studies.tune.evaluate import SearchSpace, Study, Task
-from biped.studies.tune.tuned import tune
 from tests.cases import contents, write
 
 pytestmark = [

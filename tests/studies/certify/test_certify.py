@@ -12,9 +12,9 @@ from biped.cli.main import main
 from biped.ensemble.campaign import simulate
 from biped.scenario.randomise import Move, Normals
 from biped.scenario.vary import piece_times
+from biped.studies.certify import certify, check_random
 from biped.studies.certify.estimation import Accuracy
 from biped.studies.certify.outcome import SCORES, outcome_of
-from biped.studies.certify.study import certify, check_random
 from biped.studies.run import plan_of
 
 FORCE = "disturbance={force=[120.0,0.0],correlation=0.2}"

@@ -20,7 +20,7 @@ from biped.scenario.metrics import METRICS
 from biped.scenario.randomise import Randomise
 from biped.scenario.reading import to_toml
 from biped.scenario.vary import run_seed
-from biped.studies.diff.study import of_folders
+from biped.studies.diff import of_folders
 from tests.cases import SHORT, command, write
 
 N = 40

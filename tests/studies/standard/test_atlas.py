@@ -6,8 +6,8 @@ import pytest
 
 from biped.base.errors import InputError, RunError
 from biped.cli.main import main
-from biped.studies.standard import study as standard
-from biped.studies.standard.study import trials_of
+from biped.studies import standard
+from biped.studies.standard import trials_of
 
 
 @pytest.fixture

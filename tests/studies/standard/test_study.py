@@ -16,10 +16,10 @@ from biped.scenario.metrics import METRICS
 from biped.show import markdown
 from biped.show.page import write_page
 from biped.show.standing import document_of, lines_of
+from biped.studies import standard as study
 from biped.studies.run import plan_of
-from biped.studies.standard import study
+from biped.studies.standard import entrant_of, standard, trials_of
 from biped.studies.standard.search import TriedValue
-from biped.studies.standard.study import entrant_of, standard, trials_of
 from tests.cases import command
 
 SHORT = """description = "A push, searched in a hurry"

@@ -9,8 +9,8 @@ from biped.base.files import locate
 from biped.cli.main import main
 from biped.scenario.gains import MGL
 from biped.scenario.reading import read_scenario
+from biped.studies.tune import studies
 from biped.studies.tune.robot import ASSISTS, GAITS, SCENARIO, Trial, _Shipped, is_model, search_of
-from biped.studies.tune.tuned import studies
 
 
 def test_a_model_file_is_told_from_a_scenario():

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
+from biped.studies.tune import gait_text
 from biped.studies.tune.evaluate import GainOutcome, SearchSpace, workers
 from biped.studies.tune.search import Search
-from biped.studies.tune.tuned import gait_text
 from tests.studies.tune.small import study_of
 
 

@@ -13,9 +13,9 @@ from biped.scenario.gains import Gains
 from biped.scenario.gait import read_gains
 from biped.scenario.goals import Tune
 from biped.scenario.reading import read_scenario
+from biped.studies.tune import studies, study_from
 from biped.studies.tune.evaluate import Candidate, GainOutcome, SearchSpace, Study
 from biped.studies.tune.search import ended
-from biped.studies.tune.tuned import studies, study_from
 
 TEXT = """
 controller = "fast"
