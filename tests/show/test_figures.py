@@ -12,6 +12,7 @@ from matplotlib.patches import Circle, Polygon
 from biped.base.errors import InputError
 from biped.engines.planar.mujoco import simulate
 from biped.ensemble.plan import Plan
+from biped.measure import signals
 from biped.robot.planar.tree import motion
 from biped.scenario.reading import read_scenario
 from biped.show.figures import curves, plot_ensemble, plot_run
@@ -167,8 +168,8 @@ def test_loads_show_torques_forces_against_weight_and_leg_states(walk):
 
 def test_moving_means_keep_a_constant_and_a_straight_line():
     line = np.linspace(0.0, 1.0, 200)
-    np.testing.assert_allclose(curves.smooth(np.full(200, 3.0), 1e-3), 3.0)
-    np.testing.assert_allclose(curves.smooth(line, 1e-3)[20:-20], line[20:-20], atol=1.01 * (line[1] - line[0]))
+    np.testing.assert_allclose(signals.smooth(np.full(200, 3.0), 1e-3), 3.0)
+    np.testing.assert_allclose(signals.smooth(line, 1e-3)[20:-20], line[20:-20], atol=1.01 * (line[1] - line[0]))
 
 
 def test_an_ensemble_tells_the_fallen_from_the_others(walk, pushed, tmp_path):
