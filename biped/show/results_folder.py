@@ -11,7 +11,9 @@ import json
 import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import msgspec
 
 from biped.base.errors import InputError
 from biped.base.files import label
@@ -183,3 +185,23 @@ def read_as(file: Path, kind: Any, what: str, again: str) -> Any:
         found = harmless(json.loads(file.read_bytes()))
         convert(found, kind)
     return found
+
+
+Number: TypeAlias = int | float | None
+"""A number in JSON, which has none for nan."""
+
+
+def stored(shape: Any) -> Any:
+    """A type of msgspec's for an object in JSON, of which only what is relied on is said.
+
+    Args:
+        shape: Kinds by key; a key that ends with `?` may be missing. A kind is a type, a shape, or [kind] for a list.
+    """
+    if isinstance(shape, list):
+        return list[stored(shape[0])]
+    if not isinstance(shape, dict):
+        return shape
+    fields: list[Any] = [
+        (key.rstrip("?"), stored(kind), *([None] if key.endswith("?") else [])) for key, kind in shape.items()
+    ]
+    return msgspec.defstruct("Stored", fields, kw_only=True)

@@ -7,8 +7,6 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any
 
-import msgspec
-
 from biped.base.errors import InputError
 from biped.base.json import dumps
 from biped.base.paired import Estimate
@@ -28,36 +26,18 @@ from biped.show.page.frames import Frames, frames_of
 from biped.show.page.html import Markup, blocks, card, chip, key_words, table, tag
 from biped.show.page.player import PlayedRun, charts, walks
 from biped.show.page.plot import Frame, legend
-from biped.show.results_folder import read_as
+from biped.show.results_folder import Number, read_as, stored
 from biped.studies.comparison import PARTED
 from biped.studies.diff.changes import BETTER, CHANGED, HEADLINE, LEAST_PAIRS, SAME, UNSAID, WORSE, MetricChange
 
-Number = int | float | None
-
-
-class _ComparedRun(msgspec.Struct):
-    index: int
-    walked: bool
-    end: str
-    cause: str
-    stood: int
-    flight: Number = None
-    support: Number = None
-    alternation: Number = None
-
-
-class _ComparedResult(msgspec.Struct):
-    runs: list[_ComparedRun]
-
-
-class _Comparison(msgspec.Struct):
-    scenario: str
-    passed: bool
-    parted_at: Number
-    metrics: dict[str, dict[str, Any]]
-    results: dict[str, _ComparedResult]
-    verdict: str = ""
-    parted: dict[str, Number] = {}
+_COMPARED = stored({"runs": [{
+    "index": int, "walked": bool, "end": str, "cause": str, "stood": int, "flight?": Number, "support?": Number,
+    "alternation?": Number,
+}]})  # fmt: skip
+_COMPARISON = stored({
+    "scenario": str, "passed": bool, "parted_at": Number, "metrics": dict[str, dict[str, Any]],
+    "results": dict[str, _COMPARED], "verdict?": str, "parted?": dict[str, Number],
+})  # fmt: skip
 
 
 def comparison_section(folder: Path) -> Markup:
@@ -67,7 +47,7 @@ def comparison_section(folder: Path) -> Markup:
         InputError: It is broken.
     """
     file = folder / "comparison.json"
-    found = read_as(file, _Comparison, "what biped compare writes", "biped compare SCENARIO")
+    found = read_as(file, _COMPARISON, "what biped compare writes", "biped compare SCENARIO")
     runs = {engine: result.get("runs", []) for engine, result in found["results"].items()}
     walked = {engine: sum(run["walked"] for run in rows) for engine, rows in runs.items()}
     names = list(map(name_of, runs))
@@ -160,63 +140,19 @@ _WIDEST = 0.5
 """Of the first's mean: changes beyond are drawn at the edge, with their number in the table."""
 
 
-class _Side(msgspec.Struct):
-    name: str
-    folder: str
-    scenario: str
-    runs: int
-
-
-class _Metric(msgspec.Struct):
-    first: Number
-    second: Number
-    pairs: int
-    change: Number
-    interval: tuple[Number, Number]
-    p: Number
-    adjusted_p: Number
-    verdict: str
-
-
-class _PointPair(msgspec.Struct):
-    values: dict[str, Any]
-    pairs: int
-    first: int
-    second: int
-
-
-class _Setting(msgspec.Struct):
-    key: str
-    first: Any
-    second: Any
-
-
-class _Worst(msgspec.Struct):
-    index: int
-    outcome: str
-    again: str
-
-
-class _Seed(msgspec.Struct):
-    first: int
-    second: int
-    walked: tuple[bool, bool]
-
-
-class _Difference(msgspec.Struct):
-    passed: bool
-    identical: bool
-    pairs: int
-    margin: float
-    first: _Side
-    second: _Side
-    worse: list[str]
-    metrics: dict[str, _Metric]
-    points: list[_PointPair]
-    settings: list[_Setting]
-    worst: _Worst | None
-    seeds: list[_Seed]
-    headline: tuple[str, ...] = HEADLINE
+_SIDE = {"name": str, "folder": str, "scenario": str, "runs": int}
+_CHANGE = stored({
+    "first": Number, "second": Number, "pairs": int, "change": Number, "interval": tuple[Number, Number], "p": Number,
+    "adjusted_p": Number, "verdict": str,
+})  # fmt: skip
+_DIFFERENCE = stored({
+    "passed": bool, "identical": bool, "pairs": int, "margin": float, "first": _SIDE, "second": _SIDE,
+    "worse": list[str], "metrics": dict[str, _CHANGE], "headline?": tuple[str, ...],
+    "points": [{"values": dict[str, Any], "pairs": int, "first": int, "second": int}],
+    "settings": [{"key": str, "first": Any, "second": Any}],
+    "worst": stored({"index": int, "outcome": str, "again": str}) | None,
+    "seeds": [{"first": int, "second": int, "walked": tuple[bool, bool]}],
+})  # fmt: skip
 
 
 def difference_section(folder: Path) -> Markup:
@@ -225,7 +161,7 @@ def difference_section(folder: Path) -> Markup:
     Raises:
         InputError: It is broken.
     """
-    return _difference(read_as(folder / FILE, _Difference, "what biped diff writes", "biped diff A B --out DIR"))
+    return _difference(read_as(folder / FILE, _DIFFERENCE, "what biped diff writes", "biped diff A B --out DIR"))
 
 
 def section_of_difference(found: Mapping[str, Any]) -> Markup:

@@ -16,66 +16,29 @@ from biped.show.page.html import Markup, blocks, card, chip, join, table, tag
 from biped.show.page.plot import Frame, around, legend
 from biped.show.references import table_of
 from biped.show.results import number
-from biped.show.results_folder import read_as
+from biped.show.results_folder import Number, read_as, stored
 from biped.show.standing import FILE, document_of
 from biped.studies.regress.references import UNLIKELY
 from biped.studies.stability.basin import FELL, RETURNED, WALKS
 
-Number = int | float | None
 _KINDS = ("accent", "other", "good", "push")
 
 
-class _Fit(msgspec.Struct):
-    kick: float
-    fell: int
-    walks: int
-    radius: Number
-    interval: tuple[Number, Number]
-    explained: Number
-    multipliers: list[tuple[float, float]]
-
-
-class _Size(msgspec.Struct):
-    size: float
-    after: list[Number]
-    fell: int
-    walks: int
-
-
-class _Exponent(msgspec.Struct):
-    value: Number
-    half_width: Number
-
-
-class _Basin(msgspec.Struct):
-    lean: list[float]
-    speed: list[float]
-    states: int
-    fell: list[list[int]]
-    walks: list[list[int]]
-    returned: list[list[int]]
-
-
-class _Gait(msgspec.Struct):
-    engine: str
-    timestep: float
-    failed: str = ""
-    kind: str = ""
-    strides: int = 0
-    period: Number = None
-    period_std: Number = None
-    fell: int = 0
-    walks: int = 0
-    exponent: _Exponent | None = None
-    sizes: list[_Size] = []
-    fit: _Fit | None = None
-    basin: _Basin | None = None
-
-
-class _Studied(msgspec.Struct):
-    scenario: str
-    stable: bool
-    gaits: list[_Gait]
+_FIT = stored({
+    "kick": float, "fell": int, "walks": int, "radius": Number, "interval": tuple[Number, Number], "explained": Number,
+    "multipliers": list[tuple[float, float]],
+})  # fmt: skip
+_CUT = stored({
+    "lean": list[float], "speed": list[float], "states": int, "fell": list[list[int]], "walks": list[list[int]],
+    "returned": list[list[int]],
+})  # fmt: skip
+_STUDIED = stored({"scenario": str, "stable": bool, "gaits": [{
+    "engine": str, "timestep": float, "failed?": str, "kind?": str, "strides?": int, "period?": Number,
+    "period_std?": Number, "fell?": int, "walks?": int,
+    "exponent?": stored({"value": Number, "half_width": Number}) | None,
+    "sizes?": [{"size": float, "after": list[Number], "fell": int, "walks": int}],
+    "fit?": _FIT | None, "basin?": _CUT | None,
+}]})  # fmt: skip
 
 
 def stability_section(folder: Path) -> Markup:
@@ -85,7 +48,7 @@ def stability_section(folder: Path) -> Markup:
         InputError: It is broken.
     """
     file = folder / "stability.json"
-    found = read_as(file, _Studied, "what biped stability writes", "biped stability SCENARIO")
+    found = read_as(file, _STUDIED, "what biped stability writes", "biped stability SCENARIO")
     measured = [gait for gait in found["gaits"] if gait.get("fit")]
     kinds = {_place(gait): _KINDS[i % len(_KINDS)] for i, gait in enumerate(measured)}
     said = "; ".join(f"{_place(gait)}: {gait.get('kind') or gait.get('failed')}" for gait in found["gaits"])
@@ -191,33 +154,12 @@ def _basin(gait: Mapping[str, Any]) -> Markup:
     )
 
 
-class _Tally(msgspec.Struct):
-    walked: int
-    runs: int
-    speed: Number
-    cost_of_transport: Number
-
-
-class _Condition(_Tally):
-    before: _Tally
-
-
-class _Tuned(msgspec.Struct):
-    scenario: str
-    gait: str
-    objective: Number
-    before: Number
-    conditions: dict[str, _Condition]
-    keys: dict[str, Number]
-    runs: int
-
-
-class _Generation(msgspec.Struct):
-    index: int
-    costs: list[float]
-    walked: int
-    runs: int
-    recheck: Number = None
+_TALLY = {"walked": int, "runs": int, "speed": Number, "cost_of_transport": Number}
+_TUNED = stored({
+    "scenario": str, "gait": str, "objective": Number, "before": Number, "keys": dict[str, Number], "runs": int,
+    "conditions": dict[str, stored({**_TALLY, "before": _TALLY})],
+})  # fmt: skip
+_GENERATION = stored({"index": int, "costs": list[float], "walked": int, "runs": int, "recheck?": Number})
 
 
 def search_section(folder: Path) -> Markup:
@@ -226,7 +168,7 @@ def search_section(folder: Path) -> Markup:
     Raises:
         InputError: It is broken.
     """
-    found = read_as(folder / "result.json", _Tuned, "what biped tune writes", "biped tune SCENARIO")
+    found = read_as(folder / "result.json", _TUNED, "what biped tune writes", "biped tune SCENARIO")
     conditions = found["conditions"].values()
     walked, runs = (sum(one[key] for one in conditions) for key in ("walked", "runs"))
     before = sum(one["before"]["walked"] for one in conditions)
@@ -312,7 +254,7 @@ def _journal(file: Path) -> list[dict[str, Any]]:
     for line in lines:
         try:
             record = json.loads(line)
-            convert(record, _Generation)
+            convert(record, _GENERATION)
         except (ValueError, RecursionError, msgspec.MsgspecError):
             continue
         if record["costs"]:
@@ -324,47 +266,19 @@ _GAIT_KINDS = ("accent", "other", "good", "push", "bad", "quiet")
 """Classes of the gaits' curves; beyond so many they repeat, dashed."""
 
 
-class _Test(msgspec.Struct):
-    name: str
-    title: str
-    description: str
-    goal: str
-    rate: float
-    key: str | None
-    of: str
-    times: float
-    unit: str
-    shows: list[str]
-
-
-class _Tried(msgspec.Struct):
-    value: Number
-    reached: int
-    runs: int
-    numbers: dict[str, Number]
-    interval: tuple[float, float]
-
-
-class _Limit(msgspec.Struct):
-    holds_to: Number
-    sure_to: Number
-    fails_at: Number
-    surely_fails_at: Number
-
-
-class _Standing(msgspec.Struct):
-    test: str
-    gait: str
-    scale: float
-    tried: list[_Tried]
-    limit: _Limit | None
-
-
-class _StandingFile(msgspec.Struct):
-    gaits: list[str]
-    changes: list[str]
-    tests: list[_Test]
-    standings: list[_Standing]
+_LIMIT = stored({"holds_to": Number, "sure_to": Number, "fails_at": Number, "surely_fails_at": Number})
+_TABLE = stored({
+    "gaits": list[str], "changes": list[str],
+    "tests": [{
+        "name": str, "title": str, "description": str, "goal": str, "rate": float, "key": str | None, "of": str,
+        "times": float, "unit": str, "shows": list[str],
+    }],
+    "standings": [{
+        "test": str, "gait": str, "scale": float, "limit": _LIMIT | None,
+        "tried": [{"value": Number, "reached": int, "runs": int, "numbers": dict[str, Number],
+                   "interval": tuple[float, float]}],
+    }],
+})  # fmt: skip
 
 
 def standard_section(folder: Path) -> Markup:
@@ -373,7 +287,7 @@ def standard_section(folder: Path) -> Markup:
     Raises:
         InputError: It is broken.
     """
-    found = read_as(folder / FILE, _StandingFile, "what biped standard writes", "biped standard GAIT…")
+    found = read_as(folder / FILE, _TABLE, "what biped standard writes", "biped standard GAIT…")
     searched = [test for test in found["tests"] if test["key"] is not None]
     cards = [card for test in searched if (card := _curves(found, test)) is not None]
     curves = [tag("h3", "Runs that reached the goal, by what was asked of them"), tag("div", *cards, class_="cards")]
@@ -408,29 +322,11 @@ def _curves(found: Mapping[str, Any], test: Mapping[str, Any]) -> Markup | None:
     return card(test["title"], legend(keys), frame.svg(test["title"]), note=test["description"])
 
 
-class _Moved(msgspec.Struct):
-    old: Number
-    new: Number
-    change: Number
-    within: bool
-
-
-class _Verdict(msgspec.Struct):
-    scenario: str
-    verdict: str
-    runs: int
-    identical: int
-    walked: tuple[int, int]
-    fell: tuple[int, int]
-    likely: float
-    metrics: dict[str, _Moved]
-    passed: bool
-
-
-class _Outcome(msgspec.Struct):
-    verdicts: list[_Verdict]
-    passed: bool
-    stopped: bool = False
+_MOVED = stored({"old": Number, "new": Number, "change": Number, "within": bool})
+_OUTCOME = stored({"passed": bool, "stopped?": bool, "verdicts": [{
+    "scenario": str, "verdict": str, "runs": int, "identical": int, "walked": tuple[int, int], "fell": tuple[int, int],
+    "likely": float, "metrics": dict[str, _MOVED], "passed": bool,
+}]})  # fmt: skip
 
 
 def regression_section(file: Path) -> Markup:
@@ -439,7 +335,7 @@ def regression_section(file: Path) -> Markup:
     Raises:
         InputError: It is no outcome of a regression run.
     """
-    found = read_as(file, _Outcome, "what biped regress --json prints", "biped regress --json > regress.json")
+    found = read_as(file, _OUTCOME, "what biped regress --json prints", "biped regress --json > regress.json")
     verdicts = found["verdicts"]
     single = [one for one in verdicts if one["scenario"] != "altogether"]
     failed = [one for one in single if not one["passed"]]
