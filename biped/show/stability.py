@@ -5,10 +5,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from biped.show.document import Block, Document, Heading, Items, Paragraph, Table, Words
+from biped.studies.stability import MeasuredGait, Studied
 from biped.studies.stability.basin import FELL, RETURNED, RETURNS, WALKS, Basin
 from biped.studies.stability.disturbances import PAIRS, STEPS, STRIDES, GaitSensitivity, Grown
 from biped.studies.stability.reference import Known
-from biped.studies.stability.study import MeasuredGait, Studied
 
 
 def document_of(studied: Studied) -> Document:

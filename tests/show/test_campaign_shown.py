@@ -69,7 +69,7 @@ def test_plot(result, capsys):
 
 
 def test_rates_are_those_of_the_points(result):
-    from biped.show.figures.campaign import rate_map, rates
+    from biped.show.figures import rate_map, rates
 
     bars = rates(result["points"], "c").axes[0].patches
     by_slope = sorted(result["points"], key=lambda point: point["values"]["ground.slope"])

@@ -10,8 +10,7 @@ from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.robot.run import visual_model
 from biped.scenario.reading import read_scenario, to_toml
-from biped.show.recording import Recorded, record
-from biped.show.recording.layout import layout
+from biped.show.recording import Recorded, layout, record
 from biped.show.recording.series import place
 from tests.show.recordings import CHANGES, contents_of, read, recorded
 

@@ -19,8 +19,7 @@ from biped.show.figures.curves import ground_line
 from biped.show.live import _arrange
 from biped.show.page.frames import frames_of
 from biped.show.page.player import PlayedRun, walks
-from biped.show.recording import record
-from biped.show.recording.layout import result
+from biped.show.recording import record, result
 from tests.show.recordings import read, recorded
 
 CHANGES = [

@@ -193,7 +193,7 @@ def _gait(args: argparse.Namespace) -> int:
     from biped.show.figures.studies import plot_stability
     from biped.show.stability import document_of
     from biped.studies.folders import RUNS
-    from biped.studies.stability.study import study
+    from biped.studies.stability import study
 
     if args.out is not None:
         may_fill(args.out, "--out", ("stability.json",))

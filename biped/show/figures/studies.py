@@ -14,8 +14,8 @@ from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 from biped.base.statistics import wilson
 from biped.show.figures.style import JOINTS, LEFT, PUSH, QUIET, RIGHT, SETTINGS, TRUNK, figure, make_folder, save
 from biped.studies.bench.walking import CANDIDATES
+from biped.studies.stability import Gait, MeasuredGait, Studied
 from biped.studies.stability.basin import FELL, IMPOSSIBLE, RETURNED, WALKS
-from biped.studies.stability.study import Gait, MeasuredGait, Studied
 
 _COLOURS = [*JOINTS.values(), PUSH]
 

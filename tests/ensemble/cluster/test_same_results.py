@@ -19,7 +19,7 @@ from biped.scenario.reading import read_scenario
 from biped.studies.comparison import compare
 from biped.studies.regress.references import ensemble, measured
 from biped.studies.run import run
-from biped.studies.stability.study import study
+from biped.studies.stability import study
 from biped.studies.tune import tune
 from biped.studies.tune.evaluate import SearchSpace, Study, Task
 from tests.cases import contents, write

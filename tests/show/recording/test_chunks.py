@@ -9,8 +9,7 @@ from rerun.chunk import RrdReader
 
 from biped.base.errors import InputError
 from biped.cli.main import main
-from biped.show.recording import record
-from biped.show.recording.layout import layout
+from biped.show.recording import layout, record
 from biped.show.recording.series import place
 from tests.show.recordings import CHANGES, named_in, read, recorded, rerun
 

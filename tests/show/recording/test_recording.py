@@ -58,7 +58,7 @@ def test_a_run_that_diverges_is_recorded_as_far_as_it_is_finite(run, tmp_path):
 def test_the_view_shows_what_is_logged(path, run):
     """Every entity that the blueprint names is in the file: else a view would be empty without a word."""
     logged = {chunk.entity_path for chunk in RrdReader(str(path)).stream().to_chunks()}
-    from biped.show.recording.layout import layout
+    from biped.show.recording import layout
     from biped.show.recording.series import place
 
     placed = place([run])

@@ -5,8 +5,7 @@ import math
 
 import pytest
 
-from biped.show.recording import record
-from biped.show.recording.layout import numbers, result
+from biped.show.recording import numbers, record, result
 from tests.show.recordings import CHANGES, read, recorded
 
 

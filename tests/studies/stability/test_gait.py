@@ -15,11 +15,11 @@ from biped.ensemble.executor import mapped
 from biped.robot.planar.tree import motion
 from biped.studies.run import plan_of
 from biped.studies.stability import basin as basin_module
+from biped.studies.stability import study, word_for
 from biped.studies.stability.basin import SIZES, Shrinking, floor
 from biped.studies.stability.cycle import Returns, fit_map
 from biped.studies.stability.orbit import Exponent, Orbit, find_orbit, growth
 from biped.studies.stability.section import Kicks, PoincareSection, Steady, crossings
-from biped.studies.stability.study import study, word_for
 
 SLOW = "level_slow_generalized"
 
