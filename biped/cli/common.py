@@ -7,6 +7,7 @@ import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
 
 from biped.base.errors import InputError
@@ -82,6 +83,14 @@ def reason_of(args: argparse.Namespace) -> str | None:
     if args.reason is not None and not args.update:
         raise InputError("--reason: expected with --update only; nothing is recorded without it")
     return reason if args.update else None
+
+
+def folder_of(args: argparse.Namespace, title: str) -> Path:
+    """The results folder that the user asks for, or else a new one below runs/."""
+    from biped.ensemble.guard import new_folder
+    from biped.studies.folders import RUNS
+
+    return args.out or new_folder(RUNS, title)
 
 
 def one_folder(args: argparse.Namespace) -> None:

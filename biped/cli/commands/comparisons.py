@@ -11,7 +11,7 @@ from biped.base.errors import InputError
 from biped.base.files import label
 from biped.base.replacing import may_fill, may_write
 from biped.cli import common
-from biped.scenario.engines import ENGINES
+from biped.scenario.engines import ENGINES, engines_named
 
 if TYPE_CHECKING:
     from biped.studies.causes import Why
@@ -38,11 +38,8 @@ def add_compare(commands: common.Commands) -> None:
 
 def compare_command(args: argparse.Namespace) -> int:
     """Compares scenarios; each leaves numbers, figures and a recording."""
-    from biped.ensemble.guard import new_folder
-    from biped.scenario.engines import engines_named
     from biped.show.comparisons import comparison_document, draw
     from biped.studies.comparison import DEFAULT, OWN, compare, write
-    from biped.studies.folders import RUNS
     from biped.studies.run import title_of
 
     if args.against:
@@ -58,7 +55,7 @@ def compare_command(args: argparse.Namespace) -> int:
         for name in args.scenario:
             title = title_of(name)
             made.append(compare(name, title, args.changes, jobs, engines))
-            where = args.out or new_folder(RUNS, f"compare-{title}")
+            where = common.folder_of(args, f"compare-{title}")
             write(made[-1], where)
             draw(made[-1], where)
             if not args.json:
@@ -270,15 +267,13 @@ def add_readings(commands: common.Commands) -> None:
 
 def readings_command(args: argparse.Namespace) -> int:
     """Searches, then confirms; what an interrupt leaves is gone on with by the same command."""
-    from biped.ensemble.guard import new_folder
     from biped.show.readings import confirmation, data_of, distribution, write
-    from biped.studies.folders import RUNS
     from biped.studies.readings import confirm, search
 
     for name, count, least in (("--tries", args.tries, 0), ("--confirm", args.confirm, 1)):
         if count < least:
             raise InputError(f"{name} {count}: expected at least {least}")
-    out: Path = args.out or new_folder(RUNS, "readings")
+    out = common.folder_of(args, "readings")
     with common.workers_of(args) as jobs:
         tried = search(args.tries, jobs, out, common.progress)
         confirmed = confirm(tried, args.confirm, jobs, out, common.progress)

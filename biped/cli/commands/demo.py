@@ -59,13 +59,10 @@ def demo_command(args: argparse.Namespace) -> int:
     """Runs the scenarios, shows what became of them, and prints the path of the page and what to type next."""
     from tempfile import TemporaryDirectory
 
-    from biped.ensemble.guard import new_folder
-    from biped.studies.folders import RUNS
-
     if args.compile:
         with TemporaryDirectory(prefix="biped-") as folder:
             return _visit(SPACE, Path(folder), ["--set", "duration=1", "--set", "push=[]", "--set", "expect={}"])[0]
-    out: Path = args.out or new_folder(RUNS, "demo")
+    out = common.folder_of(args, "demo")
     code, stations = _visit(PUSH if args.push else TOUR, out, ["--record"] if args.push else [])
     page = out / "demo.html"
     _write(stations, page)

@@ -188,11 +188,10 @@ def _gait(args: argparse.Namespace) -> int:
     from biped.base.json import dumps
     from biped.base.replacing import may_fill
     from biped.base.writing import write_text
-    from biped.ensemble.guard import complaining, new_folder
+    from biped.ensemble.guard import complaining
     from biped.show.document import Paragraph
     from biped.show.figures.studies import plot_stability
     from biped.show.stability import document_of
-    from biped.studies.folders import RUNS
     from biped.studies.stability import study
 
     if args.out is not None:
@@ -201,9 +200,7 @@ def _gait(args: argparse.Namespace) -> int:
     with common.workers_of(args) as jobs:
         studied = study(args.scenario, args.changes, engines, jobs, args.basin)
     result = studied.as_dict()
-    folder = args.out
-    if folder is None:
-        folder = new_folder(RUNS, f"{studied.scenario}-stability")
+    folder = common.folder_of(args, f"{studied.scenario}-stability")
     plot_stability(studied, folder)
     if args.basin:
         from biped.show.figures.studies import plot_basin
@@ -242,17 +239,15 @@ def add_standard(commands: common.Commands) -> None:
 
 def standard_command(args: argparse.Namespace) -> int:
     """Puts gaits to the tests; what an interrupt leaves is gone on with by the same command."""
-    from biped.ensemble.guard import new_folder
     from biped.show.atlas import rows_of
     from biped.show.document import Paragraph
     from biped.show.standing import document_of, write
-    from biped.studies.folders import RUNS
     from biped.studies.standard import atlas, standard
 
     engines = common.engines_of(args)
     if args.atlas and (args.test or engines):
         raise InputError("--atlas: expected neither --test nor --engines: a row has tests of its own")
-    out: Path = args.out or new_folder(RUNS, "standard")
+    out = common.folder_of(args, "standard")
     with common.workers_of(args) as jobs:
         if args.atlas:
             found = atlas(args.gait, common.changes_of(args), jobs, out, common.progress)

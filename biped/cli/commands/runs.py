@@ -6,16 +6,14 @@ import argparse
 from itertools import product
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from biped.base.errors import InputError
 from biped.base.replacing import may_write
 from biped.cli import common
 
 if TYPE_CHECKING:
-    from biped.ensemble.plan import Plan
-    from biped.measure.trajectory import Trajectory
-    from biped.studies.run import ScenarioResult
+    from biped.studies.run import Recorder, ScenarioResult
 
 
 def add_run(commands: common.Commands) -> None:
@@ -50,7 +48,7 @@ def run_command(args: argparse.Namespace) -> int:
     with common.workers_of(args) as jobs:
         for name in args.scenario:
             done = run(
-                name, common.changes_of(args), jobs, args.out, _record if args.record else None, args.only,
+                name, common.changes_of(args), jobs, args.out, _recorder(args), args.only,
                 progress=common.progress, tell=common.warn, same=args.same_platform,
             )  # fmt: skip
             results.append(done.result)
@@ -109,7 +107,7 @@ def _shard(args: argparse.Namespace) -> int:
     shard = shard_of(args.shard)
     with common.workers_of(args) as jobs:
         done = run_shard(
-            args.scenario[0], common.changes_of(args), shard, jobs, args.out, _record if args.record else None,
+            args.scenario[0], common.changes_of(args), shard, jobs, args.out, _recorder(args),
             common.progress, common.warn, args.same_platform,
         )  # fmt: skip
     if isinstance(done, Shared):
@@ -125,10 +123,13 @@ def _shard(args: argparse.Namespace) -> int:
     return common.code_of([done.result])
 
 
-def _record(path: Path, plan: Plan, result: dict[str, Any], trajectories: dict[int, Trajectory]) -> None:
+def _recorder(args: argparse.Namespace) -> Recorder | None:
+    """What writes a recording, where one is asked for."""
+    if not args.record:
+        return None
     from biped.show.replay import record_runs
 
-    record_runs(path, plan, result, trajectories)
+    return record_runs
 
 
 def add_check(commands: common.Commands) -> None:
