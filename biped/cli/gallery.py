@@ -9,8 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from biped.base.text import markdown_table
-from biped.show.document import share
-from biped.show.markdown import DOCS
+from biped.show.document import DOCS, share
 from biped.show.references import means_of
 from biped.studies.regress.references import RecordedScenario, References, read, shipped
 

@@ -5,7 +5,7 @@ import argparse
 from biped.base.text import markdown_table
 from biped.cli.common import commands_of
 from biped.cli.main import build
-from biped.show.markdown import DOCS
+from biped.show.document import DOCS
 
 PAGE = DOCS / "commands.md"
 

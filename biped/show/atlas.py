@@ -14,9 +14,7 @@ from typing import Any, NamedTuple
 from biped.base.json import dumps
 from biped.base.statistics import wilson
 from biped.base.writing import write_text
-from biped.show import markdown
-from biped.show.document import Document, Paragraph, Table
-from biped.show.markdown import DOCS
+from biped.show.document import DOCS, Document, Paragraph, Table, filled, markdown
 from biped.show.standing import FILE as STANDARD
 from biped.studies.stability.disturbances import rank_correlation
 
@@ -240,7 +238,7 @@ def page(stored: Mapping[str, Any]) -> str:
         "plane": (table_of(plane),), "other": others_of(plane, stored["growth"], norms), "space": (table_of(space),),
         "space other": others_of(space, stored["growth"], stored["norms"]), "norm": foretold(plane, norms),
     }  # fmt: skip
-    return markdown.filled(TEMPLATE, {name: markdown.text(document).rstrip() for name, document in parts.items()})
+    return filled(TEMPLATE, {name: markdown(document).rstrip() for name, document in parts.items()})
 
 
 def stored() -> dict[str, Any]:

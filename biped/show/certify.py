@@ -13,9 +13,7 @@ from typing import Any
 from biped.base.json import dumps
 from biped.base.statistics import trials_as_narrow
 from biped.base.writing import write_text
-from biped.show import markdown
-from biped.show.document import Block, Document, Heading, Items, Paragraph, Table, Words
-from biped.show.markdown import DOCS
+from biped.show.document import DOCS, Block, Document, Heading, Items, Paragraph, Table, Words, filled, markdown
 
 PAGE, TEMPLATE, DATA = DOCS / "certify.md", DOCS / "certify.in.md", DOCS / "certify.json"
 _SCORES = {
@@ -131,7 +129,7 @@ def reference_document(found: Sequence[Mapping[str, Any]]) -> Document:
 
 def page(kept: Sequence[Mapping[str, Any]]) -> str:
     """The text of docs/certify.md."""
-    return markdown.filled(TEMPLATE, {"tables": markdown.text(summary_of(kept)).rstrip()})
+    return filled(TEMPLATE, {"tables": markdown(summary_of(kept)).rstrip()})
 
 
 def stored() -> list[dict[str, Any]]:

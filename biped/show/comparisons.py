@@ -10,8 +10,7 @@ from biped.base.writing import write_into
 from biped.measure.metrics.walking import outcome
 from biped.scenario.engines import MUJOCO
 from biped.scenario.metrics import HEAD, METRICS, Metric, metrics_of_table
-from biped.show import markdown
-from biped.show.document import Block, Document, Heading, Items, Kind, Line, Paragraph, Table, Words
+from biped.show.document import Block, Document, Heading, Items, Kind, Line, Paragraph, Table, Words, markdown
 from biped.show.results import failures
 from biped.studies.causes import EXPLAINED, Why
 from biped.studies.comparison import PARTED, Comparison
@@ -134,9 +133,7 @@ def write(found: Difference, folder: Path) -> None:
     Raises:
         InputError: They cannot be written.
     """
-    write_into(
-        folder, {"diff.json": dumps(found.as_dict(), indent=1), "diff.md": markdown.text(difference_document(found))}
-    )
+    write_into(folder, {"diff.json": dumps(found.as_dict(), indent=1), "diff.md": markdown(difference_document(found))})
 
 
 def _points(share: float) -> str:

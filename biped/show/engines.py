@@ -13,8 +13,7 @@ from pathlib import Path
 from biped.base.text import markdown_table
 from biped.base.trust import trusting
 from biped.scenario.engines import ENGINES
-from biped.show.document import share
-from biped.show.markdown import DOCS, replaced
+from biped.show.document import DOCS, replaced, share
 from biped.studies.surveys import SCENARIOS, Cell, ScenarioCells, cells_of
 
 PAGE = DOCS / "engines.md"

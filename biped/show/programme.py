@@ -15,11 +15,9 @@ from biped.base.writing import write_text
 from biped.ensemble.results import goal_at
 from biped.scenario.metrics import HEAD, METRICS
 from biped.scenario.reading import read_scenario
-from biped.show import markdown
-from biped.show.document import Block, Document, Heading, Items, Paragraph, Picture, Table, Words, share
+from biped.show.document import DOCS, Block, Document, Heading, Items, Paragraph, Picture, Table, Words, markdown, share
 from biped.show.replay import plot_results
 from biped.show.results import causes_of, number
-from biped.show.standing import DOCS
 from biped.studies.folders import results_at
 
 PAGE, TEMPLATE, DATA = (DOCS / f"thesis-programme{suffix}" for suffix in (".md", ".in.md", ".json"))
@@ -111,7 +109,7 @@ def _both_keys(points: Sequence[Mapping[str, Any]]) -> Table:
 
 def page(found: Sequence[Mapping[str, Any]]) -> str:
     """The text of docs/thesis-programme.md."""
-    return TEMPLATE.read_text(encoding="utf-8").replace(MARK, markdown.text(document_of(found)).rstrip())
+    return TEMPLATE.read_text(encoding="utf-8").replace(MARK, markdown(document_of(found)).rstrip())
 
 
 def stored() -> list[dict[str, Any]]:

@@ -17,8 +17,7 @@ from biped.base.json import dumps
 from biped.base.statistics import wilson
 from biped.base.text import markdown_table
 from biped.base.writing import write_into, write_text
-from biped.show.document import literal
-from biped.show.markdown import DOCS, filled, replaced
+from biped.show.document import DOCS, filled, literal, replaced
 from biped.studies import readings
 
 PAGE, TEMPLATE, DATA, THESIS = (DOCS / name for name in ("readings.md", "readings.in.md", "readings.json", "thesis.md"))

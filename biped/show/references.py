@@ -9,8 +9,7 @@ from typing import Any
 from biped.base.statistics import wilson
 from biped.base.text import markdown_table
 from biped.scenario.metrics import METRICS as EVERY
-from biped.show.document import Block, Document, Line, Paragraph, Table, Words, between
-from biped.show.markdown import DOCS, replaced
+from biped.show.document import DOCS, Block, Document, Line, Paragraph, Table, Words, between, replaced
 from biped.show.results import number
 from biped.studies.regress import ScenarioOutcome
 from biped.studies.regress import references as recorded

@@ -25,8 +25,7 @@ from biped.scenario.keys import Scenario
 from biped.scenario.laws import own_law
 from biped.scenario.reading import read_scenario, to_toml
 from biped.scenario.vary import points_of
-from biped.show.document import Block, Heading, Line, Picture, Words, harmless
-from biped.show.markdown import text
+from biped.show.document import Block, Heading, Line, Picture, Words, harmless, markdown
 from biped.show.results import document_of
 from biped.show.results_folder import ResultsFolder
 from biped.studies.folders import newest_recording, results_at, writing
@@ -251,7 +250,7 @@ def write_report(folders: Sequence[Path], out: Path, title: str) -> None:
         )
         blocks += [Picture(figure.stem, figure) for figure in drawn]
     with writing(f"--out {out}"):
-        write_text(out, f"{text(tuple(blocks))}\n{MARK}\n")
+        write_text(out, f"{markdown(tuple(blocks))}\n{MARK}\n")
 
 
 def _command(folder: Path, result: Mapping[str, Any], scenario: Scenario) -> str:

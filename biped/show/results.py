@@ -21,8 +21,7 @@ from biped.measure.metrics.gait import MOVED
 from biped.measure.metrics.pushed import STEP_NAMES
 from biped.measure.metrics.walking import TOLD_BY, kind_of, outcome
 from biped.scenario.metrics import HEAD, METRICS, metrics_of_table
-from biped.show.document import Block, Document, Heading, Items, Kind, Line, Paragraph, Table, Words, between
-from biped.show.markdown import text
+from biped.show.document import Block, Document, Heading, Items, Kind, Line, Paragraph, Table, Words, between, markdown
 
 WARNED = 10
 """Most runs whose warnings are printed."""
@@ -225,7 +224,7 @@ def summary_of(results: Sequence[Mapping[str, Any]]) -> str:
         if not result["checks"]:
             rows.append((name, "–", "–", "–", NOTHING))
     blocks = (Heading("Does it walk?", 2), Paragraph(Words(verdict, "bad" if failed else "strong")))
-    return text((*blocks, Table(_HEADS, tuple(rows), (0, 1, 3, 4)))) + f"\n{MARK}\n"
+    return markdown((*blocks, Table(_HEADS, tuple(rows), (0, 1, 3, 4)))) + f"\n{MARK}\n"
 
 
 def write_summary(path: Path, results: Sequence[Mapping[str, Any]]) -> None:

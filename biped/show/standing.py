@@ -12,9 +12,7 @@ from typing import Any
 from biped.base.json import dumps
 from biped.base.writing import write_into, write_text
 from biped.scenario.metrics import METRICS
-from biped.show import markdown
-from biped.show.document import Document, Paragraph, Table
-from biped.show.markdown import DOCS
+from biped.show.document import DOCS, Document, Paragraph, Table, filled, markdown
 
 FILE = "standard.json"
 PAGE, TEMPLATE, DATA = DOCS / "standard.md", DOCS / "standard.in.md", DOCS / "standard.json"
@@ -113,15 +111,13 @@ def write(found: Mapping[str, Any], folder: Path) -> None:
     Raises:
         InputError: They cannot be written.
     """
-    write_into(folder, {FILE: dumps(found, indent=1), "standard.md": markdown.text(document_of(found))})
+    write_into(folder, {FILE: dumps(found, indent=1), "standard.md": markdown(document_of(found))})
 
 
 def page(stored: Sequence[Mapping[str, Any]]) -> str:
     """The text of docs/standard.md."""
-    tables = "\n".join(
-        f"## {one['title']}\n\n`{one['command']}`\n\n{markdown.text(document_of(one))}" for one in stored
-    )
-    return markdown.filled(TEMPLATE, {"tables": tables.rstrip()})
+    tables = "\n".join(f"## {one['title']}\n\n`{one['command']}`\n\n{markdown(document_of(one))}" for one in stored)
+    return filled(TEMPLATE, {"tables": tables.rstrip()})
 
 
 def stored() -> list[dict[str, Any]]:

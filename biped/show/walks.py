@@ -12,9 +12,7 @@ from typing import Any
 
 from biped.base.json import dumps
 from biped.base.writing import write_text
-from biped.show import markdown
-from biped.show.document import Document, Paragraph, Table, share
-from biped.show.standing import DOCS
+from biped.show.document import DOCS, Document, Paragraph, Table, markdown, share
 from biped.show.standing import FILE as STANDARD
 
 PAGE, TEMPLATE, DATA = DOCS / "any-biped.md", DOCS / "any-biped.in.md", DOCS / "any-biped.json"
@@ -71,7 +69,7 @@ def stored() -> list[dict[str, Any]]:
 
 def page(found: Sequence[Mapping[str, Any]]) -> str:
     """The text of docs/any-biped.md."""
-    return TEMPLATE.read_text(encoding="utf-8").replace(MARK, markdown.text(document_of(found)).rstrip())
+    return TEMPLATE.read_text(encoding="utf-8").replace(MARK, markdown(document_of(found)).rstrip())
 
 
 def taken(robot: str, folder: Path, search: Path | None) -> dict[str, Any]:

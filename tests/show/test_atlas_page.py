@@ -7,7 +7,8 @@ import json
 import pytest
 
 from biped.base.statistics import wilson
-from biped.show import atlas, markdown
+from biped.show import atlas
+from biped.show.document import markdown
 
 
 def standing(test, gait, value, limit=True, **numbers):
@@ -105,11 +106,11 @@ def test_small_norms_that_withstand_most_agree():
                     for words in (*atlas.PUSHES, *atlas.RISES)] for gait in rows}  # fmt: skip
     for gait, row in rows.items():
         row[atlas._RANDOM] = {"numbers": {"steps": 12.0}, "reached": int(gait), "runs": 8, "interval": (0.0, 1.0)}
-    text = markdown.text(atlas.foretold(rows, norms))
+    text = markdown(atlas.foretold(rows, norms))
     assert text.count("is 1.00") == 3
     assert text.count("7 gaits") == 3
     for one in norms["7"]:
         one["norm"] = 0.0
-    unresolved = markdown.text(atlas.foretold(rows, norms))
+    unresolved = markdown(atlas.foretold(rows, norms))
     assert unresolved.count("within scatter") == 2
     assert unresolved.count("6 gaits") == 3, "a norm that is lost in the scatter has no rank"

@@ -15,7 +15,7 @@ from biped.cli.main import main
 from biped.engines.planar.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario
-from biped.show import live
+from biped.show import viewer as live
 
 SHORT = ["duration=0.6", "window.start=0.3", "window.end=0.6"]
 PUSH = "push=[{at=0.1,duration=0.2,force=[150.0,0.0]}]"

@@ -16,10 +16,10 @@ from biped.robot.planar.build import compile_foreign
 from biped.robot.planar.description import description_at
 from biped.scenario.reading import read_scenario
 from biped.show.figures.curves import ground_line
-from biped.show.live import _arrange
 from biped.show.page.frames import frames_of
 from biped.show.page.player import PlayedRun, walks
 from biped.show.recording import record, result
+from biped.show.viewer import _arrange
 from tests.show.recordings import read, recorded
 
 CHANGES = [

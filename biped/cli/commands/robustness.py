@@ -48,7 +48,7 @@ def add_certify(commands: common.Commands) -> None:
 def certify_command(args: argparse.Namespace) -> int:
     """Estimates the probability; what an interrupt leaves is gone on with by the same command."""
     from biped.show.certify import document_of
-    from biped.show.markdown import write
+    from biped.show.document import write_markdown
     from biped.studies.certify import certify
     from biped.studies.certify.estimation import Accuracy
 
@@ -60,7 +60,7 @@ def certify_command(args: argparse.Namespace) -> int:
     with common.workers_of(args) as jobs:
         found = certify(args.scenario, common.changes_of(args), jobs, args.out, accuracy, common.progress, common.warn)
     document = document_of(found.as_dict())
-    write(document, found.folder, "certify.md")
+    write_markdown(document, found.folder, "certify.md")
     common.answer(args, found.as_dict(), document)
     return common.DONE if found.reached else common.UNDECIDED
 
@@ -104,7 +104,7 @@ def add_find(commands: common.Commands) -> None:
 def find_command(args: argparse.Namespace) -> int:
     """Finds ways to fall; what an interrupt leaves is gone on with by the same command."""
     from biped.show.certify import ways_document
-    from biped.show.markdown import write
+    from biped.show.document import write_markdown
     from biped.studies.find import find
 
     with common.workers_of(args) as jobs:
@@ -120,7 +120,7 @@ def find_command(args: argparse.Namespace) -> int:
             common.warn,
         )
     document = ways_document(found.as_dict())
-    write(document, found.folder, "find.md")
+    write_markdown(document, found.folder, "find.md")
     common.answer(args, found.as_dict(), document)
     return common.FAILED if found.found else common.DONE
 

@@ -60,7 +60,7 @@ def run_command(args: argparse.Namespace) -> int:
 
 def _live(args: argparse.Namespace) -> int:
     """One run in a window; what a hand pushes cannot be repeated, so nothing is kept of it."""
-    from biped.show.live import watch
+    from biped.show.viewer import watch
     from biped.studies.run import plan_of
 
     for given, option in ((args.record, "--record"), (args.out, "--out"), (args.json, "--json")):

@@ -26,10 +26,10 @@ from biped.robot.planar.tree import ABSOLUTE_OFFSET, Motion, motion
 from biped.robot.robot import Robot
 from biped.scenario.keys import Scenario, Start
 from biped.scenario.reading import read_scenario
+from biped.show.document import DOCS
 from biped.show.figures import curves
 from biped.show.figures.curves import strobe
 from biped.show.figures.style import LEFT, QUIET, RIGHT, SETTINGS, TRUNK, figure, make_folder, save
-from biped.show.markdown import DOCS
 from biped.studies.run import plan_of
 
 STROBES = {

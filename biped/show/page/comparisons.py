@@ -23,9 +23,8 @@ from biped.scenario.reading import read_scenario
 from biped.show.comparisons import HEADS, MOST_SETTINGS, cells, name_of, notes_of, ordered, with_interval
 from biped.show.document import between, harmless, percent, value_of
 from biped.show.page.frames import Frames, frames_of
-from biped.show.page.html import Markup, blocks, card, chip, key_words, table, tag
+from biped.show.page.html import Frame, Markup, blocks, card, chip, key_words, legend, table, tag
 from biped.show.page.player import PlayedRun, charts, walks
-from biped.show.page.plot import Frame, legend
 from biped.show.results_folder import Number, read_as, stored
 from biped.studies.comparison import PARTED
 from biped.studies.diff.changes import BETTER, CHANGED, HEADLINE, LEAST_PAIRS, SAME, UNSAID, WORSE, MetricChange

@@ -13,8 +13,7 @@ from biped.ensemble.results import goal_at, threshold_words
 from biped.measure.metrics.walking import kind_of
 from biped.scenario.metrics import HEAD, METRICS
 from biped.show.document import between, percent, value_of
-from biped.show.page.html import Markup, card, key_words, scroll, setting, table, tag
-from biped.show.page.plot import Frame, around, legend, shade
+from biped.show.page.html import Frame, Markup, around, card, key_words, legend, scroll, setting, shade, table, tag
 from biped.show.results import real
 from biped.studies.sensitivity import LEAST, Share
 

@@ -14,8 +14,7 @@ from biped.measure.trajectory import Trajectory
 from biped.robot.planar.topology import LEGS, SEGMENTS
 from biped.show.document import STATES, leg_words, percent
 from biped.show.page.frames import NAMES, RATE, Frames
-from biped.show.page.html import Markup, card, join, scroll, tag
-from biped.show.page.plot import Frame, around, legend
+from biped.show.page.html import Frame, Markup, around, card, join, legend, scroll, tag
 
 SIDES = ("right", "left")
 """Classes of the legs, whatever people call them: the first is blue, the second orange, everywhere."""

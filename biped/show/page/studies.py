@@ -12,8 +12,7 @@ from biped.base.errors import InputError
 from biped.base.statistics import same_rate, wilson
 from biped.base.typed import convert
 from biped.show.document import between, literal
-from biped.show.page.html import Markup, blocks, card, chip, join, table, tag
-from biped.show.page.plot import Frame, around, legend
+from biped.show.page.html import Frame, Markup, around, blocks, card, chip, join, legend, table, tag
 from biped.show.references import table_of
 from biped.show.results import number
 from biped.show.results_folder import Number, read_as, stored

@@ -15,18 +15,8 @@ from biped.ensemble.executor import workers
 from biped.ensemble.guard import OF_RUNS
 from biped.ensemble.plan import Plan
 from biped.scenario.vary import piece_times
-from biped.studies.certify.estimation import (
-    COUNTING,
-    FIRST,
-    LEAST_SAMPLES,
-    LEAST_SIZE,
-    SPLITTING,
-    Accuracy,
-    Found,
-    Probability,
-    counted,
-    estimated,
-)
+from biped.studies.certify import estimation
+from biped.studies.certify.estimation import Accuracy, Found, Probability, counted, estimated
 from biped.studies.certify.outcome import LEARNED, SCORES
 from biped.studies.certify.running import MakingOutcomes, journalled
 from biped.studies.certify.splitting import Member, Moving
@@ -148,7 +138,8 @@ def _certified(title: str, path: Path, duration: float, accuracy: Accuracy, runs
     )  # fmt: skip
     plain = found.plain
     return Certified(
-        title, path, duration, SPLITTING if found.samples else COUNTING, accuracy.score, found.probability,
+        title, path, duration, estimation.SPLITTING if found.samples else estimation.COUNTING, accuracy.score,
+        found.probability,
         found.reached, runs, len(plain), sum(outcome.fell for outcome in plain),
         float(np.mean([outcome.steps for outcome in plain])), float(np.mean([outcome.end for outcome in plain])),
         found.levels.values if found.levels else (), means, tuple(sample.probability for sample in found.samples),
@@ -164,12 +155,12 @@ def _check(plan: Plan, accuracy: Accuracy) -> None:
         raise InputError(
             f"--relative {accuracy.relative:g}: expected half the interval over the probability, such as 0.3"
         )
-    if accuracy.size < LEAST_SIZE:
-        raise InputError(f"--size {accuracy.size}: expected at least {LEAST_SIZE} runs at each level")
-    least = FIRST + 2 * LEAST_SAMPLES * accuracy.size
-    if accuracy.most < FIRST:
-        raise InputError(f"--most {accuracy.most}: too few runs to say anything; expected at least {FIRST} to count, "
-                         f"and some {4 * least} to split")  # fmt: skip
+    if accuracy.size < estimation.LEAST_SIZE:
+        raise InputError(f"--size {accuracy.size}: expected at least {estimation.LEAST_SIZE} runs at each level")
+    least = estimation.FIRST + 2 * estimation.LEAST_SAMPLES * accuracy.size
+    if accuracy.most < estimation.FIRST:
+        raise InputError(f"--most {accuracy.most}: too few runs to say anything; expected at least {estimation.FIRST} "
+                         f"to count, and some {4 * least} to split")  # fmt: skip
     check_random(plan)
 
 

@@ -14,7 +14,7 @@ import pytest
 from biped.base.statistics import POWER, detectable_drop, same_rate, smallest_drop
 from biped.cli.main import main
 from biped.show.page import kind_of
-from biped.show.page.plot import Frame, steps
+from biped.show.page.html import Frame, steps
 from biped.show.results_folder import chosen
 from biped.studies.sensitivity import share_of
 

@@ -13,7 +13,7 @@ from biped.ensemble.campaign import simulate
 from biped.robot.gravity import GRAVITY
 from biped.robot.planar.model import tree_at
 from biped.scenario.metrics import METRICS
-from biped.show import markdown
+from biped.show.document import markdown
 from biped.show.page import write_page
 from biped.show.standing import document_of, lines_of
 from biped.studies import standard as study
@@ -240,7 +240,7 @@ def test_words_of_a_table():
     assert lines_of(push, FOUND["standings"][1]) == ["none", "1 of 10 at 2"]
     assert lines_of(level, FOUND["standings"][2]) == ["9 of 10", "0.7 m/s"]
     assert lines_of(level, FOUND["standings"][3]) == ["–"]
-    assert "\\<b\\>" in markdown.text(document_of(FOUND))
+    assert "\\<b\\>" in markdown(document_of(FOUND))
 
 
 def test_a_table_says_which_runs_cannot_be_believed():
@@ -249,10 +249,10 @@ def test_a_table_says_which_runs_cannot_be_believed():
     assert lines == ["none", "1 of 10 at 2", "8 doubtful"]
     one = TriedValue(None, 0, 10, {"speed": 0.7}, 10)._asdict()
     assert lines_of(level, FOUND["standings"][2] | {"tried": [one]}) == ["0 of 10", "10 doubtful", "0.7 m/s"]
-    assert "doubtful" not in markdown.text(document_of(FOUND))
+    assert "doubtful" not in markdown(document_of(FOUND))
     doubted = FOUND | {"standings": [one | {"tried": [try_ | {"unsound": 1} for try_ in one["tried"]]}
                                      for one in FOUND["standings"]]}  # fmt: skip
-    assert "simulation.iterations=100" in markdown.text(document_of(doubted))
+    assert "simulation.iterations=100" in markdown(document_of(doubted))
 
 
 def test_runs_whose_numbers_are_doubtful_are_counted_and_kept(here):
