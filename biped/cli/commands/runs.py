@@ -124,7 +124,7 @@ def _shard(args: argparse.Namespace) -> int:
 
 
 def _recorder(args: argparse.Namespace) -> Recorder | None:
-    """What writes a recording, where one is asked for."""
+    """The function that writes a recording, if one is asked for."""
     if not args.record:
         return None
     from biped.show.replay import record_runs
