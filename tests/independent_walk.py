@@ -59,6 +59,7 @@ class Reading(NamedTuple):
     extended: float = 0.05
     ahead: float = 0.33
     late: float = radians(100.0)
+    single_tangential: bool = False
     friction: float = 100.0
     contact_time: float = 0.008
     damping_ratio: float = 1.0
@@ -67,8 +68,9 @@ class Reading(NamedTuple):
 
 # readings/plastic.toml
 PLASTIC = Reading(
-    limit=210.0, release=120.0, height=0.0013, hold=(0, 10, 0, 0), ahead=0.25, contact_time=0.0066, damping_ratio=1.475
-)
+    limit=206.0, release=120.0, height=0.0013, hold=(3, 10, 0, 0), ahead=0.15, late=radians(99.0),
+    single_tangential=True, contact_time=0.0064, damping_ratio=1.45,
+)  # fmt: skip
 
 
 Parts = tuple[tuple[int, float, float], ...]
@@ -215,8 +217,10 @@ class Controller:
         for i, at in enumerate(points):
             if active[i]:
                 normal[i] = len(rows)
-                rows += [at.J[1], at.J[0]]
-                right += [-at.bias[1], -at.bias[0]]
+                alone = i % 2 or not active[i + 1]  # of a flat foot the heel's no-slip row says all
+                axes = (1, 0) if alone or not self.reading.single_tangential else (1,)
+                rows += [at.J[axis] for axis in axes]
+                right += [-at.bias[axis] for axis in axes]
         for knee in KNEES:
             if -knee @ q < self.reading.knee:
                 rows.append(knee)

@@ -5,7 +5,7 @@
 the ground. `conventions` (docs/controllers.md): absolute angles, joint angles and rows of A with their signs.
 """
 
-import sys
+from argparse import ArgumentParser
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -297,5 +297,9 @@ FIGURES = {
 
 
 if __name__ == "__main__":
-    plot, place = FIGURES[sys.argv[1]]
-    plot(Path(sys.argv[2]) if len(sys.argv) > 2 else DOCS / "figures" / place)
+    parser = ArgumentParser(prog="python -m biped.show.figures.docs", description="Draws a figure of the docs.")
+    parser.add_argument("figure", choices=sorted(FIGURES))
+    parser.add_argument("out", type=Path, nargs="?", help="file or folder (default: its place in docs/figures/)")
+    wanted = parser.parse_args()
+    plot, place = FIGURES[wanted.figure]
+    plot(wanted.out or DOCS / "figures" / place)
