@@ -53,12 +53,13 @@ class Observation:
 
     Args:
         model: What is stepped.
-        data: Its state, with what `mj_step1` computes.
+        data: Its state, with what `mj_step1` computes, at once or by `compute`.
         robot: What it is.
         ground: The line of the ground.
         contact: Whether each contact point touches (P,), and the ground's force (P, 3) [N] on it, live; None: nothing
             touches.
         points: (P, 3) [m] places of the contact points where something else computes them, live.
+        compute: Has what `mj_step1` computes computed, once at a tick at which a law reads any of it.
 
     Attributes:
         time: [s].
@@ -75,8 +76,10 @@ class Observation:
     def __init__(
         self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, ground: Profile = LEVEL,
         contact: tuple[np.ndarray, np.ndarray] | None = None, points: np.ndarray | None = None,
+        compute: Callable[[], None] | None = None,
     ):  # fmt: skip
-        self._model, self._data, self.robot, self._ground = model, data, robot, ground
+        self._model, self._state, self.robot, self._ground = model, data, robot, ground
+        self._compute, self._computed = compute, compute is None
         self.time = 0.0
         self.q, self.v = _read_only(data.qpos), _read_only(data.qvel)
         self.gravity = _read_only(model.opt.gravity)
@@ -97,11 +100,19 @@ class Observation:
 
     def begin(self, time: float) -> None:
         """Forgets what was computed at the tick before."""
-        self.time = time
+        self.time, self._computed = time, self._compute is None
         self._frames.clear()
         if len(self.__dict__) > self._size:
             for name in _COMPUTED:
                 self.__dict__.pop(name, None)
+
+    @property
+    def _data(self) -> mujoco.MjData:
+        """The state with what `mj_step1` computes at it."""
+        if self._compute is not None and not self._computed:
+            self._computed = True
+            self._compute()
+        return self._state
 
     @staticmethod
     def names_of(robot: Robot) -> list[str]:

@@ -28,7 +28,7 @@ class CoordinateSensors:
 
     Attributes:
         model: As given.
-        data: What is measured, with what `mj_step1` computes at it.
+        data: What is measured; with what `mj_step1` computes at it once `compute` has been called.
     """
 
     def __init__(self, run: Run, model: mujoco.MjModel, robot: Robot, tick: float):
@@ -67,8 +67,11 @@ class CoordinateSensors:
             data.qpos[self._places] = np.rint(data.qpos[self._places] / self._resolution) * self._resolution
         if self._gyro is not None:
             data.qvel[self._about] = self._gyro.read(v[self._about])
-        mujoco.mj_fwdPosition(model, data)
-        mujoco.mj_fwdVelocity(model, data)
+
+    def compute(self) -> None:
+        """Has MuJoCo compute the mechanics at what is measured: a law that does so itself has no use for them."""
+        mujoco.mj_fwdPosition(self.model, self.data)
+        mujoco.mj_fwdVelocity(self.model, self.data)
 
 
 class _Gyro:

@@ -33,6 +33,7 @@ def simulate(run: Run) -> Any:
         import pydrake  # noqa: F401  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise InputError(NEEDS, "engine") from None
-    from biped.engines.sap import planar, robot
+    from biped.engines.sap.planar import simulate_planar
+    from biped.engines.sap.robot import simulate_any
 
-    return by_kind(run, planar.simulate, robot.simulate)
+    return by_kind(run, simulate_planar, simulate_any)

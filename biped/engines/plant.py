@@ -94,7 +94,9 @@ class MujocoPlant:
             from biped.control.sensors import CoordinateSensors
 
             self.sensors = CoordinateSensors(run, copy.copy(known), self.robot, run.tick)
-            self.observation = Observation(self.sensors.model, self.sensors.data, self.robot, self.profile, shared)
+            self.observation = Observation(
+                self.sensors.model, self.sensors.data, self.robot, self.profile, shared, compute=self.sensors.compute
+            )
         late = s.actuation.delay > 0.0 or s.actuation.delay_jitter > 0.0
         self.latency = Latency(run) if late else None
         self.unmodelled = unmodelled_of(run)

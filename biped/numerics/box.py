@@ -14,7 +14,7 @@ from biped.base.jit import kernel
 
 TOGETHER = 6
 """Steps in which all change at once."""
-MOST = 60
+MOST_STEPS = 60
 """Most steps; six unknowns take a handful."""
 SIGN = 1e-14
 """Size of a multiplier, relative to the numbers that it is the difference of, whose sign is rounding."""
@@ -36,7 +36,7 @@ def solve_in_box(P, r, lower, upper, side, u, L, x):
         x: Work (n,).
 
     Returns:
-        The number of steps; MOST if it has not ended, with the best u so far.
+        The number of steps; MOST_STEPS if it has not ended, with the best u so far.
     """
     for step in range(TOGETHER):
         _to_bounds(lower, upper, side, u)
@@ -46,13 +46,13 @@ def solve_in_box(P, r, lower, upper, side, u, L, x):
                 u[i] = x[i]
             return step + 1
     _to_bounds(lower, upper, side, u)
-    for step in range(TOGETHER, MOST):
+    for step in range(TOGETHER, MOST_STEPS):
         _minimise_free(P, r, side, u, L, x)
         if _advance_free(lower, upper, side, u, x):
             continue
         if not _let_go(P, r, side, u):
             return step + 1
-    return MOST
+    return MOST_STEPS
 
 
 @kernel

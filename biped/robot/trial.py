@@ -17,7 +17,7 @@ MOST_SECONDS = 5
 """[s] of the processor's time; the human model takes 0.005."""
 MOST_WAIT = 60.0
 """[s] by the clock, for what waits instead of working."""
-MOST_MEMORY = 2048 * 2**20
+MOST_BESIDES = 2048 * 2**20
 """[bytes] beyond what this process has already; where the system counts them (Linux)."""
 
 _DONE, _COMPLAINT = b"+", b"-"
@@ -88,7 +88,7 @@ def _bound() -> None:
     pages = Path("/proc/self/statm")
     if pages.is_file():
         held = int(pages.read_text(encoding="ascii").split()[0]) * resource.getpagesize()
-        most = held + MOST_MEMORY
+        most = held + MOST_BESIDES
         resource.setrlimit(resource.RLIMIT_AS, (most, most))
 
 
@@ -116,4 +116,4 @@ def _why(name: str, answer: bytes | None, status: int) -> str:
         if killer in (signal.SIGXCPU, signal.SIGKILL):
             return f"{name}: took more than {MOST_SECONDS} s to compile"
         return f"{name}: crashes MuJoCo or Pinocchio ({signal.Signals(killer).name}): not a model either can compile"
-    return f"{name}: takes more than {MOST_MEMORY >> 20} MB to compile"
+    return f"{name}: takes more than {MOST_BESIDES >> 20} MB to compile"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from biped.numerics.box import MOST, TOGETHER, solve_in_box
+from biped.numerics.box import MOST_STEPS, TOGETHER, solve_in_box
 
 N = 6
 
@@ -46,7 +46,7 @@ def test_conditions_of_a_minimum(kind):
         u, _, steps = solved(P, r, lower, upper, side)  # from whatever sets the last problem had
         assert fault(P, r, lower, upper, u) < 1e-12
         used.append(steps)
-    assert max(used) < MOST
+    assert max(used) < MOST_STEPS
     assert max(used) > 1
 
 

@@ -26,7 +26,7 @@ def test_the_bounds_of_models_are_those_of_the_code():
     assert f"at most {safety.LONGEST_NAME} bytes" in text
     assert all(f"`{element}`" in text for element in safety._ABSENT)
     assert f"{trial.MOST_SECONDS} s of processor time, {trial.MOST_WAIT:g} s by the clock" in text
-    assert f"{trial.MOST_MEMORY >> 20} MB beyond" in text
+    assert f"{trial.MOST_BESIDES >> 20} MB beyond" in text
 
 
 def test_the_commands_that_take_trust_are_those_named():

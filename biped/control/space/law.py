@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -85,15 +86,15 @@ class Spatial:
         check_kernels(self.record[0], self._believed, own.tree)
         return own
 
-    def _mechanics_at(self, sensed: Observation) -> tuple[Mechanics, Callable[[], None] | None]:
-        """The mechanics of what is sensed, and what brings them up to date; None: they are."""
+    def _mechanics_at(self, sensed: Observation) -> tuple[Mechanics, Callable[[], Any]]:
+        """The mechanics of what is sensed, and what brings them up to date."""
         data = sensed._data
         if (own := self.own(data.qpos, data.qvel)) is not None:
             return own.mechanics, partial(bound(compute, *own), *own)
         if self.source == PINOCCHIO:
             theirs = Pinocchio(self.record[0], self._believed, data.qpos, data.qvel)
             return theirs.mechanics, theirs.renew
-        return mechanics_of(self.record[0], sensed._model, data), None
+        return mechanics_of(self.record[0], sensed._model, data), lambda: sensed._data
 
     @staticmethod
     def command(scenario: Scenario) -> Command:
@@ -112,8 +113,7 @@ class Spatial:
             self._tick_once = _ticks[sizes]
         if len(self.changes.steps):
             blend(self.changes, round(sensed.time / self._tick))
-        if self._renew is not None:
-            self._renew()
+        self._renew()
         self._tick_once(self.record, self._mechanics, first)
         right, left = self._phase.tolist()
         self.signals = dict(zip(SIGNALS, (right + 1.0, left + 1.0, *self._placed.tolist(), float(self._limited[0]),

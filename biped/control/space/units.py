@@ -37,6 +37,16 @@ class Unit(NamedTuple):
         """[N m] m g l."""
         return self.mass * GRAVITY * self.length
 
+    @property
+    def inertia(self) -> float:
+        """[kg m²] m l²."""
+        return self.mass * self.length**2
+
+    @property
+    def acceleration(self) -> float:
+        """[m/s²] g."""
+        return GRAVITY
+
 
 def unit_of(robot: Robot, anatomy: Anatomy) -> Unit:
     """The unit of a walker."""
@@ -45,46 +55,32 @@ def unit_of(robot: Robot, anatomy: Anatomy) -> Unit:
 
 def si_gains(gains: Gains, unit: Unit) -> Gains:
     """A complete gait in SI units, whatever it is in."""
-    return _scaled(gains, unit, 1) if gains.unit == MGL else gains
-
-
-def own_gains(gains: Gains, unit: Unit) -> Gains:
-    """A complete gait in units of its walker, whatever it is in."""
-    return gains if gains.unit == MGL else _scaled(gains, unit, -1)
+    if gains.unit != MGL:
+        return gains
+    frontal: Any = _parts(gains.frontal, unit) if gains.frontal else None
+    if frontal is not None and (placement := frontal.placement) is not None:
+        frontal = replace(frontal, placement=replace(
+            placement, position=_times(placement.position, unit.length**-1),
+            velocity=_times(placement.velocity, unit.time / unit.length),
+        ))  # fmt: skip
+    axial: Any = _parts(gains.axial, unit) if gains.axial else None
+    return replace(_parts(gains, unit), frontal=frontal, axial=axial, unit=None)
 
 
 def si_pushing(pushing: Pushing, gains: Gains, unit: Unit) -> Pushing:
     """Settings of ground that only pushes in SI units; they are in those of the gait."""
-    return _pushing(pushing, unit, 1) if gains.unit == MGL else pushing
-
-
-def own_pushing(pushing: Pushing, gains: Gains, unit: Unit) -> Pushing:
-    """Settings of ground that only pushes in units of the walker."""
-    return pushing if gains.unit == MGL else _pushing(pushing, unit, -1)
-
-
-def _pushing(p: Pushing, unit: Unit, way: int) -> Pushing:
-    """Multiplies by units (way 1), or divides by them (-1)."""
+    if gains.unit != MGL:
+        return pushing
     return replace(
-        p, approach=p.approach * unit.time**way, reach=p.reach * unit.length**way, yielding=p.yielding * GRAVITY**way,
-        regularisation=p.regularisation / (unit.mass * unit.length**2) ** way, smoothing=p.smoothing * unit.time**way,
+        pushing, approach=pushing.approach * unit.time, reach=pushing.reach * unit.length,
+        yielding=pushing.yielding * unit.acceleration, regularisation=pushing.regularisation / unit.inertia,
+        smoothing=pushing.smoothing * unit.time,
     )  # fmt: skip
 
 
-def _scaled(gains: Gains, unit: Unit, way: int) -> Gains:
-    frontal: Any = _parts(gains.frontal, unit, way) if gains.frontal else None
-    if frontal is not None and (placement := frontal.placement) is not None:
-        frontal = replace(frontal, placement=replace(
-            placement, position=_times(placement.position, unit.length**-way),
-            velocity=_times(placement.velocity, (unit.time / unit.length) ** way),
-        ))  # fmt: skip
-    axial: Any = _parts(gains.axial, unit, way) if gains.axial else None
-    return replace(_parts(gains, unit, way), frontal=frontal, axial=axial, unit=None if way > 0 else MGL)
-
-
-def _parts(part: Gains | Frontal | Axial, unit: Unit, way: int) -> Any:
+def _parts(part: Gains | Frontal | Axial, unit: Unit) -> Any:
     """A table of gains with its springs and dampers times their units."""
-    factors = {"k_": unit.moment**way, "b_": (unit.moment * unit.time) ** way}
+    factors = {"k_": unit.moment, "b_": unit.moment * unit.time}
     changed = {name: _times(getattr(part, name), factors[name[:2]])
                for name in part.__struct_fields__ if name[:2] in factors}  # fmt: skip
     return replace(part, **changed)

@@ -19,7 +19,7 @@ from biped.robot.robot import seven_links
 from biped.robot.run import Run
 
 
-def simulate(run: Run) -> Trajectory:
+def simulate_planar(run: Run) -> Trajectory:
     """Simulates a run; see `biped.engines.drake.simulate`."""
     s, ground = run.scenario, run.profile
     foreign = run.planar_model()

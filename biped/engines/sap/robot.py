@@ -19,7 +19,7 @@ _MOST = 256
 """Contacts with the ground in a step."""
 
 
-def simulate(run: Run) -> Any:
+def simulate_any(run: Run) -> Any:
     """Simulates a run; see `biped.engines.drake.simulate`."""
     return drive(DrakePlant(run))
 

@@ -10,9 +10,31 @@ from msgspec import structs
 
 from biped.control.space.setup import controller_record
 from biped.control.space.tick import spatial_tick
-from biped.control.space.units import Unit, own_gains, own_pushing, si_gains, si_pushing, unit_of
+from biped.control.space.units import Unit, si_gains, si_pushing, unit_of
 from biped.robot.anatomy import anatomy_of
+from biped.scenario.gains import MGL
 from tests.control.space.scene import Scene, states
+
+
+class Inverse:
+    """One over a unit: what is in it becomes what is counted in the unit."""
+
+    def __init__(self, unit):
+        self._unit = unit
+
+    def __getattr__(self, name):
+        return 1.0 / getattr(self._unit, name)
+
+
+def own_gains(gains, unit):
+    """A gait in SI units, in units of its walker."""
+    return structs.replace(si_gains(structs.replace(gains, unit=MGL), Inverse(unit)), unit=MGL)
+
+
+def own_pushing(pushing, gains, unit):
+    """Settings of ground that only pushes, likewise."""
+    assert gains.unit is None
+    return si_pushing(pushing, structs.replace(gains, unit=MGL), Inverse(unit))
 
 
 @pytest.mark.parametrize("controller", ["human3d", "human3d_sure"])
