@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from biped.robot.gravity import gravity
+from biped.robot.ground import gravity
 from biped.robot.planar.topology import BASE
 from biped.robot.planar.tree import Tree, motion
 

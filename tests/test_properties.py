@@ -20,10 +20,10 @@ from biped.base.files import folder
 from biped.ensemble.campaign import simulate
 from biped.measure.columns import COLUMNS
 from biped.measure.metrics import measure
-from biped.robot.planar.controller_model import believed_model
 from biped.robot.planar.description import description_at
 from biped.robot.planar.model import spec_of
-from biped.robot.planar.truth import apply_truth
+from biped.robot.planar.order import believed_model
+from biped.robot.planar.tree import apply_truth
 from biped.scenario.devices import Actuation
 from biped.scenario.keys import Scenario, Start, Truth
 from biped.scenario.metrics import METRICS

@@ -16,7 +16,7 @@ from biped.control.planar.senses import PlanarSensors
 from biped.ensemble.campaign import simulate
 from biped.measure.metrics import assess
 from biped.measure.trajectory import Trajectory
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 from biped.robot.planar.tree import motion
 from biped.studies.run import plan_of
 

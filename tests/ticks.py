@@ -17,10 +17,10 @@ from biped.control.planar.tick import pushing_tick, thesis_tick
 from biped.ensemble.plan import Plan
 from biped.measure.columns import WIDTH
 from biped.robot.planar.build import compile_foreign
-from biped.robot.planar.controller_model import believed_model
 from biped.robot.planar.description import description_at
 from biped.robot.planar.kinematics import mass_matrix
 from biped.robot.planar.model import tree_at
+from biped.robot.planar.order import believed_model
 from biped.scenario.devices import Actuation
 from biped.scenario.keys import Scenario
 from biped.scenario.world import Ground

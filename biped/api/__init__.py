@@ -23,7 +23,7 @@ from biped.api.results import Compared, Differed, Result
 from biped.base.errors import InputError
 from biped.ensemble import campaign
 from biped.ensemble.backend import Progress, silent
-from biped.robot.law_factory import Factory, factory_of
+from biped.robot.run import Factory, factory_of
 from biped.scenario.keys import Scenario
 from biped.scenario.vary import setting
 from biped.studies import comparison

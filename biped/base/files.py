@@ -6,8 +6,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from biped.base.errors import InputError
-from biped.base.text import echo, safe, short
+from biped.base.errors import InputError, echo, safe, short
 
 PACKAGE = Path(__file__).parents[1]
 """Folder of the package."""

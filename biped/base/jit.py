@@ -128,13 +128,13 @@ class Kernel(Deferred):
 
     def _dispatcher(self) -> Any:
         with cached():
-            from biped.base.nested import OuterCompiler
+            from biped.base.compiler import OuterCompiler
 
             return _apart(numba().njit(pipeline_class=OuterCompiler, **self._options)(self.py_func))
 
     def _nested_dispatcher(self) -> Any:
         with cached():
-            from biped.base.nested import NestedCache, NestedCompiler
+            from biped.base.compiler import NestedCache, NestedCompiler
 
             options = self._options | {"cache": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
             made = numba().njit(pipeline_class=NestedCompiler, **options)(self.py_func)
@@ -166,7 +166,7 @@ class Kernel(Deferred):
         return code
 
     def _write(self, name: str, arguments: tuple[Any, ...]) -> bool:
-        from biped.base.emitted import write  # which takes numba
+        from biped.base.compiler import write  # which takes numba
 
         return write(name, self.nested.value, arguments)
 
@@ -192,7 +192,7 @@ def _apart(dispatcher: Any) -> Any:
     numba numbers the files of a function: two processes that compile it for different types at the same moment both
     write number 1, and the index, whoever of them writes it last, may give one's types the other's code.
     """
-    from biped.base.sealed import cache_file_of
+    from biped.base.kernels import cache_file_of
 
     kept = dispatcher._cache._cache_file = cache_file_of(dispatcher._cache._cache_file)
     kept._data_name_pattern = kept._data_name_pattern.replace("{number", f"{os.urandom(6).hex()}.{{number")

@@ -1,20 +1,25 @@
-"""Where compiled kernels are kept: a folder of their own for every installation and every version of their sources.
+"""Where compiled kernels are kept, with checksums, and answers about models beside them.
 
-numba's cache looks only at the file of the function that it compiles: a cached tick would go on calling the springs
-that it was compiled with after they, or a number that they take in, have changed in another file. So the folder's name
-carries a digest of every file of every room that has kernels.
+Every installation and every version of the sources has a folder of its own. numba's cache looks only at the file of
+the function that it compiles: a cached tick would go on calling the springs that it was compiled with after they, or a
+number that they take in, have changed in another file. So the folder's name carries a digest of every file of every
+room that has kernels. What is damaged there is compiled again, never executed.
 """
 
 import hashlib
 import os
+import pickle
 import shutil
 import stat
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 ROOMS = ("base", "numerics", "dynamics", "robot", "measure", "control", "engines", "studies/bench")
 """Rooms and folders that have kernels, or numbers that kernels take in."""
@@ -111,3 +116,87 @@ def _sweep(folder: Path) -> None:
                     shutil.rmtree(old, ignore_errors=True)
     except OSError:
         pass  # another process swept first
+
+
+_SEAL = 32
+
+
+def sealed(data: bytes) -> bytes:
+    """Bytes with their checksum before them."""
+    return hashlib.blake2b(data, digest_size=_SEAL).digest() + data
+
+
+def unsealed(data: bytes) -> bytes | None:
+    """The bytes behind a checksum; None if they are not those that were written."""
+    return data[_SEAL:] if len(data) > _SEAL and sealed(data[_SEAL:]) == data else None
+
+
+@cache
+def say_damaged(folder: Path) -> None:
+    """Says once in a process that compiled code is damaged."""
+    print(f"biped: compiled kernels in {folder} are damaged: compiled again", file=sys.stderr)
+
+
+def cache_file_of(kept: Any) -> Any:
+    """The reader and writer of a dispatcher's cache, with a checksum over every file.
+
+    Args:
+        kept: numba's own, an `IndexDataCacheFile`.
+    """
+    from numba.core.caching import IndexDataCacheFile
+
+    class CacheFile(IndexDataCacheFile):
+        """See `numba.core.caching.IndexDataCacheFile`."""
+
+        def save(self, key: Any, data: Any) -> None:
+            with suppress(OSError):  # a full disk: the code is compiled and runs all the same
+                super().save(key, data)
+
+        def _dump(self, obj: Any) -> bytes:
+            return sealed(super()._dump(obj))
+
+        def _read(self, path: Path) -> Any:
+            try:
+                data = path.read_bytes()
+            except OSError:
+                return None
+            whole = unsealed(data)
+            if whole is None:
+                say_damaged(path.parent)
+                return None
+            return pickle.loads(whole)
+
+        def _load_index(self) -> dict[Any, str]:
+            version, stamp, overloads = self._read(Path(self._index_path)) or (None, None, {})
+            return overloads if (version, stamp) == (self._version, self._source_stamp) else {}
+
+        def _save_index(self, overloads: dict[Any, str]) -> None:
+            with self._open_for_write(self._index_path) as file:
+                file.write(self._dump((self._version, self._source_stamp, overloads)))
+
+        def _load_data(self, name: str) -> Any:
+            return self._read(Path(self._data_path(name)))
+
+    return CacheFile(kept._cache_path, kept._index_name.removesuffix(".nbi"), kept._source_stamp)
+
+
+def agreed(question: bytes, ask: Callable[[], bool]) -> bool:
+    """Whether Pinocchio agrees; it is asked once, and again only while it does not.
+
+    Args:
+        question: All that the answer hangs on besides Pinocchio itself.
+        ask: Asks it.
+    """
+    asked = hashlib.blake2b(question, digest_size=16)
+    library = find_spec("pinocchio")
+    if library is not None and library.origin is not None:
+        asked.update(f"{library.origin} {Path(library.origin).stat().st_mtime_ns}".encode())
+    note = cache_folder() / "agreed" / asked.hexdigest()
+    if note.exists():
+        return True
+    if not ask():
+        return False
+    with suppress(OSError):  # it is asked again
+        note.parent.mkdir(exist_ok=True)
+        note.touch()
+    return True

@@ -1,6 +1,6 @@
 """Kernels as object code: loaded and called by address, without numba.
 
-What numba makes of a kernel for given types of arguments is kept (`biped.base.emitted`) as a relocatable object file
+What numba makes of a kernel for given types of arguments is kept (`biped.base.compiler`) as a relocatable object file
 with one entry, `int32 f(result, error, *numbers)`: scalars as they are, of an array what numba's arrays consist of, of
 a tuple its members in turn. LLVM, which comes with numba, links it to the few functions of the C library that it calls.
 A file is made for one processor, one numba and one llvmlite, and lies in the folder that carries the digest of the
@@ -21,8 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from biped.base.kernels import cache_folder, digest
-from biped.base.sealed import say_damaged, unsealed
+from biped.base.kernels import cache_folder, digest, say_damaged, unsealed
 
 _C_ORDER, _FORTRAN_ORDER, _ALIGNED, _WRITEABLE = 0x1, 0x2, 0x100, 0x400
 """Flags of arrays."""

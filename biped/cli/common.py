@@ -10,8 +10,7 @@ from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
 
-from biped.base.errors import InputError
-from biped.base.text import safe
+from biped.base.errors import InputError, safe
 
 if TYPE_CHECKING:
     from biped.ensemble.backend import Jobs
@@ -105,7 +104,7 @@ def one_folder(args: argparse.Namespace) -> None:
 
 def print_json(result: Mapping[str, Any]) -> None:
     """Prints one object."""
-    from biped.base.json import dumps
+    from biped.base.writing import dumps
 
     print(dumps(result))
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-from biped.base.text import markdown_table
+from biped.base.errors import markdown_table
 from biped.show.document import DOCS, share
 from biped.show.references import means_of
 from biped.studies.regress.references import RecordedScenario, References, read, shipped

@@ -12,8 +12,7 @@ from importlib import import_module
 from pkgutil import iter_modules
 
 from biped.base import VERSION
-from biped.base.errors import InputError
-from biped.base.text import safe
+from biped.base.errors import InputError, safe
 from biped.base.trust import trusting
 from biped.cli import commands as folder
 from biped.cli.common import BAD_INPUT, FAILED, STOPPED, Parser, commands_of

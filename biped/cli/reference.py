@@ -2,7 +2,7 @@
 
 import argparse
 
-from biped.base.text import markdown_table
+from biped.base.errors import markdown_table
 from biped.cli.common import commands_of
 from biped.cli.main import build
 from biped.show.document import DOCS

@@ -14,8 +14,7 @@ from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
 
-from biped.base.errors import BipedError, InputError
-from biped.base.text import paragraph, safe
+from biped.base.errors import BipedError, InputError, paragraph, safe
 
 
 @contextmanager

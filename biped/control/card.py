@@ -14,8 +14,7 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.base.files import label, nearest
 from biped.base.typed import LARGEST
-from biped.control.network import Network
-from biped.control.terms import Measure, Phases, Shown, in_frame, of_base
+from biped.control.network import Measure, Network, Phases, Shown, in_frame, of_base
 from biped.robot.build import Command, Servo
 from biped.robot.robot import Robot
 from biped.scenario.card import Card, Term, per_joint

@@ -9,7 +9,7 @@ import numpy as np
 
 from biped.base.jit import bound, kernel
 from biped.robot.ground import LEVEL, Profile
-from biped.robot.legs import above
+from biped.robot.parts import above
 from biped.robot.robot import Robot
 from biped.scenario.devices import Command
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from biped.base.jit import kernel
 from biped.dynamics.orthogonal import copy, decompose, reflect
-from biped.numerics.triangular import solve_transposed
+from biped.numerics.factor import solve_transposed
 
 SAFE_RATIO = 1e-2
 """Smallest pivot ratio at which CCᵀ is formed: squaring it costs no more than four of sixteen digits."""

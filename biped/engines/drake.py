@@ -33,7 +33,6 @@ def simulate(run: Run) -> Any:
         import pydrake  # noqa: F401  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise InputError(NEEDS, "engine") from None
-    from biped.engines.sap.planar import simulate_planar
-    from biped.engines.sap.robot import simulate_any
+    from biped.engines.sap.robot import simulate_any, simulate_planar
 
     return by_kind(run, simulate_planar, simulate_any)

@@ -14,10 +14,9 @@ from biped.base.jit import bound, inner_kernel, long_kernel
 from biped.control.card import Walker
 from biped.control.law import Commander
 from biped.control.observation import Observation
-from biped.engines.actuators import Latency, actuate
-from biped.engines.energy import Account
-from biped.engines.fall import GOING, RAISED
+from biped.engines.actuators import Account, Latency, actuate
 from biped.engines.forces import Contacts, GroundContacts, Solved, add_forces
+from biped.engines.loop import GOING, RAISED
 from biped.engines.native import ContactLayout, contact_layout, halves
 from biped.engines.row import FORCE, GROUND_FORCE, State, U, log_state
 from biped.robot.robot import Robot
@@ -300,14 +299,14 @@ def stretch(p, log, outside, targets, rows, first, last, end, noted):
         log: (n, width) of `biped.measure.columns`; works are left out.
         outside: (n, 9) of `Trajectory.outside`.
         targets: (last - first, nu) what actuators are held to, tick by tick.
-        rows: (3, n, substeps, nv), overwritten by what works are made of (`biped.engines.energy.Account.of_steps`).
+        rows: (3, n, substeps, nv), overwritten by what works are made of (`biped.engines.actuators.Account.of_steps`).
         first: First tick.
         last: One past the last.
         end: The tick that is neither judged nor logged any more, nor any beyond.
         noted: Number of ticks that are noted in `rows`.
 
     Returns:
-        The last tick's status (`biped.engines.fall`), and the number of rows in the log where that is not GOING;
+        The last tick's status (`biped.engines.loop`), and the number of rows in the log where that is not GOING;
         RAISED: what `p.command` holds is not finite, in the last of these rows.
     """
     for k in range(first, last):

@@ -2,6 +2,11 @@
 
 What is stepped is a *plant*. An engine is a module with `simulate(run)`, which makes a plant and hands it to `drive`;
 where law and physics are compiled together the plant's `advance` is one call of compiled code, otherwise `in_python`.
+
+A fall is a trunk too low above the ground, or too far from the vertical. It is the same for every robot and engine, and
+of the true state alone: what a law senses, believes or measures angles from has no part in it. Kernels judge:
+`biped.engines.row` of any robot, `biped.engines.planar.plant` of seven links, `biped.engines.space` of the compiled
+free base; statuses and words are the same for all.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,10 +19,32 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.base.files import nearest
 from biped.control.law import Raised
-from biped.engines.fall import GOING, NOT_FINITE, RAISED
 from biped.robot.run import Run
 from biped.scenario.keys import Scenario
 from biped.scenario.pushing import pieces
+
+GOING, LOW, TILTED, NOT_FINITE, RAISED = 0, 1, 2, 3, 4
+"""Statuses of a tick: the run goes on, the trunk is too low, it leans too far, a number is not finite, a law failed."""
+
+_STILL = 0.2
+"""[m/s] below which a fall has no direction."""
+
+
+def fall_words(way: np.ndarray, time: float) -> str:
+    """Where a robot fell to, and when.
+
+    Args:
+        way: (2,) or longer: forward and to the left, of the trunk's axis where it leaned too far, otherwise of the
+            velocity [m/s]: a trunk that is held upright over toppling legs falls the way it moves.
+        time: [s].
+    """
+    forward, left = way[:2]
+    if max(abs(forward), abs(left)) < _STILL:
+        return f"collapsed at {time:.3f} s"
+    if abs(left) > abs(forward):
+        return f"fell to the {'left' if left > 0.0 else 'right'} at {time:.3f} s"
+    return f"fell {'forward' if forward > 0.0 else 'backward'} at {time:.3f} s"
+
 
 MOST = 10_000
 """Ticks of one call of a plant, which an interrupt has to wait for."""
@@ -62,7 +89,7 @@ class Plant(Protocol):
         ...
 
     def advance(self, first: int, last: int, /) -> tuple[int, int]:
-        """Ticks first … last - 1: the last one's status (`biped.engines.fall`), and the number of rows logged by now.
+        """Ticks first … last - 1: the last one's status (`biped.engines.loop`), and the number of rows logged by now.
 
         Raises:
             Raised: The law failed.

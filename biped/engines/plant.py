@@ -11,22 +11,19 @@ import mujoco
 import numpy as np
 
 from biped.base.jit import bound
+from biped.control.blending import fraction
 from biped.control.card import Networked
 from biped.control.law import Commander, Setup, command_of, maker_of
 from biped.control.observation import Observation
-from biped.control.smoothing import fraction
-from biped.engines.actuators import Latency, actuate
-from biped.engines.energy import Account
-from biped.engines.fall import GOING, LOW, fall_words
+from biped.engines.actuators import Account, Latency, actuate
 from biped.engines.forces import Contacts, GroundContacts, add_forces
-from biped.engines.loop import Ending, in_python, mujoco_warnings
-from biped.engines.patches import PatchedContacts
+from biped.engines.loop import GOING, LOW, Ending, fall_words, in_python, mujoco_warnings
 from biped.engines.row import log_state, state_of
-from biped.engines.uneven import Uneven, own
+from biped.engines.uneven import PatchedContacts, Uneven, own
 from biped.engines.untouched import Untouched
 from biped.measure.columns import columns_of, width_of
 from biped.measure.trajectory import Trajectory
-from biped.robot.gravity import frame, gravity3
+from biped.robot.ground import frame, gravity3
 from biped.robot.run import Run
 from biped.robot.unmodelled import patches_of, torques_at, unmodelled_of
 from biped.scenario.devices import COMMANDED, Sensors
@@ -36,7 +33,7 @@ from biped.scenario.pushing import pieces
 
 if TYPE_CHECKING:
     from biped.engines.held import HeldPlant
-    from biped.engines.space.walk import SpacePlant
+    from biped.engines.space import SpacePlant
 
 Watch = Callable[[mujoco.MjModel, mujoco.MjData, np.ndarray], None]
 """Called after every tick with the model, its data, and the pushes that act, (bodies, 3) [N]."""
@@ -128,7 +125,7 @@ class MujocoPlant:
             return None
         if self.latency is not None:
             return None
-        from biped.engines.space.plant import plant_of
+        from biped.engines.space import plant_of
 
         return plant_of(self.law.law, self.model, self.data, self.robot, self.run.substeps, float(self.state.bounds[0]),
                         s.fall.tilt, self.columns, self.state.anchors)  # fmt: skip
@@ -147,7 +144,7 @@ class MujocoPlant:
     def advance(self, first: int, last: int) -> tuple[int, int]:
         """Ticks first … last - 1; see `biped.engines.loop.Plant`."""
         if self.s.law == SPATIAL and self.compiled is not None:
-            from biped.engines.space.plant import advance, on_base
+            from biped.engines.space import advance, on_base
 
             if on_base(self.pushing, self.model, self.robot):
                 return advance(self.compiled, self.law, self.log, self.outside, first, last)

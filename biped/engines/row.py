@@ -7,8 +7,8 @@ import mujoco
 import numpy as np
 
 from biped.base.jit import inner_kernel, kernel
-from biped.engines.fall import GOING, LOW, NOT_FINITE, TILTED
 from biped.engines.forces import nearest_point, write_spin
+from biped.engines.loop import GOING, LOW, NOT_FINITE, TILTED
 from biped.robot.ground import GROUND, Profile, height_below, set_ground
 from biped.robot.robot import Robot
 from biped.scenario.keys import Fall

@@ -13,9 +13,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
-from biped.base.replacing import Kind
 from biped.base.statistics import trials_to_tell, wilson
-from biped.base.writing import write_text
+from biped.base.writing import Kind, write_text
 from biped.ensemble.columns import batches
 from biped.ensemble.rows import LOST, RAISED
 from biped.measure.metrics.walking import FLIGHT, airborne

@@ -14,8 +14,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from biped.base.errors import InputError, RunError
-from biped.base.text import safe
+from biped.base.errors import InputError, RunError, safe
 from biped.base.trust import trusting
 from biped.ensemble.backend import WAIT
 from biped.ensemble.campaign import lost_row, run_one

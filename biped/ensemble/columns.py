@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from biped.base.errors import InputError
+from biped.base.errors import InputError, plain
 from biped.base.files import label
-from biped.base.text import plain
 from biped.ensemble.parts import FOLDER, PartRange, cover, listed, missing, rows_of, sound
 from biped.ensemble.rows import records
 

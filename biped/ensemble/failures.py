@@ -18,9 +18,8 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from biped.base.errors import InputError
+from biped.base.errors import InputError, why
 from biped.base.files import label
-from biped.base.text import why
 from biped.base.writing import write_text, written
 from biped.ensemble.guard import complaining
 from biped.measure.columns import WIDTH, Columns, columns_of, width_of

@@ -25,9 +25,8 @@ from typing import Annotated, Any
 
 import msgspec
 
-from biped.base.errors import InputError, RunError
+from biped.base.errors import InputError, RunError, why
 from biped.base.files import label
-from biped.base.text import why
 from biped.base.typed import convert
 from biped.base.writing import written
 from biped.ensemble.chunks import Shard

@@ -13,8 +13,7 @@ from pathlib import Path
 
 from biped.base.errors import InputError, RunError
 from biped.base.files import label
-from biped.base.replacing import RESULTS
-from biped.base.writing import reason
+from biped.base.writing import RESULTS, reason
 from biped.ensemble.parts import FOLDER as PARTS
 
 NAME = ".lock"

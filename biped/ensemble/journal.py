@@ -26,9 +26,8 @@ from typing import Any
 from biped.base import VERSION
 from biped.base.errors import InputError
 from biped.base.files import PACKAGE, description_of, label, layered, locate
-from biped.base.json import dumps, with_nan
 from biped.base.kernels import digest
-from biped.base.writing import written
+from biped.base.writing import dumps, with_nan, written
 from biped.ensemble.plan import Plan
 from biped.robot.safety import files_of as model_files
 from biped.scenario.engines import ENGINES

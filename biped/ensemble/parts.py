@@ -17,9 +17,8 @@ from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
 import numpy as np
 
-from biped.base.errors import InputError
+from biped.base.errors import InputError, why
 from biped.base.files import label
-from biped.base.text import why
 from biped.base.writing import written
 
 if TYPE_CHECKING:

@@ -10,18 +10,14 @@ import msgspec
 import mujoco
 import numpy as np
 
-from biped.base.errors import InputError
+from biped.base.errors import InputError, echo, safe
 from biped.base.files import locate, nearest
-from biped.base.text import echo, safe
-from biped.robot.gravity import GRAVITY
-from biped.robot.ground import begin_beyond, first_of, profile_of
-from biped.robot.law_factory import Factory
-from biped.robot.load import RobotStarts, load_robot, starts_of
+from biped.robot.ground import GRAVITY, begin_beyond, first_of, profile_of
+from biped.robot.load import RobotStarts, check_force, check_gait, check_keys, load_robot, starts_of, walks_by_gait
 from biped.robot.planar.model import check_home
 from biped.robot.planar.topology import N_ROWS, NQ
 from biped.robot.robot import Robot
-from biped.robot.run import Run, visual_model
-from biped.robot.suitable import check_force, check_gait, check_keys, walks_by_gait
+from biped.robot.run import Factory, Run, visual_model
 from biped.scenario.gains import Gains
 from biped.scenario.gait import Gaits, Settings, read_reading, read_settings, resettled, settings_on
 from biped.scenario.keys import Scenario

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, get_type_hints
 import msgspec
 import numpy as np
 
-from biped.base.json import dumps
+from biped.base.writing import dumps
 from biped.measure.metrics.walking import apart
 from biped.measure.verdict import SOUND
 from biped.scenario.keys import Scenario

@@ -14,7 +14,7 @@ import numpy as np
 from biped.measure.metrics.pushed import push_work
 from biped.measure.signals import toes_and_heels
 from biped.measure.trajectory import Trajectory
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 from biped.robot.planar.topology import ENDS, HEEL, LEGS
 from biped.robot.planar.tree import motion
 

@@ -14,8 +14,7 @@ import msgspec
 import numpy as np
 
 from biped.measure.columns import UNITS, Columns, columns_of, width_of
-from biped.robot.gravity import gravity
-from biped.robot.ground import LEVEL, Profile
+from biped.robot.ground import LEVEL, Profile, gravity
 from biped.robot.planar.topology import BASE
 from biped.robot.planar.tree import Tree
 from biped.robot.robot import Robot, seven_links

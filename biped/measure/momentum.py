@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from biped.measure.trajectory import Trajectory
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 
 SHORT, LONG = 0.2, 2.0
 """[s] of the windows."""

@@ -17,7 +17,7 @@ from biped.base.jit import entry_kernel, inner_kernel
 from biped.measure.columns import FORCE, Q_D, STOP, Q, U, V
 from biped.measure.pushes import declared
 from biped.measure.trajectory import Trajectory, mean_powers
-from biped.robot.gravity import gravity
+from biped.robot.ground import gravity
 from biped.robot.planar import topology
 from biped.robot.planar.kinematics import PLACES, TREE, forward
 from biped.robot.planar.topology import (

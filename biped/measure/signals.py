@@ -7,7 +7,7 @@ import numpy as np
 from biped.base.typed import LARGEST
 from biped.measure.contact import along_feet, ends
 from biped.measure.trajectory import Trajectory
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 from biped.robot.leg_states import FIRST_IN_AIR
 from biped.robot.planar.topology import ENDS, LEGS, SEGMENTS
 

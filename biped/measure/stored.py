@@ -10,8 +10,7 @@ from zipfile import BadZipFile
 import msgspec
 import numpy as np
 
-from biped.base.errors import InputError
-from biped.base.text import why
+from biped.base.errors import InputError, why
 from biped.base.typed import convert
 from biped.measure.columns import columns_of
 from biped.measure.seven_links import kind_of

@@ -14,7 +14,7 @@ import numpy as np
 
 from biped.measure.contact import Strike, ends, feet_down, strikes_of
 from biped.measure.log import Log
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 from biped.robot.planar.topology import ENDS, LEGS, SEGMENTS
 
 if TYPE_CHECKING:

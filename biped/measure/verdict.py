@@ -19,7 +19,7 @@ import numpy as np
 from biped.measure.momentum import LONG, SHORT, Unexplained
 from biped.measure.pushes import declared
 from biped.measure.trajectory import Trajectory
-from biped.robot.gravity import gravity
+from biped.robot.ground import gravity
 from biped.robot.planar.tree import motion
 
 ENERGY = 0.01

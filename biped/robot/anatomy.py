@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.robot.legs import above
+from biped.robot.parts import above
 from biped.robot.robot import FootParts, Robot
 
 HIP, JOINTS = 3, 6

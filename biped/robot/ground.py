@@ -1,10 +1,11 @@
-"""The ground's height along the way: level, tiles of unequal height, steps; a line with corners, and no vertical faces.
+"""The ground's frame with gravity in it, and its height along the way: level, tiles of unequal height, steps.
 
-Both engines, the controller's sensors and what is measured read the same line. Under each point the ground is the
-straight piece below it: its height, and its normal, which both change from one piece to the next at a corner.
-Coordinates are those of the slope, x along it and z normal to it.
+Both engines, the controller's sensors and what is measured read the same line with corners, and no vertical faces.
+Under each point the ground is the straight piece below it: its height, and its normal, which both change from one piece
+to the next at a corner. Coordinates are those of the slope, x along it and z normal to it.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -223,3 +224,35 @@ def rise_of(ground, i):
     if i < 0 or i >= ground["count"] - 1:
         return 0.0
     return (ground["z"][i + 1] - ground["z"][i]) / (ground["x"][i + 1] - ground["x"][i])
+
+
+GRAVITY = 9.81
+"""[m/s²]"""
+
+
+def gravity(slope: float) -> tuple[float, float]:
+    """Gravity in the frame of a slope, in the plane.
+
+    Args:
+        slope: [degrees] by which the ground rises forward.
+
+    Returns:
+        Its parts along the ground and out of it [m/s²].
+    """
+    return -GRAVITY * math.sin(math.radians(slope)), -GRAVITY * math.cos(math.radians(slope))
+
+
+def frame(slope: float, side_slope: float) -> np.ndarray:
+    """(3, 3) from the world, whose z is up, to the ground's frame: rows are its axes; angles in degrees.
+
+    The ground rises by tan(slope) forward and by tan(side_slope) to the left; its x is the steepest part of forward.
+    """
+    forward = np.array([math.cos(math.radians(slope)), 0.0, math.sin(math.radians(slope))])
+    normal = np.array([-math.tan(math.radians(slope)), -math.tan(math.radians(side_slope)), 1.0])
+    normal /= np.linalg.norm(normal)
+    return np.array([forward, np.cross(normal, forward), normal])
+
+
+def gravity3(slope: float, side_slope: float) -> np.ndarray:
+    """(3,) gravity [m/s²] in the ground's frame; angles in degrees."""
+    return frame(slope, side_slope) @ np.array([0.0, 0.0, -GRAVITY])

@@ -1,20 +1,253 @@
-"""Start postures: a keyframe, disturbed if that is asked for, set down on the ground."""
+"""Start postures: a keyframe or the human's, disturbed if asked for, set down on the ground, upright on a slope.
 
+A posture of the human in space is taken over by another biped: torso and thighs are turned as the human's are, knees
+and ankles bent as far, within their ranges; rates are multiplied by the root of the ratio of leg lengths, and the base
+moves so that the foot that stands moves as the human's does.
+"""
+
+import math
+from functools import lru_cache
 from pathlib import Path
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
 
-from biped.robot.borrowed import borrow, borrowed_names
-from biped.robot.gravity import frame
+from biped.base.errors import InputError
+from biped.base.files import locate
+from biped.robot.anatomy import HIP, JOINTS, Anatomy, JointedLeg, anatomy_of
+from biped.robot.ground import frame
+from biped.robot.parts import places_of
 from biped.robot.recognise import robot_of
 from biped.robot.robot import Robot
 from biped.robot.spec import no_keyframe, parsed
-from biped.robot.upright import contact_points, stand_upright
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import SPATIAL
-from biped.scenario.robot import Described
+from biped.scenario.robot import Described, Foot
 from biped.scenario.world import Ground
+
+_MOST_CHANGES = 100
+_STEADY = 1e-9
+"""[m, rad] change with which the search ends."""
+_STIFFNESS = 1e-3
+"""[m²/rad²] What turning a joint costs beside points that are elsewhere: it chooses among postures that fit alike."""
+_TRAVEL, _LIFT = 1.0, 1e-2
+"""The same for the place of the base, along level ground and up."""
+_FURTHEST = 0.03
+"""[m] A point that stays further from its place than this makes another posture."""
+
+
+def stand_upright(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, frame: np.ndarray) -> None:
+    """Turns the base to where gravity says, about the middle of the feet, and bends legs until feet are as before.
+
+    Args:
+        model: Of the robot.
+        data: A posture of level ground; changed in place.
+        robot: What it is; its base is free.
+        frame: (3, 3) from the world, whose z is up, to the ground's frame.
+
+    Raises:
+        InputError: The legs cannot reach.
+    """
+    mujoco.mj_kinematics(model, data)
+    wanted = contact_points(data, robot)
+    middle = wanted.mean(axis=0)
+    middle[2] = wanted[:, 2].min()
+    first = int(model.jnt_qposadr[model.body_jntadr[robot.base_number]])
+    data.qpos[first : first + 3] = middle + frame @ (data.qpos[first : first + 3] - middle)
+    turn, out = np.empty(4), np.empty(4)
+    mujoco.mju_mat2Quat(turn, frame.ravel())
+    mujoco.mju_mulQuat(out, turn, data.qpos[first + 3 : first + 7])
+    data.qpos[first + 3 : first + 7] = out
+    _reach(model, data, robot, wanted, frame[:, 2])
+    if float(np.linalg.norm(contact_points(data, robot) - wanted, axis=1).max()) > _FURTHEST:
+        raise InputError(
+            "start.upright: the legs cannot reach the slope with the body upright; expected a gentler slope, or false",
+            "start.upright",
+        )
+
+
+def contact_points(data: mujoco.MjData, robot: Robot) -> np.ndarray:
+    """(P, 3) [m] contact points; of data with kinematics."""
+    return np.concatenate([places_of(data, foot) for foot in robot.feet])
+
+
+def _reach(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, wanted: np.ndarray, up: np.ndarray) -> None:
+    """Least squares in the legs' joints and the base's place (Gauss-Newton), within the joints' ranges."""
+    bodies = [body for foot in robot.feet for body in foot.on]
+    column = int(model.jnt_dofadr[model.body_jntadr[robot.base_number]])
+    base = int(model.jnt_qposadr[model.body_jntadr[robot.base_number]])
+    joints = [j for j in range(model.njnt) if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_HINGE]
+    places, columns = model.jnt_qposadr[joints], [*range(column, column + 3), *model.jnt_dofadr[joints]]
+    limited = np.r_[np.zeros(3, bool), model.jnt_limited[joints] > 0]
+    low, high = (np.r_[np.zeros(3), end] for end in model.jnt_range[joints].T)
+    cost = np.diag(np.full(len(columns), _STIFFNESS))
+    cost[:3, :3] = _TRAVEL * (np.eye(3) - np.outer(up, up)) + _LIFT * np.outer(up, up)
+    start, rows = np.r_[data.qpos[base : base + 3], data.qpos[places]], np.empty((3, model.nv))
+    at = start.copy()
+    for _ in range(_MOST_CHANGES):
+        data.qpos[base : base + 3], data.qpos[places] = at[:3], at[3:]
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        now = contact_points(data, robot)
+        J = np.empty((len(now), 3, len(columns)))
+        for p, (point, body) in enumerate(zip(now, bodies, strict=True)):
+            mujoco.mj_jac(model, data, rows, None, point, body)
+            J[p] = rows[:, columns]
+        J = J.reshape(-1, len(columns))
+        H, f = J.T @ J + cost, J.T @ (wanted - now).ravel() - cost @ (at - start)
+        # What is at the end of its range and wants beyond stays there.
+        free = ~(limited & (((at <= low) & (f < 0.0)) | ((at >= high) & (f > 0.0))))
+        step = np.zeros(len(columns))
+        step[free] = np.linalg.solve(H[np.ix_(free, free)], f[free])
+        after = np.where(limited, np.clip(at + step, low, high), at + step)
+        steady = float(np.abs(after - at).max()) < _STEADY
+        at = after
+        if steady:
+            break
+
+
+_STEPS = 50
+_CLOSE = 1e-10
+_NEAR_END = 0.02
+"""[rad] from the end of a joint's range at which it starts at the most."""
+
+
+class _Walker(NamedTuple):
+    """A biped in a state.
+
+    Attributes:
+        model: Of it.
+        data: Its state, with kinematics and velocities.
+        anatomy: What is what in it.
+    """
+
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    anatomy: Anatomy
+
+
+@lru_cache(maxsize=1)
+def _human() -> tuple[mujoco.MjModel, Robot]:
+    path = locate("models", "human3d", "model")
+    feet = tuple(Foot(name, tuple(f"{name}_{end}_{side}" for end in ("toe", "heel") for side in ("inner", "outer")))
+                 for name in ("right", "left"))  # fmt: skip
+    table = Described(foot=feet)
+    return parsed(path, table)[1], robot_of(path, table)
+
+
+def borrowed_names() -> tuple[str, ...]:
+    """Postures that a biped in space may take over."""
+    return _human()[1].starts
+
+
+def borrow(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, name: str) -> None:
+    """Puts a biped into a posture of the human's.
+
+    Args:
+        model: Of the biped.
+        data: Its state, at its own start; changed in place.
+        robot: What it is.
+        name: The posture.
+
+    Raises:
+        InputError: Its legs are of another kind.
+    """
+    human, who = _human()
+    theirs = mujoco.MjData(human)
+    mujoco.mj_resetDataKeyframe(human, theirs, who.starts.index(name))
+    _computed(human, theirs)
+    teacher = _Walker(human, theirs, anatomy_of(human, who))
+    pupil = _Walker(model, data, anatomy_of(model, robot))
+    pace = math.sqrt(teacher.anatomy.leg / pupil.anatomy.leg)
+    base, their_base = robot.base_number, who.base_number
+    first, column = int(model.jnt_qposadr[model.body_jntadr[base]]), robot.base_columns[0]
+    turn = _axes(theirs, their_base, teacher.anatomy.axes) @ pupil.anatomy.axes.T
+    mujoco.mju_mat2Quat(data.qpos[first + 3 : first + 7], turn.ravel())
+    data.qvel[:] = 0.0
+    data.qvel[column + 3 : column + 6] = turn.T @ (pace * _spin(human, theirs, their_base))
+    for mine, other in zip(pupil.anatomy.legs, teacher.anatomy.legs, strict=True):
+        _bend(pupil, mine, teacher, other)
+        _turn_thigh(pupil, mine, _axes(theirs, other.thigh, other.axes))
+    _computed(model, data)
+    for mine, other in zip(pupil.anatomy.legs, teacher.anatomy.legs, strict=True):
+        hips = list(mine.joints[:HIP])
+        wanted = pace * _spin(human, theirs, other.thigh) - _spin(model, data, base)
+        data.qvel[model.jnt_dofadr[hips]] = np.linalg.solve(data.xaxis[hips].T, wanted)
+        for i in range(HIP, JOINTS):
+            joint = mine.joints[i]
+            if joint >= 0:
+                rate = theirs.qvel[human.jnt_dofadr[other.joints[i]]] * other.sign[i]
+                data.qvel[model.jnt_dofadr[joint]] = pace * mine.sign[i] * rate
+    _computed(model, data)
+    low = [_sole(walker)[:, :, 2].mean(axis=1) for walker in (teacher, pupil)]
+    stands = int(np.argmin(low[0]))
+    theirs_moves, mine_moves = (_moving(walker, stands) for walker in (teacher, pupil))
+    data.qvel[column : column + 3] = theirs_moves / pace - mine_moves
+
+
+def _bend(pupil: _Walker, mine: JointedLeg, teacher: _Walker, other: JointedLeg) -> None:
+    """Bends knee and ankle as far as the human's."""
+    for i in range(HIP, JOINTS):
+        joint = mine.joints[i]
+        if joint < 0:
+            continue
+        theirs = teacher.data.qpos[teacher.model.jnt_qposadr[other.joints[i]]]
+        angle = other.sign[i] * (theirs - other.zero[i])
+        value = mine.zero[i] + mine.sign[i] * angle
+        if pupil.model.jnt_limited[joint]:
+            low, high = pupil.model.jnt_range[joint]
+            value = min(max(value, low + _NEAR_END), high - _NEAR_END)
+        pupil.data.qpos[pupil.model.jnt_qposadr[joint]] = value
+
+
+def _turn_thigh(walker: _Walker, leg: JointedLeg, wanted: np.ndarray) -> None:
+    """Turns the hip's three joints until the thigh's own axes are as wanted (Newton)."""
+    model, data = walker.model, walker.data
+    hips = list(leg.joints[:HIP])
+    for _ in range(_STEPS):
+        mujoco.mj_kinematics(model, data)
+        rest = wanted @ _axes(data, leg.thigh, leg.axes).T
+        quat, away = np.empty(4), np.empty(3)
+        mujoco.mju_mat2Quat(quat, rest.ravel())
+        mujoco.mju_quat2Vel(away, quat, 1.0)
+        step = np.linalg.lstsq(data.xaxis[hips].T, away, rcond=1e-3)[0]
+        data.qpos[model.jnt_qposadr[hips]] += np.clip(step, -0.5, 0.5)
+        if np.abs(step).max() < _CLOSE:
+            break
+
+
+def _axes(data: mujoco.MjData, body: int, own: np.ndarray) -> np.ndarray:
+    """(3, 3) a body's own axes in the world, as columns."""
+    return data.xmat[body].reshape(3, 3) @ own
+
+
+def _computed(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_comVel(model, data)
+
+
+def _spin(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> np.ndarray:
+    """(3,) [rad/s] angular velocity of a body in the world."""
+    out = np.empty(6)
+    mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_XBODY, body, out, 0)
+    return out[:3]
+
+
+def _sole(walker: _Walker) -> np.ndarray:
+    """(2, 4, 3) [m] corners of the soles."""
+    data = walker.data
+    return np.array([data.xpos[leg.foot] + leg.sole @ data.xmat[leg.foot].reshape(3, 3).T
+                     for leg in walker.anatomy.legs])  # fmt: skip
+
+
+def _moving(walker: _Walker, side: int) -> np.ndarray:
+    """(3,) [m/s] of the middle of a sole."""
+    model, data, leg = walker.model, walker.data, walker.anatomy.legs[side]
+    J = np.empty((3, model.nv))
+    mujoco.mj_jac(model, data, J, None, _sole(walker)[side].mean(axis=0), leg.foot)
+    return J @ data.qvel
 
 
 class Starts:

@@ -10,15 +10,27 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import label, nearest
-from biped.robot.base import base_of, belongs, ground_of, other_planes, physics_of, surroundings
-from biped.robot.drives import drives_of
 from biped.robot.holding import holds
-from biped.robot.legs import above, leg_length, pitching, places_of
+from biped.robot.parts import (
+    FLAT,
+    above,
+    base_of,
+    belongs,
+    drives_of,
+    ground_of,
+    leg_length,
+    other_planes,
+    pairs_of,
+    physics_of,
+    pitching,
+    places_of,
+    points_of,
+    surroundings,
+    touches,
+)
 from biped.robot.robot import FootParts, Robot
-from biped.robot.safety import examine, packaged
-from biped.robot.soles import FLAT, pairs_of, points_of, touches
+from biped.robot.safety import examine, packaged, tried
 from biped.robot.spec import check_sizes, parsed
-from biped.robot.trial import tried
 from biped.scenario.robot import Described, Foot
 
 FEET = 2

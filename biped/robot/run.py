@@ -1,24 +1,24 @@
-"""One run, concrete: everything random in it is drawn, and everything it needs is in it."""
+"""One run, concrete: everything random in it is drawn, and everything it needs is in it, a law as an object too."""
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
-from copy import copy
+from copy import copy, deepcopy
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import mujoco
 import numpy as np
 from msgspec import structs
 
+from biped.base.errors import InputError
 from biped.robot.ground import Profile, levelled, profile_of
-from biped.robot.law_factory import Factory
 from biped.robot.planar.build import Foreign, compile_foreign
-from biped.robot.planar.controller_model import believed_model, pinocchio_tree
-from biped.robot.planar.tree import Tree
-from biped.robot.planar.truth import true_tree
+from biped.robot.planar.order import believed_model, pinocchio_tree
+from biped.robot.planar.tree import Tree, true_tree
 from biped.robot.robot import Robot, seven_links, torque_limits
 from biped.robot.truth import true_robot
 from biped.scenario.gains import Gains
@@ -26,10 +26,62 @@ from biped.scenario.keys import Scenario, Truth
 from biped.scenario.valid import UNKNOWN, Origin
 
 if TYPE_CHECKING:
-    import mujoco
     import pinocchio
 
     from biped.robot.build import Command, Servo
+
+
+class Factory(NamedTuple):
+    """Makes the law of every run.
+
+    Attributes:
+        make: Called with a `biped.control.planar.user.PlanarSetup` or `biped.control.law.Setup` before every run.
+        name: What the scenario calls it: `path.py:Class` where a file has it, else a name that no file can have.
+        file: The file that its lines are in; empty if there is none.
+    """
+
+    make: Callable[[Any], Any]
+    name: str
+    file: str
+
+
+class _Copied:
+    """Gives every run its own copy of an instance: what one run leaves in it must not reach the next."""
+
+    def __init__(self, instance: Any):
+        self.instance = instance
+
+    def __call__(self, setup: Any) -> Any:
+        return deepcopy(self.instance)
+
+
+def factory_of(law: Any) -> Factory:
+    """Returns the factory that makes the law of every run.
+
+    Args:
+        law: A class, a function that makes a law from a `Setup`, or an instance with a method `torques`.
+
+    Raises:
+        InputError: It is none of these.
+    """
+    if isinstance(law, Factory):
+        return law
+    if not isinstance(law, type) and callable(getattr(law, "torques", None)):
+        return Factory(_Copied(law), f"python:{type(law).__qualname__}", _file(type(law)))
+    if not callable(law):
+        raise InputError(
+            f"law: expected a class, a function or an instance with a method torques(sensed), got {law!r:.60}", "law"
+        )
+    name, file = getattr(law, "__qualname__", type(law).__qualname__), _file(law)
+    plain = isinstance(law, type) and name.isidentifier() and file.endswith(".py") and Path(file).is_file()
+    return Factory(law, f"{Path(file).resolve()}:{name}" if plain else f"python:{name}", file)
+
+
+def _file(kind: Any) -> str:
+    try:
+        return inspect.getsourcefile(kind) or ""
+    except (OSError, TypeError):  # a prompt's or a notebook's
+        return ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +101,7 @@ class Run:
         mass_factor: (9, 9) elementwise factors of the controller's M, or None where none are fixed for the run.
         row_factor: (10, 9) elementwise factors of the controller's A, likewise.
         origin: Where the keys of its scenario were written.
-        law: Makes the run's own law where one was handed over as an object (`biped.robot.law_factory`).
+        law: Makes the run's own law where one was handed over as an object (`biped.robot.run`).
         edit: Changes the compiled MuJoCo model that engines but home's step, of which the law knows nothing; for
             studies of causes that no key of a scenario names.
     """

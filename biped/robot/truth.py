@@ -6,7 +6,7 @@ from msgspec import structs
 
 from biped.base.errors import InputError
 from biped.base.files import nearest
-from biped.robot.planar.truth import check_solid, true_tree
+from biped.robot.planar.tree import check_solid, true_tree
 from biped.robot.robot import Robot, with_tree
 from biped.scenario.keys import Truth
 

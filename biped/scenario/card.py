@@ -5,9 +5,8 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta, field
 
-from biped.base.errors import InputError
+from biped.base.errors import InputError, echo, safe
 from biped.base.files import is_file, label, nearest, read_toml
-from biped.base.text import echo, safe
 from biped.base.typed import Hold, Name, Names, NonNegative, Positive, Real, Section
 from biped.scenario.devices import WAYS
 from biped.scenario.general import lay_under

@@ -2,8 +2,7 @@
 
 from typing import NamedTuple
 
-from biped.base.errors import InputError
-from biped.base.text import safe
+from biped.base.errors import InputError, safe
 
 MUJOCO, HOME, DRAKE = "mujoco", "home", "drake"
 

@@ -12,9 +12,8 @@ from typing import Any
 from msgspec import to_builtins
 from msgspec.structs import replace
 
-from biped.base.errors import InputError
+from biped.base.errors import InputError, echo
 from biped.base.files import description_of, label, layered, locate, read_toml
-from biped.base.text import echo
 from biped.base.typed import Positive, Section
 from biped.scenario.devices import Actuation
 from biped.scenario.gains import GAINS, NOT_NEEDED, OUT_OF_PLANE, Gains

@@ -10,9 +10,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from biped.base.errors import InputError
+from biped.base.errors import InputError, echo, safe
 from biped.base.files import MOST_BYTES, URDF, folder, is_file, label, locate, merge, read_toml
-from biped.base.text import echo, safe
 from biped.base.typed import LARGEST
 from biped.scenario.engines import ENGINES
 from biped.scenario.keys import Scenario, Simulation

@@ -7,8 +7,7 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta, field
 
-from biped.base.errors import InputError
-from biped.base.text import echo
+from biped.base.errors import InputError, echo
 from biped.base.typed import LARGEST, Count, Name, NonNegative, Positive, Real, Section
 from biped.scenario.metrics import METRICS, Metric
 

@@ -10,9 +10,8 @@ from hashlib import sha256
 from pathlib import Path
 from typing import NamedTuple
 
-from biped.base.errors import InputError
+from biped.base.errors import InputError, safe
 from biped.base.files import folder, is_file, nearest
-from biped.base.text import safe
 from biped.base.trust import grant, refusal, trusted
 from biped.scenario.valid import Fail
 

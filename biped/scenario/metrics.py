@@ -6,7 +6,7 @@ One list for all: what `biped.measure` computes, what [expect] and [thesis] may 
 import math
 from typing import Any, Literal, NamedTuple
 
-from biped.base.text import markdown_table
+from biped.base.errors import markdown_table
 
 
 class Metric(NamedTuple):

@@ -2,8 +2,8 @@
 
 import math
 
+from biped.base.errors import safe
 from biped.base.files import nearest
-from biped.base.text import safe
 from biped.scenario.engines import ENGINES
 from biped.scenario.goals import check_bounds
 from biped.scenario.keys import ENGINE, Scenario

@@ -10,9 +10,8 @@ import msgspec
 from msgspec.structs import replace
 
 from biped.base import typed
-from biped.base.errors import InputError
+from biped.base.errors import InputError, safe
 from biped.base.files import DEEPEST, canonical, layered, locate, merge, parse_toml
-from biped.base.text import safe
 from biped.scenario.gait import Settings, beside_gait, habits_of, lay_below, read_reading, read_settings
 from biped.scenario.general import lay_under, make_general, taken
 from biped.scenario.keys import Scenario

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 
 import msgspec
 
-from biped.base.text import markdown_table
+from biped.base.errors import markdown_table
 from biped.base.typed import LARGEST
 from biped.scenario.keys import Scenario
 

@@ -11,9 +11,8 @@ from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
 import msgspec
 
 from biped.base import typed
-from biped.base.errors import InputError
+from biped.base.errors import InputError, echo, safe
 from biped.base.files import label, nearest
-from biped.base.text import echo, safe
 from biped.scenario.goals import Bound
 from biped.scenario.metrics import METRICS
 from biped.scenario.randomise import Distribution

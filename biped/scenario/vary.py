@@ -13,9 +13,8 @@ import msgspec
 import numpy as np
 from msgspec.structs import replace
 
-from biped.base.errors import InputError
+from biped.base.errors import InputError, echo, safe, short
 from biped.base.files import nearest
-from biped.base.text import echo, safe, short
 from biped.base.typed import convert
 from biped.scenario.keys import Scenario
 from biped.scenario.possible import possible

@@ -11,9 +11,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from biped.base.json import dumps
 from biped.base.statistics import wilson
-from biped.base.writing import write_text
+from biped.base.writing import dumps, write_text
 from biped.show.document import DOCS, Document, Paragraph, Table, filled, markdown
 from biped.show.standing import FILE as STANDARD
 from biped.studies.stability.disturbances import rank_correlation

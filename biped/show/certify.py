@@ -10,9 +10,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from biped.base.json import dumps
 from biped.base.statistics import trials_as_narrow
-from biped.base.writing import write_text
+from biped.base.writing import dumps, write_text
 from biped.show.document import DOCS, Block, Document, Heading, Items, Paragraph, Table, Words, filled, markdown
 
 PAGE, TEMPLATE, DATA = DOCS / "certify.md", DOCS / "certify.in.md", DOCS / "certify.json"

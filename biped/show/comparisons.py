@@ -4,9 +4,8 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from biped.base.json import dumps
-from biped.base.text import echo, short
-from biped.base.writing import write_into
+from biped.base.errors import echo, short
+from biped.base.writing import dumps, write_into
 from biped.measure.metrics.walking import outcome
 from biped.scenario.engines import MUJOCO
 from biped.scenario.metrics import HEAD, METRICS, Metric, metrics_of_table

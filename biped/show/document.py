@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeAlias
 
+from biped.base.errors import markdown_table, plain
 from biped.base.statistics import wilson
-from biped.base.text import markdown_table, plain
 from biped.base.writing import write_into
 
 Kind = Literal["", "strong", "emphasis", "code", "good", "bad", "doubt"]

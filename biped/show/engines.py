@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from biped.base.text import markdown_table
+from biped.base.errors import markdown_table
 from biped.base.trust import trusting
 from biped.scenario.engines import ENGINES
 from biped.show.document import DOCS, replaced, share

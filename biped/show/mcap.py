@@ -14,10 +14,9 @@ import mujoco
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.base.replacing import Kind, may_write
-from biped.base.writing import written
+from biped.base.writing import Kind, may_write, written
 from biped.measure.signals import end_forces, every, toes_and_heels
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 from biped.show import spatial
 from biped.show.recording import series
 from biped.show.recording.scene import PICTURES, body_poses, drawn_geoms

@@ -10,8 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from biped.base.json import dumps
-from biped.base.writing import write_text
+from biped.base.writing import dumps, write_text
 from biped.ensemble.results import goal_at
 from biped.scenario.metrics import HEAD, METRICS
 from biped.scenario.reading import read_scenario

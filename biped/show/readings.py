@@ -13,10 +13,9 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from biped.base.json import dumps
+from biped.base.errors import markdown_table
 from biped.base.statistics import wilson
-from biped.base.text import markdown_table
-from biped.base.writing import write_into, write_text
+from biped.base.writing import dumps, write_into, write_text
 from biped.show.document import DOCS, filled, literal, replaced
 from biped.studies import readings
 

@@ -6,8 +6,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from biped.base.errors import markdown_table
 from biped.base.statistics import wilson
-from biped.base.text import markdown_table
 from biped.scenario.metrics import METRICS as EVERY
 from biped.show.document import DOCS, Block, Document, Line, Paragraph, Table, Words, between, replaced
 from biped.show.results import number

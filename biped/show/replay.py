@@ -13,9 +13,8 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import is_file
-from biped.base.replacing import Kind, may_add, may_write
-from biped.base.writing import write_text
-from biped.control.planar.believed import believed_forces
+from biped.base.writing import Kind, may_add, may_write, write_text
+from biped.control.planar.setup import believed_forces
 from biped.ensemble import campaign
 from biped.ensemble.columns import StoredRows, batches, smallest
 from biped.ensemble.guard import numbered

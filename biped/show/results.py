@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from biped.base.replacing import Kind as FileKind
 from biped.base.statistics import wilson
+from biped.base.writing import Kind as FileKind
 from biped.base.writing import write_text
 from biped.ensemble.checks import FAILED, NOTHING, PASSED, UNDECIDED, goal_of, judgement, sentence_of, titles, word_of
 from biped.ensemble.columns import batches

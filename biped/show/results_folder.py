@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import msgspec
 
-from biped.base.errors import InputError
+from biped.base.errors import InputError, plain
 from biped.base.files import label
-from biped.base.text import plain
 from biped.base.typed import convert
 from biped.ensemble import campaign
 from biped.ensemble.failures import FAILURES, SUFFIX, load_packed

@@ -30,7 +30,7 @@ def plumb(t: Trajectory) -> np.ndarray:
 
 def tilt(t: Trajectory) -> np.ndarray:
     """(3, 3) from the ground's frame to the world's, in which gravity is vertical."""
-    from biped.robot.gravity import frame
+    from biped.robot.ground import frame
 
     return frame(t.slope, t.side_slope).T
 

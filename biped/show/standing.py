@@ -9,8 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from biped.base.json import dumps
-from biped.base.writing import write_into, write_text
+from biped.base.writing import dumps, write_into, write_text
 from biped.scenario.metrics import METRICS
 from biped.show.document import DOCS, Document, Paragraph, Table, filled, markdown
 

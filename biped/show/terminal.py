@@ -11,7 +11,7 @@ from rich.errors import MarkupError
 from rich.table import Table
 from rich.text import Text
 
-from biped.base.text import plain
+from biped.base.errors import plain
 from biped.show import document
 from biped.show.document import Document, Heading, Items, Line, Paragraph, Picture, pieces
 

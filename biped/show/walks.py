@@ -10,8 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from biped.base.json import dumps
-from biped.base.writing import write_text
+from biped.base.writing import dumps, write_text
 from biped.show.document import DOCS, Document, Paragraph, Table, markdown, share
 from biped.show.standing import FILE as STANDARD
 

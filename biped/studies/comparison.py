@@ -9,11 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.base.json import dumps
-from biped.base.paired import means
-from biped.base.replacing import may_fill
-from biped.base.statistics import UNLIKELY, same_rate, wilson
-from biped.base.writing import write_into
+from biped.base.statistics import UNLIKELY, means, same_rate, wilson
+from biped.base.writing import dumps, may_fill, write_into
 from biped.ensemble import campaign
 from biped.ensemble.backend import Jobs
 from biped.ensemble.plan import Plan

@@ -16,7 +16,7 @@ from msgspec.structs import replace
 
 from biped.base.errors import InputError
 from biped.base.files import label
-from biped.base.json import dumps
+from biped.base.writing import dumps
 from biped.ensemble.backend import Jobs, Progress, Told, silent, unheard
 from biped.ensemble.executor import workers
 from biped.ensemble.guard import OF_RUNS

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from biped.base.errors import InputError
 from biped.base.files import canonical, label, locate
-from biped.base.json import dumps
+from biped.base.writing import dumps
 from biped.ensemble import campaign, failures
 from biped.ensemble.backend import Jobs, Progress, Told, silent, unheard
 from biped.ensemble.chunks import Shard
@@ -28,7 +28,7 @@ from biped.ensemble.results import result_of, without_rows, write_table
 from biped.ensemble.rows import RAISED, Row
 from biped.measure.metrics.walking import outcome
 from biped.measure.trajectory import Trajectory
-from biped.robot.law_factory import Factory
+from biped.robot.run import Factory
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import digest, own_law
 from biped.scenario.possible import possible

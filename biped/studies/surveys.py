@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 from biped.base.errors import InputError
 from biped.base.files import names
-from biped.base.json import dumps
-from biped.base.paired import means
+from biped.base.statistics import means
+from biped.base.writing import dumps
 from biped.engines.mujoco import simulate
 from biped.ensemble.backend import Jobs, Progress, silent
 from biped.ensemble.plan import Plan

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from biped.base.errors import InputError
+from biped.base.errors import ECHO, PARAGRAPH, InputError, echo, paragraph, plain, safe
 from biped.base.files import DEEPEST, locate, parse_toml
-from biped.base.text import ECHO, PARAGRAPH, echo, paragraph, plain, safe
 
 HOSTILE = {
     "dotted key": "a." * 400_000 + "a = 1",

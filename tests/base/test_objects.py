@@ -16,7 +16,7 @@ import pytest
 
 from biped.base import objects
 from biped.base.jit import SETTINGS, Kernel, begun, entry_kernel, kernel, long_kernel
-from biped.base.sealed import sealed, unsealed
+from biped.base.kernels import sealed, unsealed
 
 pytestmark = pytest.mark.skipif(SETTINGS, reason="numba has been told how to compile")
 

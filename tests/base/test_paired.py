@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from biped.base.paired import UNKNOWN, holm, means, shares
+from biped.base.statistics import UNKNOWN, holm, means, shares
 
 
 @pytest.mark.parametrize(("first", "second"), [(0, 5), (0, 6), (1, 9), (3, 4), (7, 7), (12, 2)])

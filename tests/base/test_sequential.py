@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from biped.base.sequential import BETTER, SAME, UNDECIDED, WORSE, Rates, SequentialTest, decided
+from biped.base.statistics import BETTER, SAME, UNDECIDED, WORSE, Rates, SequentialTest, decided
 
 REPEATS = 2000
 """Of every simulation."""

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from biped.base.errors import InputError
-from biped.base.replacing import RESULTS, Kind, may_write
+from biped.base.writing import RESULTS, Kind, may_write
 from biped.cli.main import main
 from biped.scenario.reading import to_toml
 from biped.show.recording import record

@@ -15,7 +15,7 @@ from biped.control.planar.controller import ThesisLaw
 from biped.control.space.law import Spatial
 from biped.control.space.own import Pinocchio, compute, own_of
 from biped.control.space.places import Mechanics
-from biped.control.space.topology import LEG, LEGS
+from biped.control.space.record import LEG, LEGS
 from biped.ensemble.campaign import simulate
 from biped.measure.columns import WIDTH
 from biped.robot.planar.order import order_of

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from biped.control.smoothing import fraction, smooth
+from biped.control.blending import fraction, smooth
 from biped.scenario.devices import Actuation, Pushing
 from biped.scenario.keys import Scenario, Simulation
 from tests.ticks import Bench, states

@@ -342,7 +342,7 @@ MODEL = """<mujoco><worldbody><geom type="plane" size="0 0 1"/>
     ('axis="0 1 0"', '<option><flag limit="disable"/></option>', r"disabled parts of the physics \(limit\)"),
 ])  # fmt: skip
 def test_what_drake_has_not_is_refused_by_name(joint, more, word):
-    from biped.engines.sap.refused import check_model
+    from biped.engines.sap.tree import check_model
 
     with pytest.raises(InputError, match=word):
         check_model(mujoco.MjModel.from_xml_string(MODEL.format(joint=joint, more=more)), "it")

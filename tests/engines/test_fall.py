@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from biped.engines.fall import fall_words
+from biped.engines.loop import fall_words
 from biped.ensemble.campaign import simulate
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import read_scenario

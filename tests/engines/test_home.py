@@ -8,7 +8,7 @@ from biped.engines.home import simulate_with_ledger
 from biped.engines.planar import mujoco
 from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure
-from biped.robot.gravity import GRAVITY, gravity
+from biped.robot.ground import GRAVITY, gravity
 from biped.robot.planar.tree import motion
 from biped.scenario.reading import read_scenario
 from tests.energy import energy

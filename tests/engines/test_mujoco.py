@@ -75,7 +75,7 @@ def test_momentum_and_energy_are_accounted_for():
     pushed = t.robot.mass * (t.com_velocity - still.com_velocity) - 1e-3 * np.cumsum(
         np.vstack([np.zeros(3), (t.ground_force - still.ground_force)[:-1]]), axis=0
     )
-    from biped.robot.gravity import frame
+    from biped.robot.ground import frame
 
     np.testing.assert_allclose(pushed[-1], frame(4.0, -3.0) @ [6.0, -4.0, 2.0], atol=2e-3)
     assert numbers["push_impulse"] == pytest.approx(np.linalg.norm([6.0, 4.0, 2.0]))

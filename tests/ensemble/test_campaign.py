@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from biped.base.json import dumps
+from biped.base.writing import dumps
 from biped.cli.main import main
 from biped.ensemble import backend, campaign
 from biped.ensemble.campaign import Making, run_one

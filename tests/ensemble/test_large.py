@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from biped.base.errors import InputError
-from biped.base.json import dumps
+from biped.base.writing import dumps
 from biped.cli.main import main
 from biped.ensemble import campaign, in_parts, parts
 from biped.ensemble.columns import stored_rows

@@ -9,7 +9,7 @@ import re
 import msgspec
 import pytest
 
-from biped.base.json import dumps, with_nan
+from biped.base.writing import dumps, with_nan
 from biped.ensemble.campaign import run_one
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import LOST, Row, RowHead

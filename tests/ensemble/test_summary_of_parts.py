@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from biped.base.json import dumps
+from biped.base.writing import dumps
 from biped.cli.main import main
 from biped.ensemble.columns import StoredRows, stored_rows
 from biped.ensemble.rows import Row, records, schema_of, table

@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgspec
 import pytest
 
-from biped.base.json import dumps
+from biped.base.writing import dumps
 from biped.ensemble.campaign import run_one
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import records, schema_of, table

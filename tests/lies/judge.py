@@ -21,7 +21,7 @@ from biped.measure.momentum import unexplained
 from biped.measure.trajectory import Trajectory
 from biped.measure.verdict import HELD_WORDS
 from biped.robot import recognise
-from biped.robot.planar import check
+from biped.robot.planar import model
 from biped.studies.run import plan_of
 from tests.lies.dishonest import dishonest
 from tests.lies.helped import helped_model, helping_law
@@ -134,7 +134,7 @@ def _silently(name: str, changes: list[str], named: bool) -> tuple[str, Trajecto
     """The verdict on a run, with the model check silenced unless parts are to be named."""
     if named:
         return _found(name, changes)[:2]
-    with mock.patch.object(check, "holds", _silent), mock.patch.object(recognise, "holds", _silent):
+    with mock.patch.object(model, "holds", _silent), mock.patch.object(recognise, "holds", _silent):
         return _found(name, changes)[:2]
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from biped.measure.trajectory import Trajectory
-from biped.robot.gravity import GRAVITY, gravity
+from biped.robot.ground import GRAVITY, gravity
 from biped.robot.planar.topology import ANKLE, BASE, HEEL, HIP, KNEE, LEGS, NQ, PITCH, SEGMENTS, THIGH, TOE, TORSO
 from biped.robot.planar.tree import Motion, motion
 

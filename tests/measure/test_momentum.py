@@ -14,7 +14,7 @@ from biped.engines.mujoco import simulate
 from biped.measure.metrics import assess
 from biped.measure.momentum import leftover, unexplained
 from biped.measure.stored import load
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 from biped.studies.run import plan_of
 from tests.runs import made
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from biped.numerics.box import MOST_STEPS, TOGETHER, solve_in_box
+from biped.numerics.quadratic import MOST_STEPS, TOGETHER, solve_in_box
 
 N = 6
 

@@ -8,7 +8,7 @@ import qpsolvers
 from scipy.optimize import nnls
 
 from biped.numerics.lanes import LANES
-from biped.numerics.nonnegative import MOST, nonnegative
+from biped.numerics.quadratic import MOST, nonnegative
 
 
 def wide(n):

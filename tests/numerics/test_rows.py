@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from biped.numerics.factor import factor_lanes, reflect_few_back, solve_few, solve_lanes_transposed
 from biped.numerics.lanes import FEW, LANES
-from biped.numerics.rows import factor_lanes, reflect_few_back, solve_few, solve_lanes_transposed
 
 N = 9
 

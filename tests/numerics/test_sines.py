@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from biped.numerics.sines import sines
+from biped.numerics.lanes import sines
 
 
 def ours(angle):

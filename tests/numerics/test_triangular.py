@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from biped.numerics.triangular import (
+from biped.numerics.factor import (
     BLOCK,
     cholesky,
     solve_transposed,

@@ -12,7 +12,7 @@ import pytest
 from biped.base.errors import InputError
 from biped.base.files import locate
 from biped.robot.anatomy import ANKLE, INVERSION, KNEE, anatomy_of
-from biped.robot.borrowed import borrow, borrowed_names
+from biped.robot.posture import borrow, borrowed_names
 from biped.robot.recognise import robot_of
 from biped.scenario.robot import Described
 

@@ -14,7 +14,7 @@ from biped.base.files import folder
 from biped.robot.load import load_robot, robot_from
 from biped.robot.planar.description import description_at
 from biped.robot.planar.model import tree_at
-from biped.robot.planar.truth import true_tree
+from biped.robot.planar.tree import true_tree
 from biped.robot.robot import seven_links
 from biped.robot.truth import true_robot
 from biped.scenario.robot import Described

@@ -8,7 +8,7 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.engines.mujoco import simulate
-from biped.engines.patches import PatchedContacts
+from biped.engines.uneven import PatchedContacts
 from biped.robot import unmodelled as fields
 from biped.robot.unmodelled import factors_at, patches_of
 from biped.studies.run import plan_of

@@ -16,7 +16,7 @@ from biped.base.trust import trusting
 from biped.cli.main import main
 from biped.control.observation import Observation
 from biped.robot.build import compiled
-from biped.robot.gravity import frame, gravity, gravity3
+from biped.robot.ground import frame, gravity, gravity3
 from biped.robot.planar.model import tree_at
 from biped.robot.recognise import looked_at, robot_of
 from biped.scenario.reading import read_scenario

@@ -11,7 +11,7 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.base.files import folder
-from biped.robot import safety, trial
+from biped.robot import safety
 from biped.robot.planar import model as models
 from biped.robot.planar.model import spec_of, tree_at
 from biped.robot.safety import examine, packaged
@@ -147,26 +147,26 @@ def test_a_harmful_model_is_refused(name, put_down):
 def test_what_is_not_known_to_be_harmful_does_its_harm_elsewhere(name, says, put_down, monkeypatch):
     """Were the list of tricks empty, the process that tries a model would still take the harm."""
     monkeypatch.setattr(models, "examine", lambda path: None)
-    monkeypatch.setattr(trial, "MOST_SECONDS", 60)  # so that a busy machine does not run into this limit first
+    monkeypatch.setattr(safety, "MOST_SECONDS", 60)  # so that a busy machine does not run into this limit first
     with pytest.raises(InputError, match=r"m\.xml") as error:
         spec_of(put_down(HARMFUL[name][0]))
     assert says in str(error.value)
 
 
 def test_work_that_takes_too_long_is_ended(monkeypatch):
-    monkeypatch.setattr(trial, "MOST_SECONDS", 1)
+    monkeypatch.setattr(safety, "MOST_SECONDS", 1)
 
     def busy() -> None:
         while True:
             pass
 
     with pytest.raises(InputError, match="w: took more than 1 s to compile"):
-        trial.tried("w", busy)
+        safety.tried("w", busy)
 
 
 def test_work_that_waits_for_ever_is_ended(put_down, monkeypatch):
     monkeypatch.setattr(models, "examine", lambda path: None)
-    monkeypatch.setattr(trial, "MOST_WAIT", 1.0)
+    monkeypatch.setattr(safety, "MOST_WAIT", 1.0)
     path = put_down(HARMFUL["include of a FIFO"][0])
     with pytest.raises(InputError, match="waiting for something"):
         spec_of(path)
@@ -183,7 +183,7 @@ def test_work_leaves_no_process_and_no_trace_here(capfd):
 
     before = len(os.listdir("/proc/self/fd"))
     with pytest.raises(InputError, match="w: cannot be used: SystemExit: 3"):
-        trial.tried("w", work)
+        safety.tried("w", work)
     assert said == []
     assert capfd.readouterr() == ("", "")
     assert len(os.listdir("/proc/self/fd")) == before

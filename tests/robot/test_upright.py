@@ -9,7 +9,7 @@ import pytest
 from biped.base.errors import InputError
 from biped.base.files import locate
 from biped.ensemble.plan import Plan
-from biped.robot.gravity import frame
+from biped.robot.ground import frame
 from biped.scenario.reading import read_scenario
 
 SLOPES = [(3.0, 0.0), (-5.0, 0.0), (0.0, 3.0), (0.0, -5.0), (2.0, -2.0)]

@@ -15,7 +15,7 @@ from biped.base.errors import InputError
 from biped.engines.loop import drive
 from biped.engines.plant import MujocoPlant
 from biped.ensemble.plan import Plan
-from biped.robot.law_factory import factory_of
+from biped.robot.run import factory_of
 from biped.scenario.devices import Actuation, CommandPiece, Gyro, Sensors
 from biped.scenario.gains import Gains
 from biped.scenario.general import OWN

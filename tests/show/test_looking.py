@@ -15,7 +15,7 @@ import pytest
 from biped.base.errors import InputError
 from biped.base.trust import configuration, grant, trusting
 from biped.cli.main import main
-from biped.control.loading import load_law
+from biped.control.law import load_law
 from biped.scenario.laws import digest
 from tests.cases import command, write
 

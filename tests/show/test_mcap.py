@@ -12,7 +12,7 @@ import pytest
 
 from biped.cli.main import main
 from biped.measure.stored import load
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 from biped.show.results_folder import ResultsFolder
 
 reader = pytest.importorskip("mcap.reader")

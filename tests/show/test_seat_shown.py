@@ -9,7 +9,7 @@ from matplotlib.patches import Polygon
 from biped.engines.planar.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.measure.signals import corners_of
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 from biped.robot.planar.build import compile_foreign
 from biped.scenario.reading import read_scenario, to_toml
 from biped.show import spatial

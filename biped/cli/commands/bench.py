@@ -8,7 +8,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from biped.base.replacing import may_add
+from biped.base.writing import may_add
 from biped.cli import common
 
 if TYPE_CHECKING:

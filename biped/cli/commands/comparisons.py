@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from biped.base.errors import InputError
 from biped.base.files import label
-from biped.base.replacing import may_fill, may_write
+from biped.base.writing import may_fill, may_write
 from biped.cli import common
 from biped.scenario.engines import ENGINES, engines_named
 
@@ -150,7 +150,7 @@ def add_diff(commands: common.Commands) -> None:
 
 def diff_command(args: argparse.Namespace) -> int:
     """Compares; worse is a failure, what cannot be said is not."""
-    from biped.base.sequential import Rates
+    from biped.base.statistics import Rates
     from biped.show.comparisons import difference_document, write
     from biped.studies.diff import of_controllers, of_folders, until_decided
 

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
-from biped.base.errors import InputError
+from biped.base.errors import InputError, plain
 from biped.base.files import SUFFIX, folder, locate, names, read_toml
-from biped.base.text import plain
 from biped.base.writing import reason, write_text
 from biped.cli import common
 

@@ -6,7 +6,7 @@ import sys
 from contextlib import suppress
 from pathlib import Path
 
-from biped.base.text import safe
+from biped.base.errors import safe
 from biped.cli import common
 
 

@@ -185,9 +185,7 @@ def _known_cycles(args: argparse.Namespace) -> int:
 
 
 def _gait(args: argparse.Namespace) -> int:
-    from biped.base.json import dumps
-    from biped.base.replacing import may_fill
-    from biped.base.writing import write_text
+    from biped.base.writing import dumps, may_fill, write_text
     from biped.ensemble.guard import complaining
     from biped.show.document import Paragraph
     from biped.show.figures.studies import plot_stability

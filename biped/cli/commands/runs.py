@@ -9,7 +9,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 from biped.base.errors import InputError
-from biped.base.replacing import may_write
+from biped.base.writing import may_write
 from biped.cli import common
 
 if TYPE_CHECKING:

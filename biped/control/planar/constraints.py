@@ -6,8 +6,15 @@ release test keeps a row only "when imposed on the robot": a point whose normal 
 """
 
 from biped.base.jit import inner_kernel, kernel
-from biped.numerics.factor import factor_rows, least_squares, transposed_minimum_norm
-from biped.numerics.triangular import cholesky, solve_transposed, solve_upper, weigh_rows
+from biped.numerics.factor import (
+    cholesky,
+    factor_rows,
+    least_squares,
+    solve_transposed,
+    solve_upper,
+    transposed_minimum_norm,
+    weigh_rows,
+)
 from biped.robot.planar.kinematics import bias_forces, point_row
 from biped.robot.planar.topology import (
     ANKLE,

@@ -1,21 +1,88 @@
-"""The law of a run: the thesis's, compiled, or a user's own (`biped.control.planar.user`)."""
+"""The law of a run: the thesis's, compiled and refereed by Pinocchio, or a user's own (`biped.control.planar.user`)."""
+
+from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
-from typing import Protocol
+from dataclasses import dataclass, field
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from biped.base.jit import bound
+from biped.base.files import description_of
+from biped.base.jit import bound, entry_kernel
+from biped.base.kernels import agreed
 from biped.control.law import NO_SIGNALS, Signals
-from biped.control.planar.bounded import FOREIGN, foreign_torques
-from biped.control.planar.referee import agrees
+from biped.control.planar import setup
+from biped.control.planar.allocation import FOREIGN, foreign_torques
+from biped.control.planar.sensing import sense_links
 from biped.control.planar.setup import bring_up_to_date, changes_of, controller_record
 from biped.control.planar.tick import NOT_FINITE, log_tick, pushing_tick, pushing_tick_in, thesis_tick, thesis_tick_in
+from biped.robot.planar.kinematics import mass_matrix
+from biped.robot.planar.topology import LINK_DOF, N_LINKS, NQ, X, Z
 from biped.robot.planar.tree import Tree
 from biped.robot.robot import seven_links
 from biped.robot.run import Run
 from biped.scenario.keys import PINOCCHIO
+
+if TYPE_CHECKING:
+    import pinocchio
+
+CONFIGURATIONS = 5
+"""Random ones at which both have to agree."""
+SAME = 1e-12
+"""How well, relative to the largest number."""
+
+
+@dataclass(frozen=True)
+class _Question:
+    """The question of a run's model file, in one version, and a tree."""
+
+    path: Path
+    modified: float
+    parts: tuple[tuple[bytes, tuple[int, ...]], ...]
+    run: Run = field(compare=False)
+    tree: Tree = field(compare=False)
+
+
+def agrees(run: Run, tree: Tree) -> bool:
+    """Whether M and joint positions of the tree are Pinocchio's, at a few random configurations of a run's model."""
+    parts = tuple((part.tobytes(), part.shape) for part in tree)
+    return _agrees(_Question(run.model, run.model.stat().st_mtime, parts, run, tree))
+
+
+@lru_cache(maxsize=8)
+def _agrees(question: _Question) -> bool:
+    files = question.path.read_bytes() + description_of(question.path).read_bytes()
+    known = repr(question.parts).encode() + files
+    return agreed(known, lambda: _refereed(question.run.believed_model, question.tree))
+
+
+def _refereed(model: pinocchio.Model, tree: Tree) -> bool:
+    import pinocchio
+
+    c = setup.new()
+    for name, part in tree._asdict().items():
+        c[0]["tree"][name] = part
+    data, M, joint = model.createData(), np.zeros((NQ, NQ)), c[0]["at"]["joint"]
+    for q in np.random.default_rng(0).normal(size=(CONFIGURATIONS, NQ)):
+        pinocchio.crba(model, data, q, pinocchio.Convention.WORLD)
+        _matrices(c, q, np.zeros(NQ), M)
+        hinges = data.J[:, LINK_DOF : LINK_DOF + N_LINKS]
+        theirs = np.column_stack([-hinges[2] - q[X], hinges[0] - q[Z]])
+        for own, other in ((M, np.triu(data.M)), (joint, theirs)):
+            if not np.abs(own - other).max() <= SAME * np.abs(other).max():
+                return False
+    return True
+
+
+@entry_kernel
+def _matrices(record, q, v, M):
+    c = record[0]
+    sense_links(c, q, v)
+    mass_matrix(c["tree"], c["at"], M)
+
 
 Tick = Callable[[int, float], int]
 
@@ -28,7 +95,7 @@ class PlanarLaw(Protocol):
     Attributes:
         u: (6,) joint torques of the latest tick [N m].
         Q_d: (9,) desired generalized forces of the latest tick.
-        record: (1,) `biped.control.planar.record.CONTROL`, which senses contacts and says what a fall is.
+        record: (1,) `biped.control.planar.setup.CONTROL`, which senses contacts and says what a fall is.
         signals: What it logs of its own.
     """
 
@@ -59,7 +126,7 @@ class ThesisLaw:
     Attributes:
         u: (6,) joint torques of the latest tick [N m].
         Q_d: (9,) desired generalized forces of the latest tick.
-        record: (1,) `biped.control.planar.record.CONTROL`.
+        record: (1,) `biped.control.planar.setup.CONTROL`.
         changes: `biped.control.blending.Changes`.
         python: Why the tick cannot be part of a compiled loop (`biped.control.planar.loop`); empty if it can.
     """

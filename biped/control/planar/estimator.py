@@ -16,7 +16,7 @@ import numpy as np
 
 from biped.base.jit import kernel
 from biped.measure.columns import FORCE
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 from biped.robot.planar.kinematics import PLACES, TREE, forward
 from biped.robot.planar.topology import BASE, N_POINTS, NQ, NU, PITCH, X, Z
 
@@ -223,7 +223,7 @@ def infer(estimator, law, q, v, log, k, out_q, out_v):
     Args:
         estimator: (`Inference`,), or () for none: a tuple's length is part of its type, so that loops are compiled
             with an estimator or without.
-        law: (1,) `biped.control.planar.record.CONTROL`.
+        law: (1,) `biped.control.planar.setup.CONTROL`.
         q: As for `estimate`; so are the rest.
         v: Likewise.
         log: Likewise.

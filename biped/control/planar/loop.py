@@ -19,7 +19,7 @@ class Control(NamedTuple):
     """A run's controller as compiled loops take it.
 
     Attributes:
-        record: (1,) `biped.control.planar.record.CONTROL`.
+        record: (1,) `biped.control.planar.setup.CONTROL`.
         changes: Of it, `biped.control.blending.Changes`.
         q: (9,) joint coordinates that the law reads [m, rad]: believed ones, else sensed ones.
         v: (9,) joint velocities that it reads.

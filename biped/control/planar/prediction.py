@@ -23,12 +23,12 @@ from typing import NamedTuple
 import numpy as np
 
 from biped.base.jit import kernel
+from biped.control.blending import fraction
 from biped.control.planar.constraints import perturbed_mass
 from biped.control.planar.estimator import ground_under, sensed_posture
 from biped.control.planar.pushing import Q_LANE, cone_edges, gram
-from biped.control.smoothing import fraction
 from biped.numerics.lanes import LANES, load, times, total
-from biped.numerics.nonnegative import nonnegative
+from biped.numerics.quadratic import nonnegative
 from biped.robot.ground import height_below
 from biped.robot.planar.kinematics import PLACES, bias_forces, forward, mass_matrix
 from biped.robot.planar.topology import BASE, KNEE, N_POINTS, N_ROWS, NQ, NU, PITCH, STOP_ROW, X, Z
@@ -199,7 +199,7 @@ def believe(predictor, estimator, record, k, q, v):
         predictor: (`Prediction`,), or () for none: a tuple's length is part of its type, so that loops are compiled
             with a predictor or without.
         estimator: (`biped.control.planar.estimator.Inference`,) where the posture is inferred, otherwise ().
-        record: (1,) `biped.control.planar.record.CONTROL`, which has the command of the tick before.
+        record: (1,) `biped.control.planar.setup.CONTROL`, which has the command of the tick before.
         k: Number of the tick.
         q: (9,) believed coordinates [m, rad], overwritten.
         v: (9,) believed velocities, overwritten.

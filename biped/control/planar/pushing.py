@@ -21,7 +21,7 @@ in lanes, and in lane `Q_LANE` the forces that both problems weigh.
 from biped.base.jit import kernel
 from biped.control.planar.constraints import believed_bias, perturb_row, perturbed_mass
 from biped.numerics.lanes import added, everywhere, load, plus, squared, store, times, total
-from biped.numerics.nonnegative import nonnegative
+from biped.numerics.quadratic import nonnegative
 from biped.robot.planar.kinematics import point_row
 from biped.robot.planar.topology import (
     BASE,

@@ -11,7 +11,7 @@ def sense_links(c, q, v):
     """Fills the record's places, counted from the torso's origin, and the heights of the points.
 
     Args:
-        c: Controller record (`biped.control.planar.record.CONTROL`).
+        c: Controller record (`biped.control.planar.setup.CONTROL`).
         q: (9,) joint coordinates [m, rad].
         v: (9,) joint velocities [m/s, rad/s].
     """

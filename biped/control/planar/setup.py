@@ -1,4 +1,13 @@
-"""A run's controller record: gait, beliefs and settings written into it before the first tick."""
+"""A run's controller record: all that the compiled tick reads and remembers, written before the first tick.
+
+One record of parts instead of thirty arguments: a compiled function pays for every array it is handed, and a run's
+controller is one thing that can be copied, saved and compared. A part has one job: `c["gait"]["k"]` are springs,
+`c["work"]["L"]` is nobody's but the solver's.
+
+Errors of M and A are drawn anew at every tick where they are asked for (Fig 3.14 does not say how often). The generator
+is the combined one of L'Ecuyer (Communications of the ACM 31, 1988): its products fit into 64 bits with a sign, so that
+compiled code and plain Python find the same numbers. Normals are Box and Muller's (1958).
+"""
 
 import math
 from typing import Any
@@ -6,21 +15,191 @@ from typing import Any
 import numpy as np
 
 from biped.base.jit import kernel
-from biped.control.blending import Changes, blend, changes_in, step_type
-from biped.control.planar import record
-from biped.control.planar.bounded import EXACT, FOREIGN
-from biped.control.planar.errors import GENERATOR_SEEDS
+from biped.control.blending import Changes, blend, changes_in, fraction, step_type
+from biped.control.planar.allocation import EXACT, FOREIGN
 from biped.control.planar.prediction import predicts
-from biped.control.planar.record import GAIT
-from biped.control.smoothing import fraction
-from biped.robot.gravity import gravity
-from biped.robot.ground import set_ground
-from biped.robot.planar.topology import FOOT, N_ROWS, STOP_ROW
+from biped.control.planar.pushing import pushing_torques
+from biped.control.planar.sensing import sense_links
+from biped.measure.trajectory import Trajectory
+from biped.numerics.factor import BLOCK
+from biped.numerics.lanes import LANES
+from biped.robot.ground import GROUND, gravity, set_ground
+from biped.robot.leg_states import STATES
+from biped.robot.planar.kinematics import PLACES, TREE, mass_matrix
+from biped.robot.planar.topology import BASE, FOOT, LEGS, N_CONSTRAINTS, N_POINTS, N_ROWS, NQ, NU, SEGMENTS, STOP_ROW
 from biped.robot.planar.tree import Tree
 from biped.robot.run import Run
 from biped.scenario.gains import Gains
-from biped.scenario.keys import Scenario
+from biped.scenario.keys import Scenario, Sensors
 from biped.scenario.vary import stream
+
+GAIT = np.dtype(
+    [
+        ("k_d1", "f8"), ("b_d1", "f8"), ("theta_b", "f8"),
+        ("k", "f8", (STATES, SEGMENTS)), ("b", "f8", (STATES, SEGMENTS)),  # hip, knee, ankle
+        ("theta_l", "f8", STATES), ("theta_a", "f8", STATES),
+    ],
+    align=True,
+)  # fmt: skip
+"""The gait [rad, N m/rad, N m s/rad] by leg state."""
+
+_BELIEF = np.dtype(
+    [
+        ("gravity", "f8", 2),  # m/s²
+        ("tilt", "f8"),  # rad, added to the slope frame's angles to get the angles that Q_d uses
+        ("perturbed", "u1"), ("mass_factor", "f8", (NQ, NQ)), ("row_factor", "f8", (N_ROWS, NQ)),
+        ("redrawn", "u1"), ("mass_error", "f8"), ("row_error", "f8"), ("generator", "i8", 2),
+    ],
+    align=True,
+)  # fmt: skip
+"""The controller's belief beyond the tree: gravity, and the errors of its M and A; if redrawn, anew at every tick."""
+
+_SENSING = np.dtype(
+    [
+        ("contact_height", "f8"), ("knee_angle", "f8"),  # m, rad: when a point or knee is a candidate for A
+        ("hold", "i8", 4),  # ticks before a change is believed: heel on, heel off, toe on, toe off
+        ("extended", "f8"), ("ahead", "f8"), ("late_stance", "f8"), ("passing", "f8"),  # rad, of the leg states
+    ],
+    align=True,
+)  # fmt: skip
+"""When a point touches, and what the leg states follow from."""
+
+_SWITCHES = np.dtype(
+    [("on", "u1"), ("touching", "u1", N_POINTS), ("believed", "u1"), ("under", "f8", N_POINTS)], align=True
+)
+"""Foot switches, where they and not heights decide what touches (`biped.control.planar.estimator`); where the state is
+predicted, the heights [m] that the ground under the points must then have had (`biped.control.planar.prediction`)."""
+
+_BACKSTEP = np.dtype([("on", "u1"), ("margin", "f8"), ("theta_l", "f8"), ("k_d2", "f8"), ("b_d2", "f8")], align=True)
+"""The step back [m; rad, N m/rad, N m s/rad of the hip]."""
+
+_ACTUATION = np.dtype(
+    [
+        ("generalized", "u1"), ("release", "u1"), ("release_force", "f8"), ("single_tangential", "u1"),
+        ("tolerance", "f8"), ("limit", "f8", NU), ("bounded", "u1"), ("u_0", "f8", NU), ("use_u_0", "u1"),
+    ],
+    align=True,
+)  # fmt: skip
+"""How Q_d becomes torques [N, N m]."""
+
+_MEMORY = np.dtype(
+    [
+        ("believed", "u1", N_POINTS), ("waiting", "i8", N_POINTS), ("phase", "i8", LEGS), ("back", "u1"),
+        ("side", "i8", NU),  # limits that torques were last at, where the bounded problem begins
+    ],
+    align=True,
+)  # fmt: skip
+"""Memory from tick to tick: contacts, ticks that a change has lasted, leg states, whether it is falling back."""
+
+_TICK = np.dtype(
+    [
+        ("height", "f8", N_POINTS), ("h", "f8", NQ), ("given", "u1"), ("Q_d", "f8", NQ),
+        ("active", "u1", N_CONSTRAINTS),
+        # given: h is somebody else's, and not computed here
+        ("rows", "i8"), ("rank", "i8"),  # of A after the release test, and of C
+        ("u", "f8", NU), ("over", "u1"),  # over: a torque limit was exceeded and the bounded solution is wanted
+    ],
+    align=True,
+)  # fmt: skip
+"""Results of this tick."""
+
+_WORK = np.dtype(
+    [
+        ("M", "f8", (NQ, NQ)), ("R", "f8", (NQ, NQ)), ("a", "f8", NQ), ("A", "f8", (N_ROWS, NQ)),
+        ("b_v", "f8", N_ROWS), ("row", "i8", N_ROWS),
+        ("C", "f8", (N_ROWS, NQ)), ("tau", "f8", N_ROWS), ("pivot", "i8", N_ROWS), ("L", "f8", (N_ROWS, N_ROWS)),
+        ("tau2", "f8", N_ROWS), ("d", "f8", N_ROWS), ("z", "f8", N_ROWS), ("force", "f8", N_ROWS),
+        # The reduced problem has factors of its own: the bounded form asks for C's once more.
+        ("tau_B", "f8", N_ROWS), ("pivot_B", "i8", N_ROWS),
+        ("X", "f8", (NQ, BLOCK)), ("line", "f8", BLOCK), ("B", "f8", (NQ, NU)),
+        # The bounded problem min ½ uᵀP u - rᵀu.
+        ("P", "f8", (NU, NU)), ("r", "f8", NU), ("lower", "f8", NU), ("root", "f8", (NU, NU)), ("x", "f8", NU),
+    ],
+    align=True,
+)  # fmt: skip
+"""Work space of the allocation."""
+
+_ROWS = np.dtype(
+    [
+        ("A", "f8", (NQ, LANES)), ("C", "f8", (NQ, LANES)), ("E", "f8", (NQ, LANES)),  # columns of rows of A
+        ("b_v", "f8", (1, LANES)), ("kept", "f8", (1, LANES)), ("force", "f8", (1, LANES)),
+        ("free", "f8", (1, LANES)),  # 1: not yet a pivot
+        ("V", "f8", (NQ, LANES)), ("T", "f8", (NQ, NQ)), ("z", "f8", NQ),
+        ("spring", "f8", NU), ("L", "f8", (NQ, NQ)), ("S", "f8", (BASE, BASE)),
+        ("D", "f8", (BASE, LANES)), ("Y", "f8", (NU, LANES)),
+    ],
+    align=True,
+)  # fmt: skip
+"""Work space of the allocation by floating coordinates, a row of A in each lane (`biped.numerics.lanes`)."""
+
+_PUSH = np.dtype(
+    [
+        ("on", "u1"),
+        ("friction", "f8"), ("approach", "f8"), ("reach", "f8"), ("yielding", "f8"), ("regularisation", "f8"),
+        ("counted", "i8"),  # forces that torques count on: those of points, and perhaps of stops
+        ("follow", "f8"), ("latest", "f8", NU),  # fraction of the way that torques go in a tick, and where they are
+        # The sets of the latest tick, with which the next one begins: forces of the wanted motion and of the torques'
+        # problem that may be positive, and torques at a limit (-1, 1).
+        ("held", "u1", N_ROWS), ("pressed", "u1", N_ROWS), ("side", "i8", NU),
+        ("changes", "i8", 2),  # how often the two sets changed in this tick
+        ("speed", "f8", N_POINTS),  # m/s with which points rise
+        ("scale", "f8", (1, LANES)),  # m: an angle of a stop as a distance; 1 for points
+        ("least", "f8", (1, LANES)), ("away", "f8", (1, LANES)), ("rho", "f8", (1, LANES)),
+        ("wanted_force", "f8", (1, LANES)), ("slack", "f8", (1, LANES)),
+        ("force", "f8", (1, LANES)), ("price", "f8", (1, LANES)),
+        ("H", "f8", (N_ROWS, LANES)), ("f", "f8", (1, LANES)), ("order", "i8", N_ROWS), ("U", "f8", (N_ROWS, LANES)),
+    ],
+    align=True,
+)  # fmt: skip
+"""Ground that only pushes (`biped.control.planar.pushing`): settings, what it remembers, and work space."""
+
+CONTROL = np.dtype(
+    [
+        ("gait", GAIT), ("tree", TREE), ("belief", _BELIEF), ("sensing", _SENSING), ("switches", _SWITCHES),
+        ("backstep", _BACKSTEP), ("actuation", _ACTUATION), ("memory", _MEMORY), ("at", PLACES),
+        ("tick", _TICK),
+        ("work", _WORK), ("rows", _ROWS), ("push", _PUSH),
+        ("ground", GROUND),
+    ],
+    align=True,
+)  # fmt: skip
+"""The controller; `tree` and `at` are the lengths and masses it believes in and where it senses itself to be, `ground`
+the ground above which it senses heights."""
+
+
+def new() -> np.ndarray:
+    """A zeroed controller record, (1,)."""
+    return np.zeros(1, CONTROL)
+
+
+_M1, _A1, _M2, _A2 = 2147483563, 40014, 2147483399, 40692
+GENERATOR_SEEDS = _M2
+"""Both states begin between 1 and this, exclusive."""
+
+
+@kernel
+def uniform(generator):
+    """A number in (0, 1); advances the generator's two states."""
+    generator[0] = generator[0] * _A1 % _M1
+    generator[1] = generator[1] * _A2 % _M2
+    z = generator[0] - generator[1]
+    if z < 1:
+        z += _M1 - 1
+    return z / _M1
+
+
+@kernel
+def redraw(belief):
+    """Draws the factors of M (9, 9), of which the upper triangle counts, and of A (10, 9): 1 + error N(0, 1) each."""
+    generator = belief["generator"]
+    for i in range(NQ + N_ROWS):
+        for j in range(NQ):
+            radius = math.sqrt(-2.0 * math.log(uniform(generator)))
+            z = radius * math.cos(2.0 * math.pi * uniform(generator))
+            if i < NQ:
+                belief["mass_factor"][i, j] = 1.0 + belief["mass_error"] * z
+            else:
+                belief["row_factor"][i - NQ, j] = 1.0 + belief["row_error"] * z
 
 
 def controller_record(run: Run, believed: Tree) -> np.ndarray:
@@ -31,10 +210,10 @@ def controller_record(run: Run, believed: Tree) -> np.ndarray:
         believed: Lengths and masses the controller believes in.
 
     Returns:
-        Array (1,) of `biped.control.planar.record.CONTROL`.
+        Array (1,) of `biped.control.planar.setup.CONTROL`.
     """
     s = run.scenario
-    out = record.new()
+    out = new()
     c = out[0]
     set_gains(c["gait"], run.gains)
     for name, value in believed._asdict().items():
@@ -144,3 +323,43 @@ def bring_up_to_date(record, changes, k):
             actuation["release"] = step["release"]
         if not math.isnan(step["release_force"]):
             actuation["release_force"] = step["release_force"]
+
+
+def believed_forces(run: Run, t: Trajectory) -> np.ndarray | None:
+    """The forces c of the second problem (`biped.control.planar.pushing`) that the torques of each tick belong to.
+
+    They follow from a tick's coordinates and Q_d, both logged.
+
+    Args:
+        run: The run.
+        t: What it left behind.
+
+    Returns:
+        (n, 4, 2) [N] on toes and heels, along and normal to the ground; None where the law counts on no forces, or
+        measured coordinates that the log does not have.
+    """
+    s = run.scenario
+    counted = s.actuation.contacts == "pushing" and s.actuation.mode == "joint" and s.law is None and run.law is None
+    if "Q_d" not in t.columns or not counted or predicts(s) or s.estimator is not None or s.sensors != Sensors():
+        return None
+    out = np.zeros((len(t), N_POINTS, 2))
+    _forces(controller_record(run, run.tree), *(np.array(a) for a in (t.q, t.v, t.Q_d)), out)
+    return out
+
+
+@kernel
+def _forces(record, q, v, Q_d, out):
+    c = record[0]
+    push = c["push"]
+    for k in range(len(q)):
+        sense_links(c, q[k], v[k])
+        for j in range(NQ):
+            c["tick"]["Q_d"][j] = Q_d[k, j]
+        mass_matrix(c["tree"], c["at"], c["work"]["M"])
+        if c["belief"]["redrawn"]:
+            redraw(c["belief"])
+        pushing_torques(c, c["work"]["M"], q[k], v[k])
+        for i in range(N_POINTS):
+            ahead, behind = push["force"][0, 2 * i], push["force"][0, 2 * i + 1]
+            out[k, i, 0] = push["friction"] * (ahead - behind)
+            out[k, i, 1] = ahead + behind

@@ -1,26 +1,104 @@
-"""One control tick, fused and compiled: sense, decide the leg states, Q_d, joint torques, and the row of the log.
+"""One control tick, fused and compiled: sense, decide the leg states (Fig 3.3), Q_d, joint torques, and the log's row.
 
 The log row is written here because every number in it is at hand; its columns are those of `biped.measure.trajectory`.
+The step back, with which a leg comes down behind when a step is being lost, is not in the thesis, but made of its
+parts: a leg state from contacts and motion, and a couple of a spring and a damper.
 """
 
 import math
 
 from biped.base.jit import inner_kernel, kernel
-from biped.control.planar.allocation import joint_torques
-from biped.control.planar.bounded import EXACT, bounded_torques
-from biped.control.planar.errors import redraw
+from biped.control.blending import smooth
+from biped.control.planar.allocation import EXACT, bounded_torques, joint_torques
 from biped.control.planar.floating import floating_torques
-from biped.control.planar.phase import leg_states, step_back
 from biped.control.planar.pushing import pushing_torques
 from biped.control.planar.sensing import believe_contacts, first_belief, sense_links, sense_links_in, sense_motion_in
-from biped.control.planar.springs import desired_forces
-from biped.control.smoothing import smooth
+from biped.control.planar.setup import redraw
 from biped.measure.columns import ACTIVE, BELIEVED, HEIGHT, PHASE, Q_D, TIME, Q, U, V
+from biped.robot.ground import GRAVITY
+from biped.robot.leg_states import EXTENDED, FIRST_IN_AIR, leg_state
 from biped.robot.planar.kinematics import mass_matrix
-from biped.robot.planar.topology import LEGS, N_CONSTRAINTS, N_POINTS, NQ, NU
+from biped.robot.planar.topology import (
+    ANKLE,
+    HEEL,
+    HIP,
+    KNEE,
+    LEGS,
+    N_CONSTRAINTS,
+    N_POINTS,
+    NQ,
+    NU,
+    PITCH,
+    THIGH,
+    TOE,
+    TORSO,
+    X,
+    Z,
+)
+
+
+@inner_kernel
+def leg_states(c, q):
+    """Writes the state of the right and the left leg (`biped.robot.leg_states.leg_state`) into the record."""
+    memory, angle = c["memory"], c["at"]["angle"]
+    for leg in range(LEGS):
+        toe, heel = memory["believed"][TOE[leg]], memory["believed"][HEEL[leg]]
+        thigh, other = angle[THIGH[leg]], angle[THIGH[1 - leg]]
+        forward = thigh + 0.5 * math.pi + c["belief"]["tilt"]
+        memory["phase"][leg] = leg_state(c["sensing"], toe, heel, thigh, other, forward, q[KNEE[leg]])
+
+
+@inner_kernel
+def step_back(c, q, v):
+    """Writes whether the walker falls back into the record, and if so the extended state for legs in the air.
+
+    It falls back while the torso's extrapolated centre of mass (Hof 2008), x + ẋ √(y/g) along the ground and taken
+    vertically below the torso, is behind the rearmost believed contact by more than `margin`. (Places count from the
+    torso's origin.)
+    """
+    memory = c["memory"]
+    rear = math.inf
+    for i in range(N_POINTS):
+        if memory["believed"][i]:
+            rear = min(rear, c["at"]["point"][i, 0])
+    ahead = -q[Z] * math.tan(c["belief"]["tilt"]) + v[X] * math.sqrt(max(q[Z], 0.0) / GRAVITY)
+    memory["back"] = ahead < rear - c["backstep"]["margin"] and rear < math.inf
+    if memory["back"]:
+        for leg in range(LEGS):
+            if memory["phase"][leg] >= FIRST_IN_AIR:
+                memory["phase"][leg] = EXTENDED
+
+
+@inner_kernel
+def desired_forces(c, q, v):
+    """Writes Q_d (9,) [N, N m] into the record from link angles, leg states and gains.
+
+    Torso and thighs are held to the inertial frame, knees and ankles to their neighbours. In joint coordinates a knee's
+    or ankle's couple is just its joint's torque, a thigh's acts on hip and pitch, the torso's on pitch (virtual work).
+    A leg that steps back (`biped.control.planar.tick`) has a thigh couple of its own.
+    """
+    at, gait, memory, backstep = c["at"], c["gait"], c["memory"], c["backstep"]
+    Q, angle, rate, k, b = c["tick"]["Q_d"], at["angle"], at["rate"], gait["k"], gait["b"]
+    upright = 0.5 * math.pi + c["belief"]["tilt"]
+    Q[X] = 0.0
+    Q[Z] = 0.0
+    pitch = -gait["k_d1"] * (angle[TORSO] + upright - gait["theta_b"]) - gait["b_d1"] * rate[TORSO]
+    for leg in range(LEGS):
+        s = memory["phase"][leg]
+        thigh, hip, knee, ankle = THIGH[leg], HIP[leg], KNEE[leg], ANKLE[leg]
+        if memory["back"] and s == EXTENDED:
+            couple = -backstep["k_d2"] * (angle[thigh] + upright - backstep["theta_l"]) - backstep["b_d2"] * rate[thigh]
+        else:
+            couple = -k[s, 0] * (angle[thigh] + upright - gait["theta_l"][s]) - b[s, 0] * rate[thigh]
+        pitch += couple
+        Q[hip] = couple
+        Q[knee] = -k[s, 1] * q[knee] - b[s, 1] * v[knee]
+        Q[ankle] = -k[s, 2] * (q[ankle] - gait["theta_a"][s]) - b[s, 2] * v[ankle]
+    Q[PITCH] = pitch
+
 
 GOING, NOT_FINITE = 0, 3
-"""Statuses that a tick of a law returns (`biped.engines.fall` has all of them): falls are judged by the engine."""
+"""Statuses that a tick of a law returns (`biped.engines.loop` has all of them): falls are judged by the engine."""
 
 
 @inner_kernel
@@ -74,7 +152,7 @@ def thesis_tick(record, q, v, log, k, time):
     """The thesis's control law for one tick; u or Q_d is left in the record.
 
     Args:
-        record: (1,) `biped.control.planar.record.CONTROL`; an array, because numba takes microseconds to recognise a
+        record: (1,) `biped.control.planar.setup.CONTROL`; an array, because numba takes microseconds to recognise a
             bare record.
         q: (9,) measured joint coordinates [m, rad].
         v: (9,) measured joint velocities [m/s, rad/s].

@@ -10,8 +10,7 @@ from biped.base.jit import kernel
 from biped.control.law import Commander, maker_of
 from biped.control.planar.constraints import candidates
 from biped.control.planar.setup import controller_record
-from biped.control.planar.springs import desired_forces
-from biped.control.planar.tick import NOT_FINITE, log_tick, sense_in
+from biped.control.planar.tick import NOT_FINITE, desired_forces, log_tick, sense_in
 from biped.robot.leg_states import STATES
 from biped.robot.planar.kinematics import point_row
 from biped.robot.planar.topology import KNEE, N_POINTS, N_ROWS, N_STOPS, NQ, NU, STOP_ROW, TOE, UPRIGHT
@@ -202,7 +201,7 @@ def offer(record, q, v, J, b_v):
     """Fills the rows of every constraint, touching or not; leaves Q_d and what touches in the record.
 
     Args:
-        record: (1,) `biped.control.planar.record.CONTROL` with sensed links and leg states.
+        record: (1,) `biped.control.planar.setup.CONTROL` with sensed links and leg states.
         q: (9,) joint coordinates [m, rad].
         v: (9,) joint velocities.
         J: (10, 9) overwritten: normal and tangential row of each point, then the knees'.

@@ -13,9 +13,8 @@ from biped.control.observation import Observation
 from biped.control.space.own import Own, Pinocchio, check_kernels, compute, own_of
 from biped.control.space.places import Mechanics
 from biped.control.space.record import GAIT
-from biped.control.space.setup import controller_record, mechanics_of, order_of, set_gains
+from biped.control.space.setup import controller_record, mechanics_of, order_of, set_gains, si_gains, unit_of
 from biped.control.space.tick import spatial_tick
-from biped.control.space.units import si_gains, unit_of
 from biped.robot.anatomy import anatomy_of
 from biped.robot.build import Command
 from biped.robot.tree import beyond_tree

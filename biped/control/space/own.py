@@ -1,6 +1,6 @@
 """The mechanics that the law in space computes by itself from sensed coordinates: by kernels, or by Pinocchio.
 
-Kernels are refereed by Pinocchio, which has algorithms of its own, once for every model (`biped.control.agreed`).
+Kernels are refereed by Pinocchio, which has algorithms of its own, once for every model (`biped.base.kernels`).
 """
 
 from typing import Any, NamedTuple
@@ -10,7 +10,7 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.jit import bound, entry_kernel, kernel
-from biped.control.agreed import agreed
+from biped.base.kernels import agreed
 from biped.control.space.dynamics import compute_mechanics
 from biped.control.space.places import Mechanics
 from biped.control.space.setup import entries_of

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from biped.base.jit import inner_kernel, kernel
-from biped.control.space.topology import BASE, HEEL_END, HIP_JOINTS, LEG, LEG_POINTS, LEGS, N_POINTS, SIDE
+from biped.control.space.record import BASE, HEEL_END, HIP_JOINTS, LEG, LEG_POINTS, LEGS, N_POINTS, SIDE
 from biped.numerics.lanes import LANES
 
 

@@ -7,7 +7,7 @@ within a point's friction cone. Points so high that neither problem can want the
 import math
 
 from biped.base.jit import inner_kernel, kernel
-from biped.control.space.record import DIRECTIONS, EDGES, N_EDGES
+from biped.control.space.record import BASE, DIRECTIONS, EDGES, LEG, LEG_POINTS, LEGS, N_EDGES, N_POINTS
 from biped.control.space.reduced import (
     STOPS,
     factor,
@@ -17,9 +17,8 @@ from biped.control.space.reduced import (
     weigh_points,
     weigh_stops,
 )  # fmt: skip
-from biped.control.space.topology import BASE, LEG, LEG_POINTS, LEGS, N_POINTS
 from biped.numerics.lanes import LANES, added, load, store
-from biped.numerics.nonnegative import MOST, nonnegative
+from biped.numerics.quadratic import MOST, nonnegative
 
 _TIE = 1e-9
 """Raises the diagonals by this fraction: sixteen forces share what six could do, and the shortest share is taken."""

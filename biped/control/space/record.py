@@ -1,6 +1,12 @@
-"""Everything the compiled control tick of a biped with a free base reads and remembers, as one numpy record.
+"""Everything the compiled control tick of a biped with a free base reads and remembers, and in which order it counts.
 
-Its sizes are those of the biped: kernels are compiled for them, so that a walker without arms does not pay for them.
+The sizes of the record are those of the biped: kernels are compiled for them, so that a walker without arms does not
+pay for them.
+
+Joints that are neither the base's nor a leg's (waist, arms, head) come first, the outermost of the file first, those
+that both legs hang on last. The base's velocities are linear ones along the world's axes and angular ones about its own
+(MuJoCo's order). A leg's coordinates, right leg first, are three of the hip in the file's order, knee, ankle,
+inversion; what a leg has not stands there as a mass of its own that nothing moves. A foot has four points.
 """
 
 from functools import lru_cache
@@ -8,9 +14,30 @@ from typing import NamedTuple
 
 import numpy as np
 
-from biped.control.space.topology import BASE, ENDS, LEG, LEG_POINTS, LEGS, N_POINTS
 from biped.numerics.lanes import LANES
 from biped.robot.leg_states import STATES
+
+BASE = 6
+"""Coordinates of a free base."""
+LEGS = 2
+LEG = 6
+"""Coordinates of a leg, all driven."""
+HIP_JOINTS = 3
+"""The first coordinates of a leg turn its thigh."""
+KNEE, ANKLE, INVERSION = range(HIP_JOINTS, LEG)
+"""The others turn shank and foot."""
+SIDE = (-1.0, 1.0)
+"""Sign of y on the right and left: outward of a leg is `SIDE` times leftward."""
+
+LEG_POINTS = 4
+"""Corners of a sole: inner and outer toe, inner and outer heel."""
+N_POINTS = LEGS * LEG_POINTS
+"""Of both feet."""
+TOE_END, HEEL_END = 0, 1
+"""Numbers of a foot's ends."""
+ENDS = 2 * LEGS
+"""Toe and heel of the right and the left foot: an end touches if any of its two points does."""
+
 
 DIRECTIONS = 3
 """A point can be pushed up, forward and to the left."""
@@ -56,7 +83,7 @@ _SENSING = np.dtype(
     ],
     align=True,
 )
-"""As in `biped.control.planar.record`."""
+"""As in `biped.control.planar.setup`."""
 
 
 def _belief(upper: int, stops: int) -> np.dtype:
@@ -83,7 +110,7 @@ def _belief(upper: int, stops: int) -> np.dtype:
 
 
 def _actuation(driven: int) -> np.dtype:
-    """How Q_d becomes torques [N m]: as in `biped.control.planar.record`."""
+    """How Q_d becomes torques [N m]: as in `biped.control.planar.setup`."""
     return np.dtype(
         [
             ("generalized", "u1"), ("limit", "f8", driven),
@@ -99,7 +126,7 @@ def _memory(driven: int, unknowns: int) -> np.dtype:
     """The memory that lasts from tick to tick.
 
     Contacts, ticks that a change has lasted, leg states; the allocation's latest sets and torques; factors of what
-    joints lose, by coordinate, and what they follow from (`biped.control.space.losses`).
+    joints lose, by coordinate, and what they follow from (`biped.control.space.tick`).
     """
     return np.dtype(
         [

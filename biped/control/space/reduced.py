@@ -7,10 +7,9 @@ foot's four points have twelve directions: the lanes.
 """
 
 from biped.base.jit import kernel
-from biped.control.space.record import DIRECTIONS
-from biped.control.space.topology import LEG, LEG_POINTS, LEGS
+from biped.control.space.record import DIRECTIONS, LEG, LEG_POINTS, LEGS
+from biped.numerics.factor import cholesky
 from biped.numerics.lanes import LANES, added, everywhere, load, store, times
-from biped.numerics.triangular import cholesky
 
 STOPS = LEGS * LANES
 """First row of the products that is not a point's direction but a joint's stop; the forces on all follow the stops."""

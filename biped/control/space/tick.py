@@ -1,13 +1,198 @@
-"""One control tick of a biped with a free base: sense, decide the leg states, Q_d, joint torques."""
+"""One control tick of a biped with a free base: sense, losses of joints, leg states, Q_d of springs, joint torques.
 
-from biped.base.jit import inner_kernel
-from biped.control.smoothing import smooth
-from biped.control.space.losses import learn_losses, passive_forces
+Losses by damping and dry friction show where a leg swings: one whose sole is clear of the ground is pushed by its
+motors, by gravity and by what its joints lose, and by nothing else: with M, h and the torques of the latest tick the
+losses follow from how its joints speed up. The file's losses are taken to be right but for a factor, one of each joint
+of a leg; both legs have the same. Factors are least squares over all swings so far. What is known of all joints
+together counts as a little knowledge of each, and the file as a little knowledge of all.
+"""
+
+import math
+
+from biped.base.jit import inner_kernel, kernel
+from biped.control.blending import smooth
 from biped.control.space.places import believe_contacts, point_motion, sense_places
 from biped.control.space.pushing import pushing_torques
-from biped.control.space.springs import desired_forces
-from biped.control.space.topology import HEEL_END, KNEE, LEGS, TOE_END
-from biped.robot.leg_states import leg_state
+from biped.control.space.record import BASE, HEEL_END, HIP_JOINTS, KNEE, LEG, LEG_POINTS, LEGS, SIDE, TOE_END
+from biped.robot.leg_states import EXTENDED, SWING, leg_state
+
+_HOLD = 20.0
+"""[1/s] how fast the springs of joints above the legs are, whatever they carry."""
+_DAMPED = 0.7
+"""Damping ratio of these."""
+
+
+@kernel
+def _placed(c, leg):
+    """[rad] by which a swinging leg is abducted for where the walker is and goes: c_v v_y + c_d (y - half the hips)."""
+    at, gait = c["at"], c["gait"]
+    cos, sin = math.cos(gait["heading"]), math.sin(gait["heading"])
+    side, stance = SIDE[leg], at["foot"][1 - leg]
+    speed = side * (at["com_velocity"][1] * cos - at["com_velocity"][0] * sin)
+    y = side * ((at["com"][1] - stance[1]) * cos - (at["com"][0] - stance[0]) * sin)
+    return gait["velocity"] * speed + gait["position"] * (y - c["belief"]["hip"])
+
+
+@inner_kernel
+def desired_forces(c, m):
+    """Writes Q_d [N, N m] into the record from link angles, leg states and gains.
+
+    Torso and thighs are held to the inertial frame about three axes: across (pitch, as in the plane), forward (roll,
+    abduction) and along the link itself (yaw, rotation). Knee, ankle and inversion are held to their neighbours, and so
+    are the joints above the legs, stiffly.
+    """
+    at, gait, memory, column = c["at"], c["gait"], c["memory"], c["belief"]["column"]
+    Q, k, b, rest = c["tick"]["Q_d"], gait["k"], gait["b"], gait["rest"]
+    upper, reach = at["M_base"].shape[0], at["M_cross"].shape[2]
+    trunk = upper - BASE
+    cos, sin = math.cos(gait["heading"]), math.sin(gait["heading"])
+    for j in range(trunk):
+        away, M = m.q[c["belief"]["place"][j]] - c["belief"]["upright"][j], at["M_base"][j, j]
+        Q[j] = -M * _HOLD * (_HOLD * away + 2.0 * _DAMPED * at["v"][j])
+    for j in range(3):
+        Q[trunk + j] = 0.0
+    tx, ty, tz = 0.0, 0.0, 0.0  # moment on the whole walker
+    lx, ly, lz = 0.0, 0.0, 0.0  # on its thighs
+    for link in range(1 + LEGS):
+        leg = link - 1
+        if link == 0:
+            pitch = -gait["k_torso"][0] * (at["torso"][0] - gait["rest_torso"][0])
+            roll = -gait["k_torso"][1] * (at["torso"][1] - gait["rest_torso"][1])
+            yaw = -gait["k_torso"][2] * (at["torso"][2] - gait["rest_torso"][2])
+            pitch -= gait["b_torso"][0] * at["torso_rate"][0]
+            roll -= gait["b_torso"][1] * at["torso_rate"][1]
+            yaw -= gait["b_torso"][2] * at["torso_rate"][2]
+        else:
+            s = memory["phase"][leg]
+            placed = _placed(c, leg) if s in (SWING, EXTENDED) else 0.0
+            c["tick"]["placed"][leg] = placed
+            pitch = -k[s, 0] * (at["angle"][leg, 0] - rest[s, 0]) - b[s, 0] * at["rate"][leg, 0]
+            roll = -k[s, 1] * (at["angle"][leg, 1] - rest[s, 1] - placed) - b[s, 1] * at["rate"][leg, 1]
+            yaw = -k[s, 2] * (at["angle"][leg, 2] - rest[s, 2]) - b[s, 2] * at["rate"][leg, 2]
+            roll *= SIDE[leg]
+            yaw *= SIDE[leg]
+        own = at["axis"][link]
+        x = pitch * sin + roll * cos + yaw * own[0]
+        y = -pitch * cos + roll * sin + yaw * own[1]
+        z = yaw * own[2]
+        tx += x
+        ty += y
+        tz += z
+        if link > 0:
+            lx += x
+            ly += y
+            lz += z
+            first = upper + LEG * leg
+            for j in range(first, first + HIP_JOINTS):
+                axis = m.axes[column[j]]
+                Q[j] = axis[0] * x + axis[1] * y + axis[2] * z
+            s = memory["phase"][leg]
+            for i in range(HIP_JOINTS, LEG):
+                couple = -k[s, i] * (at["joint"][leg, i] - rest[s, i]) - b[s, i] * at["joint_rate"][leg, i]
+                Q[first + i] = c["belief"]["sign"][leg, i] * couple if column[first + i] >= 0 else 0.0
+    for j in range(upper - reach, trunk):
+        axis = m.axes[column[j]]
+        Q[j] += axis[0] * lx + axis[1] * ly + axis[2] * lz
+    for j in range(trunk + 3, upper):
+        axis = m.axes[column[j]]
+        Q[j] = axis[0] * tx + axis[1] * ty + axis[2] * tz
+
+
+_CREEP = 0.05
+"""[rad/s] within which dry friction changes its sign."""
+_CLEAR = 0.015
+"""[lengths of a shank] that all corners of a sole are above the ground where nothing pushes it."""
+_ROOM = 0.02
+"""[rad] from the end of its range within which a joint's stop may push it."""
+_SHARED = 4.0
+"""Of a joint's factor, what all joints show counts so many times what the file counts."""
+_MOST = 3.0
+"""Largest factor."""
+WORTH = 0.05, 0.01
+"""The file counts as much as this time [s] with losses of this moment [m g l]."""
+
+
+@kernel
+def _loss(c, j, rate):
+    """[N m] that coordinate j loses at a rate, as the file has it."""
+    belief = c["belief"]
+    return belief["damping"][j] * rate + belief["dry"][j] * rate / math.sqrt(rate * rate + _CREEP * _CREEP)
+
+
+@kernel
+def _at_end(c, m, leg, i):
+    """Whether a joint of a leg is near an end of its range that the law counts on."""
+    belief = c["belief"]
+    for one in range(belief["stop_leg"].size):
+        if belief["stop_leg"][one] == leg and belief["stop_joint"][one] == i:
+            place = belief["place"][c["at"]["M_base"].shape[0] + LEG * leg + i]
+            if belief["stop_way"][one] * (m.q[place] - belief["stop_end"][one]) < _ROOM:
+                return True
+    return False
+
+
+@kernel
+def _look(c, m, leg):
+    """Adds what the latest tick shows of a swinging leg's joints: their losses against what the file says."""
+    at, memory, column, tick = c["at"], c["memory"], c["belief"]["column"], c["actuation"]["tick"]
+    v, before = at["v"], memory["before"]
+    upper, reach = at["M_base"].shape[0], at["M_cross"].shape[2]
+    first = upper + LEG * leg
+    for i in range(LEG):
+        j = first + i
+        if column[j] < 0 or _at_end(c, m, leg, i):
+            continue
+        s = m.h[column[j]] - c["tick"]["u"][j - BASE]
+        for k in range(LEG):
+            s += at["M_leg"][leg, i, k] * (v[first + k] - before[first + k]) / tick
+        for k in range(reach):
+            s += at["M_cross"][leg, i, k] * (v[upper - reach + k] - before[upper - reach + k]) / tick
+        loss = _loss(c, j, 0.5 * (v[j] + before[j]))
+        memory["shown"][i] -= tick * loss * s
+        memory["weight"][i] += tick * loss * loss
+
+
+@kernel
+def _factors(c):
+    """Writes the factors that follow from all that was shown."""
+    act, memory, factor = c["actuation"], c["memory"], c["memory"]["factor"]
+    shown, weight, worth = act["compensation"] * act["worth"], act["worth"], _SHARED * act["worth"]
+    for i in range(LEG):
+        shown += memory["shown"][i]
+        weight += memory["weight"][i]
+    common = shown / weight
+    trunk = factor.size - LEGS * LEG
+    for j in range(trunk):
+        factor[j] = min(max(common, 0.0), _MOST)
+    for i in range(LEG):
+        own = (memory["shown"][i] + worth * common) / (memory["weight"][i] + worth)
+        for leg in range(LEGS):
+            factor[trunk + LEG * leg + i] = min(max(own, 0.0), _MOST)
+
+
+@inner_kernel
+def learn_losses(c, m, first):
+    """Updates the factors of what joints lose, after places are sensed and before torques are changed."""
+    at, memory = c["at"], c["memory"]
+    for leg in range(LEGS):
+        lowest = at["height"][LEG_POINTS * leg]
+        for p in range(LEG_POINTS * leg, LEG_POINTS * leg + LEG_POINTS):
+            lowest = min(lowest, at["height"][p])
+        clear = 1 if lowest > _CLEAR * c["belief"]["shank"] else 0
+        if clear and memory["clear"][leg] and not first:
+            _look(c, m, leg)
+        memory["clear"][leg] = clear
+    _factors(c)
+    for j in range(at["v"].size):
+        memory["before"][j] = at["v"][j]
+
+
+@inner_kernel
+def passive_forces(c):
+    """Writes what motors make up for [N m]: the joints' damping and dry friction as the controller knows them."""
+    at, out, factor = c["at"], c["tick"]["passive"], c["memory"]["factor"]
+    for j in range(out.size):
+        out[j] = factor[j] * _loss(c, j, at["v"][j])
 
 
 @inner_kernel

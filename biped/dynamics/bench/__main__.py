@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from biped.base.json import dumps
+from biped.base.writing import dumps
 from biped.dynamics.bench import chapter2, experiments, figures, mechanisms, tables, tolerances
 
 

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from biped.base.jit import bound
-from biped.control.blending import Changes
+from biped.base.jit import bound, inner_kernel, kernel
+from biped.control.blending import Changes, fraction
 from biped.control.planar.controller import ThesisLaw, Tick, law_of
 from biped.control.planar.estimator import infer
-from biped.control.planar.loop import Control, with_unmodelled, within_line, without_unmodelled
+from biped.control.planar.loop import Control, actuate, decide, with_unmodelled, within_line, without_unmodelled
 from biped.control.planar.prediction import believe, prediction_of, predicts
-from biped.control.smoothing import fraction
-from biped.engines.fall import GOING, LOW, fall_words
-from biped.engines.loop import Ending, in_python
-from biped.engines.planar.tick import fall_of, judge
+from biped.engines.loop import GOING, LOW, NOT_FINITE, TILTED, Ending, fall_words, in_python
 from biped.measure.columns import Q_D, WIDTH, Q, U, V
 from biped.measure.seven_links import PlanarTrajectory
 from biped.measure.trajectory import Trajectory
-from biped.robot.planar.topology import NQ, PITCH, X
+from biped.robot.ground import GROUND, height_below, set_ground
+from biped.robot.planar.topology import NQ, PITCH, TORSO, X, Z
 from biped.robot.planar.tree import Tree
 from biped.robot.robot import with_tree
 from biped.robot.run import Run
@@ -30,6 +29,86 @@ from biped.scenario.pushing import pieces
 
 if TYPE_CHECKING:
     from biped.control.planar.senses import PlanarSensors, Senses
+
+FALL = np.dtype(
+    [("least", "f8"), ("tilt", "f8"), ("slope", "f8"), ("com", "f8", 2), ("ground", GROUND)],
+    align=True,
+)
+"""Bounds of a fall: [m] height of the torso's centre of mass, [rad] of its lean from the vertical; the slope [rad], and
+where [m] in the torso's frame its centre of mass is."""
+
+
+def fall_of(run: Run, tree: Tree) -> np.ndarray:
+    """The bounds (1,) of a fall of a run.
+
+    Args:
+        run: The run.
+        tree: Lengths and masses of the biped that walks.
+    """
+    s, out = run.scenario, np.zeros(1, FALL)
+    bounds, profile, (along, up) = out[0], run.profile, tree.com[TORSO]
+    set_ground(bounds["ground"], profile)
+    bounds["tilt"], bounds["slope"], bounds["com"] = np.radians(s.fall.tilt), np.radians(s.ground.slope), (along, up)
+    cos, sin = math.cos(run.q[PITCH]), math.sin(run.q[PITCH])
+    height = run.q[Z] + sin * along + cos * up - float(profile.height(run.q[X] + cos * along - sin * up))
+    bounds["least"] = s.fall.height * height
+    return out
+
+
+@inner_kernel
+def _height(bounds, q):
+    """Height [m] of the torso's centre of mass above the ground, normal to it."""
+    x, z = q[X], q[Z]
+    along, up = bounds["com"][0], bounds["com"][1]
+    if along != 0.0 or up != 0.0:
+        c, s = math.cos(q[PITCH]), math.sin(q[PITCH])
+        x, z = x + c * along - s * up, z + s * along + c * up
+    return z - height_below(bounds["ground"], x)
+
+
+@kernel
+def judge(fall, q, v):
+    """Judges the true state: GOING, LOW, TILTED or NOT_FINITE.
+
+    Args:
+        fall: (1,) `FALL`.
+        q: (9,) true joint coordinates [m, rad].
+        v: (9,) true joint velocities.
+    """
+    bounds = fall[0]
+    for j in range(NQ):
+        if not (math.isfinite(q[j]) and math.isfinite(v[j])):
+            return NOT_FINITE
+    if _height(bounds, q) < bounds["least"]:
+        return LOW
+    if abs(q[PITCH] + bounds["slope"]) > bounds["tilt"]:
+        return TILTED
+    return GOING
+
+
+@inner_kernel
+def tick(control, fall, q, v, applied, log, k):
+    """Decides at tick k, judges the state, and moves the actuators if the run goes on.
+
+    Args:
+        control: `biped.control.planar.loop.Control`.
+        fall: (1,) `FALL`.
+        q: (9,) true joint coordinates [m, rad].
+        v: (9,) true joint velocities.
+        applied: (6,) joint torques or (9,) generalized forces that act in the coming steps, overwritten.
+        log: (n, WIDTH) log, row k is written but for its ground forces.
+        k: Number of the tick.
+
+    Returns:
+        GOING, LOW, TILTED or NOT_FINITE.
+    """
+    status = decide(control, q, v, log, k)
+    if status == GOING:
+        status = judge(fall, q, v)
+    if status == GOING:
+        actuate(control, q, v, applied, log, k)
+    return status
+
 
 NO_SENSORS = SensorKeys()
 NO_CHANGES = Changes(np.empty(0), np.empty(0))

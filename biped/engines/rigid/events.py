@@ -1,17 +1,17 @@
-"""One control tick of rigid motion: Runge-Kutta steps between impacts and releases, which are located in time.
+"""Control ticks of rigid motion: Runge-Kutta steps between impacts and releases, which are located in time.
 
 The scheme is the classical fourth-order one with chapter II's corrections: in every stage by `motion.evaluate`, and
 once per step, with the values at its start, q -= WΦ and v -= WΦ̇. A step that would carry a point through the ground, a
 knee through its stop, or hold a constraint that pulls, is cut where that begins.
 """
 
-from biped.base.jit import entry_kernel, kernel
-from biped.engines.rigid.ground import add_impulse
-from biped.engines.rigid.locate import TOUCH, attempt, beyond_event, keep_stage, locate
-from biped.engines.rigid.motion import gaps, impact, land
-from biped.engines.rigid.release import release
-from biped.engines.rigid.tree import place
-from biped.robot.planar.topology import N_CONSTRAINTS, N_ROWS, NQ
+from biped.base.jit import entry_kernel, kernel, long_kernel
+from biped.engines.planar.plant import tick
+from biped.engines.rigid.gauss import add_impulse
+from biped.engines.rigid.locate import TOUCH, attempt, beyond_event, keep_stage, locate, release
+from biped.engines.rigid.motion import gaps, impact, land, place
+from biped.measure.columns import FORCE, STOP
+from biped.robot.planar.topology import N_CONSTRAINTS, N_POINTS, N_ROWS, N_STOPS, NQ, STOP_ROW
 
 CUTS = 8
 """Events per step. Feet that rock from heel to toe and back have infinitely many in a finite time: after this many,
@@ -25,7 +25,7 @@ def advance(record, q, v, step, steps):
     """Moves (q, v) through one control tick with the forces in the record.
 
     Args:
-        record: (1,) `biped.engines.rigid.record.RIGID`; `Q` and `push` hold for the tick; `impulse` is set to what
+        record: (1,) `biped.engines.home.RIGID`; `Q` and `push` hold for the tick; `impulse` is set to what
             ground and stops gave in it.
         q: (9,) joint coordinates [m, rad], overwritten.
         v: (9,) joint velocities, overwritten.
@@ -122,3 +122,55 @@ def touch_down(record, q, v):
         moving = moving or v[j] != 0.0
     if moving:
         impact(w, q, v)
+
+
+@kernel
+def log_impulses(record, log, k, tick):
+    """Writes the mean forces of a tick [s] into row k of the log.
+
+    Rows of the record come normal first; the log wants (forward, normal). A stop's torque bends the knee: negative.
+    """
+    impulse, line = record[0]["ledger"]["impulse"], log[k]
+    for i in range(N_POINTS):
+        line[FORCE + 2 * i] = impulse[2 * i + 1] / tick
+        line[FORCE + 2 * i + 1] = impulse[2 * i] / tick
+    for leg in range(N_STOPS):
+        line[STOP + leg] = impulse[STOP_ROW + leg] / -tick
+
+
+@kernel
+def log_work(record, account, k):
+    """Writes the work less the losses of impacts [J] up to the end of tick k, where an account is kept."""
+    if account.size > 0:
+        account[k] = record[0]["ledger"]["work"] - record[0]["ledger"]["loss"]
+
+
+@long_kernel
+def walk_rigid(record, control, fall, q, v, applied, step, steps, log, account, first, last):
+    """Ticks first … last - 1 of a run.
+
+    Args:
+        record: (1,) `biped.engines.home.RIGID`.
+        control: `biped.control.planar.loop.Control`.
+        fall: (1,) `biped.engines.planar.plant.FALL`.
+        q: (9,) joint coordinates [m, rad], overwritten.
+        v: (9,) joint velocities, overwritten.
+        applied: (6,) or (9,) forces that act, part of the record.
+        step: [s] of integration.
+        steps: Number of steps in a tick.
+        log: (n, WIDTH) log.
+        account: (n,) [J] as of `log_work`, or (0,).
+        first: First tick.
+        last: One past the last.
+
+    Returns:
+        The status of the last tick and the number of ticks logged.
+    """
+    for k in range(first, last):
+        status = tick(control, fall, q, v, applied, log, k)
+        if status != 0:
+            return status, k + 1
+        advance(record, q, v, step, steps)
+        log_impulses(record, log, k, control.tick)
+        log_work(record, account, k)
+    return 0, last

@@ -8,11 +8,9 @@ The three stand in three lanes. Where only forces change, all but g stays.
 """
 
 from biped.base.jit import kernel
-from biped.engines.rigid.gauss import RANK
-from biped.engines.rigid.ground import bias_on, off_ground, row_on
-from biped.numerics.factor import reflect
+from biped.engines.rigid.gauss import RANK, bias_on, off_ground, row_on
+from biped.numerics.factor import factor_lanes, reflect, reflect_few_back, solve_few, solve_lanes_transposed
 from biped.numerics.lanes import added, everywhere, load, lone, store
-from biped.numerics.rows import factor_lanes, reflect_few_back, solve_few, solve_lanes_transposed
 from biped.robot.planar.topology import KNEE, N_POINTS, N_ROWS, N_STOPS, NQ, STOP_ROW, TOE, X
 from biped.robot.planar.weighing import coupled, factor_from_feet, unweigh, weigh
 

@@ -1,13 +1,14 @@
-"""Bodies and joints of a compiled MuJoCo model as a plant of Drake's: built part by part, not by its parser of MJCF.
+"""Bodies and joints of a compiled MuJoCo model as a plant of Drake's, part by part; what Drake lacks is refused.
 
 A body of several joints becomes a chain: MuJoCo turns it about one after the other, so that between two of them lies a
-body without mass. Where a joint's coordinate is zero in Drake it is the file's reference in MuJoCo.
+body without mass. Where a joint's coordinate is zero in Drake it is the file's reference in MuJoCo. Servos and dry
+friction of joints are solved along with the contacts.
 """
 
-# pyright: reportMissingImports=false
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -16,6 +17,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
     FixedOffsetFrame,
     Joint,
+    JointActuatorIndex,
     PdControllerGains,
     PrismaticJoint,
     QuaternionFloatingJoint,
@@ -25,6 +27,12 @@ from pydrake.multibody.tree import (
     SpatialInertia,
     WeldJoint,
 )
+from pydrake.systems.framework import Context
+
+from biped.base.errors import InputError
+
+# pyright: reportMissingImports=false
+
 
 _FREE, _HINGE = mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_HINGE
 _STIFF = 100.0
@@ -53,7 +61,7 @@ def add_tree(plant: MultibodyPlant, m: mujoco.MjModel) -> PlantParts:
 
     Args:
         plant: Not finished yet; changed.
-        m: The model, which has passed `biped.engines.sap.refused.check_model`.
+        m: The model, which has passed `biped.engines.sap.tree.check_model`.
     """
     plant.mutable_gravity_field().set_gravity_vector(m.opt.gravity)
     bodies: list[RigidBody] = [plant.world_body()]
@@ -163,3 +171,133 @@ def _add_actuators(
         if last is not None:
             last.set_default_rotor_inertia(armature)
     return driven, brakes
+
+
+# pyright: reportMissingImports=false
+
+
+class JointTorques:
+    """Torques of servos and dry friction at their joints.
+
+    Drake's port has their sum at each joint. Friction's share follows from its own law: a damper of rate `PlantParts.
+    brakes` that gives way at the joint's dry friction.
+
+    Args:
+        plant: Finished.
+        m: The model that it was built from.
+        tree: What was built.
+        context: The plant's.
+
+    Attributes:
+        any: Whether there are any.
+        servo: (nv,) generalized forces of servos in the latest step, in Drake's order.
+        friction: (nv,) of dry friction, likewise.
+        rubs: Whether there is any dry friction.
+    """
+
+    def __init__(self, plant: MultibodyPlant, m: mujoco.MjModel, tree: PlantParts, context: Context):
+        self.any, self.rubs = bool(tree.servos or tree.brakes), bool(tree.brakes)
+        self.servo, self.friction = (np.zeros(plant.num_velocities()) for _ in range(2))
+        if not self.any:
+            return
+        self._actuator, self._joint = (np.array([one[i] for one in tree.servos], dtype=int) for i in range(2))
+        holds = m.actuator_biasprm[self._actuator, 1] != 0.0
+        self._zero = np.where(holds, m.qpos0[m.jnt_qposadr[self._joint]], 0.0)
+        self._net = plant.get_net_actuation_output_port()
+        first: dict[int, int] = {}  # actuator of each of Drake's columns; those of one joint have the same sum
+        order: list[int] = []  # which servo each row of the desired state is of; none of a brake
+        by_joint = {j: i for i, (_, j) in enumerate(tree.servos)}
+        number = {int(joint.index()): j for j, joint in enumerate(tree.joints)}
+        for index in range(plant.num_actuators()):
+            actuator = plant.get_joint_actuator(JointActuatorIndex(index))
+            j = number[int(actuator.joint().index())]
+            first.setdefault(int(tree.joints[j].velocity_start()), index)
+            if actuator.has_controller():
+                order.append(by_joint[j] if actuator.name() == tree.joints[j].name() and j in by_joint else -1)
+        column = np.array([tree.joints[j].velocity_start() for j in self._joint], dtype=int)
+        self._columns, self._index = column, np.array([first[int(c)] for c in column], dtype=int)
+        rank = {servo: row for row, servo in enumerate(order) if servo >= 0}
+        # Positions that are wanted come first there, and after all of them velocities; a servo has one of the two.
+        self._rows = np.where(holds, 0, len(order)) + np.array([rank[i] for i in range(len(tree.servos))], dtype=int)
+        port = plant.get_desired_state_input_port(tree.bodies[1].model_instance())
+        self._desired: Any = port.FixValue(context, np.zeros(2 * len(order)))
+        self._values = self._desired.GetMutableData().get_mutable_value().get_mutable_value()
+        braked = np.array([j for j, _ in tree.brakes], dtype=int)
+        self._most, self._rate = (np.zeros(plant.num_velocities()) for _ in range(2))
+        at = np.array([tree.joints[j].velocity_start() for j in braked], dtype=int)
+        self._most[at], self._rate[at] = m.dof_frictionloss[m.jnt_dofadr[braked]], [rate for _, rate in tree.brakes]
+        self._least = -self._most
+
+    def command(self, target: np.ndarray) -> None:
+        """Has servos hold their joints at targets (nu,)."""
+        self._desired.GetMutableData()  # without it Drake does not know that they change
+        self._values[self._rows] = target[self._actuator] - self._zero
+
+    def read(self, context: Context, now: np.ndarray, torque: np.ndarray) -> None:
+        """Finds what they gave in the step whose last velocities are `now`.
+
+        Args:
+            context: The plant's.
+            now: (nv,) velocities at the end of the step.
+            torque: (njnt,) torques of servos are written here.
+        """
+        if self.rubs:
+            np.minimum(np.maximum(-self._rate * now, self._least), self._most, out=self.friction)
+        if self._joint.size:
+            found = self._net.Eval(context)[self._index] - self.friction[self._columns]
+            torque[self._joint] = self.servo[self._columns] = found
+
+
+_FLAGS = ("CONSTRAINT", "CONTACT", "LIMIT", "FRICTIONLOSS", "SPRING", "DAMPER", "GRAVITY", "FILTERPARENT", "CLAMPCTRL",
+          "ACTUATION")  # fmt: skip
+"""MuJoCo's flags of parts of the physics that Drake's plant is built with in any case."""
+_EDGED = (mujoco.mjtGeom.mjGEOM_HFIELD, mujoco.mjtGeom.mjGEOM_SDF)
+
+
+def check_model(model: mujoco.MjModel, name: str) -> None:
+    """Makes sure that Drake can step a model.
+
+    Args:
+        model: Compiled for a run.
+        name: What the scenario calls it.
+
+    Raises:
+        InputError: It has a part that has no counterpart there.
+    """
+    for what, why in _reasons(model):
+        raise InputError(f"engine: 'drake' cannot simulate model '{name}': it has {what}, {why}; expected engine = "
+                         "'mujoco'", "engine")  # fmt: skip
+
+
+def _reasons(m: mujoco.MjModel) -> Iterator[tuple[str, str]]:
+    """Each part that has no counterpart, and why."""
+    free, ball = m.jnt_type == mujoco.mjtJoint.mjJNT_FREE, m.jnt_type == mujoco.mjtJoint.mjJNT_BALL
+    for j in np.flatnonzero(ball):
+        yield f"the ball joint '{m.joint(j).name}'", "and Drake's has three angles, which lock"
+    if m.neq:
+        yield f"{m.neq} equality constraints", "which MuJoCo makes soft in a way of its own"
+    stiff = m.tendon_stiffness if m.tendon_stiffness.ndim == 1 else m.tendon_stiffness[:, 0]
+    damped = m.tendon_damping if m.tendon_damping.ndim == 1 else m.tendon_damping[:, 0]
+    if m.ntendon and (np.any(stiff) or np.any(damped) or m.tendon_limited.any() or m.tendon_frictionloss.any()):
+        yield "tendons that pull", "which Drake has not"
+    if m.opt.density or m.opt.viscosity or np.any(m.opt.wind):
+        yield "air or water around it", "which Drake has not"
+    if np.any(m.body_gravcomp):
+        yield "bodies whose weight is compensated", "which Drake has not"
+    if np.any(m.dof_dampingpoly) or np.any(m.jnt_stiffnesspoly):
+        yield "springs or dampers that are not linear", "which Drake's joints have not"
+    for j in np.flatnonzero(free):
+        columns = slice(m.jnt_dofadr[j], m.jnt_dofadr[j] + 6)
+        spring = m.jnt_stiffness[j] if m.jnt_stiffness.ndim == 1 else m.jnt_stiffness[j, 0]
+        damping = m.dof_damping[columns]
+        if m.dof_armature[columns].any() or np.any(damping) or spring or m.dof_frictionloss[columns].any():
+            yield (f"armature, damping, friction or a spring in the free joint '{m.joint(j).name}'",
+                   "which Drake's has not")  # fmt: skip
+    if np.any(m.geom_solref[:, 0] <= 0.0) or np.any(m.pair_solref[:, 0] <= 0.0):
+        yield "contacts of a stiffness and damping of their own (solref < 0)", "which have no contact time here"
+    if off := [name for name in _FLAGS if m.opt.disableflags & getattr(mujoco.mjtDisableBit, f"mjDSBL_{name}")]:
+        yield f"disabled parts of the physics ({', '.join(off).lower()})", "which are not taken away here"
+    if m.nflex:
+        yield "parts that bend", "which are not built here"
+    for g in np.flatnonzero(np.isin(m.geom_type, _EDGED)):
+        yield f"a height field or signed distance ('{m.geom(g).name}')", "whose contacts Drake has not"

@@ -10,8 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
-from biped.base.errors import InputError
-from biped.base.text import safe
+from biped.base.errors import InputError, safe
 from biped.ensemble.backend import Backend, Told
 
 if TYPE_CHECKING:

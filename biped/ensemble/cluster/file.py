@@ -9,9 +9,8 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta, field
 
-from biped.base.errors import InputError
+from biped.base.errors import InputError, safe
 from biped.base.files import label, read_toml
-from biped.base.text import safe
 from biped.base.typed import Section
 from biped.ensemble.cluster.local import Local
 from biped.ensemble.cluster.tasks import Connection, connecting

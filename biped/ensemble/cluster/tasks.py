@@ -14,8 +14,7 @@ from contextlib import suppress
 from hashlib import blake2b
 from typing import Any
 
-from biped.base.errors import InputError, RunError
-from biped.base.text import why
+from biped.base.errors import InputError, RunError, why
 from biped.ensemble.backend import Done, Told, WorkerLost
 from biped.ensemble.cluster.worker import carry_out, described, platform, resources, versions, words
 

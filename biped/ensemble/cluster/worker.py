@@ -15,9 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from biped.base import VERSION
-from biped.base.errors import InputError
+from biped.base.errors import InputError, safe
 from biped.base.files import PACKAGE
-from biped.base.text import safe
 from biped.base.trust import trusting
 from biped.ensemble.journal import PLACE, here
 

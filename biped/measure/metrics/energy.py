@@ -9,7 +9,7 @@ from biped.base.jit import entry_kernel
 from biped.measure.metrics.gait import travelled
 from biped.measure.pushes import declared
 from biped.measure.trajectory import Trajectory, mean_powers
-from biped.robot.gravity import GRAVITY, frame
+from biped.robot.ground import GRAVITY, frame
 from biped.robot.planar.topology import ANKLE, BASE, HIP, KNEE, PITCH, THIGH, TORSO
 from biped.robot.planar.tree import motion
 

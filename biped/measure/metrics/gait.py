@@ -15,7 +15,7 @@ from biped.base.jit import entry_kernel
 from biped.measure.contact import LOADED, along_feet, feet_down, swings_of
 from biped.measure.pushes import declared
 from biped.measure.trajectory import Trajectory
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 from biped.scenario.devices import COMMANDED
 
 MOVED = 0.1

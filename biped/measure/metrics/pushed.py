@@ -19,7 +19,7 @@ import numpy as np
 from biped.measure.metrics.gait import heels
 from biped.measure.pushes import declared
 from biped.measure.trajectory import Trajectory
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 from biped.robot.planar.tree import motion
 
 LEAST_STEPS = 3

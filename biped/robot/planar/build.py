@@ -7,14 +7,12 @@ from typing import NamedTuple
 import mujoco
 
 from biped.base.files import label
-from biped.robot.gravity import gravity
-from biped.robot.ground import box_of, is_level, levelled
+from biped.robot.ground import box_of, gravity, is_level, levelled
 from biped.robot.planar.description import PlanarParts, description_at, version_of
 from biped.robot.planar.model import spec_of
 from biped.robot.planar.order import Order, order_of
 from biped.robot.planar.topology import NU
-from biped.robot.planar.tree import Tree, tree_of
-from biped.robot.planar.truth import apply_truth
+from biped.robot.planar.tree import Tree, apply_truth, tree_of
 from biped.robot.spec import set_solver
 from biped.scenario.keys import Scenario, Simulation, Truth
 from biped.scenario.world import Ground

@@ -7,14 +7,14 @@ the subtree that hinge j carries, and hinges at p, for i above or equal to j
     M_ij = T_j - S_j·(p_i + p_j) + m_j p_i·p_j
 
 The numbers are Pinocchio's at a tenth of the price; the controller asks Pinocchio at every model whether they are
-(`biped.control.planar.referee`), and the tests hold both together. Coordinates and order as in
+(`biped.control.planar.controller`), and the tests hold both together. Coordinates and order as in
 `biped.robot.planar.topology`; vectors (x, z), angles counter-clockwise.
 """
 
 import numpy as np
 
 from biped.base.jit import inner_kernel, kernel
-from biped.numerics.sines import sines
+from biped.numerics.lanes import sines
 from biped.robot.planar.topology import (
     BASE,
     CHAINS,

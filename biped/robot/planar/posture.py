@@ -9,13 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from biped.base.errors import InputError
+from biped.base.errors import InputError, safe
 from biped.base.files import nearest
-from biped.base.text import safe
 from biped.robot.planar.model import posture_of
 from biped.robot.planar.topology import KNEE, N_ANGLES, N_POINTS, NQ, PITCH, Z
-from biped.robot.planar.tree import ABSOLUTE_FROM_JOINT, SevenLinks, Tree, absolute, from_absolute, motion
-from biped.robot.planar.truth import true_tree
+from biped.robot.planar.tree import ABSOLUTE_FROM_JOINT, SevenLinks, Tree, absolute, from_absolute, motion, true_tree
 from biped.scenario.keys import Scenario, Start
 
 MOST_STARTS = 256

@@ -1,11 +1,13 @@
-"""The planar seven-link tree: what a model file says about lengths and masses, and forward kinematics from it.
+"""The planar seven-link tree: lengths and masses as a model file says them and as they truly are, forward kinematics.
 
 Links, coordinates and contact points are in the order of `biped.robot.planar.topology`. Vectors are (x, z), angles
 counter-clockwise.
 """
 
+from __future__ import annotations
+
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -21,14 +23,21 @@ from biped.robot.planar.topology import (
     N_LINKS,
     N_POINTS,
     NQ,
+    PARENT,
     PITCH,
+    POINT_LINK,
     SHANK,
+    THIGH,
     TOE,
     TORSO,
     UPRIGHT,
     X,
     Z,
 )
+from biped.scenario.keys import Truth
+
+if TYPE_CHECKING:
+    import mujoco
 
 # Rates of the absolute link angles from the joint rates (columns pitch … second ankle).
 _ABSOLUTE = np.zeros((N_LINKS, N_LINKS))
@@ -217,3 +226,75 @@ def seven_links_of(parts: PlanarParts, tree: Tree) -> SevenLinks:
     numbers = {name: value.tolist() for name, value in tree._asdict().items()}
     named = {name: getattr(parts, name) for name in PlanarParts.__struct_fields__}
     return convert(named | numbers, SevenLinks)
+
+
+LEAST_INERTIA = 1e-12
+"""[kg, kg m²] A link with less cannot be simulated: MuJoCo refuses 1e-15."""
+
+
+def check_solid(truth: Truth, parts: PlanarParts, tree: Tree) -> None:
+    """Makes sure that every link of the biped that walks has a mass and an inertia.
+
+    Raises:
+        InputError: One has less than can be simulated.
+    """
+    true = true_tree(tree, truth)
+    for link, mass, inertia in zip(parts.links, true.mass, true.inertia, strict=True):
+        if min(mass, inertia) < LEAST_INERTIA:
+            raise InputError(
+                f"truth: {link}: expected a mass and a moment of inertia of at least {LEAST_INERTIA:g}, got "
+                f"{mass:.3g} kg and {inertia:.3g} kg m²", "truth",
+            )  # fmt: skip
+
+
+def true_tree(tree: Tree, truth: Truth) -> Tree:
+    """Lengths and masses of the biped that walks, given those of the model file."""
+    if truth == Truth():
+        return tree
+    mass, length = np.array(truth.mass), np.array(truth.length)
+    parent = length[list(PARENT)]
+    scaled = tree._replace(
+        joint=tree.joint * parent[:, None],
+        com=tree.com * length[:, None],
+        mass=tree.mass * mass,
+        inertia=tree.inertia * mass * length**2 * np.array(truth.inertia),
+        damping=tree.damping + truth.joint_damping,
+        point=tree.point * length[list(POINT_LINK)][:, None],
+    )
+    return scaled if truth.hip_mass == 0.0 else _with_hip_mass(scaled, truth.hip_mass)
+
+
+def _with_hip_mass(tree: Tree, hip: float) -> Tree:
+    """The tree whose torso carries a point mass [kg] on the hip's axis too."""
+    own, at = float(tree.mass[TORSO]), tree.joint[THIGH[0]] - tree.com[TORSO]
+    com, mass, inertia = np.array(tree.com), np.array(tree.mass), np.array(tree.inertia)
+    mass[TORSO] = own + hip
+    com[TORSO] += hip / (own + hip) * at
+    inertia[TORSO] += own * hip / (own + hip) * float(at @ at)
+    return tree._replace(com=com, mass=mass, inertia=inertia)
+
+
+def apply_truth(spec: mujoco.MjSpec, truth: Truth, robot: PlanarParts) -> None:
+    """Scales masses, inertias and lengths in a parsed model, in place."""
+    for i, link in enumerate(robot.links):
+        body = spec.body(link)
+        length = truth.length[i]
+        body.mass *= truth.mass[i]
+        body.inertia = body.inertia * (truth.mass[i] * length**2 * truth.inertia[i])
+        body.ipos = body.ipos * length
+        for part in [*body.sites, *body.geoms, *body.bodies]:
+            part.pos = part.pos * length
+        for geom in body.geoms:
+            geom.fromto = geom.fromto * length
+    if truth.hip_mass > 0.0:
+        torso, hip = spec.body(robot.base.link), spec.body(robot.leg[0].links[0])
+        total = torso.mass + truth.hip_mass
+        at = np.array([hip.pos[0], 0.0, hip.pos[2]]) - torso.ipos
+        torso.inertia = torso.inertia + torso.mass * truth.hip_mass / total * np.array(
+            [at[2] ** 2, at @ at, at[0] ** 2]
+        )
+        torso.ipos = torso.ipos + truth.hip_mass / total * at
+        torso.mass = total
+    for joint in robot.joints[BASE:]:
+        # MuJoCo 4 keeps a polynomial in the rate: linear, quadratic and cubic coefficient.
+        spec.joint(joint).damping = spec.joint(joint).damping + np.array([truth.joint_damping, 0.0, 0.0])

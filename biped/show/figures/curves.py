@@ -17,7 +17,7 @@ from matplotlib.patches import Circle, Polygon
 from biped.measure import signals
 from biped.measure.pushes import pushes_of
 from biped.measure.trajectory import Trajectory
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 from biped.robot.planar.topology import CHAINS, SEGMENTS
 from biped.show import document
 from biped.show.figures.style import LEFT, PUSH, QUIET, RIGHT, STATES, TRUNK, figure, legend_above, timed

@@ -20,7 +20,7 @@ from biped.ensemble.campaign import simulate, simulate_planar
 from biped.ensemble.plan import Plan
 from biped.measure.contact import LOADED, SPELL, feet_down, strikes_of
 from biped.measure.trajectory import Trajectory
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 from biped.robot.planar.topology import BASE, FOOT, HEEL, NQ, PITCH, SHANK, THIGH, TOE, TORSO, X
 from biped.robot.planar.tree import ABSOLUTE_OFFSET, Motion, motion
 from biped.robot.robot import Robot

@@ -17,10 +17,8 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from biped.base.errors import InputError, RunError
-from biped.base.replacing import Kind, may_write
-from biped.base.text import short
-from biped.base.writing import written
+from biped.base.errors import InputError, RunError, short
+from biped.base.writing import Kind, may_write, written
 from biped.show.film.stage import FilmedWalker, FilmStage, camera_of, walkers
 from biped.show.results_folder import run_of
 from biped.studies.folders import writing

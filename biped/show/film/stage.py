@@ -11,13 +11,11 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from biped.base.errors import InputError
+from biped.base.errors import InputError, safe
 from biped.base.files import nearest
-from biped.base.text import safe
 from biped.measure.signals import finite, means
 from biped.measure.trajectory import Trajectory
-from biped.robot.gravity import GRAVITY
-from biped.robot.ground import slabs
+from biped.robot.ground import GRAVITY, slabs
 from biped.show import spatial
 from biped.show.spatial import light_evenly
 

@@ -10,8 +10,7 @@ import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from biped.base.replacing import Kind, may_write
-from biped.base.writing import write_text
+from biped.base.writing import Kind, may_write, write_text
 from biped.show.page import campaign, comparisons, studies
 from biped.show.page.html import Markup, join, tag
 from biped.studies.folders import writing

@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from biped.base.errors import InputError
-from biped.base.json import dumps
-from biped.base.paired import Estimate
-from biped.base.statistics import same_rate, wilson
+from biped.base.statistics import Estimate, same_rate, wilson
+from biped.base.writing import dumps
 from biped.ensemble import campaign
 from biped.ensemble.journal import installed
 from biped.ensemble.plan import Plan

@@ -11,7 +11,7 @@ import numpy as np
 from biped.measure.pushes import declared
 from biped.measure.signals import corners_of, end_forces, finite, leg_states, means, stick
 from biped.measure.trajectory import Trajectory
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 from biped.show import spatial
 
 RATE = 40.0

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from biped.base.text import plain
+from biped.base.errors import plain
 from biped.ensemble.checks import FAILED, NOTHING, PASSED, UNDECIDED
 from biped.scenario.metrics import Metric
 from biped.scenario.reference import unit_of

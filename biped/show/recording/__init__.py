@@ -16,9 +16,8 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from biped.base.errors import InputError
-from biped.base.replacing import Kind, may_write
-from biped.base.text import markdown_table, plain
+from biped.base.errors import InputError, markdown_table, plain
+from biped.base.writing import Kind, may_write
 from biped.ensemble.checks import FAILED, NOTHING, PASSED, UNDECIDED, word_of
 from biped.measure.metrics.walking import outcome
 from biped.measure.pushes import pushes_of

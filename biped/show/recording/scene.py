@@ -16,10 +16,9 @@ import rerun as rr
 from biped.measure.metrics.gait import extrapolated, outline
 from biped.measure.signals import means
 from biped.measure.trajectory import Trajectory
-from biped.robot.assets import DRAWN
-from biped.robot.gravity import GRAVITY
-from biped.robot.ground import slabs
+from biped.robot.ground import GRAVITY, slabs
 from biped.robot.planar.topology import POINT_LINK
+from biped.robot.spec import DRAWN
 from biped.show import spatial
 from biped.show.recording.series import LANE, LEFT, RIGHT, Placed, times
 

@@ -7,8 +7,7 @@ import mujoco
 import numpy as np
 import rerun as rr
 
-from biped.base.errors import InputError
-from biped.base.text import plain
+from biped.base.errors import InputError, plain
 from biped.measure import signals
 from biped.measure.trajectory import Trajectory
 

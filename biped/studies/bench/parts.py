@@ -16,11 +16,10 @@ from biped.control.planar.sensing import sense_links
 from biped.control.planar.setup import controller_record
 from biped.control.planar.tick import thesis_tick
 from biped.engines import home
+from biped.engines.home import rigid_record
 from biped.engines.planar.mujoco import simulate
-from biped.engines.rigid.motion import evaluate, evaluate_again, land
-from biped.engines.rigid.record import rigid_record
+from biped.engines.rigid.motion import evaluate, evaluate_again, land, mass_and_bias, place
 from biped.engines.rigid.respond import respond, solve_motion
-from biped.engines.rigid.tree import mass_and_bias, place
 from biped.measure.metrics import measure
 from biped.measure.trajectory import Trajectory
 from biped.robot.planar.kinematics import mass_matrix

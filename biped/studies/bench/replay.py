@@ -142,7 +142,7 @@ def strict(replay: Replay) -> float | None:
 
 @long_kernel
 def steps(step, model, data, taken, given, substeps):
-    """Bare steps under given forces (n, 6 or 9), each for `substeps`; addresses as in `biped.engines.planar.walk`."""
+    """Bare steps under given forces (n, 6 or 9), each for `substeps`; addresses as in `biped.engines.planar.mujoco`."""
     for k in range(given.shape[0]):
         for j in range(taken.size):
             taken[j] = given[k, j]

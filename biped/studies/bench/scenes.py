@@ -19,8 +19,7 @@ from biped.engines.mujoco import simulate
 from biped.engines.native import reason
 from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure
-from biped.robot.law_factory import Factory
-from biped.robot.run import Run
+from biped.robot.run import Factory, Run
 from biped.scenario.keys import COMPILED, ENGINE, PINOCCHIO
 from biped.scenario.reading import read_scenario
 from biped.studies.bench.replay import clock, replay_of, replayed, strict

@@ -9,7 +9,7 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import label, nearest
-from biped.base.json import dumps
+from biped.base.writing import dumps
 from biped.ensemble.backend import Jobs, Progress, Told, silent, unheard
 from biped.ensemble.executor import workers
 from biped.ensemble.guard import OF_RUNS

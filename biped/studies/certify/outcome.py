@@ -13,7 +13,7 @@ import numpy as np
 from biped.measure.metrics.gait import extrapolated, foot_places, headings
 from biped.measure.pushes import declared
 from biped.measure.trajectory import Trajectory
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 
 EVERY = 0.01
 """[s] between the rows that are looked at."""

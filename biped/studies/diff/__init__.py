@@ -13,7 +13,7 @@ import msgspec
 
 from biped.base.errors import InputError
 from biped.base.files import label, locate, nearest
-from biped.base.sequential import BETTER, UNDECIDED, Rates, SequentialTest, decided
+from biped.base.statistics import BETTER, UNDECIDED, Rates, SequentialTest, decided
 from biped.ensemble.backend import Jobs, Progress, Told, silent, unheard
 from biped.ensemble.folder import Folder, result_in
 from biped.ensemble.guard import new_folder

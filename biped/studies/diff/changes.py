@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from biped.base.errors import InputError
 from biped.base.files import label, read_toml
-from biped.base.paired import UNKNOWN, Estimate, holm, means, shares
+from biped.base.statistics import UNKNOWN, Estimate, holm, means, shares
 from biped.ensemble.rows import LOST
 from biped.scenario.metrics import METRICS, Metric
 

@@ -17,9 +17,8 @@ from biped.engines.plant import MujocoPlant
 from biped.ensemble.plan import Plan
 from biped.measure.metrics.gait import headings
 from biped.measure.trajectory import Trajectory
-from biped.robot.law_factory import Factory
 from biped.robot.robot import Robot
-from biped.robot.run import Run
+from biped.robot.run import Factory, Run
 from biped.scenario.card import Card, read_card
 from biped.scenario.reading import from_text
 from biped.studies.policy.tape import CLOSE, Tape, differences, record, replay

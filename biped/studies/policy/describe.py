@@ -7,9 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from biped.base.errors import InputError
+from biped.base.errors import InputError, why
 from biped.base.files import is_file, label, nearest
-from biped.base.text import why
 from biped.control.network import metadata
 from biped.robot.report import look
 from biped.robot.robot import Robot

@@ -7,9 +7,8 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
-from biped.base.errors import InputError
+from biped.base.errors import InputError, why
 from biped.base.files import label
-from biped.base.text import why
 from biped.control.card import Walker
 from biped.engines.plant import MujocoPlant
 from biped.robot.run import Run

@@ -14,7 +14,7 @@ from msgspec import structs
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.measure.metrics import assess
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 from biped.scenario.card import Card, Numbers, per_joint, read_card
 from biped.studies.policy import check, commands_of, plan_of, reproduce, run_of
 from biped.studies.policy.tape import record

@@ -26,7 +26,7 @@ from biped.ensemble.executor import mapped
 from biped.ensemble.plan import Plan
 from biped.measure.metrics.gait import headings
 from biped.measure.trajectory import Trajectory
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 from biped.robot.run import Run
 from biped.scenario.vary import stream
 from biped.scenario.world import Push

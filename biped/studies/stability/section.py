@@ -26,7 +26,7 @@ import numpy as np
 from biped.base.errors import RunError
 from biped.ensemble.campaign import simulate_planar
 from biped.measure.trajectory import Trajectory
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 from biped.robot.planar.topology import HEEL, KNEE, N_POINTS, NQ, PITCH, X, Z
 from biped.robot.planar.tree import ABSOLUTE_FROM_JOINT, Tree, motion
 from biped.robot.run import Run

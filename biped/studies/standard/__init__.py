@@ -14,15 +14,13 @@ from typing import Any, NamedTuple
 
 from msgspec.structs import replace
 
-from biped.base.errors import InputError, RunError
+from biped.base.errors import InputError, RunError, safe
 from biped.base.files import canonical, is_file, locate, names, read_toml
-from biped.base.json import dumps
-from biped.base.text import safe
 from biped.base.trust import grant
-from biped.base.writing import write_text
+from biped.base.writing import dumps, write_text
 from biped.ensemble.backend import Jobs, Progress, silent
 from biped.ensemble.plan import Plan
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 from biped.scenario.gains import Gains
 from biped.scenario.gait import read_gains, speeds_of
 from biped.scenario.general import read_by

@@ -11,14 +11,11 @@ from typing import Any, NamedTuple
 
 import msgspec
 
-from biped.base.errors import InputError
+from biped.base.errors import InputError, why
 from biped.base.files import label
-from biped.base.json import dumps
-from biped.base.replacing import may_fill
 from biped.base.statistics import wilson
-from biped.base.text import why
 from biped.base.typed import convert
-from biped.base.writing import reason, write_text
+from biped.base.writing import dumps, may_fill, reason, write_text
 from biped.ensemble.journal import origin_of
 from biped.ensemble.plan import Plan
 from biped.scenario.goals import Standard

@@ -16,8 +16,8 @@ from msgspec.structs import replace
 
 from biped.base.errors import InputError
 from biped.base.files import label, nearest
-from biped.base.json import dumps
 from biped.base.statistics import wilson
+from biped.base.writing import dumps
 from biped.ensemble.backend import Jobs, Progress, Told, silent, unheard
 from biped.ensemble.folder import Folder
 from biped.ensemble.guard import OF_RUNS

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from biped.base.errors import InputError
 from biped.base.files import label, locate
-from biped.base.json import dumps
+from biped.base.writing import dumps
 from biped.ensemble.backend import Jobs, Progress, Told, silent, unheard
 from biped.ensemble.folder import Folder
 from biped.ensemble.guard import OF_RUNS

@@ -14,7 +14,7 @@ from biped.ensemble import executor
 from biped.ensemble.backend import Jobs, Progress, silent
 from biped.ensemble.campaign import run_one
 from biped.ensemble.plan import Plan
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 from biped.robot.report import look
 from biped.scenario.reading import read_scenario
 from biped.scenario.vary import setting

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from biped.control.planar.bounded import foreign_torques
+from biped.control.planar.allocation import foreign_torques
 from biped.engines.planar.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.scenario.devices import Actuation

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from biped.control.planar.phase import step_back
+from biped.control.planar.tick import step_back
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.scenario.devices import Actuation

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from biped.control.planar.believed import believed_forces
 from biped.control.planar.controller import ThesisLaw
+from biped.control.planar.setup import believed_forces
 from biped.engines.planar.mujoco import simulate
 from biped.measure.columns import WIDTH
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 from biped.robot.planar.model import tree_at
 from biped.studies.run import plan_of
 

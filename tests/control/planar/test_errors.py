@@ -7,8 +7,7 @@ import pytest
 from scipy.stats import kstest
 
 from biped.base.errors import InputError
-from biped.control.planar.errors import redraw, uniform
-from biped.control.planar.setup import controller_record
+from biped.control.planar.setup import controller_record, redraw, uniform
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
 from biped.scenario.reading import read

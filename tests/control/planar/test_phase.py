@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from biped.control.planar.phase import leg_states
+from biped.control.planar.tick import leg_states
 from tests.ticks import Bench
 
 STRAIGHT, BENT = -0.04, -0.06

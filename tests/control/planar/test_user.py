@@ -13,7 +13,7 @@ import pytest
 
 from biped.base.trust import trusting
 from biped.cli.main import main
-from biped.control.loading import load_law
+from biped.control.law import load_law
 from biped.control.planar import start_law
 from biped.control.planar.user import UserLaw
 from biped.engines.planar.mujoco import simulate
@@ -21,8 +21,8 @@ from biped.ensemble import failures
 from biped.ensemble.plan import Plan
 from biped.measure.columns import PHASE, WIDTH
 from biped.measure.stored import load
-from biped.robot.law_factory import factory_of
 from biped.robot.planar.model import tree_at
+from biped.robot.run import factory_of
 from biped.scenario.reading import read_scenario
 from tests.cases import SHORT, command, write
 from tests.show.recordings import read

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 import qpsolvers
 
-from biped.control.space.losses import _CREEP
 from biped.control.space.pushing import FAR
-from biped.control.space.springs import _DAMPED, _HOLD
+from biped.control.space.tick import _CREEP, _DAMPED, _HOLD
 from tests.control.space.any_scene import AnyScene, h1
 
 SIDE, EDGES = (-1.0, 1.0), 4

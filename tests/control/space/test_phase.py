@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from biped.control.planar.phase import leg_states as in_the_plane
+from biped.control.planar.tick import leg_states as in_the_plane
+from biped.control.space.record import HEEL_END, KNEE, TOE_END
 from biped.control.space.tick import leg_states
-from biped.control.space.topology import HEEL_END, KNEE, TOE_END
 from tests.control.space.scene import Scene
 from tests.ticks import Bench
 

@@ -6,11 +6,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from biped.control.planar.record import new
-from biped.control.planar.setup import set_gains
-from biped.control.planar.springs import desired_forces as planar_forces
+from biped.control.planar.setup import new, set_gains
+from biped.control.planar.tick import desired_forces as planar_forces
 from biped.control.space.places import believe_contacts
-from biped.control.space.springs import desired_forces
+from biped.control.space.tick import desired_forces
 from tests.control.space.scene import Scene, states
 
 SIDE = (-1.0, 1.0)

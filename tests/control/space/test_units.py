@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from biped.control.space.setup import controller_record
+from biped.control.space.setup import Unit, controller_record, si_gains, si_pushing, unit_of
 from biped.control.space.tick import spatial_tick
-from biped.control.space.units import Unit, si_gains, si_pushing, unit_of
 from biped.robot.anatomy import anatomy_of
 from biped.scenario.gains import MGL
 from tests.control.space.scene import Scene, states

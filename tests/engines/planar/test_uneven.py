@@ -13,13 +13,12 @@ from msgspec import structs
 from biped.engines import home
 from biped.engines.home import simulate_with_ledger
 from biped.engines.planar import mujoco as foreign
-from biped.engines.planar.planes import lay, planes_of
+from biped.engines.planar.ground import lay, planes_of
 from biped.ensemble.failures import load_packed, save_packed
 from biped.ensemble.plan import Plan
 from biped.measure import stored
 from biped.measure.metrics import measure
-from biped.robot.gravity import gravity
-from biped.robot.ground import profile_of
+from biped.robot.ground import gravity, profile_of
 from biped.robot.planar.build import compile_foreign
 from biped.robot.planar.tree import motion
 from biped.scenario.devices import Actuation

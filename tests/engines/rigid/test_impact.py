@@ -10,11 +10,10 @@ from hypothesis import strategies as st
 from scipy.sparse import csc_matrix
 
 from biped.base.files import locate
+from biped.engines.home import rigid_record
 from biped.engines.rigid.gauss import unilateral
-from biped.engines.rigid.motion import active_rows, evaluate, impact, prepare
-from biped.engines.rigid.record import rigid_record
-from biped.engines.rigid.release import release
-from biped.engines.rigid.tree import mass_and_bias, place
+from biped.engines.rigid.locate import release
+from biped.engines.rigid.motion import active_rows, evaluate, impact, mass_and_bias, place, prepare
 from biped.robot.planar.model import tree_at
 
 HUMAN = locate("models", "human", "test")

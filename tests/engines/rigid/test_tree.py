@@ -5,14 +5,12 @@ import pinocchio
 import pytest
 
 from biped.base.files import locate
-from biped.engines.rigid.motion import active_rows, gaps
-from biped.engines.rigid.record import rigid_record
-from biped.engines.rigid.tree import applied_forces, mass_and_bias, place
-from biped.robot.planar.controller_model import believed_model, pinocchio_tree
+from biped.engines.home import rigid_record
+from biped.engines.rigid.motion import active_rows, applied_forces, gaps, mass_and_bias, place
 from biped.robot.planar.description import description_at
 from biped.robot.planar.model import tree_at
-from biped.robot.planar.tree import Tree, motion
-from biped.robot.planar.truth import true_tree
+from biped.robot.planar.order import believed_model, pinocchio_tree
+from biped.robot.planar.tree import Tree, motion, true_tree
 from biped.scenario.keys import Truth
 from tests.energy import energy
 

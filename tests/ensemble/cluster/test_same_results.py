@@ -10,7 +10,7 @@ import pytest
 
 import biped
 from biped.base.errors import InputError
-from biped.base.json import dumps
+from biped.base.writing import dumps
 from biped.ensemble.chunks import Chunks
 from biped.ensemble.executor import workers
 from biped.ensemble.failures import SUFFIX

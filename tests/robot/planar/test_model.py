@@ -10,19 +10,19 @@ import pytest
 from biped.base.files import folder
 from biped.engines.planar import mujoco as engine
 from biped.ensemble.plan import Plan
-from biped.robot.gravity import gravity
+from biped.robot.ground import gravity
 from biped.robot.planar.build import compile_foreign
-from biped.robot.planar.controller_model import believed_model
 from biped.robot.planar.description import description_at
 from biped.robot.planar.model import posture_of, tree_at
+from biped.robot.planar.order import believed_model
 from biped.robot.planar.tree import (
     ABSOLUTE_FROM_JOINT,
     ABSOLUTE_OFFSET,
     absolute,
     from_absolute,
     motion,
+    true_tree,
 )
-from biped.robot.planar.truth import true_tree
 from biped.scenario.keys import Scenario, Simulation, Start, Truth
 from biped.scenario.world import Ground
 

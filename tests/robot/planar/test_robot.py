@@ -9,12 +9,11 @@ import pytest
 
 from biped.base.files import folder
 from biped.robot.planar.build import compile_foreign
-from biped.robot.planar.controller_model import believed_model
 from biped.robot.planar.description import description_at
 from biped.robot.planar.model import tree_at
+from biped.robot.planar.order import believed_model
 from biped.robot.planar.topology import BASE, NQ, SHANK, THIGH
-from biped.robot.planar.tree import Tree
-from biped.robot.planar.truth import true_tree
+from biped.robot.planar.tree import Tree, true_tree
 from biped.scenario.keys import Scenario, Truth
 from biped.scenario.world import Ground
 

@@ -9,10 +9,9 @@ import pytest
 
 from biped.base.trust import trusting
 from biped.engines import home
+from biped.engines.home import rigid_record
 from biped.engines.planar import mujoco as foreign
-from biped.engines.rigid.motion import active_rows
-from biped.engines.rigid.record import rigid_record
-from biped.engines.rigid.tree import mass_and_bias, place
+from biped.engines.rigid.motion import active_rows, mass_and_bias, place
 from biped.ensemble.plan import Plan
 from biped.measure.columns import COLUMNS
 from biped.measure.metrics import measure
@@ -21,9 +20,9 @@ from biped.measure.stored import load
 from biped.measure.trajectory import Trajectory
 from biped.robot.load import load_robot
 from biped.robot.planar.build import compile_foreign
-from biped.robot.planar.controller_model import believed_model, pinocchio_tree
 from biped.robot.planar.description import description_at
 from biped.robot.planar.model import posture_of, tree_at
+from biped.robot.planar.order import believed_model, pinocchio_tree
 from biped.robot.planar.topology import N_CONSTRAINTS, N_POINTS, NQ
 from biped.scenario.keys import Scenario
 from biped.scenario.reading import read_scenario

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from biped.ensemble.plan import Plan
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 from biped.robot.planar.model import spec_of
 from biped.robot.planar.topology import POINT_LINK
 from biped.robot.planar.tree import motion

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 from biped.show.recording import record
 from tests.show.recording.pushed import ROOT, nanoseconds
 from tests.show.recordings import SLOPE, read, recorded

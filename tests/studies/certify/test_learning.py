@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from biped.ensemble.campaign import simulate
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 from biped.scenario.randomise import Move, Normals
 from biped.studies.certify.outcome import LEARNT_EVERY, LEFT, NEVER, horizon_of, outcome_of, states_of, time_left
 from biped.studies.certify.reference import Regulated

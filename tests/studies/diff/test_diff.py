@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from biped.base.errors import InputError
-from biped.base.json import dumps
+from biped.base.writing import dumps
 from biped.cli.main import main
 from biped.ensemble.plan import Plan
 from biped.ensemble.results import result_of

@@ -10,7 +10,7 @@ import pytest
 from biped.base.errors import InputError
 from biped.cli.main import main
 from biped.ensemble.campaign import simulate
-from biped.robot.gravity import GRAVITY
+from biped.robot.ground import GRAVITY
 from biped.robot.planar.model import tree_at
 from biped.scenario.metrics import METRICS
 from biped.show.document import markdown

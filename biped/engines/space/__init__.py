@@ -1,1 +1,0 @@
-"""A biped with a free base: the loop that is compiled for the law `spatial`."""
