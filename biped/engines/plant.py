@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -19,7 +20,7 @@ from biped.engines.actuators import Account, Latency, actuate
 from biped.engines.forces import Contacts, GroundContacts, add_forces
 from biped.engines.loop import GOING, LOW, Ending, fall_words, in_python, mujoco_warnings
 from biped.engines.row import log_state, state_of
-from biped.engines.uneven import PatchedContacts, Uneven, own
+from biped.engines.uneven import PatchedContacts, Uneven, beginning, own
 from biped.engines.untouched import Untouched
 from biped.measure.columns import columns_of, width_of
 from biped.measure.trajectory import Trajectory
@@ -170,24 +171,15 @@ class MujocoPlant:
 
         return ticks, HeldLoop(self, look, self.compiled).advance
 
-    def _first_half(self) -> Callable[[], None]:
-        """Returns a function that brings MuJoCo's data to the state that a step begins with."""
-        data, model, uneven, patched = self.data, self.model, self.uneven, self.patched
-        first_half = mujoco.mj_step1 if self.split else mujoco.mj_forward
-
-        def begin() -> None:
-            if uneven is not None:
-                uneven.lay()
-            first_half(model, data)
-            for one in patched:
-                one.change()
-
-        return begin
+    @cached_property
+    def _begin(self) -> Callable[[], None]:
+        """Brings MuJoCo's data to the state that a step begins with."""
+        return beginning(self.model, self.data, self.split, self.uneven, self.patched)
 
     def _looking(self, touching: list[Contacts]) -> Callable[[int], int]:
         """Judges and logs a tick's state; the contacts of that state are left in `touching`."""
         data, model, log, outside, state = self.data, self.model, self.log, self.outside, self.state
-        contacts, tick, first_half, velocities = self.contacts, self.run.tick, self._first_half(), mujoco.mj_subtreeVel
+        contacts, tick, first_half, velocities = self.contacts, self.run.tick, self._begin, mujoco.mj_subtreeVel
         log_row = bound(log_state, state, touching[0], log[0], outside[0], 0.0)
 
         def look(k: int) -> int:
@@ -237,7 +229,7 @@ class MujocoPlant:
         """Steps the physics to the next tick, and logs its forces and works."""
         data, model, state, account, contacts = self.data, self.model, self.state, self.account, self.contacts
         watch, pushing, substeps, split = self.watch, self.pushing, self.run.substeps, self.split
-        generalized, first_half = self.command == "generalized", self._first_half()
+        generalized, first_half = self.command == "generalized", self._begin
         solved = contacts.examples()[1]
         forces, total, torque = np.zeros_like(state.point), np.zeros(6), np.zeros(len(self.robot.drives))
         outside, com, acting = self.outside, data.subtree_com[self.robot.base_number], np.zeros(6)

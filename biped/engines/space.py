@@ -268,7 +268,7 @@ _AT_ORIGIN = 1e-9
 
 
 def plant_of(
-    law: object, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, substeps: int, least: float, tilt: float,
+    law: Spatial, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, substeps: int, least: float, tilt: float,
     columns: dict[str, tuple[int, tuple[int, ...]]], anchors: np.ndarray,
 ) -> SpacePlant | None:  # fmt: skip
     """The loop's plant, or None where the run must be stepped from Python.
@@ -284,7 +284,7 @@ def plant_of(
         columns: Of the trajectory.
         anchors: Joints that a stick figure shows.
     """
-    if not isinstance(law, Spatial) or law.source == PINOCCHIO or model.opt.cone != mujoco.mjtCone.mjCONE_ELLIPTIC:
+    if law.source == PINOCCHIO or model.opt.cone != mujoco.mjtCone.mjCONE_ELLIPTIC:
         return None
     if not _on_spheres(model, robot):
         return None

@@ -7,6 +7,7 @@ they are, between MuJoCo's search for them and its solver.
 """
 
 import copy
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import mujoco
@@ -136,3 +137,27 @@ class PatchedContacts:
             mujoco.mj_island(model, data)
             mujoco.mj_projectConstraint(model, data)
             mujoco.mj_referenceConstraint(model, data)
+
+
+def beginning(
+    model: mujoco.MjModel, data: mujoco.MjData, split: bool, uneven: Uneven | None, patched: Sequence[PatchedContacts]
+) -> Callable[[], None]:
+    """Returns a function that brings MuJoCo's data to the state that a step begins with.
+
+    Args:
+        model: What is stepped.
+        data: Its state.
+        split: Whether a law ticks between two halves of a step.
+        uneven: Planes that are laid before it; None: the ground is level.
+        patched: Contacts that are changed in it.
+    """
+    first_half = mujoco.mj_step1 if split else mujoco.mj_forward
+
+    def begin() -> None:
+        if uneven is not None:
+            uneven.lay()
+        first_half(model, data)
+        for one in patched:
+            one.change()
+
+    return begin

@@ -9,6 +9,8 @@ FILES = (
     Bad("unknown nested key", ("s.toml: ground.slop: unknown key", "'slope'"), "[ground]\nslop = 3.0"),
     Bad("unknown key of a push", ("s.toml: push[0].bdy: unknown key", "'body'"),
         "[[push]]\nat = 0.1\nduration = 0.1\nforce = [1.0, 0.0]\nbdy = 'torso'"),
+    Bad("unknown key of a stage", ("s.toml: tune.stages[0].generation: unknown key", "'generations'"),
+        "[[tune.stages]]\ngeneration = 3"),
     Bad("unknown key of an expectation", ("s.toml: expect.speed.mni: unknown key", "'min'"),
         "expect.speed = { mni = 0.7 }"),
     Bad("number for a string", ("s.toml: description: expected a string, got a whole number",), "description = 3"),

@@ -69,7 +69,7 @@ def test_the_step_back_is_the_robots_only_where_a_scenario_asks_for_it(tmp_path)
 
 
 BAD = {
-    "legs that are no tables": ("leg = 3\n" + DESCRIPTION.partition("[[leg]]")[0], ("leg: expected two tables",)),
+    "legs that are no tables": ("leg = 3\n" + DESCRIPTION.partition("[[leg]]")[0], ("leg: expected a list of tables",)),
     "one leg": (DESCRIPTION.replace('[[leg]]\nname = "port"', '[[arm]]\nname = "port"'), ("arm: unknown key", "leg")),
     "a misspelt key": (DESCRIPTION.replace("stops = [\"q_L2\"]", "stop = [\"q_L2\"]"), ("leg[1].stop", "'stops'")),
     "a stop at a hip": (DESCRIPTION.replace('stops = ["q_L2"]', 'stops = ["q_L1"]'), ("leg[1].stops", "'q_L2'")),
