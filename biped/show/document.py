@@ -222,11 +222,6 @@ def _line(line: Line) -> str:
 
 def _piece(words: str, kind: str) -> str:
     if kind == "code":  # between backticks all is text; it cannot end them, nor a cell
-        return "`" + plain_code(words) + "`"
+        return "`" + words.replace("`", "'").replace("|", "/").replace("\n", " ") + "`"
     mark = _MARKS.get(kind, "")
     return mark + "\n".join(literal(part) for part in words.split("\n")) + mark
-
-
-def plain_code(words: str) -> str:
-    """Somebody's words between backticks, which they cannot end."""
-    return words.replace("`", "'").replace("|", "/").replace("\n", " ")

@@ -208,7 +208,7 @@ def expectations_table(checks: Rows, runs: int) -> Markup | None:
                 _named(check["name"]),
                 judged(word_of(check)),
                 f"{number(value)}{unit}",
-                _sign(check["expected"]),
+                check["expected"].replace(">=", "≥").replace("<=", "≤"),
                 interval,
                 check.get("why", "") if check["passed"] is None or not interval else "",
             )
@@ -294,10 +294,6 @@ def _drop(walked: int, runs: int, goal: str = "walked") -> str:
     # Four of four against none show, and six of very many.
     enough = "four" if walked == runs else f"about {math.ceil(6 * runs / walked)}"
     return f"{runs} more run{'s' if runs > 1 else ''} could not show any drop; that takes {enough} runs."
-
-
-def _sign(expected: str) -> str:
-    return expected.replace(">=", "≥").replace("<=", "≤")
 
 
 def _named(name: str) -> Markup:

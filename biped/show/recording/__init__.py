@@ -202,7 +202,7 @@ FIVE = ("speed", "cost_of_transport", "double_support", "step_length", "peak_tor
 
 def log_report(recording: rr.RecordingStream, placed: Placed) -> None:
     """Logs a run's verdict, its numbers and its scenario as Markdown."""
-    text = plain_lines(placed.run.scenario_text.strip())
+    text = "\n".join(map(plain, placed.run.scenario_text.strip().split("\n")))
     fence = "`" * max(3, 1 + max(map(len, re.findall("`+", text)), default=0))
     for name, page in (
         ("result", result(placed.run)),
@@ -280,11 +280,6 @@ def numbers(run: Recorded) -> str:
         if name in run.metrics
     )
     return "\n".join([*lines, "", markdown_table(("number", "value", ""), rows)])
-
-
-def plain_lines(text: str) -> str:
-    """Several lines, each made safe to show."""
-    return "\n".join(plain(line) for line in text.split("\n"))
 
 
 def _with_unit(name: str, value: Any) -> str:
