@@ -13,7 +13,7 @@ from biped.ensemble.plan import Plan
 from biped.scenario.engines import HOME, MUJOCO
 from biped.scenario.vary import stream
 from biped.studies.run import plan_of, title_of
-from biped.studies.stability.basin import Basin, Shrinking, basin, floor, shrinking
+from biped.studies.stability.basin import Basin, Shrinking, basin_slice, floor, shrinking
 from biped.studies.stability.cycle import Fit, Returns, fit_map, pairs
 from biped.studies.stability.orbit import Exponent, Orbit, exponent, find_orbit
 from biped.studies.stability.section import Kicks, Mapped, PoincareSection, Steady, crossings
@@ -273,7 +273,7 @@ def measure(plan: Plan, jobs: Jobs, slices: bool) -> MeasuredGait:
         sizes=rows,
         floor=floor(rows),
         kicked=KickedFit(fit_map(returns, rng), KICK, fell, KICKED),
-        basin=basin(gait, rng, on_cores) if slices else None,
+        basin=basin_slice(gait, rng, on_cores) if slices else None,
     )
 
 

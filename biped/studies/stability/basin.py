@@ -147,7 +147,7 @@ def reach(steady: np.ndarray) -> float:
     return float(np.quantile(apart.min(axis=1), WITHIN))
 
 
-def basin(gait: Steady, rng: np.random.Generator, mapped: Mapped) -> Basin:
+def basin_slice(gait: Steady, rng: np.random.Generator, mapped: Mapped) -> Basin:
     """Walks from every change of the grid.
 
     Args:

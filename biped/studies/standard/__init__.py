@@ -31,7 +31,7 @@ from biped.scenario.reading import read_scenario
 from biped.scenario.vary import setting
 from biped.studies.run import plan_of, run_plan, title_of
 from biped.studies.stability.disturbances import growth, sensitivity
-from biped.studies.standard.search import Limit, StoredMeasurements, TriedValue, digest_of, limit, search
+from biped.studies.standard.search import Limit, StoredMeasurements, TriedValue, digest_of, limit, try_values
 
 PLAIN = "standard/level"
 """The test that any robot can be put to."""
@@ -320,7 +320,7 @@ def _stand(test: StandardTrial, entrant: Entrant, changes: Sequence[str], made: 
     runs = len(_plan(test, entrant, changes, s.first))
     if s.key is None:
         return StandardResult(test.name, gait, [at(math.nan)], None, 1.0)
-    tried = search(s, test.rate, at)
+    tried = try_values(s, test.rate, at)
     scale = _unit(_plan(test, entrant, changes, s.first), s.of)
     return StandardResult(test.name, gait, tried, limit(tried, test.rate), scale)
 

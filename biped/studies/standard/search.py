@@ -76,7 +76,7 @@ class Limit(NamedTuple):
     surely_fails_at: float | None
 
 
-def search(test: Standard, rate: float, at: Callable[[float], TriedValue]) -> list[TriedValue]:
+def try_values(test: Standard, rate: float, at: Callable[[float], TriedValue]) -> list[TriedValue]:
     """Tries values of a test's key.
 
     From the first on, a step at a time until one fails, and on until one is sure to; then between the last that holds

@@ -210,7 +210,7 @@ def test_basin_knows_the_gait_and_a_fall(walk, monkeypatch):
     monkeypatch.setattr(basin_module, "LEAN", (0.0, 1.2))
     monkeypatch.setattr(basin_module, "SPEED", (0.0,))
     gait = Steady(section, section.states(found)[4:], np.array([1.588]), 0, 1)
-    cut = basin_module.basin(gait, np.random.default_rng(0), partial(mapped, jobs=1))
+    cut = basin_module.basin_slice(gait, np.random.default_rng(0), partial(mapped, jobs=1))
     assert cut.counts["returned"] == [[2], [0]], "unchanged strides are the gait"
     assert cut.counts["fell"] == [[0], [2]], "69 degrees of lean is a fall"
 

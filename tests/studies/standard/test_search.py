@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from biped.scenario.goals import Standard
-from biped.studies.standard.search import TriedValue, limit, search
+from biped.studies.standard.search import TriedValue, limit, try_values
 
 RATE = 0.7
 
@@ -22,7 +22,7 @@ def asked(standard, reached, runs=20):
         order.append(value)
         return TriedValue(value, reached(value), runs, {})
 
-    return search(standard, RATE, at), order
+    return try_values(standard, RATE, at), order
 
 
 test.__test__ = False  # a maker of tests for gaits, not one of ours

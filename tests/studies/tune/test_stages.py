@@ -152,7 +152,7 @@ def read_gains_of(name):
         ("tune.stages=[{set={gains={k_d1=3.0}}}]", ["tune.stages.0.set", "gains", "hold"]),
         ("tune.stages=[{set={seed=3}}]", ["tune.stages.0.set", "seed"]),
         ("tune.stages=[{set={ground={slop=3.0}}}]", ["tune.stages.0.set", "slop", "slope"]),
-        ("tune.stages=[{generation=3}]", ["tune.stages", "unknown field `generation`"]),
+        ("tune.stages=[{generation=3}]", ["tune.stages[0].generation", "generations"]),
         ("tune.stages=[{hold={k_d1=1.0,theta_b=70.0}}]", ["tune.gains"]),
     ],
 )
