@@ -16,7 +16,40 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from msgspec import Meta, field
 
-from biped.base.typed import Count, NonNegative, Real, Section
+from biped.base.typed import Count, NonNegative, Positive, Real, Section
+
+Weights = Annotated[tuple[Real, ...], Meta(min_length=1, max_length=3)]
+"""Of the directions of a process."""
+
+
+class Shift(Section, frozen=True):
+    """A shift along one direction of the normals of a process: c' = spread c + by for the number c along it.
+
+    Attributes:
+        pattern: Of each block of times from the move's `after` on, weights of the process's directions, such as
+            forward and up; their squares, over all numbers that they weigh, should add up to 1.
+        each: Times in a block.
+        by: How far the normals are shifted along the pattern.
+        spread: What their scatter along the pattern is multiplied by.
+    """
+
+    pattern: Annotated[tuple[Weights, ...], Meta(min_length=1, max_length=10_000)]
+    each: Count = 1
+    by: Real = 0.0
+    spread: Positive = 1.0
+
+    def __call__(self, z: np.ndarray, first: int) -> np.ndarray:
+        """The normals z, one row for each time, after the shift.
+
+        Args:
+            z: (n,) or (n, directions).
+            first: Row that the pattern begins with.
+        """
+        rows = z.reshape(len(z), -1).copy()
+        weights = np.repeat(np.array(self.pattern), self.each, axis=0)[: len(z) - first, : rows.shape[1]]
+        part = rows[first : first + len(weights), : weights.shape[1]]
+        part += weights * ((self.spread - 1.0) * np.sum(weights * part) + self.by)
+        return rows.reshape(z.shape)
 
 
 class Move(Section, frozen=True):
@@ -29,6 +62,7 @@ class Move(Section, frozen=True):
         after: [s] from which it moves the numbers that processes draw for a time; other numbers move only where it
             is 0.
         before: [s] up to which it does; default: the end.
+        shift: Of the numbers that processes draw for a time, from `after` on; default: none.
     """
 
     seed: Annotated[int, Meta(ge=0, le=2**63 - 1)] = 0
@@ -36,6 +70,7 @@ class Move(Section, frozen=True):
     keep: Annotated[float, Meta(ge=0, le=10)] | None = None
     after: NonNegative = 0.0
     before: NonNegative | None = None
+    shift: Shift | None = None
 
     def __call__(self, z: Any, w: Any, times: np.ndarray | None) -> Any:
         """The normals z after the move.
@@ -52,7 +87,8 @@ class Move(Section, frozen=True):
         moves = times >= self.after
         if self.before is not None:
             moves &= times < self.before
-        return np.where(moves.reshape(-1, *[1] * (np.ndim(z) - 1)), new, z)
+        moved = np.where(moves.reshape(-1, *[1] * (np.ndim(z) - 1)), new, z)
+        return moved if self.shift is None else self.shift(moved, int(np.searchsorted(times, self.after)))
 
 
 class Normals(int):

@@ -51,8 +51,12 @@ def document_of(found: Mapping[str, Any]) -> Document:
             rows.append((name, f"{share:.3f}", _number(product)))
         blocks.append(Table(("level", "share that reaches it", "product"), tuple(rows)))
         blocks.append(Paragraph(f"Levels are of the score '{found['score']}': {_SCORES[found['score']]}.", note=True))
+    if found.get("patterns"):
+        rows = tuple((f"{one['by']:.2f}", f"{one['spread']:.2f}", f"{one['share']:.2f}") for one in found["patterns"])
+        blocks.append(Table(("shift along a pattern", "spread along it", "share of the shifted runs"), rows))
+    leads = "pattern leads to" if found["method"] == "shifting" else "level leads to"
     note = (
-        f"{plain['runs']} runs were plain. A way to fall that no level leads to is seen by them alone: one rarer than "
+        f"{plain['runs']} runs were plain. A way to fall that no {leads} is seen by them alone: one rarer than "
         f"{3.0 / max(plain['runs'], 1):.2g} a run would most likely not have been seen."
     )
     return (*blocks, Paragraph(note, note=True))
@@ -74,7 +78,9 @@ def _remarks(found: Mapping[str, Any]) -> list[Words | str]:
         f"a plain run takes {plain['steps']:.1f} steps in {plain['seconds']:.1f} s",
     ]
     p, (low, high) = found["probability"], found["interval"]
-    if found["method"] == "splitting" and p > 0.0:
+    if found["method"] == "shifting":
+        lines.append(f"the weights of the shifted runs that fell are worth {found['effective']:.1f} falls")
+    if found["method"] != "counting" and p > 0.0:
         runs = _number(trials_as_narrow(p, low, high))
         lines.append(f"plain counting would take {runs} runs for an interval as narrow")
     if plain["other"]:

@@ -150,7 +150,7 @@ def _fallen(plan: Plan, outcomes: Outcomes, accuracy: Accuracy, ways: int) -> tu
     """Plain runs, and runs that fell while the other law stood, until there are so many ways or runs run out."""
     seed = plan.scenario.seed
     plain = outcomes.plain(stream(seed, "find.plain"), FIRST)
-    moving = Moving(tuple(piece_times(plan.scenario)))
+    moving = Moving(tuple(piece_times(plan.scenario).tolist()))
 
     def fell() -> list[Member]:
         return [one for one in outcomes.fell if one[1].stands]

@@ -15,9 +15,9 @@ def add_certify(commands: common.Commands) -> None:
         commands, "certify", "estimate how likely a fall is, however rare, with an interval", certify_command,
         simulates=True,
         description="Estimates the probability that a run of a scenario falls, over everything that it draws at "
-        "random, with a 95 % interval. It counts plain runs or, where falls are rare, splits runs, whichever is "
-        "cheaper. With --out an interrupted command is continued. Exit code 3: the interval is wider than "
-        "--relative.",
+        "random, with a 95 % interval. It counts plain runs or, where falls are rare, splits runs; with --method "
+        "shifting it shifts the random force towards a fall. With --out an interrupted command is continued. Exit "
+        "code 3: the interval is wider than --relative.",
     )  # fmt: skip
     parser.add_argument("scenario", nargs="?", help="name in scenarios/, or path of a scenario file")
     known = "test the estimator: estimate problems of known probability, each so many times (100: several minutes)"
@@ -39,7 +39,9 @@ def add_certify(commands: common.Commands) -> None:
     score = "with splitting: how nearness to a fall is measured: learned (default), margin, drop or lean"
     parser.add_argument("--score", default="learned", help=score)
     parser.add_argument(
-        "--method", choices=["counting", "splitting"], help="how to estimate (default: whichever is cheaper)"
+        "--method",
+        choices=["counting", "splitting", "shifting"],
+        help="how to estimate (default: counting or splitting, whichever is cheaper)",
     )
     parser.add_argument("--out", type=Path, help="results folder; the same command continues what was interrupted")
     common.take_running(parser)
@@ -72,7 +74,7 @@ def _estimated_problems(args: argparse.Namespace) -> int:
     if args.reference < 2:
         raise InputError(f"--reference {args.reference}: expected at least 2 repeats")
     with common.workers_of(args) as jobs:
-        found = [one._asdict() for one in validate(args.reference, jobs, common.progress)]
+        found = [one._asdict() for one in validate(args.reference, jobs, args.method, common.progress)]
     common.answer(args, {"problems": found}, reference_document(found))
     return common.DONE
 

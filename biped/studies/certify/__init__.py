@@ -1,4 +1,4 @@
-"""`biped certify`: how likely a scenario's fall is, by counting or by splitting, whichever is cheaper."""
+"""`biped certify`: how likely a scenario's fall is, by counting, splitting or shifting, whichever is cheapest."""
 
 import math
 from collections.abc import Sequence
@@ -14,11 +14,14 @@ from biped.ensemble.backend import Jobs, Progress, Told, silent, unheard
 from biped.ensemble.executor import workers
 from biped.ensemble.guard import OF_RUNS
 from biped.ensemble.plan import Plan
-from biped.scenario.vary import piece_times
+from biped.robot.ground import GRAVITY
+from biped.scenario.randomise import Normals
+from biped.scenario.vary import piece_normals, piece_times
 from biped.studies.certify import estimation
 from biped.studies.certify.estimation import Accuracy, Found, Probability, counted, estimated
 from biped.studies.certify.outcome import LEARNED, SCORES
 from biped.studies.certify.running import MakingOutcomes, journalled
+from biped.studies.certify.shifting import Process
 from biped.studies.certify.splitting import Member, Moving
 from biped.studies.folders import folder_for
 from biped.studies.run import plan_of, title_of
@@ -31,7 +34,7 @@ class Certified(NamedTuple):
         scenario: Its name.
         folder: Where it is written.
         duration: [s] of a run.
-        method: `COUNTING` or `SPLITTING`.
+        method: Of `biped.studies.certify.estimation.METHODS`.
         score: What levels are of.
         probability: Of a fall within the duration.
         reached: Whether the interval is as narrow as asked for.
@@ -46,6 +49,8 @@ class Certified(NamedTuple):
         other: Plain runs that neither fell nor were completed.
         fell: Some runs that fell, with their outcomes.
         doubt: What speaks against the result, if anything.
+        patterns: Of the force, which shifted runs were given: how far, how much they scatter, and their share.
+        effective: How many falls of one weight would say as much as those of the shifted runs.
     """
 
     scenario: str
@@ -66,6 +71,8 @@ class Certified(NamedTuple):
     other: int
     fell: tuple[Member, ...]
     doubt: str
+    patterns: tuple[dict[str, float], ...]
+    effective: float
 
     def per(self, steps: float) -> Probability:
         """The probability of a fall within so many steps, each as dangerous as any other."""
@@ -92,6 +99,7 @@ class Certified(NamedTuple):
             "per_100_steps": list(self.per(100.0)), "steps_to_fall": list(self.steps_to_fall),
             "levels": list(self.levels), "shares": list(self.shares), "estimates": list(self.estimates),
             "doubt": self.doubt,
+            "patterns": list(self.patterns), "effective": self.effective,
         }  # fmt: skip
 
 
@@ -122,7 +130,8 @@ def certify(
         outcomes, closing = journalled(folder, carried_out, settings, accuracy.most, progress, title, tell,
                                        None if accuracy.score == LEARNED else accuracy.score)  # fmt: skip
         with closing:
-            found = estimated(plan.scenario.seed, outcomes, Moving(tuple(piece_times(plan.scenario))), accuracy)
+            moving = Moving(tuple(piece_times(plan.scenario).tolist()))
+            found = estimated(plan.scenario.seed, outcomes, moving, accuracy, process_of(plan))
         if found.levels is not None and isinstance(outcomes.score, str):
             accuracy = accuracy._replace(score=outcomes.score)  # nothing could be learned
         certified = _certified(title, folder.path, plan.scenario.duration, accuracy, outcomes.runs, found)
@@ -138,13 +147,35 @@ def _certified(title: str, path: Path, duration: float, accuracy: Accuracy, runs
     )  # fmt: skip
     plain = found.plain
     return Certified(
-        title, path, duration, estimation.SPLITTING if found.samples else estimation.COUNTING, accuracy.score,
+        title, path, duration, found.method, accuracy.score,
         found.probability,
         found.reached, runs, len(plain), sum(outcome.fell for outcome in plain),
         float(np.mean([outcome.steps for outcome in plain])), float(np.mean([outcome.end for outcome in plain])),
         found.levels.values if found.levels else (), means, tuple(sample.probability for sample in found.samples),
         sum(bool(outcome.other) for outcome in plain), tuple(found.fell), found.doubt,
+        () if found.mixture is None else found.mixture.summary(), found.effective,
     )  # fmt: skip
+
+
+BLOCK = 1.0 / 3.0
+"""[√(l/g)] in which a pattern of the force does not change: 0.1 s of a walker with legs of 0.9 m."""
+TIMING = ("disturbance.at", "disturbance.correlation", "duration", "simulation")
+"""Keys by which a run's force would be made of other normals."""
+
+
+def process_of(plan: Plan) -> Process | None:
+    """The normals of the random force, which may be shifted; None without one."""
+    s, times = plan.scenario, piece_times(plan.scenario)
+    if s.disturbance is None or any(key.startswith(TIMING) for key in s.randomise.draw):
+        return None
+    block = BLOCK * math.sqrt(plan.robot.leg / GRAVITY)
+    each = max(1, round(block / (times[1] - times[0]))) if len(times) > 1 else 1
+    acts = tuple(way for way, strength in enumerate(s.disturbance.force) if strength)
+
+    def drawn(run: Normals) -> np.ndarray:
+        return piece_normals(s, Normals(int(run), run.moves))
+
+    return Process(tuple(times.tolist()), each, acts, drawn) if acts else None
 
 
 def _check(plan: Plan, accuracy: Accuracy) -> None:

@@ -1,4 +1,4 @@
-"""The probability of a fall from outcomes of runs, with its interval: by counting or by splitting, the cheaper one."""
+"""The probability of a fall from outcomes of runs, with its interval: by counting, by splitting or by shifting."""
 
 import math
 from collections.abc import Sequence
@@ -11,6 +11,7 @@ from biped.scenario.vary import stream
 from biped.studies.certify import splitting
 from biped.studies.certify.outcome import LEARNED, LEFT, RunOutcome
 from biped.studies.certify.running import Outcomes
+from biped.studies.certify.shifting import Learner, Mixture, Process, Weighted, weighted
 
 LEAST_SAMPLES = 5
 """Independent estimates from which an interval is made."""
@@ -80,9 +81,16 @@ def plain_is_cheaper(falls: int, runs: int, share: float) -> bool:
     return (1.0 - p) / p <= 2.0 * levels**2 * (1.0 - share) / share
 
 
-COUNTING, SPLITTING = "counting", "splitting"
+COUNTING, SPLITTING, SHIFTING = "counting", "splitting", "shifting"
+METHODS = (COUNTING, SPLITTING, SHIFTING)
 FIRST = 200
-"""Plain runs that decide between counting and splitting."""
+"""Plain runs that decide between counting and the other methods."""
+EACH = 500
+"""Shifted runs before the first two looks at their interval, between which there are half as many again later."""
+LEARNING, LEARNING_RUNS = 0.3, 3000
+"""Share of the runs, and runs, that finding patterns takes at most."""
+CERTAIN = 30.0
+"""Effective falls from which an interval of shifted runs may be narrow enough."""
 WAVE = 5
 """Samples that are drawn side by side at most."""
 PILOTS = 3
@@ -103,7 +111,7 @@ class Accuracy(NamedTuple):
         most: Runs at most.
         size: Runs at each level of a sample.
         score: Of `SCORES`, or `LEARNED`.
-        method: `COUNTING` or `SPLITTING`; None: whichever is cheaper.
+        method: Of `METHODS`; None: counting or splitting, whichever is cheaper.
     """
 
     relative: float = 0.3
@@ -124,6 +132,9 @@ class Found(NamedTuple):
         levels: Of the samples.
         fell: Runs that fell.
         doubt: What speaks against it.
+        method: Of `METHODS`.
+        mixture: What shifted runs were drawn from.
+        effective: How many falls of one weight would say as much as those of the shifted runs.
     """
 
     probability: Probability
@@ -133,9 +144,14 @@ class Found(NamedTuple):
     levels: splitting.Levels | None
     fell: Sequence[splitting.Member]
     doubt: str
+    method: str
+    mixture: Mixture | None = None
+    effective: float = 0.0
 
 
-def estimated(seed: int, outcomes: Outcomes, moving: splitting.Moving, accuracy: Accuracy) -> Found:
+def estimated(
+    seed: int, outcomes: Outcomes, moving: splitting.Moving, accuracy: Accuracy, process: Process | None = None
+) -> Found:
     """Estimates the probability of a fall.
 
     Args:
@@ -143,6 +159,7 @@ def estimated(seed: int, outcomes: Outcomes, moving: splitting.Moving, accuracy:
         outcomes: Of runs.
         moving: How runs are moved.
         accuracy: When to stop.
+        process: What may be shifted; default: nothing.
     """
     rng = stream(seed, "certify.plain")
     first = outcomes.plain(rng, min(FIRST, accuracy.most))
@@ -152,6 +169,8 @@ def estimated(seed: int, outcomes: Outcomes, moving: splitting.Moving, accuracy:
         method = COUNTING if plain_is_cheaper(falls, len(first), splitting.SHARE) else SPLITTING
     if method == COUNTING:
         return _counting(rng, outcomes, first, accuracy, "")
+    if method == SHIFTING:
+        return _shifting(seed, outcomes, first, process, accuracy)
     levels = levels_of(seed, outcomes, first, moving, accuracy)
     size = 0 if levels is None else _size(levels, moving, accuracy, accuracy.most - outcomes.runs)
     if levels is None or size < LEAST_SIZE:
@@ -223,7 +242,7 @@ def _counting(rng: np.random.Generator, outcomes: Outcomes, first: Sequence[spli
         left = accuracy.most - outcomes.runs
         if reached or left <= 0:
             fell = [one for one in sample if one[1].fell]
-            return Found(found, reached, [outcome for _, outcome in sample], (), None, fell, doubt)
+            return Found(found, reached, [outcome for _, outcome in sample], (), None, fell, doubt, COUNTING)
         sample += outcomes.plain(rng, min(left, max(FIRST, len(sample) // 2)))
 
 
@@ -242,15 +261,55 @@ def _splitting(
             break
     plain = [outcome for sample in samples for outcome in sample.plain]
     fell = [one for sample in samples for one in sample.fell]
-    return Found(found, reached, plain, samples, levels, fell, _disagreement(found, plain))
+    return Found(found, reached, plain, samples, levels, fell, _disagreement(found, plain, "levels"), SPLITTING)
 
 
-def _disagreement(found: Probability, plain: Sequence[RunOutcome]) -> str:
+def of_weights(says: Weighted) -> Probability:
+    """The mean of weights, with Student's interval of its logarithm, by as many falls as the weights are worth."""
+    if says.effective <= 1.0:
+        return Probability(says.mean, 0.0, 1.0)
+    from scipy.special import stdtrit
+
+    factor = math.exp(min(float(stdtrit(says.effective - 1.0, 0.975)) * says.error, 700.0))
+    return Probability(says.mean, says.mean / factor, min(1.0, says.mean * factor))
+
+
+def _shifting(
+    seed: int, outcomes: Outcomes, first: Sequence[splitting.Member], process: Process | None, accuracy: Accuracy
+) -> Found:
+    rng = stream(seed, "certify.shift")
+    outcomes.score, outcomes.learns = None, False
+    outcomes.states.clear()
+    most = min(LEARNING_RUNS, int(LEARNING * (accuracy.most - outcomes.runs)))
+    mixture = None if process is None else Learner(process, outcomes, rng).learn(most)
+    if mixture is None or accuracy.most - outcomes.runs < EACH:
+        why = "nothing that is drawn has a time" if process is None else "no shifted run fell, or --most is too few"
+        return _counting(stream(seed, "certify.count"), outcomes, first, accuracy, f"{why}: runs were counted")
+    assert process is not None
+    plain, fell, runs = [outcome for _, outcome in first], [], 0
+    while True:
+        drawn = mixture.draw(rng, min(max(EACH, runs // 2), accuracy.most - outcomes.runs))
+        met = list(zip(drawn, outcomes(drawn), strict=True))
+        runs += len(met)
+        plain += [outcome for run, outcome in met if not run.moves]
+        fell += [one for one in met if one[1].fell]
+        says = weighted(mixture.weights(process.blocks_of([run for run, _ in fell])), runs)
+        found = of_weights(says)
+        reached = says.effective >= CERTAIN and found.relative <= accuracy.relative
+        if reached or outcomes.runs >= accuracy.most:
+            break
+    doubt = _disagreement(found, plain, "shifted ones")
+    if not doubt and says.effective < CERTAIN:
+        doubt = f"the weights of the {len(fell)} shifted runs that fell are worth {says.effective:.1f} falls: too few"
+    return Found(found, reached, plain, (), None, fell, doubt, SHIFTING, mixture, says.effective)
+
+
+def _disagreement(found: Probability, plain: Sequence[RunOutcome], others: str) -> str:
     """Whether plain runs, in which no level leads anywhere, say something else."""
     falls = sum(outcome.fell for outcome in plain)
     low, high = counted(falls, len(plain))[1:]
     if low > found.high:
-        return f"{falls} of the {len(plain)} plain runs fell, more than the levels say: some falls come without them"
+        return f"{falls} of the {len(plain)} plain runs fell, more than the {others} say: some falls come without them"
     if high < found.low:
-        return f"{falls} of the {len(plain)} plain runs fell, fewer than the levels say"
+        return f"{falls} of the {len(plain)} plain runs fell, fewer than the {others} say"
     return ""

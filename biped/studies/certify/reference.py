@@ -19,6 +19,7 @@ from biped.scenario.vary import stream
 from biped.studies.certify.estimation import Accuracy, Found, estimated
 from biped.studies.certify.outcome import RunOutcome
 from biped.studies.certify.running import Outcomes
+from biped.studies.certify.shifting import Process
 from biped.studies.certify.splitting import Moving
 
 OMEGA = math.sqrt(9.81 / 0.9)
@@ -158,20 +159,22 @@ def estimate(problem: Any, seed: int, accuracy: Accuracy) -> tuple[Found, int]:
         return (problem(request.run) for request in requests)
 
     outcomes = Outcomes(carried_out, {}, lambda _, outcome: outcome, lambda: None, "known")
-    return estimated(seed, outcomes, Moving(problem.times), accuracy), outcomes.runs
+    process = Process(problem.times, 1, (0,), partial(normals_of, times=problem.times)) if problem.times else None
+    return estimated(seed, outcomes, Moving(problem.times), accuracy, process), outcomes.runs
 
 
-def validate(repeats: int, jobs: Jobs, progress: Progress = silent) -> list[Validation]:
+def validate(repeats: int, jobs: Jobs, method: str | None = None, progress: Progress = silent) -> list[Validation]:
     """Estimates every problem many times.
 
     Args:
         repeats: Estimates of each.
         jobs: Number of processes, or a cluster.
+        method: Of `biped.studies.certify.estimation.METHODS`; default: counting or splitting.
         progress: Told of every finished estimate.
     """
     found = []
     for name, make in PROBLEMS.items():
-        with workers(partial(_repeat, name), jobs) as carried_out, progress(name, repeats, 0) as advance:
+        with workers(partial(_repeat, name, method), jobs) as carried_out, progress(name, repeats, 0) as advance:
             rows = []
             for row in carried_out(range(repeats)):
                 rows.append(row)
@@ -180,8 +183,8 @@ def validate(repeats: int, jobs: Jobs, progress: Progress = silent) -> list[Vali
     return found
 
 
-def _repeat(name: str, seed: int) -> tuple[float, float, float, int]:
-    found, runs = estimate(PROBLEMS[name](), seed, Accuracy(most=MOST))
+def _repeat(name: str, method: str | None, seed: int) -> tuple[float, float, float, int]:
+    found, runs = estimate(PROBLEMS[name](), seed, Accuracy(most=MOST, method=method))
     value, low, high = found.probability
     return value, low, high, runs
 
@@ -197,9 +200,13 @@ def _summary(name: str, known: float, rows: np.ndarray) -> Validation:
     )  # fmt: skip
 
 
-def _drawn(run: Normals, times: tuple[float, ...]) -> np.ndarray:
+def normals_of(run: Normals, times: tuple[float, ...]) -> np.ndarray:
     """The normals of a run, as its stream draws them; those of the run that it was moved from are not drawn again."""
-    z = _normals(int(run), run.moves, times)
+    return _normals(int(run), run.moves, times)
+
+
+def _drawn(run: Normals, times: tuple[float, ...]) -> np.ndarray:
+    z = normals_of(run, times)
     run.squares += float(np.sum(np.square(z)))
     return z
 

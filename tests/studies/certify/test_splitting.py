@@ -27,7 +27,7 @@ def test_the_known_probabilities_are_those_of_plain_runs():
 def test_the_mean_of_samples_is_the_known_probability(case):
     problem = {"pendulum": Pendulum(3.09), "walk": Regulated(6.2), "timeless": Timeless(3.09)}[case]
     known = problem.falls()
-    found, _ = estimate(problem, 3, Accuracy(most=9000, relative=1e-3, size=60))
+    found, _ = estimate(problem, 3, Accuracy(most=9000, relative=1e-3, size=60, method="splitting"))
     estimates = np.array([sample.probability for sample in found.samples])
     assert 5e-4 < known < 5e-3
     assert len(estimates) >= 10
