@@ -9,9 +9,9 @@ import numpy as np
 
 from biped.engines.planar.mujoco import simulate
 from biped.ensemble.plan import Plan
-from biped.measure.columns import COLUMNS, WIDTH
 from biped.measure.seven_links import PlanarTrajectory
 from biped.measure.trajectory import Trajectory
+from biped.robot.columns import COLUMNS, WIDTH
 from biped.robot.load import load_robot
 from biped.robot.planar.model import tree_at
 from biped.robot.planar.tree import Tree

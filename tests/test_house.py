@@ -10,7 +10,7 @@ BOUNDS = {
     "class names that stand more than once": 2,
     'docstrings that begin with "What"': 0,
     "vague names": 1,
-    "branches on the kind of robot": 10,
+    "branches on the kind of robot": 5,
     "look-ups below a run": 0,
 }
 """Most that each count may be. Who lowers a count lowers its bound; nobody raises one.

@@ -18,8 +18,8 @@ from hypothesis import strategies as st
 
 from biped.base.files import folder
 from biped.ensemble.campaign import simulate
-from biped.measure.columns import COLUMNS
 from biped.measure.metrics import measure
+from biped.robot.columns import COLUMNS
 from biped.robot.planar.description import description_at
 from biped.robot.planar.model import spec_of
 from biped.robot.planar.order import believed_model

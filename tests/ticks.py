@@ -15,7 +15,7 @@ from biped.control.planar.sensing import sense_links
 from biped.control.planar.setup import controller_record
 from biped.control.planar.tick import pushing_tick, thesis_tick
 from biped.ensemble.plan import Plan
-from biped.measure.columns import WIDTH
+from biped.robot.columns import WIDTH
 from biped.robot.planar.build import compile_foreign
 from biped.robot.planar.description import description_at
 from biped.robot.planar.kinematics import mass_matrix

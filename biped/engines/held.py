@@ -296,7 +296,7 @@ def stretch(p, log, outside, targets, rows, first, last, end, noted):
 
     Args:
         p: `HeldPlant`.
-        log: (n, width) of `biped.measure.columns`; works are left out.
+        log: (n, width) of `biped.robot.columns`; works are left out.
         outside: (n, 9) of `Trajectory.outside`.
         targets: (last - first, nu) what actuators are held to, tick by tick.
         rows: (3, n, substeps, nv), overwritten by what works are made of (`biped.engines.actuators.Account.of_steps`).

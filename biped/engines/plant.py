@@ -22,8 +22,8 @@ from biped.engines.loop import GOING, LOW, Ending, fall_words, in_python, mujoco
 from biped.engines.row import log_state, state_of
 from biped.engines.uneven import PatchedContacts, Uneven, beginning, own
 from biped.engines.untouched import Untouched
-from biped.measure.columns import columns_of, width_of
 from biped.measure.trajectory import Trajectory
+from biped.robot.columns import columns_of, width_of
 from biped.robot.ground import frame, gravity3
 from biped.robot.run import Run
 from biped.robot.unmodelled import patches_of, torques_at, unmodelled_of

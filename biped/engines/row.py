@@ -15,7 +15,7 @@ from biped.scenario.keys import Fall
 
 TIME, Q, V, U, POINT, FORCE, CONTACT, COM, COM_VELOCITY, BASE, FIGURE, GROUND_FORCE = range(12)
 ENERGY, WORK, GIVEN = range(12, 15)
-"""Quantities of a trajectory (`biped.measure.columns.columns_of`), in their order."""
+"""Quantities of a trajectory (`biped.robot.columns.columns_of`), in their order."""
 N_JOINTS = 6
 """Of a stick figure: hip, knee and ankle of each leg."""
 

@@ -221,7 +221,7 @@ def walk(record, changes, plant, log, outside, signals, first, last):
         record: (1,) `biped.control.space.record.control_type`.
         changes: Of it, `biped.control.blending.Changes`.
         plant: `SpacePlant`.
-        log: (n, width) of `biped.measure.columns`, zero where nothing is known yet.
+        log: (n, width) of `biped.robot.columns`, zero where nothing is known yet.
         outside: (n, 9) of `Trajectory.outside`, likewise.
         signals: (n, 6) of `biped.control.space.law`.
         first: First tick.

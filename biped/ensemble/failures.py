@@ -22,9 +22,9 @@ from biped.base.errors import InputError, why
 from biped.base.files import label
 from biped.base.writing import write_text, written
 from biped.ensemble.guard import complaining
-from biped.measure.columns import WIDTH, Columns, columns_of, width_of
 from biped.measure.stored import trajectory_from
 from biped.measure.trajectory import Trajectory
+from biped.robot.columns import WIDTH, Columns, columns_of, width_of
 from biped.robot.load import robot_from
 
 FAILURES = "failures"

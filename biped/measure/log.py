@@ -1,6 +1,6 @@
 """The log of a run of any robot: arrays with names, shapes and units, one row per control tick, and their facts.
 
-The robot says which columns are logged (`biped.measure.columns`).
+The robot says which columns are logged (`biped.robot.columns`).
 """
 
 import json
@@ -13,7 +13,7 @@ from typing import Any, Self
 import msgspec
 import numpy as np
 
-from biped.measure.columns import UNITS, Columns, columns_of, width_of
+from biped.robot.columns import UNITS, Columns, columns_of, width_of
 from biped.robot.ground import LEVEL, Profile, gravity
 from biped.robot.planar.topology import BASE
 from biped.robot.planar.tree import Tree

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from biped.base.jit import entry_kernel, inner_kernel
-from biped.measure.columns import FORCE, Q_D, STOP, Q, U, V
 from biped.measure.pushes import declared
 from biped.measure.trajectory import Trajectory, mean_powers
+from biped.robot.columns import FORCE, Q_D, STOP, Q, U, V
 from biped.robot.ground import gravity
 from biped.robot.planar import topology
 from biped.robot.planar.kinematics import PLACES, TREE, forward

@@ -12,9 +12,9 @@ import numpy as np
 
 from biped.base.errors import InputError, why
 from biped.base.typed import convert
-from biped.measure.columns import columns_of
 from biped.measure.seven_links import kind_of
 from biped.measure.trajectory import Trajectory
+from biped.robot.columns import columns_of
 from biped.robot.ground import profile_from
 from biped.robot.load import robot_from
 from biped.scenario.world import Seat

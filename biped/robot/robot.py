@@ -132,6 +132,11 @@ class Robot(Section, frozen=True):
     seven_links: SevenLinks | None = None
 
     @property
+    def freedom(self) -> str:
+        """Where its base moves, for people."""
+        return "in the plane (x, z, pitch)" if self.planar else "in space (free joint)"
+
+    @property
     def trunk_number(self) -> int:
         """Number of the trunk."""
         return self.bodies.index(self.trunk) + 1 if self.trunk else self.base_number

@@ -244,6 +244,10 @@ def taken(s: Scenario, fail: Fail) -> None:
     if s.truth.unmodelled.patchy and s.simulation.integrator not in SPLIT:
         raise fail("simulation.integrator", f"expected one of {', '.join(SPLIT)}: within a step of "
                    f"'{s.simulation.integrator}' no contact can be changed, as truth.unmodelled asks for")  # fmt: skip
+    for name, condition in (s.tune.conditions if s.tune else {}).items():
+        if condition.growth is not None:
+            raise fail(f"tune.conditions.{name}.growth", "expected none: neighbours are those of a planar biped of "
+                       "seven links that walks")  # fmt: skip
     if s.gains.speed is not None and not s.controller:
         raise fail("gains.speed", "expected none: no controller is named, and it is the speed of one that is a family")
     read = read_by(s.law)

@@ -279,8 +279,7 @@ def _use(found: ModelReport, robot: Robot) -> list[Block]:
 
 
 def _parts(robot: Robot, parts: dict[str, str]) -> list[Block]:
-    where = "in the plane (x, z, pitch)" if robot.planar else "in space (free joint)"
-    rows: list[tuple[Line, str]] = [("base", f"{robot.base}, moves {where}")]
+    rows: list[tuple[Line, str]] = [("base", f"{robot.base}, moves {robot.freedom}")]
     for foot in robot.feet:
         places = ", ".join(f"({', '.join(f'{x:.3g}' for x in place)})" for place in foot.points)
         count = f"{len(foot.points)} contact point{'s' if len(foot.points) > 1 else ''}"

@@ -21,7 +21,7 @@ from biped.control.planar.tick import pushing_tick
 from biped.control.planar.user import PlanarObservation
 from biped.control.policy import places
 from biped.ensemble.plan import Plan
-from biped.measure.columns import WIDTH
+from biped.robot.columns import WIDTH
 from biped.scenario.reading import read_scenario
 
 SEED, HIDDEN, SECONDS = 7, 96, 5.0

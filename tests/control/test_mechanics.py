@@ -17,7 +17,7 @@ from biped.control.space.own import Pinocchio, compute, own_of
 from biped.control.space.places import Mechanics
 from biped.control.space.record import LEG, LEGS
 from biped.ensemble.campaign import simulate
-from biped.measure.columns import WIDTH
+from biped.robot.columns import WIDTH
 from biped.robot.planar.order import order_of
 from biped.robot.spec import read
 from biped.robot.tree import tree_of

@@ -13,7 +13,7 @@ from biped.base.errors import InputError
 from biped.engines.planar.mujoco import simulate
 from biped.ensemble import failures
 from biped.ensemble.plan import Plan
-from biped.measure.columns import COLUMNS
+from biped.robot.columns import COLUMNS
 from biped.scenario.reading import read_scenario
 
 

@@ -84,7 +84,7 @@ def test_costs_of_transport_by_hand():
 def test_the_cost_is_that_of_the_work_done_where_torques_switch():
     """With physics much finer than the tick, the work of a torque that is held is it times how far its joint turns."""
     changes = ["simulation.timestep=5e-5", "duration=4", "window.start=1", "window.end=4"]
-    t = campaign.simulate(plan_of("level_normal", changes).run(0))
+    t = campaign.simulate(plan_of("level_fast", changes).run(0))
     steps, weight = slice(1000, 3999), WEIGHT * abs(t.q[3999, 0] - t.q[1000, 0])
     turned = np.diff(t.q[1000:4000, 3:], axis=0)
     done = np.abs((t.u[steps] * turned).sum(axis=1)).sum() / weight

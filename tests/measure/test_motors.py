@@ -7,12 +7,12 @@ import pytest
 
 from biped.base.files import folder
 from biped.measure import stored
-from biped.measure.columns import WIDTH, Q, U, V
 from biped.measure.metrics import measure
 from biped.measure.metrics.belief import inferred
 from biped.measure.metrics.energy import motor_load
 from biped.measure.seven_links import PlanarTrajectory
 from biped.measure.trajectory import Trajectory
+from biped.robot.columns import WIDTH, Q, U, V
 from biped.robot.load import load_robot
 from biped.robot.planar.topology import BASE, HIP, NU
 

@@ -12,9 +12,9 @@ from biped.base.errors import InputError
 from biped.ensemble import failures
 from biped.ensemble.campaign import simulate
 from biped.ensemble.plan import Plan
-from biped.measure.columns import COLUMNS, WIDTH
 from biped.measure.stored import load
 from biped.measure.trajectory import Trajectory
+from biped.robot.columns import COLUMNS, WIDTH
 from biped.robot.planar.description import description_at
 from biped.scenario.reading import read_scenario
 from tests.runs import made

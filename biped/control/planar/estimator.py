@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from biped.base.jit import kernel
-from biped.measure.columns import FORCE
+from biped.robot.columns import FORCE
 from biped.robot.ground import GRAVITY
 from biped.robot.planar.kinematics import PLACES, TREE, forward
 from biped.robot.planar.topology import BASE, N_POINTS, NQ, NU, PITCH, X, Z

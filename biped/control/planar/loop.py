@@ -10,7 +10,7 @@ from biped.control.planar.estimator import Inference, infer
 from biped.control.planar.prediction import Prediction, believe
 from biped.control.planar.setup import bring_up_to_date
 from biped.control.planar.tick import law_tick
-from biped.measure.columns import Q, U, V
+from biped.robot.columns import Q, U, V
 from biped.robot.planar.topology import BASE, NQ, NU, PITCH
 from biped.robot.unmodelled import Unmodelled, torques_at
 

@@ -14,7 +14,7 @@ from biped.control.planar.floating import floating_torques
 from biped.control.planar.pushing import pushing_torques
 from biped.control.planar.sensing import believe_contacts, first_belief, sense_links, sense_links_in, sense_motion_in
 from biped.control.planar.setup import redraw
-from biped.measure.columns import ACTIVE, BELIEVED, HEIGHT, PHASE, Q_D, TIME, Q, U, V
+from biped.robot.columns import ACTIVE, BELIEVED, HEIGHT, PHASE, Q_D, TIME, Q, U, V
 from biped.robot.ground import GRAVITY
 from biped.robot.leg_states import EXTENDED, FIRST_IN_AIR, leg_state
 from biped.robot.planar.kinematics import mass_matrix

@@ -17,7 +17,7 @@ import mujoco
 import numpy as np
 
 from biped.base.jit import inner_kernel, kernel
-from biped.measure.columns import FORCE, STOP, Q
+from biped.robot.columns import FORCE, STOP, Q
 from biped.robot.ground import GROUND, Profile, height_below, piece_below, rise_of, set_ground
 from biped.robot.planar.build import plane_below
 from biped.robot.planar.description import PlanarParts

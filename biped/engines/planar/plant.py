@@ -15,9 +15,9 @@ from biped.control.planar.estimator import infer
 from biped.control.planar.loop import Control, actuate, decide, with_unmodelled, within_line, without_unmodelled
 from biped.control.planar.prediction import believe, prediction_of, predicts
 from biped.engines.loop import GOING, LOW, NOT_FINITE, TILTED, Ending, fall_words, in_python
-from biped.measure.columns import Q_D, WIDTH, Q, U, V
 from biped.measure.seven_links import PlanarTrajectory
 from biped.measure.trajectory import Trajectory
+from biped.robot.columns import Q_D, WIDTH, Q, U, V
 from biped.robot.ground import GROUND, height_below, set_ground
 from biped.robot.planar.topology import NQ, PITCH, TORSO, X, Z
 from biped.robot.planar.tree import Tree

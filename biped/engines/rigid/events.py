@@ -10,7 +10,7 @@ from biped.engines.planar.plant import tick
 from biped.engines.rigid.gauss import add_impulse
 from biped.engines.rigid.locate import TOUCH, attempt, beyond_event, keep_stage, locate, release
 from biped.engines.rigid.motion import gaps, impact, land, place
-from biped.measure.columns import FORCE, STOP
+from biped.robot.columns import FORCE, STOP
 from biped.robot.planar.topology import N_CONSTRAINTS, N_POINTS, N_ROWS, N_STOPS, NQ, STOP_ROW
 
 CUTS = 8

@@ -17,8 +17,8 @@ from biped.engines.planar.ground import lay, planes_of
 from biped.engines.planar.plant import Physics, PlanarPlant
 from biped.engines.plant import MujocoPlant
 from biped.engines.sap.stepper import PointForce, Stepper
-from biped.measure.columns import FORCE, STOP
 from biped.measure.trajectory import Trajectory
+from biped.robot.columns import FORCE, STOP
 from biped.robot.planar.topology import BASE, KNEE, N_STOPS, NQ
 from biped.robot.robot import seven_links
 from biped.robot.run import Run

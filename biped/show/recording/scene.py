@@ -17,7 +17,6 @@ from biped.measure.metrics.gait import extrapolated, outline
 from biped.measure.signals import means
 from biped.measure.trajectory import Trajectory
 from biped.robot.ground import GRAVITY, slabs
-from biped.robot.planar.topology import POINT_LINK
 from biped.robot.spec import DRAWN
 from biped.show import spatial
 from biped.show.recording.series import LANE, LEFT, RIGHT, Placed, times
@@ -353,16 +352,16 @@ def contact_points(placed: Placed, rows: np.ndarray) -> np.ndarray:
     """(m, 4, 3) [m] toes and heels on the slope, beside the legs as the model draws them; of others all points."""
     run = placed.run
     trajectory = run.trajectory
-    robot, out = trajectory.robot, trajectory.point[rows]
-    if robot.seven_links is None:
-        return out
-    for i, (point, link) in enumerate(zip(robot.points, POINT_LINK, strict=True)):
-        out[:, i, 1] = _sideways(run.model, run.model.body(robot.bodies[link]).id, run.model.site(point).id) + _BESIDE
+    out = trajectory.point[rows]
+    marked = [name for foot in trajectory.robot.feet for name in foot.names]
+    for i, point in enumerate(marked):
+        out[:, i, 1] = _sideways(run.model, run.model.site(point).id) + _BESIDE
     return out
 
 
-def _sideways(model: mujoco.MjModel, body: int, site: int) -> float:
+def _sideways(model: mujoco.MjModel, site: int) -> float:
     """[m] y of the middle of a body's visual geoms: legs are drawn apart, though the motion is planar."""
+    body = model.site_bodyid[site]
     drawn = [model.geom_pos[g][1] for g in drawn_geoms(model) if model.geom_bodyid[g] == body]
     return float(np.mean(drawn)) if drawn else float(model.site_pos[site][1])
 

@@ -10,6 +10,7 @@ from biped.ensemble.backend import Jobs
 from biped.ensemble.campaign import simulate_planar
 from biped.ensemble.executor import mapped
 from biped.ensemble.plan import Plan
+from biped.robot.robot import seven_links
 from biped.scenario.engines import HOME, MUJOCO
 from biped.scenario.vary import stream
 from biped.studies.run import plan_of, title_of
@@ -295,11 +296,7 @@ def study(
     """
     run = plan_of(name, changes).run(0)
     scenario = run.scenario
-    if scenario.robot is not None:
-        raise InputError(
-            "stability: expected a planar biped of seven links, with the thesis's law: its section is of their "
-            f"coordinates; model '{scenario.model}' is a robot of any kind here", "model",
-        )  # fmt: skip
+    seven_links(run.robot)  # the section is of their coordinates
     if not run.profile.level:
         raise InputError(
             "ground: expected neither tiles nor steps: strides return to one another on level ground and slopes alone",

@@ -232,9 +232,9 @@ class Study:
         self._scenarios: dict[tuple[str, bool], Scenario] = {}
         self._plans: dict[tuple[Any, ...], Plan] = {}
         for name, condition in self.tune.conditions.items():
-            if condition.growth is not None and (scenario.robot is not None or condition.goal != "walked"):
-                raise InputError(f"tune.conditions.{name}.growth: expected none: neighbours are those of a planar "
-                                 "biped of seven links that walks")  # fmt: skip
+            if condition.growth is not None and condition.goal != "walked":
+                raise InputError(f"tune.conditions.{name}.growth: expected none: neighbours are those of a "
+                                 "walk")  # fmt: skip
             for full in (True, False):
                 Plan(self.condition(name, full))
 

@@ -6,7 +6,7 @@ import pytest
 from biped.control.planar.controller import ThesisLaw
 from biped.control.planar.setup import believed_forces
 from biped.engines.planar.mujoco import simulate
-from biped.measure.columns import WIDTH
+from biped.robot.columns import WIDTH
 from biped.robot.ground import GRAVITY
 from biped.robot.planar.model import tree_at
 from biped.studies.run import plan_of

@@ -11,7 +11,7 @@ from biped.base.files import folder
 from biped.control.planar.estimator import ANGLE, CLIPPED, GYRO, RATE, estimate, fit_line, read_gyro, read_switches
 from biped.control.planar.senses import Senses
 from biped.ensemble.plan import Plan
-from biped.measure.columns import FORCE, WIDTH
+from biped.robot.columns import FORCE, WIDTH
 from biped.robot.planar.model import posture_of, tree_at
 from biped.robot.planar.posture import project
 from biped.robot.planar.topology import BASE, HIP, N_POINTS, NU, PITCH, X, Z

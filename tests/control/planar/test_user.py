@@ -19,8 +19,8 @@ from biped.control.planar.user import UserLaw
 from biped.engines.planar.mujoco import simulate
 from biped.ensemble import failures
 from biped.ensemble.plan import Plan
-from biped.measure.columns import PHASE, WIDTH
 from biped.measure.stored import load
+from biped.robot.columns import PHASE, WIDTH
 from biped.robot.planar.model import tree_at
 from biped.robot.run import factory_of
 from biped.scenario.reading import read_scenario

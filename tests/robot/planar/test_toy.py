@@ -13,11 +13,11 @@ from biped.engines.home import rigid_record
 from biped.engines.planar import mujoco as foreign
 from biped.engines.rigid.motion import active_rows, mass_and_bias, place
 from biped.ensemble.plan import Plan
-from biped.measure.columns import COLUMNS
 from biped.measure.metrics import measure
 from biped.measure.metrics.walking import walked
 from biped.measure.stored import load
 from biped.measure.trajectory import Trajectory
+from biped.robot.columns import COLUMNS
 from biped.robot.load import load_robot
 from biped.robot.planar.build import compile_foreign
 from biped.robot.planar.description import description_at

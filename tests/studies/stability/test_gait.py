@@ -154,7 +154,7 @@ def test_bad_calls(argv, capsys):
     [
         (SLOW, ["ground.tiles.height=0.01"], r"ground: expected neither tiles nor steps: strides return"),
         (SLOW, ["ground.steps.rise=0.01"], r"ground: expected neither tiles nor steps"),
-        ("any/walker2d", [], r"model 'walker2d' is a robot of any kind here"),
+        ("any/walker2d", [], r"expected a planar biped of seven links for this, got 'walker2d'"),
     ],
 )  # fmt: skip
 def test_starts_are_on_level_ground_and_of_seven_links(scenario, changes, words):
