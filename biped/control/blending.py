@@ -1,4 +1,4 @@
-"""Gains and torques that go over to others in time instead of at once: [[change]], and a lag that the law knows of.
+"""Gains, torques and falling feet that change in time instead of at once: [[change]], smoothing, and soft landings.
 
 Of a first-order lag of the actuators the law knows nothing; of its own smoothing it does, and every torque it asks for
 is one that it means.
@@ -9,8 +9,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from msgspec.structs import replace
 
-from biped.base.jit import kernel
+from biped.base.jit import inner_kernel, kernel
 from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario
 
@@ -60,6 +61,8 @@ def changes_in(
         c["first"], c["count"] = round(change.at * rate), max(1, round(change.over * rate))
         set_gains(one[0], gains)
         c["before"] = one.view(float)
+        if change.controller is not None:  # a gait whose knees are straight does not say so
+            gains = replace(gains, theta_k=None)
         gains = gains.replaced(change.gains)
         set_gains(one[0], gains)
         c["after"] = one.view(float)
@@ -114,3 +117,22 @@ def smooth(u, latest, follow, first):
         if follow < 1.0 and not first:
             u[j] = latest[j] + follow * (u[j] - latest[j])
         latest[j] = u[j]
+
+
+@inner_kernel
+def downward(speed, height, approach, braking):
+    """Largest acceleration [m/s²] towards the ground that the wanted motion may have at a point.
+
+    A critically damped spring would let a point down with 2 v/τ + height/τ². Where that is negative the point comes
+    down too fast to land without an impact, and the motion takes a share of it as the deceleration that it wants.
+
+    Args:
+        speed: [m/s] v with which the point rises.
+        height: [m] of the point.
+        approach: [s] τ.
+        braking: The share; 0: a point that comes down fast keeps its speed.
+    """
+    most = 2.0 * speed / approach + height / (approach * approach)
+    if most >= 0.0:
+        return most
+    return braking * min(0.0, most - min(0.0, height) / (approach * approach))

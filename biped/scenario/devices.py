@@ -111,6 +111,8 @@ class Pushing(Section, frozen=True):
     Attributes:
         friction: Coefficient of friction it counts on.
         approach: Time constant τ [s] within which a point that comes near enters the wanted motion.
+        braking: Share of the deceleration of a critically damped landing within τ that the wanted motion takes from a
+            point that comes down faster; 0: its speed stays until it strikes.
         reach: Height η [m] over which a point's force fades out.
         yielding: Acceleration σ [m/s²] off the ground over which a force fades out.
         regularisation: ε [1/(kg m²)], the price of torques.
@@ -124,6 +126,7 @@ class Pushing(Section, frozen=True):
 
     friction: Positive = 1.0
     approach: Positive = 0.02
+    braking: Annotated[float, Meta(ge=0, le=1)] = 0.0
     reach: Positive = 0.002
     yielding: Positive = 8.0
     regularisation: Positive = 1e-3

@@ -112,8 +112,7 @@ class Gains(PartialGains, frozen=True):
         theta_b: Degrees, where the torso's spring is at rest.
         theta_l: Degrees, where the thighs' springs are at rest in leg states 1 to 4.
         theta_a: Degrees, where the ankles' springs are at rest in leg states 1 to 4.
-        theta_k: Degrees, where the knees' springs are at rest in leg states 1 to 4, of a biped that moves in space;
-            default: straight.
+        theta_k: Degrees, where the knees' springs are at rest in leg states 1 to 4, negative flexed; default: straight.
         unit: `mgl` counts in the walker's weight, the length of its leg, and √(l/g) (docs/any-biped.md); default: SI.
         speed: [m/s] of a gait file that is a family; its gains at that speed come first, the other keys replace them.
         frontal: Of a biped that moves in space: across the direction of walking.
@@ -145,8 +144,11 @@ class Gains(PartialGains, frozen=True):
 OUT_OF_PLANE = ("frontal", "axial")
 """Tables that the gait of a biped in space has besides."""
 
-NOT_NEEDED = ("theta_k", "unit")
-"""Gains that it may have."""
+KNEES = "theta_k"
+"""Rest angles that a gait may lack: then its knees are straight."""
+STRAIGHT = (0.0, 0.0, 0.0, 0.0)
+NOT_NEEDED = (KNEES, "unit")
+"""Gains that a gait may have; a unit only that of a biped in space."""
 MGL = "mgl"
 """The unit of gaits that count in their walker's own weight and size."""
 

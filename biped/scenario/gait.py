@@ -16,7 +16,7 @@ from biped.base.errors import InputError, echo
 from biped.base.files import description_of, label, layered, locate, read_toml
 from biped.base.typed import Positive, Section
 from biped.scenario.devices import Actuation
-from biped.scenario.gains import GAINS, NOT_NEEDED, OUT_OF_PLANE, Gains
+from biped.scenario.gains import GAINS, KNEES, NOT_NEEDED, OUT_OF_PLANE, Gains
 from biped.scenario.general import HABITS
 from biped.scenario.keys import Backstep, Scenario, Sensing, Simulation, Start
 from biped.scenario.valid import Origin, convert, known_keys
@@ -263,17 +263,14 @@ def in_the_plane(gains: Gains, model: str, at: str = "") -> None:
         at: What its key begins with: `change[0].` of one that a change goes over to.
 
     Raises:
-        InputError: It has tables of one that moves in space.
+        InputError: It has tables of one that moves in space, or its unit.
     """
     for table in OUT_OF_PLANE:
         if getattr(gains, table) is not None:
             raise InputError(f"{at}gains.{table}: expected none: model '{model}' moves in the plane; [{table}] is of "
                              "bipeds that move in space", f"{at}gains.{table}")  # fmt: skip
-    for name in NOT_NEEDED:
-        if getattr(gains, name) is not None:
-            raise InputError(
-                f"{at}gains.{name}: expected none: model '{model}' moves in the plane", f"{at}gains.{name}"
-            )
+    if gains.unit is not None:
+        raise InputError(f"{at}gains.unit: expected none: model '{model}' moves in the plane", f"{at}gains.unit")
 
 
 def out_of_the_plane(gains: Gains, model: str, at: str = "") -> None:
@@ -326,7 +323,7 @@ def gains_at(knots: tuple[Knot, ...], speed: float, fail: Fail) -> dict[str, Any
     if len(knots) < 2:
         raise fail("speeds", f"expected at least two tables [[speeds]] to find a gait for gains.speed = {speed:g}")
     knots = tuple(sorted(knots, key=lambda knot: knot.at))
-    names = [name for name in GAINS if any(getattr(knot, name) is not None for knot in knots)]
+    names = [name for name in (*GAINS, KNEES) if any(getattr(knot, name) is not None for knot in knots)]
     for knot in knots:
         for name in names:
             if getattr(knot, name) is None:

@@ -143,7 +143,8 @@ class Weights(Section, frozen=True):
     Attributes:
         falls: Cost of a run that misses its goal: all of it at the start, half of it just before the end.
         progress: Share of that half which is earned by distance, not time: a stander is no better than a fall.
-        excess: Times the relative excess of metrics over `limits`, of runs that reach their goal.
+        excess: Times the relative excess of metrics over `limits` and what they lack of `floors`, of runs that reach
+            their goal.
         speed: Times the squared relative error of the speed, where a condition names one.
         cost_of_transport: Times the net cost of transport.
         closeness: Times the mean square distance from the gait the search starts at, in units of its steps.
@@ -168,6 +169,7 @@ class Condition(Section, frozen=True):
         growth: Most by which neighbours should part in a return of the stride: ln of the factor. Each walk, of a
             planar biped of seven links, costs five returns of two neighbours more; what is beyond counts as an excess
             over a limit of one.
+        limits: Instead of those of [tune] or its stage: none, e.g., of runs that are pushed.
         goal: What the gait should do in its window: walk, stand or sit.
     """
 
@@ -176,6 +178,7 @@ class Condition(Section, frozen=True):
     weight: Positive = 1.0
     speed: Positive | None = None
     growth: Real | None = None
+    limits: dict[str, Positive] | None = None
     goal: Literal["walked", "stood", "sat"] = "walked"
 
 
@@ -189,6 +192,7 @@ class Stage(Section, frozen=True):
         set: Part of a scenario that all of its conditions have.
         spread: First standard deviation; default: that of [tune].
         limits: Instead of those of [tune].
+        floors: Likewise.
         enough: Instead of that of [tune].
     """
 
@@ -198,6 +202,7 @@ class Stage(Section, frozen=True):
     set: dict[str, Any] = field(default_factory=dict)
     spread: Positive | None = None
     limits: dict[str, Positive] | None = None
+    floors: dict[str, Positive] | None = None
     enough: Share | None = None
 
 
@@ -212,6 +217,7 @@ class Tune(Section, frozen=True):
         conditions: What the gait is tuned for, by name.
         weights: The objective.
         limits: Metrics and the most that they should be, e.g. `{ torso_lean = 10.0, torque_rate = 2.0 }`.
+        floors: Metrics and the least that they should be, e.g. `{ stance_knee = 8.0 }`.
         pace: [m/s] that a run which misses its goal must keep to earn all that `weights.progress` gives; default: that
             of the slowest walk.
         duration: [s] of runs while searching; re-checks take the scenario's own.
@@ -237,6 +243,7 @@ class Tune(Section, frozen=True):
     conditions: dict[str, Condition] = field(default_factory=dict)
     weights: Weights = Weights()
     limits: dict[str, Positive] = field(default_factory=dict)
+    floors: dict[str, Positive] = field(default_factory=dict)
     pace: Positive | None = None
     duration: Positive | None = None
     generations: Count = 40

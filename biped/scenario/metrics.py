@@ -137,6 +137,8 @@ _ALL = (
     Metric("pull", "", "mean force of the declared pushes along the way in the window / weight"),
     Metric("clearance", "m", "lowest point of a foot in the middle half of a swing", table="run", better="more"),
     Metric("torso_lean", "degrees", "mean lean of the torso from the vertical, forward positive", table="run"),
+    Metric("stance_knee", "degrees", "mean flexion of the knee of the only leg on the ground, in the middle half of "
+           "its time"),
     Metric("torso_sway", "degrees", "standard deviation of the torso's lean", better="less"),
     Metric("tilt", "degrees", "most that the base leans from the vertical in the window, whichever way"),
     Metric("torso_error", "degrees", "root mean square error of the torso angle that the estimator infers",

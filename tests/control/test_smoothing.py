@@ -1,4 +1,4 @@
-"""Torques that go to what is asked for with a time constant."""
+"""Torques that go to what is asked for with a time constant, and points that come to the ground."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from biped.control.blending import fraction, smooth
+from biped.control.blending import downward, fraction, smooth
 from biped.scenario.devices import Actuation, Pushing
 from biped.scenario.keys import Scenario, Simulation
 from tests.ticks import Bench, states
@@ -35,3 +35,13 @@ def test_torques_go_a_fraction_of_the_way_to_those_that_both_problems_ask_for(ra
         np.testing.assert_allclose(got, u, rtol=1e-12, atol=1e-9)
         apart = max(apart, np.abs(got - asked).max())
     assert apart > 10.0, "torques hardly changed: the test would not see that they are smoothed"
+
+
+@pytest.mark.parametrize(("braking", "landing"), [(0.0, 0.6), (1.0, 0.0339)])
+def test_a_point_that_brakes_lands_like_a_critically_damped_spring(braking, landing):
+    """As fast as the motion may go down: from 60 mm at 0.6 m/s to 1 mm."""
+    height, speed, tick, tau = 0.06, -0.6, 1e-5, 0.025
+    while height > 0.001:
+        speed -= tick * downward(speed, height, tau, braking) if height < -2.0 * speed * tau else 0.0
+        height += tick * speed
+    assert -speed == pytest.approx(landing, rel=0.01)  # the spring: h = (30 mm + 0.6 m/s t) e^(-t/τ)

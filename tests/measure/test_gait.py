@@ -66,6 +66,7 @@ def test_steps_and_support_of_known_contacts():
     t.q[:, 3], t.q[:, 6] = 0.3, -0.3  # right thigh ahead
     t.q[:, 5], t.q[:, 8] = -0.3, 0.3  # feet flat
     numbers = measure(t, (1.0, 2.0))
+    assert numbers["stance_knee"] == 0.0
     assert numbers["steps"] == 2
     assert numbers["step_frequency"] == pytest.approx(2.0)
     assert numbers["step_duration"] == pytest.approx(0.5)
@@ -74,6 +75,15 @@ def test_steps_and_support_of_known_contacts():
     assert numbers["duty"] == pytest.approx(0.75)
     assert numbers["flight"] == 0.0
     assert numbers["alternation"] == 0.0
+
+
+def test_the_knee_that_bears_the_walker_is_looked_at_in_the_middle_of_its_support():
+    t = standing(steady(), lifted(2000, (1100, 1300, 0), (1500, 1900, 1)))
+    t.q[:, 4], t.q[:, 7] = -1.0, -2.0
+    t.q[1150:1250, 7] = -0.1  # the left leg bears the walker while the right one swings
+    t.q[1600:1800, 4] = -0.4
+    flexed = (100 * 0.1 + 200 * 0.4) / 300
+    assert measure(t, (1.0, 2.0))["stance_knee"] == pytest.approx(math.degrees(flexed), rel=1e-9)
 
 
 def test_leg_state_cycle():

@@ -8,8 +8,9 @@ knee its stop, as inequalities, and two strictly convex problems follow one anot
 2. the torques nearest to it, with ground forces c >= 0 as unknowns:
    min ½‖R⁻ᵀ(E u + Gᵀc - (M q̈_d + h))‖² + ½ ε‖u‖² + ½ Σ ρ_k [(height_k/η)² + (slack_k/σ)²] c_k², |u| <= limit.
 
-A point enters the first by coming near, gap = max(0, 2 v_n/τ + height/τ²), and fades out of the second with its height
-and with the acceleration at which q̈_d lifts it; ρ_k is the inverse mass that c_k finds in a biped with rigid joints,
+A point enters the first by coming near, gap = max(0, 2 v_n/τ + height/τ²), or a share of what is below 0 as the
+deceleration of a soft landing (`biped.control.blending.downward`), and fades out of the second with its height and
+with the acceleration at which q̈_d lifts it; ρ_k is the inverse mass that c_k finds in a biped with rigid joints,
 and ε for a stop, which does the same as its joint's torque. With c free, touching points
 at rest and ε → 0 the second problem is (3.15).
 
@@ -19,6 +20,7 @@ in lanes, and in lane `Q_LANE` the forces that both problems weigh.
 """
 
 from biped.base.jit import kernel
+from biped.control.blending import downward
 from biped.control.planar.constraints import believed_bias, perturb_row, perturbed_mass
 from biped.numerics.lanes import added, everywhere, load, plus, squared, store, times, total
 from biped.numerics.quadratic import nonnegative
@@ -60,7 +62,7 @@ def unilateral_rows(c, q, v):
     tau, friction = push["approach"], push["friction"]
     cone_edges(c, at, v, friction, c["belief"]["perturbed"], work["a"], work["z"][:NQ], c["rows"]["A"], speed)
     for i in range(N_POINTS):
-        gap = max(0.0, 2.0 * speed[i] / tau + tick["height"][i] / (tau * tau))
+        gap = downward(speed[i], tick["height"][i], tau, push["braking"])
         for side in range(2):
             mu = friction if side == 0 else -friction
             least[0, 2 * i + side] = -at["point_bias"][i, 1] - mu * at["point_bias"][i, 0] - gap

@@ -29,7 +29,7 @@ from biped.robot.planar.kinematics import PLACES, TREE, mass_matrix
 from biped.robot.planar.topology import BASE, FOOT, LEGS, N_CONSTRAINTS, N_POINTS, N_ROWS, NQ, NU, SEGMENTS, STOP_ROW
 from biped.robot.planar.tree import Tree
 from biped.robot.run import Run
-from biped.scenario.gains import Gains
+from biped.scenario.gains import STRAIGHT, Gains
 from biped.scenario.keys import Scenario, Sensors
 from biped.scenario.vary import stream
 
@@ -37,7 +37,7 @@ GAIT = np.dtype(
     [
         ("k_d1", "f8"), ("b_d1", "f8"), ("theta_b", "f8"),
         ("k", "f8", (STATES, SEGMENTS)), ("b", "f8", (STATES, SEGMENTS)),  # hip, knee, ankle
-        ("theta_l", "f8", STATES), ("theta_a", "f8", STATES),
+        ("theta_l", "f8", STATES), ("theta_k", "f8", STATES), ("theta_a", "f8", STATES),
     ],
     align=True,
 )  # fmt: skip
@@ -135,7 +135,8 @@ _ROWS = np.dtype(
 _PUSH = np.dtype(
     [
         ("on", "u1"),
-        ("friction", "f8"), ("approach", "f8"), ("reach", "f8"), ("yielding", "f8"), ("regularisation", "f8"),
+        ("friction", "f8"), ("approach", "f8"), ("braking", "f8"), ("reach", "f8"), ("yielding", "f8"),
+        ("regularisation", "f8"),
         ("counted", "i8"),  # forces that torques count on: those of points, and perhaps of stops
         ("follow", "f8"), ("latest", "f8", NU),  # fraction of the way that torques go in a tick, and where they are
         # The sets of the latest tick, with which the next one begins: forces of the wanted motion and of the torques'
@@ -239,6 +240,7 @@ def set_gains(gait: np.void, gains: Gains) -> None:
     gait["k_d1"], gait["b_d1"], gait["theta_b"] = complete.k_d1, complete.b_d1, np.radians(complete.theta_b)
     gait["k"] = np.transpose([complete.k_d2, complete.k_d3, complete.k_d4])
     gait["b"] = np.transpose([complete.b_d2, complete.b_d3, complete.b_d4])
+    gait["theta_k"] = np.radians(complete.theta_k or STRAIGHT)
     gait["theta_l"], gait["theta_a"] = np.radians(complete.theta_l), np.radians(complete.theta_a)
 
 
@@ -277,6 +279,7 @@ def _set_pushing(push: np.void, s: Scenario, believed: Tree) -> None:
     push["on"] = pushes(s)
     push["friction"], push["approach"], push["reach"] = keys.friction, keys.approach, keys.reach
     push["yielding"], push["regularisation"] = keys.yielding, keys.regularisation
+    push["braking"] = keys.braking
     push["counted"] = N_ROWS if keys.stops else STOP_ROW
     push["follow"] = fraction(keys.smoothing, 1.0 / s.simulation.control_rate)
     push["scale"] = 1.0

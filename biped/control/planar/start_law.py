@@ -30,6 +30,7 @@ class Law:
         self.k = np.array([gains.k_d2, gains.k_d3, gains.k_d4])  # (3, 4) [N m/rad] hip, knee, ankle; leg state 1 … 4
         self.b = np.array([gains.b_d2, gains.b_d3, gains.b_d4])  # (3, 4) [N m s/rad]
         self.theta_l, self.theta_a = np.radians(gains.theta_l), np.radians(gains.theta_a)
+        self.theta_k = np.radians(gains.theta_k or (0.0,) * 4)  # straight, unless the gait says otherwise
         self.released = actuation.contacts == "released"
         self.pull, self.tolerance = actuation.release_force, actuation.rank_tolerance
         self.signals = {"contacts": 0.0, "wanted_torque": 0.0}
@@ -54,7 +55,7 @@ class Law:
             k, b = self.k[:, s], self.b[:, s]
             thigh, hip, knee, ankle = THIGH[leg], HIP[leg], KNEE[leg], ANKLE[leg]
             Q_d[hip] = -k[0] * (sensed.angle[thigh] - self.theta_l[s]) - b[0] * sensed.rate[thigh]
-            Q_d[knee] = -k[1] * sensed.q[knee] - b[1] * sensed.v[knee]
+            Q_d[knee] = -k[1] * (sensed.q[knee] - self.theta_k[s]) - b[1] * sensed.v[knee]
             Q_d[ankle] = -k[2] * (sensed.q[ankle] - self.theta_a[s]) - b[2] * sensed.v[ankle]
             Q_d[PITCH] += Q_d[hip]  # a thigh's angle is the torso's plus the hip's
         return Q_d

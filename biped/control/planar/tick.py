@@ -92,7 +92,7 @@ def desired_forces(c, q, v):
             couple = -k[s, 0] * (angle[thigh] + upright - gait["theta_l"][s]) - b[s, 0] * rate[thigh]
         pitch += couple
         Q[hip] = couple
-        Q[knee] = -k[s, 1] * q[knee] - b[s, 1] * v[knee]
+        Q[knee] = -k[s, 1] * (q[knee] - gait["theta_k"][s]) - b[s, 1] * v[knee]
         Q[ankle] = -k[s, 2] * (q[ankle] - gait["theta_a"][s]) - b[s, 2] * v[ankle]
     Q[PITCH] = pitch
 

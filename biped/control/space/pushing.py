@@ -7,6 +7,7 @@ within a point's friction cone. Points so high that neither problem can want the
 import math
 
 from biped.base.jit import inner_kernel, kernel
+from biped.control.blending import downward
 from biped.control.space.record import BASE, DIRECTIONS, EDGES, LEG, LEG_POINTS, LEGS, N_EDGES, N_POINTS
 from biped.control.space.reduced import (
     STOPS,
@@ -44,7 +45,7 @@ def unilateral_rows(c, m):
         leg = p // LEG_POINTS
         if p % LEG_POINTS == 0:
             work["standing"][leg] = 0
-        gap = max(0.0, 2.0 * at["speed"][p] / tau + at["height"][p] / (tau * tau))
+        gap = downward(at["speed"][p], at["height"][p], tau, act["braking"])
         work["near"][p] = 1 if gap < FAR else 0
         if work["near"][p] == 0:
             for k in range(EDGES * p, EDGES * p + EDGES):

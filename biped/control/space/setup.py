@@ -22,7 +22,7 @@ from biped.robot.anatomy import Anatomy, anatomy_of
 from biped.robot.ground import GRAVITY
 from biped.robot.robot import Robot
 from biped.scenario.devices import Pushing
-from biped.scenario.gains import MGL, Axial, Frontal, Gains
+from biped.scenario.gains import MGL, STRAIGHT, Axial, Frontal, Gains
 from biped.scenario.gait import out_of_the_plane
 from biped.scenario.keys import Scenario
 
@@ -198,7 +198,7 @@ def set_gains(gait: np.void, gains: Gains) -> None:
     gait["b_torso"] = g.b_d1, frontal.b_d1, axial.b_d1
     gait["rest_torso"] = math.radians(g.theta_b), 0.0, 0.0
     gait["heading"] = math.radians(axial.theta_b)
-    knee = g.theta_k or (0.0,) * 4
+    knee = g.theta_k or STRAIGHT
     gait["k"] = np.transpose([g.k_d2, frontal.k_d2, axial.k_d2, g.k_d3, g.k_d4, frontal.k_d4])
     gait["b"] = np.transpose([g.b_d2, frontal.b_d2, axial.b_d2, g.b_d3, g.b_d4, frontal.b_d4])
     gait["rest"] = np.radians(
@@ -251,7 +251,8 @@ def _set_actuation(actuation: np.void, setup: Setup, order: LawOrder, unit: Unit
     pushing = si_pushing(s.actuation.pushing, setup.gains, unit)
     actuation["generalized"] = s.actuation.mode == "generalized"
     actuation["limit"] = np.where(order.drive >= 0, setup.torque_limit[order.drive], 0.0)
-    for name in ("friction", "approach", "reach", "yielding", "regularisation", "stops", "compensation", "learning"):
+    for name in ("friction", "approach", "braking", "reach", "yielding", "regularisation", "stops", "compensation",
+                 "learning"):  # fmt: skip
         actuation[name] = getattr(pushing, name)
     actuation["follow"] = fraction(pushing.smoothing, 1.0 / s.simulation.control_rate)
     seconds, moment = WORTH

@@ -16,8 +16,11 @@ from biped.measure.contact import LOADED, along_feet, feet_down, swings_of
 from biped.measure.pushes import declared
 from biped.measure.trajectory import Trajectory
 from biped.robot.ground import GRAVITY
+from biped.robot.planar.topology import BASE, KNEE, LEGS
 from biped.scenario.devices import COMMANDED
 
+KNEES = [joint - BASE for joint in KNEE]
+"""Columns of the joint angles."""
 MOVED = 0.1
 """[m] that must be travelled in the window for numbers per distance."""
 
@@ -52,8 +55,24 @@ def stride(t: Trajectory, span: slice) -> dict[str, float]:
         "torso_lean": float(lean.mean()),
         "torso_sway": float(lean.std()),
         "tilt": float(np.degrees(t.tilt[span].max())),
+        "stance_knee": stance_knee(t, span),
         **_steps(t, span),
     }
+
+
+def stance_knee(t: Trajectory, span: slice) -> float:
+    """Mean flexion [degrees] of supporting knees in the middle half of the times when one foot alone is on the ground.
+
+    Times that the span cuts are left out.
+    """
+    knees, down = np.degrees(t.joint_angles[span][:, KNEES]), t.down[span]
+    alone = down & ~down[:, ::-1]
+    held = []
+    for leg in range(LEGS):
+        for spell in swings_of(~alone, leg):
+            quarter = (spell.stop - spell.start) // 4
+            held.append(-knees[spell.start + quarter : spell.stop - quarter, leg])
+    return mean_of(np.concatenate(held)) if held else math.nan
 
 
 def _steps(t: Trajectory, span: slice) -> dict[str, float]:

@@ -86,6 +86,7 @@ def _scenario_of(scenario: Scenario, number: int, stage: Stage) -> Scenario:
         generations=stage.generations or tune.generations,
         spread=stage.spread or tune.spread,
         limits=tune.limits if stage.limits is None else stage.limits,
+        floors=tune.floors if stage.floors is None else stage.floors,
         enough=stage.enough or tune.enough,
     )
     whole = replace(scenario, tune=part)

@@ -21,7 +21,7 @@ from biped.ensemble.backend import Jobs
 from biped.ensemble.plan import Plan
 from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
-from biped.scenario.gains import GAINS, OUT_OF_PLANE, Gains, number, single, with_numbers
+from biped.scenario.gains import GAINS, KNEES, OUT_OF_PLANE, Gains, number, single, with_numbers
 from biped.scenario.goals import Condition, Range, Tune
 from biped.scenario.keys import Scenario, Window
 from biped.scenario.reading import changed
@@ -34,7 +34,7 @@ DEGREES = 20.0
 PLACEMENT = 0.3
 """[rad/m, rad s/m] per unit of the coordinates of foot placement."""
 
-_SPRING = {"theta_l": "k_d2", "theta_a": "k_d4"}
+_SPRING = {"theta_l": "k_d2", KNEES: "k_d3", "theta_a": "k_d4"}
 """Angles that mean something only where their spring has stiffness."""
 
 
@@ -115,8 +115,8 @@ class SearchSpace:
 
 
 def names_of(gains: Gains) -> list[str]:
-    """Names of the gains that a complete gait has: tables out of the plane only where it has such."""
-    return [*GAINS, *(table for table in OUT_OF_PLANE if getattr(gains, table) is not None)]
+    """Names of the gains that a complete gait has; rest angles of knees and tables out of the plane if it has any."""
+    return [*GAINS, *(table for table in (KNEES, *OUT_OF_PLANE) if getattr(gains, table) is not None)]
 
 
 def _gain_axes(tune: Tune, gains: Gains) -> list[Axis]:
@@ -285,9 +285,12 @@ class Study:
             cost += weights.cost_of_transport * numbers["cost_of_transport"]
             if condition.speed is not None:
                 cost += weights.speed * (numbers["speed"] / condition.speed - 1.0) ** 2
-        for name, most in self.tune.limits.items():
+        for name, most in (self.tune.limits if condition.limits is None else condition.limits).items():
             if math.isfinite(numbers[name]):  # a stander has no cost of transport
                 cost += weights.excess * max(0.0, numbers[name] / most - 1.0)
+        for name, least in self.tune.floors.items():
+            if math.isfinite(numbers[name]):
+                cost += weights.excess * max(0.0, 1.0 - numbers[name] / least)
         if condition.growth is not None:
             grown = parting(run, walk)  # infinite: as costly as a walk can be
             cost += weights.excess * max(0.0, grown - condition.growth)

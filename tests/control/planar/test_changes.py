@@ -41,6 +41,17 @@ def test_nothing_changes_before_its_time():
     assert np.abs(changed.Q_d[250] - plain.Q_d[250]).max() > 1.0
 
 
+def test_a_gait_whose_knees_are_straight_does_not_keep_those_of_the_gait_before():
+    bent = msgspec.structs.replace(WALK, gains=Gains(theta_k=(-10.0, 0.0, 0.0, -10.0)))
+    kept, straight = (trajectory(bent, Change(at=0.2, **what)) for what in ({"gains": LEAN}, {"controller": "normal"}))
+    gains = Plan(WALK).run(0).gains
+    for t, rest in ((kept, -10.0), (straight, 0.0)):
+        rows = (t.time > 0.2) & (t.phase[:, 0] == 1)
+        assert rows.any()
+        torque = -gains.k_d3[0] * (t.q[rows, 4] - np.radians(rest)) - gains.b_d3[0] * t.v[rows, 4]
+        np.testing.assert_allclose(t.Q_d[rows, 4], torque, atol=1e-9)
+
+
 def test_gains_go_linearly_and_stay():
     """The hip's couple of (3.16) from logged angles and states, with gains interpolated here."""
     t = trajectory(WALK, Change(at=0.1, over=0.2, gains=Gains(k_d2=(350.0, 70.0, 70.0, 30.0))))

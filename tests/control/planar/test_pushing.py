@@ -25,7 +25,9 @@ def least(q, v, d, keys: Pushing) -> np.ndarray:
     """b - gap (10,) from MuJoCo's Jacobians and their differences along the motion."""
     jv, out = jdot_v(q, v), []
     for i in range(4):
-        gap = max(0.0, 2.0 * (d.J[2 * i] @ v) / keys.approach + d.height[i] / keys.approach**2)
+        speed, height = 2.0 * (d.J[2 * i] @ v) / keys.approach, d.height[i] / keys.approach**2
+        gap = max(0.0, speed + height)
+        gap = keys.braking * min(0.0, speed + max(0.0, height)) if gap == 0.0 else gap
         out += [-jv[2 * i] - side * keys.friction * jv[2 * i + 1] - gap for side in (1, -1)]
     return np.array(out + [-max(0.0, -2.0 * v[k] / keys.approach - q[k] / keys.approach**2) for k in (4, 7)])
 
@@ -39,15 +41,17 @@ def least_distance(C, d) -> np.ndarray:
     return -r[:-1] / r[-1] * scale
 
 
-def test_the_wanted_motion_is_gauss_s_on_ground_that_pushes():
-    bench, seen, worst = Bench(Scenario(actuation=PUSHING)), set(), 0.0
+@pytest.mark.parametrize("braking", [0.0, 0.6])
+def test_the_wanted_motion_is_gauss_s_on_ground_that_pushes(braking):
+    asked = replace(PUSHING, pushing=Pushing(braking=braking))
+    bench, seen, worst = Bench(Scenario(actuation=asked)), set(), 0.0
     for q, v in states(300, 1):
         bench.tick(q, v)
         d, c = dynamics(q, v), bench.c
         R = np.linalg.cholesky(d.M).T
         C = np.linalg.solve(R.T, edges(d, 1.0).T).T
         free = np.linalg.solve(R.T, c["tick"]["Q_d"] - d.h)
-        low = least(q, v, d, PUSHING.pushing) - C @ free
+        low = least(q, v, d, asked.pushing) - C @ free
         ours, oracle = C.T @ c["push"]["wanted_force"][0, :10], least_distance(C, low)
         worst = max(worst, np.abs(ours - oracle).max() / max(1.0, np.abs(oracle).max()))
         assert c["push"]["wanted_force"][0, :10].min() >= 0.0

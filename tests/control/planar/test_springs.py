@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from biped.scenario.devices import Actuation
+from biped.scenario.gains import Gains
 from biped.scenario.keys import Scenario
 from biped.scenario.world import Ground
 from tests.ticks import OFFSET, Bench, S, states
@@ -30,7 +31,7 @@ def matrix(gains, right: int, left: int) -> np.ndarray:
     return K
 
 
-def wanted(q_abs, v_abs, right: int, left: int) -> np.ndarray:
+def wanted(q_abs, v_abs, right: int, left: int, knees) -> np.ndarray:
     """(3.16) in absolute coordinates."""
 
     def feedback(x):
@@ -38,17 +39,28 @@ def wanted(q_abs, v_abs, right: int, left: int) -> np.ndarray:
 
     phi = feedback(q_abs) + np.array([0, 0, 0, np.pi / 2, 0, 0, np.pi / 2])
     l, a = TABLE_3_2["theta_l"], TABLE_3_2["theta_a"]
-    phi_d = np.array([np.radians(87.5), l[right - 1], 0.0, a[right - 1], l[left - 1], 0.0, a[left - 1]])
+    knee = np.radians(knees)
+    phi_d = np.array(
+        [np.radians(87.5), l[right - 1], knee[right - 1], a[right - 1], l[left - 1], knee[left - 1], a[left - 1]]
+    )
     K, B = matrix(TABLE_3_2["k"], right, left), matrix(TABLE_3_2["b"], right, left)
     return -K @ (phi - phi_d) - B @ feedback(v_abs)
 
 
 @pytest.mark.parametrize(
-    ("slope", "angles", "tilt"), [(0.0, "gravity", 0.0), (5.0, "gravity", 5.0), (5.0, "slope", 0.0)]
-)
-def test_desired_forces(slope, angles, tilt):
+    ("slope", "angles", "tilt", "knees"),
+    [(0.0, "gravity", 0.0, None), (5.0, "gravity", 5.0, None), (5.0, "slope", 0.0, None),
+     (0.0, "gravity", 0.0, (-12.0, -30.0, -50.0, -7.0))],
+)  # fmt: skip
+def test_desired_forces(slope, angles, tilt, knees):
     """Absolute angles are measured from gravity (the slope frame's plus the slope) or from the slope's normal."""
-    bench = Bench(Scenario(actuation=Actuation(torque_limit=1e9), ground=Ground(slope=slope, angles=angles)))
+    bench = Bench(
+        Scenario(
+            actuation=Actuation(torque_limit=1e9),
+            ground=Ground(slope=slope, angles=angles),
+            gains=Gains(theta_k=knees),
+        )
+    )
     seen = set()
     for q, v in states(150, 30):
         bench.tick(q, v)
@@ -56,7 +68,9 @@ def test_desired_forces(slope, angles, tilt):
         q_abs[2:] += np.radians(tilt)
         right, left = bench.c["memory"]["phase"] + 1
         seen.add((int(right), int(left)))
-        expected = np.linalg.inv(S).T @ wanted(q_abs, v_abs, right, left)  # Q_joint · v_joint = Q_abs · v_abs
+        expected = np.linalg.inv(S).T @ wanted(
+            q_abs, v_abs, right, left, knees or (0.0,) * 4
+        )  # Q_joint · v_joint = Q_abs · v_abs
         # Ankle springs act on the joint angle, which a common tilt leaves alone.
         np.testing.assert_allclose(bench.c["tick"]["Q_d"], expected, atol=1e-10)
     assert len(seen) > 6

@@ -35,7 +35,9 @@ class Problem:
         rigid = np.linalg.inv(self.M[:BASE, :BASE])
         for p in range(8):
             J = scene.J(p)
-            gap = max(0.0, 2.0 * at["speed"][p] / tau + at["height"][p] / tau**2)
+            speed, height = 2.0 * at["speed"][p] / tau, at["height"][p] / tau**2
+            gap = max(0.0, speed + height)
+            gap = act["braking"] * min(0.0, speed + max(0.0, height)) if gap == 0.0 else gap
             if gap >= far:
                 self.least[EDGES * p : EDGES * p + EDGES] = -1e9
                 continue
@@ -80,6 +82,14 @@ def some_states(scene: Scene) -> list[tuple[np.ndarray, np.ndarray]]:
     return out
 
 
+@pytest.fixture(params=[0.0, 0.6])
+def braking(request, scene: Scene):
+    scene.c["actuation"]["braking"] = request.param
+    yield request.param
+    scene.c["actuation"]["braking"] = 0.0
+
+
+@pytest.mark.usefixtures("braking")
 def test_motion_and_torques_are_those_of_the_quadratic_programs(scene):
     bounded = 0
     for q, v in some_states(scene):

@@ -83,6 +83,27 @@ def test_a_walker_never_costs_more_than_a_faller(scenario_file):
     assert all(o.cost <= 0.5 for o in walked)
 
 
+def test_what_a_walker_lacks_of_a_floor_costs_like_what_it_exceeds_of_a_limit(scenario_file):
+    changes = ("duration=3.0", "gains.theta_b=78.0", "tune.conditions.level.speed=0.8", "tune.weights.speed=0.0")
+    costs = []
+    for more in (
+        (),
+        ("tune.floors.torso_lean=24.0",),
+        ("tune.limits.torso_lean=4.0",),
+        ("tune.limits.torso_lean=4.0", "tune.conditions.level.limits={}"),
+    ):
+        study = study_of(scenario_file, *changes, "tune.weights.excess=0.01", *more)
+        candidate = SearchSpace(study.scenario, study.gains).candidate([0.0] * 31)
+        with workers(study, 1) as evaluate:
+            one = evaluate(study.tasks(candidate, 3, True, {"level": range(1)}))[0]
+        assert one.walked
+        costs.append(one.cost)
+    lean = 24.0 * (1.0 - (costs[1] - costs[0]) / 0.01)
+    assert 4.0 < lean < 24.0
+    assert costs[3] == costs[0]
+    assert costs[2] - costs[0] == pytest.approx(0.01 * (lean / 4.0 - 1.0))
+
+
 STAND = """
 extends = "tune/stand"
 duration = 1.5
