@@ -66,7 +66,7 @@ def test_gaits_in_space_differ_out_of_the_plane_too():
     assert half.frontal is not None
     assert found.frontal is not None
     assert half.frontal.placement == replace(found.frontal.placement, velocity=0.31)
-    with pytest.raises(InputError, match="two in space"):
+    with pytest.raises(InputError, match=r"gains.frontal: the found gait has none .* expected both or neither"):
         way.different(origin, read_gains(locate("controllers", "calm", ""), Gains()))
 
 
