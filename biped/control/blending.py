@@ -12,7 +12,8 @@ import numpy as np
 from msgspec.structs import replace
 
 from biped.base.jit import inner_kernel, kernel
-from biped.scenario.gains import Gains
+from biped.scenario.gains import LACKED, Gains
+from biped.scenario.gait import whole_pace
 from biped.scenario.keys import Scenario
 
 
@@ -57,13 +58,14 @@ def changes_in(
     kind, first = record.dtype["gait"], record.dtype.fields["gait"][1]  # type: ignore[index]
     steps, one = np.zeros(len(s.change), step), np.zeros(1, kind)
     rate = s.simulation.control_rate
-    for c, change in zip(steps, s.change, strict=True):
+    for i, (c, change) in enumerate(zip(steps, s.change, strict=True)):
         c["first"], c["count"] = round(change.at * rate), max(1, round(change.over * rate))
         set_gains(one[0], gains)
         c["before"] = one.view(float)
-        if change.controller is not None:  # a gait whose knees are straight does not say so
-            gains = replace(gains, theta_k=None)
+        if change.controller is not None:  # a gait does not say what it lacks
+            gains = replace(gains, **dict.fromkeys(LACKED))
         gains = gains.replaced(change.gains)
+        whole_pace(gains, f"change[{i}].")
         set_gains(one[0], gains)
         c["after"] = one.view(float)
     return Changes(np.ndarray(one.view(float).shape, float, record, first), steps)

@@ -51,6 +51,22 @@ class Placement(PartialGains, frozen=True):
     velocity: Real | None = None
 
 
+class Pace(PartialGains, frozen=True):
+    """How thighs follow the walker's speed v forward: a leg is flexed further by so much times v - `speed`.
+
+    A walker that is too fast puts its swinging foot further forward, and its standing leg pushes less.
+
+    Attributes:
+        speed: [m/s] at which nothing changes.
+        swing: [rad s/m] of a leg in the air (leg states 3 and 4).
+        stance: [rad s/m] of a leg on the ground (1 and 2).
+    """
+
+    speed: Real | None = None
+    swing: Real | None = None
+    stance: Real | None = None
+
+
 class Frontal(PartialGains, frozen=True):
     """Gains across the direction of walking: the same symbols for roll, abduction and inversion, outward positive.
 
@@ -115,6 +131,7 @@ class Gains(PartialGains, frozen=True):
         theta_k: Degrees, where the knees' springs are at rest in leg states 1 to 4, negative flexed; default: straight.
         unit: `mgl` counts in the walker's weight, the length of its leg, and √(l/g) (docs/any-biped.md); default: SI.
         speed: [m/s] of a gait file that is a family; its gains at that speed come first, the other keys replace them.
+        pace: Of a biped that moves in space: how thighs follow its speed; default: not.
         frontal: Of a biped that moves in space: across the direction of walking.
         axial: Likewise: about the links' own axes.
     """
@@ -133,6 +150,7 @@ class Gains(PartialGains, frozen=True):
     theta_k: Four | None = None
     unit: Literal["mgl"] | None = None
     speed: Positive | None = None
+    pace: Pace | None = None
     frontal: Frontal | None = None
     axial: Axial | None = None
 
@@ -147,8 +165,12 @@ OUT_OF_PLANE = ("frontal", "axial")
 KNEES = "theta_k"
 """Rest angles that a gait may lack: then its knees are straight."""
 STRAIGHT = (0.0, 0.0, 0.0, 0.0)
-NOT_NEEDED = (KNEES, "unit")
-"""Gains that a gait may have; a unit only that of a biped in space."""
+PACE = "pace"
+"""A table that a gait in space may lack: then its thighs do not follow the walker's speed."""
+LACKED = (KNEES, PACE)
+"""Gains that vary in a search if a gait has them."""
+NOT_NEEDED = (*LACKED, "unit")
+"""Gains that a gait may have; pace and a unit only that of a biped in space."""
 MGL = "mgl"
 """The unit of gaits that count in their walker's own weight and size."""
 
@@ -179,7 +201,7 @@ def _single(kind: type[PartialGains], at: str, name: str) -> Iterator[str]:
         yield f"{at}{name}"
 
 
-_PARTS: dict[str, type[PartialGains]] = {kind.__name__: kind for kind in (Placement, Frontal, Axial)}
+_PARTS: dict[str, type[PartialGains]] = {kind.__name__: kind for kind in (Placement, Pace, Frontal, Axial)}
 
 
 def number(gains: Gains, name: str) -> float:

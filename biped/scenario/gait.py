@@ -16,7 +16,7 @@ from biped.base.errors import InputError, echo
 from biped.base.files import description_of, label, layered, locate, read_toml
 from biped.base.typed import Positive, Section
 from biped.scenario.devices import Actuation
-from biped.scenario.gains import GAINS, KNEES, NOT_NEEDED, OUT_OF_PLANE, Gains
+from biped.scenario.gains import GAINS, KNEES, NOT_NEEDED, OUT_OF_PLANE, PACE, Gains
 from biped.scenario.general import HABITS
 from biped.scenario.keys import Backstep, Scenario, Sensing, Simulation, Start
 from biped.scenario.valid import Origin, convert, known_keys
@@ -265,7 +265,7 @@ def in_the_plane(gains: Gains, model: str, at: str = "") -> None:
     Raises:
         InputError: It has tables of one that moves in space, or its unit.
     """
-    for table in OUT_OF_PLANE:
+    for table in (PACE, *OUT_OF_PLANE):
         if getattr(gains, table) is not None:
             raise InputError(f"{at}gains.{table}: expected none: model '{model}' moves in the plane; [{table}] is of "
                              "bipeds that move in space", f"{at}gains.{table}")  # fmt: skip
@@ -284,6 +284,21 @@ def out_of_the_plane(gains: Gains, model: str, at: str = "") -> None:
             raise InputError(f"{at}gains.{table}: missing: model '{model}' moves in space, which asks for "
                              f"{' and '.join(f'[{name}]' for name in OUT_OF_PLANE)} in its gait file "
                              "(controllers/human3d.toml has them)", f"{at}gains.{table}")  # fmt: skip
+
+
+def whole_pace(gains: Gains, at: str) -> None:
+    """Makes sure that a gait has all of a pace or nothing, where a change may have named a part.
+
+    Args:
+        gains: The gait.
+        at: What its key begins with: `change[0].`.
+
+    Raises:
+        InputError: A part is missing.
+    """
+    if gains.pace is not None and (missing := gains.pace.missing()):
+        words = f"{', '.join(missing)} missing; [pace] has {', '.join(gains.pace.__struct_fields__)}"
+        raise InputError(f"{at}gains.pace: {words}", f"{at}gains.pace")
 
 
 def read_settings(path: Path) -> tuple[Settings, Origin]:

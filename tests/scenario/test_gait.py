@@ -12,8 +12,8 @@ from biped.base.files import folder as folder_of
 from biped.base.files import locate, names
 from biped.ensemble.plan import Plan
 from biped.scenario.devices import Pushing
-from biped.scenario.gains import NOT_NEEDED, Frontal, Gains, Placement, number, single, with_numbers
-from biped.scenario.gait import gait_settings, read_gains, read_settings
+from biped.scenario.gains import NOT_NEEDED, Frontal, Gains, Pace, Placement, number, single, with_numbers
+from biped.scenario.gait import gait_settings, in_the_plane, read_gains, read_settings
 from biped.scenario.keys import Backstep, Sensing
 from biped.scenario.reading import read, read_scenario, to_toml
 
@@ -225,6 +225,18 @@ def test_a_table_of_a_walker_in_space_that_lacks_a_gain_is_refused(tmp_path):
     file.write_text(text.replace("placement = {", "# {"))
     with pytest.raises(InputError, match=r"frontal\.placement: missing; \[frontal\] has k_d1"):
         read_gains(file, Gains())
+
+
+def test_a_pace_is_whole_and_of_gaits_in_space(tmp_path):
+    text = locate("controllers", "human3d", "controller").read_text()
+    file = tmp_path / "gait.toml"
+    file.write_text(text + "\n[pace]\nspeed = 0.8\nstance = 0.1\n")
+    with pytest.raises(InputError, match=r"pace\.swing: missing; \[pace\] has speed, swing, stance"):
+        read_gains(file, Gains())
+    gains = read_gains(file, Gains(pace=Pace(swing=0.2)))
+    assert gains.pace == Pace(0.8, 0.2, 0.1)
+    with pytest.raises(InputError, match=r"gains\.pace: expected none: model 'human' moves in the plane"):
+        in_the_plane(Gains(pace=gains.pace), "human")
 
 
 def test_single_numbers_of_tables():

@@ -1,8 +1,9 @@
 """A run's controller record: gait, in whatever units, beliefs and settings written into it before the first tick.
 
 A gait with `unit = "mgl"` counts in the walker's weight, the length of its leg, and √(l/g): springs are in m g l,
-dampers in m g l √(l/g), placement in 1/l and 1/√(g l); of what joint torques take the ground for, lengths are in l,
-times in √(l/g), accelerations in g and the price of torques in 1/(m l²). Angles are as they are.
+dampers in m g l √(l/g), placement in 1/l and 1/√(g l), pace in √(g l) and 1/√(g l); of what joint torques take the
+ground for, lengths are in l, times in √(l/g), accelerations in g and the price of torques in 1/(m l²). Angles are as
+they are.
 """
 
 import math
@@ -22,7 +23,7 @@ from biped.robot.anatomy import Anatomy, anatomy_of
 from biped.robot.ground import GRAVITY
 from biped.robot.robot import Robot
 from biped.scenario.devices import Pushing
-from biped.scenario.gains import MGL, STRAIGHT, Axial, Frontal, Gains
+from biped.scenario.gains import MGL, STRAIGHT, Axial, Frontal, Gains, Pace
 from biped.scenario.gait import out_of_the_plane
 from biped.scenario.keys import Scenario
 
@@ -75,7 +76,10 @@ def si_gains(gains: Gains, unit: Unit) -> Gains:
             velocity=_times(placement.velocity, unit.time / unit.length),
         ))  # fmt: skip
     axial: Any = _parts(gains.axial, unit) if gains.axial else None
-    return replace(_parts(gains, unit), frontal=frontal, axial=axial, unit=None)
+    pace, second = gains.pace, unit.time / unit.length
+    if pace is not None:
+        pace = Pace(_times(pace.speed, 1.0 / second), _times(pace.swing, second), _times(pace.stance, second))
+    return replace(_parts(gains, unit), frontal=frontal, axial=axial, pace=pace, unit=None)
 
 
 def si_pushing(pushing: Pushing, gains: Gains, unit: Unit) -> Pushing:
@@ -204,6 +208,7 @@ def set_gains(gait: np.void, gains: Gains) -> None:
     gait["rest"] = np.radians(
         np.transpose([g.theta_l, frontal.theta_l, axial.theta_l, knee, g.theta_a, frontal.theta_a])
     )
+    gait["pace"] = (g.pace.speed, g.pace.swing, g.pace.stance) if g.pace else 0.0
     gait["position"], gait["velocity"] = frontal.placement.position, frontal.placement.velocity
 
 

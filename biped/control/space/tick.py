@@ -33,6 +33,13 @@ def _placed(c, leg):
     return gait["velocity"] * speed + gait["position"] * (y - c["belief"]["hip"])
 
 
+@kernel
+def _excess(c):
+    """[m/s] by which the walker is faster forward than its gait's pace."""
+    gait, velocity = c["gait"], c["at"]["com_velocity"]
+    return velocity[0] * math.cos(gait["heading"]) + velocity[1] * math.sin(gait["heading"]) - gait["pace"][0]
+
+
 @inner_kernel
 def desired_forces(c, m):
     """Writes Q_d [N, N m] into the record from link angles, leg states and gains.
@@ -51,6 +58,7 @@ def desired_forces(c, m):
         Q[j] = -M * _HOLD * (_HOLD * away + 2.0 * _DAMPED * at["v"][j])
     for j in range(3):
         Q[trunk + j] = 0.0
+    excess = _excess(c)
     tx, ty, tz = 0.0, 0.0, 0.0  # moment on the whole walker
     lx, ly, lz = 0.0, 0.0, 0.0  # on its thighs
     for link in range(1 + LEGS):
@@ -66,7 +74,8 @@ def desired_forces(c, m):
             s = memory["phase"][leg]
             placed = _placed(c, leg) if s in (SWING, EXTENDED) else 0.0
             c["tick"]["placed"][leg] = placed
-            pitch = -k[s, 0] * (at["angle"][leg, 0] - rest[s, 0]) - b[s, 0] * at["rate"][leg, 0]
+            flexed = gait["pace"][1 if s in (SWING, EXTENDED) else 2] * excess
+            pitch = -k[s, 0] * (at["angle"][leg, 0] - rest[s, 0] - flexed) - b[s, 0] * at["rate"][leg, 0]
             roll = -k[s, 1] * (at["angle"][leg, 1] - rest[s, 1] - placed) - b[s, 1] * at["rate"][leg, 1]
             yaw = -k[s, 2] * (at["angle"][leg, 2] - rest[s, 2]) - b[s, 2] * at["rate"][leg, 2]
             roll *= SIDE[leg]

@@ -21,7 +21,7 @@ from biped.ensemble.backend import Jobs
 from biped.ensemble.plan import Plan
 from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
-from biped.scenario.gains import GAINS, KNEES, OUT_OF_PLANE, Gains, number, single, with_numbers
+from biped.scenario.gains import GAINS, KNEES, LACKED, OUT_OF_PLANE, PACE, Gains, number, single, with_numbers
 from biped.scenario.goals import Condition, Range, Tune
 from biped.scenario.keys import Scenario, Window
 from biped.scenario.reading import changed
@@ -32,7 +32,7 @@ DEGREES = 20.0
 """Degrees per unit of an angle's coordinate; a quarter of it out of the plane."""
 
 PLACEMENT = 0.3
-"""[rad/m, rad s/m] per unit of the coordinates of foot placement."""
+"""[rad/m, rad s/m; m/s] per unit of the coordinates of foot placement and of pace."""
 
 _SPRING = {"theta_l": "k_d2", KNEES: "k_d3", "theta_a": "k_d4"}
 """Angles that mean something only where their spring has stiffness."""
@@ -115,8 +115,8 @@ class SearchSpace:
 
 
 def names_of(gains: Gains) -> list[str]:
-    """Names of the gains that a complete gait has; rest angles of knees and tables out of the plane if it has any."""
-    return [*GAINS, *(table for table in (KNEES, *OUT_OF_PLANE) if getattr(gains, table) is not None)]
+    """Names of the gains that a complete gait has; of what it may lack, and of tables out of the plane, what it has."""
+    return [*GAINS, *(table for table in (*LACKED, *OUT_OF_PLANE) if getattr(gains, table) is not None)]
 
 
 def _gain_axes(tune: Tune, gains: Gains) -> list[Axis]:
@@ -147,7 +147,7 @@ def _gain_axis(tune: Tune, name: str, value: float) -> Axis:
         unit = DEGREES if name.startswith("theta") else 0.25 * DEGREES
         most = tune.angle / DEGREES
         return Axis(name, value, False, unit, -most, most, True)
-    if ".placement." in name:
+    if ".placement." in name or name.startswith(f"{PACE}."):
         return Axis(name, value, False, PLACEMENT, -tune.angle / DEGREES, tune.angle / DEGREES, True)
     most = math.log(tune.factor)
     return Axis(name, value, True, 1.0, -most, most, True)

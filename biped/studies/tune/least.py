@@ -11,7 +11,7 @@ from biped.ensemble.backend import Jobs, Progress, Told, silent, unheard
 from biped.ensemble.folder import Folder
 from biped.ensemble.guard import OF_RUNS
 from biped.ensemble.plan import Plan
-from biped.scenario.gains import KNEES, OUT_OF_PLANE, Gains, number, single, with_numbers
+from biped.scenario.gains import LACKED, OUT_OF_PLANE, Gains, number, single, with_numbers
 from biped.scenario.gait import read_gains
 from biped.scenario.reading import read_scenario
 from biped.studies.folders import finished, folder_for
@@ -96,7 +96,7 @@ def different(origin: Gains, found: Gains) -> list[str]:
         InputError: Only one of them has.
     """
     names = names_of(origin)
-    for table in (KNEES, *OUT_OF_PLANE):
+    for table in (*LACKED, *OUT_OF_PLANE):
         if (table in names) != (getattr(found, table) is not None):
             which = ("found", "scenario's own") if table in names else ("scenario's own", "found")
             raise InputError(f"gains.{table}: the {which[0]} gait has none and the {which[1]} one has; expected both "

@@ -24,7 +24,8 @@ def plan_of(*changes: str) -> Plan:
 
 def test_a_change_at_once_is_the_other_gait_from_the_start():
     ground = "actuation.pushing={approach=0.015,reach=0.002,yielding=8.0,regularisation=1e-3}"
-    changed = simulate(plan_of(ground, 'change=[{at=0.0,controller="human3d_stand"}]').run(0))
+    other = 'change=[{at=0.0,controller="human3d_stand"}]'  # which has no pace, and does not say so
+    changed = simulate(plan_of(ground, "gains.pace={speed=0.0,swing=0.2,stance=0.2}", other).run(0))
     np.testing.assert_array_equal(changed.log, simulate(plan_of(ground, 'controller="human3d_stand"').run(0)).log)
     assert changed.changes == (0.0,)
 
@@ -54,6 +55,11 @@ def test_every_number_of_the_gait_goes_linearly_and_stays():
             if k not in range(500, 550):
                 np.testing.assert_allclose(gait[name], wanted, rtol=1e-14, atol=1e-14, err_msg=f"{name} {k}")
     assert gait["k_torso"][0] == 1.0
+
+
+def test_part_of_a_pace_is_refused_where_there_is_none():
+    with pytest.raises(InputError, match=r"change\[0\]\.gains\.pace: speed, stance missing; \[pace\] has speed, swing"):
+        simulate(plan_of("change=[{at=0.1,gains.pace.swing=0.1}]").run(0))
 
 
 def test_a_gait_of_the_plane_is_refused_where_it_is_named():

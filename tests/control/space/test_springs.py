@@ -44,6 +44,7 @@ def wanted(scene: Scene, q: np.ndarray, v: np.ndarray, phase: tuple[int, int]) -
             leg, s = link - 1, phase[link - 1]
             sign = np.array([1.0, SIDE[leg], SIDE[leg]])
             goal = rest[s, :3].copy()
+            goal[0] += gait["pace"][1 if s >= 2 else 2] * (scene.c["at"]["com_velocity"][0] - gait["pace"][0])
             if s >= 2:
                 stance = data.geom_xpos[list(scene.robot.feet[1 - leg].geoms)].mean(axis=0)
                 com, moving = data.subtree_com[1], scene.c["at"]["com_velocity"]
@@ -59,14 +60,17 @@ def wanted(scene: Scene, q: np.ndarray, v: np.ndarray, phase: tuple[int, int]) -
     return Q
 
 
+@pytest.mark.parametrize("pace", [(0.0, 0.0, 0.0), (0.7, 0.4, -0.3)])
 @pytest.mark.parametrize("phase", [(0, 1), (1, 2), (2, 0), (3, 3)])
-def test_moments_on_bodies_are_projected(scene, phase):
+def test_moments_on_bodies_are_projected(scene, phase, pace):
+    scene.c["gait"]["pace"] = pace
     for q, v in states(scene, 3, seed=sum(phase)):
         scene.sensed(q, v)
         scene.c["memory"]["phase"] = phase
         desired_forces(scene.c, scene.mechanics)
         expected = wanted(scene, q, v, phase)
         assert scene.c["tick"]["Q_d"] == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
+    scene.c["gait"]["pace"] = 0.0
 
 
 @pytest.mark.parametrize("phase", [(0, 1), (1, 2), (2, 0), (3, 0)])

@@ -11,7 +11,7 @@ from msgspec import structs
 from biped.control.space.setup import Unit, controller_record, si_gains, si_pushing, unit_of
 from biped.control.space.tick import spatial_tick
 from biped.robot.anatomy import anatomy_of
-from biped.scenario.gains import MGL
+from biped.scenario.gains import MGL, Pace
 from tests.control.space.scene import Scene, states
 
 
@@ -38,7 +38,7 @@ def own_pushing(pushing, gains, unit):
 
 @pytest.mark.parametrize("controller", ["human3d", "human3d_sure"])
 def test_the_humans_gait_gives_the_same_torques_in_its_own_units(controller):
-    scene = Scene(f'controller="{controller}"')
+    scene = Scene(f'controller="{controller}"', "gains.pace={speed=0.9,swing=0.2,stance=0.1}")
     setup = scene.setup
     unit = unit_of(scene.robot, anatomy_of(scene.model, scene.robot))
     assert unit == Unit(pytest.approx(75.0), pytest.approx(0.954))
@@ -60,7 +60,8 @@ def test_the_humans_gait_gives_the_same_torques_in_its_own_units(controller):
 def test_units_are_those_of_the_dimensions():
     """A walker of twice the length and eight times the mass: moments grow 16-fold, times by the root of 2."""
     scene = Scene()
-    gains, small, large = scene.setup.gains, Unit(10.0, 0.5), Unit(80.0, 1.0)
+    gains = structs.replace(scene.setup.gains, pace=Pace(0.9, 0.2, 0.1))
+    small, large = Unit(10.0, 0.5), Unit(80.0, 1.0)
     one, other = (si_gains(own_gains(gains, small), unit) for unit in (small, large))
     assert one.k_d1 == pytest.approx(gains.k_d1)
     assert other.k_d1 == pytest.approx(16.0 * gains.k_d1)
@@ -71,6 +72,10 @@ def test_units_are_those_of_the_dimensions():
     assert placed.position * large.length == pytest.approx(mine.position * small.length)
     speed = [(9.81 * unit.length) ** 0.5 for unit in (large, small)]
     assert placed.velocity * speed[0] == pytest.approx(mine.velocity * speed[1])
+    # So are those for a speed above the gait's pace, which is so many √(g l).
+    assert other.pace.speed / speed[0] == pytest.approx(gains.pace.speed / speed[1])
+    assert other.pace.swing * other.pace.speed == pytest.approx(gains.pace.swing * gains.pace.speed)
+    assert other.pace.stance * other.pace.speed == pytest.approx(gains.pace.stance * gains.pace.speed)
     before = scene.setup.scenario.actuation.pushing
     after = si_pushing(own_pushing(before, gains, small), own_gains(gains, small), large)
     assert after.approach == pytest.approx(2.0**0.5 * before.approach)
