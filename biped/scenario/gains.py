@@ -52,17 +52,23 @@ class Placement(PartialGains, frozen=True):
 
 
 class Pace(PartialGains, frozen=True):
-    """How thighs follow the walker's speed v forward: a leg is flexed further by so much times v - `speed`.
+    """How thighs follow the walker's speed v forward, a leg being flexed further by so much times v - v0, and slopes.
 
-    A walker that is too fast puts its swinging foot further forward, and its standing leg pushes less.
+    A walker that is too fast puts its swinging foot further forward, and its standing leg pushes less. Where it goes
+    down it is to be faster: v0 = `speed` - `slope` α on ground that rises by α ahead. What it makes of slopes, it does
+    if `ground.angles` is gravity.
 
     Attributes:
-        speed: [m/s] at which nothing changes.
+        speed: [m/s] at which nothing changes on the level.
+        slope: [m/s per rad] by which that is less uphill and more downhill.
+        side: [rad/rad] A leg in the air is abducted by so much times the angle by which the ground rises on its side.
         swing: [rad s/m] of a leg in the air (leg states 3 and 4).
         stance: [rad s/m] of a leg on the ground (1 and 2).
     """
 
     speed: Real | None = None
+    slope: Real | None = None
+    side: Real | None = None
     swing: Real | None = None
     stance: Real | None = None
 

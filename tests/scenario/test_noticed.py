@@ -48,7 +48,7 @@ SWITCHES = {
     "ground.tiles": {"height": 0.01},
     "ground.steps": {"rise": 0.01},
     "ground.seat": {"height": 0.4},
-    "gains.pace": {"speed": 0.5, "swing": 0.1, "stance": 0.1},
+    "gains.pace": {"speed": 0.5, "slope": 0.5, "side": 0.5, "swing": 0.1, "stance": 0.1},
 }
 """What makes a table's other keys mean anything."""
 

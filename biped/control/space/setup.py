@@ -23,7 +23,7 @@ from biped.robot.anatomy import Anatomy, anatomy_of
 from biped.robot.ground import GRAVITY
 from biped.robot.robot import Robot
 from biped.scenario.devices import Pushing
-from biped.scenario.gains import MGL, STRAIGHT, Axial, Frontal, Gains, Pace
+from biped.scenario.gains import MGL, STRAIGHT, Axial, Frontal, Gains
 from biped.scenario.gait import out_of_the_plane
 from biped.scenario.keys import Scenario
 
@@ -78,7 +78,9 @@ def si_gains(gains: Gains, unit: Unit) -> Gains:
     axial: Any = _parts(gains.axial, unit) if gains.axial else None
     pace, second = gains.pace, unit.time / unit.length
     if pace is not None:
-        pace = Pace(_times(pace.speed, 1.0 / second), _times(pace.swing, second), _times(pace.stance, second))
+        speeds = {name: _times(getattr(pace, name), 1.0 / second) for name in ("speed", "slope")}
+        shares = {name: _times(getattr(pace, name), second) for name in ("swing", "stance")}
+        pace = replace(pace, **speeds, **shares)
     return replace(_parts(gains, unit), frontal=frontal, axial=axial, pace=pace, unit=None)
 
 
@@ -208,7 +210,8 @@ def set_gains(gait: np.void, gains: Gains) -> None:
     gait["rest"] = np.radians(
         np.transpose([g.theta_l, frontal.theta_l, axial.theta_l, knee, g.theta_a, frontal.theta_a])
     )
-    gait["pace"] = (g.pace.speed, g.pace.swing, g.pace.stance) if g.pace else 0.0
+    p = g.pace
+    gait["pace"] = (p.speed, p.slope, p.side, p.swing, p.stance) if p else 0.0
     gait["position"], gait["velocity"] = frontal.placement.position, frontal.placement.velocity
 
 

@@ -24,20 +24,26 @@ _DAMPED = 0.7
 
 @kernel
 def _placed(c, leg):
-    """[rad] by which a swinging leg is abducted for where the walker is and goes: c_v v_y + c_d (y - half the hips)."""
-    at, gait = c["at"], c["gait"]
+    """[rad] by which a swinging leg is abducted for where the walker is and goes: c_v v_y + c_d (y - half the hips).
+
+    And for how the ground rises on its side.
+    """
+    at, gait, tilt = c["at"], c["gait"], c["belief"]["tilt"]
     cos, sin = math.cos(gait["heading"]), math.sin(gait["heading"])
     side, stance = SIDE[leg], at["foot"][1 - leg]
     speed = side * (at["com_velocity"][1] * cos - at["com_velocity"][0] * sin)
     y = side * ((at["com"][1] - stance[1]) * cos - (at["com"][0] - stance[0]) * sin)
-    return gait["velocity"] * speed + gait["position"] * (y - c["belief"]["hip"])
+    placed = gait["velocity"] * speed + gait["position"] * (y - c["belief"]["hip"])
+    return placed + gait["pace"][2] * side * (tilt[1] * cos - tilt[0] * sin)
 
 
 @kernel
 def _excess(c):
     """[m/s] by which the walker is faster forward than its gait's pace."""
-    gait, velocity = c["gait"], c["at"]["com_velocity"]
-    return velocity[0] * math.cos(gait["heading"]) + velocity[1] * math.sin(gait["heading"]) - gait["pace"][0]
+    gait, velocity, tilt = c["gait"], c["at"]["com_velocity"], c["belief"]["tilt"]
+    cos, sin = math.cos(gait["heading"]), math.sin(gait["heading"])
+    rise = tilt[0] * cos + tilt[1] * sin
+    return velocity[0] * cos + velocity[1] * sin - gait["pace"][0] + gait["pace"][1] * rise
 
 
 @inner_kernel
@@ -74,7 +80,7 @@ def desired_forces(c, m):
             s = memory["phase"][leg]
             placed = _placed(c, leg) if s in (SWING, EXTENDED) else 0.0
             c["tick"]["placed"][leg] = placed
-            flexed = gait["pace"][1 if s in (SWING, EXTENDED) else 2] * excess
+            flexed = gait["pace"][3 if s in (SWING, EXTENDED) else 4] * excess
             pitch = -k[s, 0] * (at["angle"][leg, 0] - rest[s, 0] - flexed) - b[s, 0] * at["rate"][leg, 0]
             roll = -k[s, 1] * (at["angle"][leg, 1] - rest[s, 1] - placed) - b[s, 1] * at["rate"][leg, 1]
             yaw = -k[s, 2] * (at["angle"][leg, 2] - rest[s, 2]) - b[s, 2] * at["rate"][leg, 2]

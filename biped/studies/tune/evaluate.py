@@ -33,6 +33,8 @@ DEGREES = 20.0
 
 PLACEMENT = 0.3
 """[rad/m, rad s/m; m/s] per unit of the coordinates of foot placement and of pace."""
+SLOPE = 5.0
+"""[m/s per rad, rad/rad] likewise, of what pace makes of slopes."""
 
 _SPRING = {"theta_l": "k_d2", KNEES: "k_d3", "theta_a": "k_d4"}
 """Angles that mean something only where their spring has stiffness."""
@@ -147,6 +149,8 @@ def _gain_axis(tune: Tune, name: str, value: float) -> Axis:
         unit = DEGREES if name.startswith("theta") else 0.25 * DEGREES
         most = tune.angle / DEGREES
         return Axis(name, value, False, unit, -most, most, True)
+    if name in (f"{PACE}.slope", f"{PACE}.side"):
+        return Axis(name, value, False, SLOPE, -1.0, 1.0, True)
     if ".placement." in name or name.startswith(f"{PACE}."):
         return Axis(name, value, False, PLACEMENT, -tune.angle / DEGREES, tune.angle / DEGREES, True)
     most = math.log(tune.factor)

@@ -25,7 +25,7 @@ def plan_of(*changes: str) -> Plan:
 def test_a_change_at_once_is_the_other_gait_from_the_start():
     ground = "actuation.pushing={approach=0.015,reach=0.002,yielding=8.0,regularisation=1e-3}"
     other = 'change=[{at=0.0,controller="human3d_stand"}]'  # which has no pace, and does not say so
-    changed = simulate(plan_of(ground, "gains.pace={speed=0.0,swing=0.2,stance=0.2}", other).run(0))
+    changed = simulate(plan_of(ground, "gains.pace={speed=0.0,slope=0.0,side=0.0,swing=0.2,stance=0.2}", other).run(0))
     np.testing.assert_array_equal(changed.log, simulate(plan_of(ground, 'controller="human3d_stand"').run(0)).log)
     assert changed.changes == (0.0,)
 
@@ -58,7 +58,9 @@ def test_every_number_of_the_gait_goes_linearly_and_stays():
 
 
 def test_part_of_a_pace_is_refused_where_there_is_none():
-    with pytest.raises(InputError, match=r"change\[0\]\.gains\.pace: speed, stance missing; \[pace\] has speed, swing"):
+    with pytest.raises(
+        InputError, match=r"change\[0\]\.gains\.pace: speed, slope, side, stance missing; \[pace\] has speed"
+    ):
         simulate(plan_of("change=[{at=0.1,gains.pace.swing=0.1}]").run(0))
 
 

@@ -44,7 +44,8 @@ def wanted(scene: Scene, q: np.ndarray, v: np.ndarray, phase: tuple[int, int]) -
             leg, s = link - 1, phase[link - 1]
             sign = np.array([1.0, SIDE[leg], SIDE[leg]])
             goal = rest[s, :3].copy()
-            goal[0] += gait["pace"][1 if s >= 2 else 2] * (scene.c["at"]["com_velocity"][0] - gait["pace"][0])
+            excess = scene.c["at"]["com_velocity"][0] - gait["pace"][0] + gait["pace"][1] * scene.c["belief"]["tilt"][0]
+            goal[0] += gait["pace"][3 if s >= 2 else 4] * excess
             if s >= 2:
                 stance = data.geom_xpos[list(scene.robot.feet[1 - leg].geoms)].mean(axis=0)
                 com, moving = data.subtree_com[1], scene.c["at"]["com_velocity"]
@@ -60,7 +61,7 @@ def wanted(scene: Scene, q: np.ndarray, v: np.ndarray, phase: tuple[int, int]) -
     return Q
 
 
-@pytest.mark.parametrize("pace", [(0.0, 0.0, 0.0), (0.7, 0.4, -0.3)])
+@pytest.mark.parametrize("pace", [(0.0, 0.0, 0.0, 0.0, 0.0), (0.7, 0.0, 0.0, 0.4, -0.3)])
 @pytest.mark.parametrize("phase", [(0, 1), (1, 2), (2, 0), (3, 3)])
 def test_moments_on_bodies_are_projected(scene, phase, pace):
     scene.c["gait"]["pace"] = pace
@@ -71,6 +72,35 @@ def test_moments_on_bodies_are_projected(scene, phase, pace):
         expected = wanted(scene, q, v, phase)
         assert scene.c["tick"]["Q_d"] == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
     scene.c["gait"]["pace"] = 0.0
+
+
+@pytest.mark.parametrize(("rise", "heading"), [("ground.slope=3.0", 0.0), ("ground.side_slope=3.0", 0.5 * np.pi)])
+def test_pace_is_less_where_the_ground_rises_ahead(rise, heading):
+    scene, found = Scene(rise), []
+    q, v = states(scene, 1)[0]
+    scene.sensed(q, v)
+    scene.c["gait"]["heading"] = heading
+    for pace in ((0.7, 2.0, 0, 0.4, -0.3), (0.7 - 2.0 * np.radians(3.0), 0, 0, 0.4, -0.3), (0.7, 0, 0, 0.4, -0.3)):
+        scene.c["gait"]["pace"] = pace
+        desired_forces(scene.c, scene.mechanics)
+        found.append(scene.c["tick"]["Q_d"].copy())
+    assert found[0] == pytest.approx(found[1], abs=1e-9 * np.abs(found[1]).max())
+    assert np.abs(found[0] - found[2]).max() > 1.0
+
+
+@pytest.mark.parametrize(("rise", "heading"), [("ground.side_slope=3.0", 0.0), ("ground.slope=-3.0", 0.5 * np.pi)])
+def test_a_leg_in_the_air_is_abducted_where_the_ground_rises_on_its_side(rise, heading):
+    scene = Scene(rise)
+    q, v = states(scene, 1)[0]
+    scene.sensed(q, v)
+    scene.c["memory"]["phase"] = 2, 3
+    scene.c["gait"]["heading"] = heading
+    placed = []
+    for side in (0.0, 0.5):
+        scene.c["gait"]["pace"] = 0.0, 0.0, side, 0.0, 0.0
+        desired_forces(scene.c, scene.mechanics)
+        placed.append(scene.c["tick"]["placed"].copy())
+    assert placed[1] - placed[0] == pytest.approx([-0.5 * np.radians(3.0), 0.5 * np.radians(3.0)])
 
 
 @pytest.mark.parametrize("phase", [(0, 1), (1, 2), (2, 0), (3, 0)])

@@ -38,7 +38,7 @@ def own_pushing(pushing, gains, unit):
 
 @pytest.mark.parametrize("controller", ["human3d", "human3d_sure"])
 def test_the_humans_gait_gives_the_same_torques_in_its_own_units(controller):
-    scene = Scene(f'controller="{controller}"', "gains.pace={speed=0.9,swing=0.2,stance=0.1}")
+    scene = Scene(f'controller="{controller}"', "gains.pace={speed=0.9,slope=2.0,side=0.1,swing=0.2,stance=0.1}")
     setup = scene.setup
     unit = unit_of(scene.robot, anatomy_of(scene.model, scene.robot))
     assert unit == Unit(pytest.approx(75.0), pytest.approx(0.954))
@@ -60,7 +60,7 @@ def test_the_humans_gait_gives_the_same_torques_in_its_own_units(controller):
 def test_units_are_those_of_the_dimensions():
     """A walker of twice the length and eight times the mass: moments grow 16-fold, times by the root of 2."""
     scene = Scene()
-    gains = structs.replace(scene.setup.gains, pace=Pace(0.9, 0.2, 0.1))
+    gains = structs.replace(scene.setup.gains, pace=Pace(0.9, 2.0, 0.1, 0.2, 0.1))
     small, large = Unit(10.0, 0.5), Unit(80.0, 1.0)
     one, other = (si_gains(own_gains(gains, small), unit) for unit in (small, large))
     assert one.k_d1 == pytest.approx(gains.k_d1)
@@ -74,6 +74,7 @@ def test_units_are_those_of_the_dimensions():
     assert placed.velocity * speed[0] == pytest.approx(mine.velocity * speed[1])
     # So are those for a speed above the gait's pace, which is so many √(g l).
     assert other.pace.speed / speed[0] == pytest.approx(gains.pace.speed / speed[1])
+    assert other.pace.slope / other.pace.speed == pytest.approx(gains.pace.slope / gains.pace.speed)
     assert other.pace.swing * other.pace.speed == pytest.approx(gains.pace.swing * gains.pace.speed)
     assert other.pace.stance * other.pace.speed == pytest.approx(gains.pace.stance * gains.pace.speed)
     before = scene.setup.scenario.actuation.pushing
