@@ -17,7 +17,8 @@ from biped.show.standing import FILE as STANDARD
 PAGE, TEMPLATE, DATA = DOCS / "any-biped.md", DOCS / "any-biped.in.md", DOCS / "any-biped.json"
 MARK = "<!-- tables -->"
 _NOTE = (
-    "The table counts runs that walked, on seeds that no search has used. The brackets have 95 % intervals (Wilson)."
+    "The table counts runs that walked, and where they stop runs that stood in the end, on seeds that no search has "
+    "used. The brackets have 95 % intervals (Wilson)."
 )
 _COLUMNS = "speed, m/s", "absolute cost of transport", "ticks at a limit", "gait", "runs of the search", "CPU s"
 _LEVEL = "level"
