@@ -11,7 +11,7 @@ from biped.scenario.vary import stream
 from biped.studies.certify import splitting
 from biped.studies.certify.outcome import LEARNED, LEFT, RunOutcome
 from biped.studies.certify.running import Outcomes
-from biped.studies.certify.shifting import Learner, Mixture, Process, Weighted, weighted
+from biped.studies.certify.shifting import Learner, Mixture, Process, Stages, Weighted
 
 LEAST_SAMPLES = 5
 """Independent estimates from which an interval is made."""
@@ -281,23 +281,27 @@ def _shifting(
     outcomes.score, outcomes.learns = None, False
     outcomes.states.clear()
     most = min(LEARNING_RUNS, int(LEARNING * (accuracy.most - outcomes.runs)))
-    mixture = None if process is None else Learner(process, outcomes, rng).learn(most)
+    learner = None if process is None else Learner(process, outcomes, rng)
+    mixture = None if learner is None else learner.learn(most)
     if mixture is None or accuracy.most - outcomes.runs < EACH:
         why = "nothing that is drawn has a time" if process is None else "no shifted run fell, or --most is too few"
         return _counting(stream(seed, "certify.count"), outcomes, first, accuracy, f"{why}: runs were counted")
     assert process is not None
-    plain, fell, runs = [outcome for _, outcome in first], [], 0
+    assert learner is not None
+    plain, fell, runs, stages = [outcome for _, outcome in first], [], 0, Stages(process)
     while True:
         drawn = mixture.draw(rng, min(max(EACH, runs // 2), accuracy.most - outcomes.runs))
         met = list(zip(drawn, outcomes(drawn), strict=True))
         runs += len(met)
         plain += [outcome for run, outcome in met if not run.moves]
-        fell += [one for one in met if one[1].fell]
-        says = weighted(mixture.weights(process.blocks_of([run for run, _ in fell])), runs)
+        falls = [one for one in met if one[1].fell]
+        fell += falls
+        says = stages.add(mixture, len(met), [run for run, _ in falls])
         found = of_weights(says)
         reached = says.effective >= CERTAIN and found.relative <= accuracy.relative
         if reached or outcomes.runs >= accuracy.most:
             break
+        mixture = learner.count(mixture, drawn, [run for run, _ in falls])
     doubt = _disagreement(found, plain, "shifted ones")
     if not doubt and says.effective < CERTAIN:
         doubt = f"the weights of the {len(fell)} shifted runs that fell are worth {says.effective:.1f} falls: too few"

@@ -5,7 +5,11 @@ shifted along one of a few patterns, placed at some time. Run i is drawn from th
 known exactly; the mean of the weights of those that fell is unbiased whatever the patterns are, and no weight exceeds
 one over the plain share (a defensive mixture: T. Hesterberg, Technometrics 37:185, 1995). Patterns are those of the
 falls that are met, by weight: the cross-entropy method (R. Rubinstein, D. Kroese, 2004), as expectation and
-maximisation of a mixture in which every pattern may stand at any time. They are fixed before the runs that count.
+maximisation of a mixture in which every pattern may stand at any time.
+
+The runs that count are drawn in stages. The mixture of a stage is fixed before it, by all falls met so far: given what
+was met, the mean weight of every stage is unbiased, and so is their mean with shares that are fixed beforehand. Later
+stages have better patterns and larger shares, by the square root of their number (A. Owen, Y. Zhou, arXiv:1901.02976).
 """
 
 import math
@@ -43,13 +47,17 @@ ROUND, ROUNDS, ENOUGH = 200, 3, 30.0
 LEAST_SHARE = 0.2
 """Of the runs, spread evenly over patterns and times: one that mattered little may matter under a weaker force."""
 PRIOR = 5.0
-"""Effective falls that a pattern as it was before counts as."""
+"""Effective falls that the patterns and their times as they were before a round count as."""
 EVEN = 0.3
 """Share of every pattern's runs that is spread evenly over all times."""
 UNLIKELY = 0.1
 """Of a fall that no pattern explains: how much likelier than a plain run a pattern has to make it."""
 PASSES = 6
 """Of expectation and maximisation in a round."""
+FOLLOWS = 0.5
+"""Power of the ratio of two strengths of the force by which patterns become longer where it becomes weaker."""
+WEAKER = ((0.85, 1.0), (0.6, WIDER))
+"""Share of a pattern's shift, and least spread, of the weaker patterns that each is accompanied by."""
 KERNEL = np.array([1.0, 2.0, 3.0, 2.0, 1.0]) / 9.0
 """Over blocks, with which half of a pattern is smoothed."""
 
@@ -206,6 +214,7 @@ class Learner:
 
     def __init__(self, process: Process, outcomes: Outcomes, rng: np.random.Generator):
         self._process, self._outcomes, self._rng = process, outcomes, rng
+        self._patterns = self._pulses()
         self._drawn: list[tuple[Mixture, int]] = []
         self._fell: list[np.ndarray] = []
 
@@ -215,26 +224,54 @@ class Learner:
         Args:
             most: Runs at most.
         """
-        end, number, patterns = self._outcomes.runs + most, 0, self._pulses()
+        end, number = self._outcomes.runs + most, 0
         for number in range(len(FACTORS)):
             if self._outcomes.runs + BATCH + (number + 1) * ROUND > end:
                 return None
             self._drawn, self._fell = [], []
-            self._meet(patterns, BATCH, FACTORS[number])
+            self._meet(BATCH, FACTORS[number])
             if len(self._fell) >= FALLS:
                 break
         while self._fell:
-            patterns = self._improved(patterns)
+            self._improve()
             rounds, effective = len(self._drawn), self._pooled()[1].effective
             left = (end - self._outcomes.runs) // ROUND
             if number == 0 and (effective >= ENOUGH or left < 1):
-                return Mixture(doubled(patterns), self._process)
+                return self.mixture()
             if number > 0 and (rounds >= ROUNDS or effective >= 0.5 * ENOUGH or left <= number + 1):
+                longer = (FACTORS[number] / FACTORS[number - 1]) ** FOLLOWS
+                self._patterns = [one._replace(by=min(longer * one.by, STRONGEST)) for one in self._patterns]
                 self._drawn, self._fell, number = [], [], number - 1
-            self._meet(patterns, ROUND, FACTORS[number])
+            self._meet(ROUND, FACTORS[number])
             while not self._fell and self._outcomes.runs + ROUND <= end:
-                self._meet(patterns, ROUND, FACTORS[number])
+                self._meet(ROUND, FACTORS[number])
         return None
+
+    def mixture(self) -> Mixture:
+        """What is known so far: every pattern with weaker ones beside it, from which runs that count may be drawn.
+
+        A mixture that is narrower than the falls are would give a few of them large weights.
+        """
+        weaker = [
+            one._replace(by=share * one.by, spread=max(least, one.spread))
+            for share, least in WEAKER
+            for one in self._patterns
+        ]
+        return Mixture([*self._patterns, *weaker], self._process)
+
+    def count(self, mixture: Mixture, runs: Sequence[Normals], fell: Sequence[Normals]) -> Mixture:
+        """The mixture that runs which were made teach.
+
+        Args:
+            mixture: What they were drawn from.
+            runs: All of them, under the scenario's own force.
+            fell: Those that fell.
+        """
+        self._drawn.append((mixture, len(runs)))
+        self._fell += list(self._process.blocks_of(fell))
+        if self._fell:
+            self._improve()
+        return self.mixture()
 
     def _pulses(self) -> list[Pattern]:
         shares, out = np.ones(len(self._process.sizes) + AFTER), []
@@ -245,8 +282,8 @@ class Learner:
                 out += [Pattern(sign * pulse, STRENGTH, WIDER, shares) for sign in (1.0, -1.0)]
         return out
 
-    def _meet(self, patterns: Sequence[Pattern], count: int, factor: float) -> None:
-        mixture = Mixture(patterns, self._process)
+    def _meet(self, count: int, factor: float) -> None:
+        mixture = Mixture(self._patterns, self._process)
         runs = mixture.draw(self._rng, count)
         stronger = Move(beta=0.0, keep=factor, after=EARLIEST)
         met = self._outcomes(runs if factor == 1.0 else [run.moved(stronger) for run in runs])
@@ -259,7 +296,8 @@ class Learner:
         weights = 1.0 / sum((count / runs / one.weights(fell) for one, count in self._drawn), np.zeros(len(fell)))
         return weights, weighted(weights, runs)
 
-    def _improved(self, patterns: Sequence[Pattern]) -> list[Pattern]:
+    def _improve(self) -> None:
+        """Patterns as the falls under this force have them, beside what they were: expectation and maximisation."""
         fell, (weights, says) = np.array(self._fell), self._pooled()
         weights = np.minimum(weights, weights.mean() * math.sqrt(len(weights)))  # E. Ionides, 2008
         weights *= weighted(weights, says.runs).effective / weights.sum()
@@ -268,47 +306,62 @@ class Learner:
         pad[:, LENGTH - 1 : LENGTH - 1 + blocks] = fell
         windows = np.stack([pad[:, row : row + LENGTH] for row in range(blocks + AFTER)], axis=1)
         known, windows = np.isfinite(windows).astype(float), np.nan_to_num(windows)
-        for number in range(PASSES):
-            wide = [one._replace(spread=max(one.spread, 0.8)) for one in patterns]
+        total = sum(one.shares.sum() for one in self._patterns)
+        before = [one._replace(shares=PRIOR / total * one.shares) for one in self._patterns]
+        after = before
+        for _ in range(PASSES):
+            wide = [one._replace(spread=max(one.spread, 0.8)) for one in after]
             odds = Mixture(wide, self._process).odds(fell)
             most = odds.max(axis=1, keepdims=True)
             belongs = np.exp(odds - most)
             belongs /= belongs.sum(axis=1, keepdims=True) + UNLIKELY * np.exp(np.minimum(-most, 50.0))
-            belongs = (belongs * weights[:, None]).reshape(len(fell), len(patterns), -1)
-            last = number == PASSES - 1
-            patterns = [_pattern(one, belongs[:, i], windows, known, last) for i, one in enumerate(patterns)]
-        least = LEAST_SHARE * sum(one.shares.sum() for one in patterns) / (len(patterns) * len(patterns[0].shares))
-        return [one._replace(shares=np.maximum(one.shares, least)) for one in patterns]
+            belongs = (belongs * weights[:, None]).reshape(len(fell), len(after), -1)
+            after = [_pattern(one, belongs[:, i], windows, known) for i, one in enumerate(before)]
+        least = LEAST_SHARE * sum(one.shares.sum() for one in after) / (len(after) * len(after[0].shares))
+        self._patterns = [one._replace(shares=np.maximum(one.shares, least)) for one in after]
 
 
-def _pattern(old: Pattern, belongs: np.ndarray, windows: np.ndarray, known: np.ndarray, last: bool) -> Pattern:
-    """A pattern by the falls that belong to it.
+def _pattern(before: Pattern, belongs: np.ndarray, windows: np.ndarray, known: np.ndarray) -> Pattern:
+    """A pattern by the falls that belong to it, smoothed.
 
     Args:
-        old: As it was.
+        before: As it was, with shares that add up to the falls that they count as.
         belongs: (n, ends) how much of each fall belongs to it at each time.
         windows: (n, ends, LENGTH, directions) blocks of the falls.
         known: Of which 1 are within the run, and others 0.
-        last: Whether to smooth it.
     """
-    sums = np.tensordot(belongs, windows, 2) + PRIOR * old.by * old.direction
+    sums = np.tensordot(belongs, windows, 2) + PRIOR * before.by * before.direction
     mean = sums / (np.tensordot(belongs, known, 2) + PRIOR)
-    if last:
-        smooth = np.stack([np.convolve(one, KERNEL, mode="same") for one in mean.T], axis=1)
-        mean = 0.5 * (mean + smooth)
+    smooth = np.stack([np.convolve(one, KERNEL, mode="same") for one in mean.T], axis=1)
+    mean = 0.5 * (mean + smooth)
     by = float(np.linalg.norm(mean))
     direction = mean / max(by, EARLIEST)
     seen = np.sqrt(np.tensordot(known, direction**2, 2))
     away = np.tensordot(windows, direction, 2) / np.maximum(seen, 0.3) - by * seen
     count = belongs.sum()
-    spread = math.sqrt(((belongs * away**2).sum() + PRIOR) / (count + PRIOR))
+    spread = math.sqrt(((belongs * away**2).sum() + PRIOR * before.spread**2) / (count + PRIOR))
     near = np.exp(-0.5 * (np.arange(-6, 7) / 1.5) ** 2)
     shares = np.convolve(belongs.sum(axis=0), near / near.sum(), mode="same")
-    shares = (1.0 - EVEN) * shares + EVEN * count / len(shares)
+    shares = (1.0 - EVEN) * shares + EVEN * count / len(shares) + before.shares
     return Pattern(direction, min(by, STRONGEST), min(max(spread, NARROWEST), WIDER), shares)
 
 
-def doubled(patterns: Sequence[Pattern]) -> list[Pattern]:
-    """Patterns, half the runs with weaker ones that do not narrow what is drawn."""
-    weaker = [one._replace(by=0.85 * one.by, spread=max(1.0, one.spread)) for one in patterns]
-    return [*patterns, *weaker]
+class Stages:
+    """Weights of the runs that count, stage by stage.
+
+    Args:
+        process: The normals.
+    """
+
+    def __init__(self, process: Process):
+        self._process = process
+        self._weights: list[tuple[int, np.ndarray]] = []
+
+    def add(self, mixture: Mixture, runs: int, fell: Sequence[Normals]) -> Weighted:
+        """What all stages say together, after one more of so many runs, of which some fell."""
+        self._weights.append((runs, mixture.weights(self._process.blocks_of(fell))))
+        total = sum(count for count, _ in self._weights)
+        shares = np.array([count * math.sqrt(number) for number, (count, _) in enumerate(self._weights, 1)])
+        shares *= total / shares.sum()
+        each = [share / count * weights for share, (count, weights) in zip(shares, self._weights, strict=True)]
+        return weighted(np.concatenate(each), total)
