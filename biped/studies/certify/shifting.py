@@ -185,11 +185,13 @@ class Weighted(NamedTuple):
         mean: The estimate.
         effective: Falls of one weight that would say as much.
         runs: How many there were.
+        largest: What the largest weight adds to the mean.
     """
 
     mean: float
     effective: float
     runs: int
+    largest: float
 
     @property
     def error(self) -> float:
@@ -200,7 +202,8 @@ class Weighted(NamedTuple):
 def weighted(weights: np.ndarray, runs: int) -> Weighted:
     """The estimate from the weights of the runs that fell, of so many."""
     total, squares = float(weights.sum()), float((weights**2).sum())
-    return Weighted(total / runs, total * total / squares if squares > 0.0 else 0.0, runs)
+    effective = total * total / squares if squares > 0.0 else 0.0
+    return Weighted(total / runs, effective, runs, float(weights.max(initial=0.0)) / runs)
 
 
 class Learner:
