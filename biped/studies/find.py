@@ -26,16 +26,17 @@ from biped.scenario.keys import Scenario
 from biped.scenario.randomise import Move, Normals
 from biped.scenario.reading import to_toml
 from biped.scenario.vary import piece_normals, piece_times, stream
-from biped.studies.certify import check_random
-from biped.studies.certify.estimation import FIRST, LEAST_SIZE, Accuracy, levels_of
+from biped.studies.certify import check_random, process_of
+from biped.studies.certify.estimation import FIRST, LEAST_SIZE, Accuracy, learning_runs, levels_of
 from biped.studies.certify.outcome import RunOutcome
 from biped.studies.certify.running import MakingOutcomes, Outcomes, journalled
+from biped.studies.certify.shifting import Learner
 from biped.studies.certify.splitting import EARLIEST, Member, Moving, cost_of, sampled
 from biped.studies.folders import folder_for
 from biped.studies.run import plan_of, title_of
 
 ENOUGH = 5
-"""Falls among plain runs from which more plain runs are made, and splitting is not asked for more."""
+"""Falls among plain runs from which no more than plain runs are made."""
 SIZE = 50
 """Runs at each level: a search wants many falls of many origins, not a number."""
 LAST = 1.0
@@ -147,23 +148,38 @@ def find(
 
 
 def _fallen(plan: Plan, outcomes: Outcomes, accuracy: Accuracy, ways: int) -> tuple[list[Member], list[Member]]:
-    """Plain runs, and runs that fell while the other law stood, until there are so many ways or runs run out."""
-    seed = plan.scenario.seed
+    """Plain runs, and runs that fell while the other law stood, until there are so many ways or runs run out.
+
+    Where falls are rare, the random force is shifted towards them; where nothing can be shifted, runs are split.
+    """
+    seed, process = plan.scenario.seed, process_of(plan)
     plain = outcomes.plain(stream(seed, "find.plain"), FIRST)
-    moving = Moving(tuple(piece_times(plan.scenario).tolist()))
 
     def fell() -> list[Member]:
         return [one for one in outcomes.fell if one[1].stands]
 
-    rare, number = len(fell()) < ENOUGH, 0
-    levels = levels_of(seed, outcomes, plain, moving, accuracy) if rare else None
-    while len({outcome.way for _, outcome in fell()}) < ways and outcomes.runs < accuracy.most:
-        left = accuracy.most - outcomes.runs
-        if levels is None or cost_of(levels, LEAST_SIZE, moving) > left:
-            plain = plain + outcomes.plain(stream(seed, f"find.plain.{number}"), min(FIRST, left))
+    def left() -> int:
+        return accuracy.most - outcomes.runs if len({outcome.way for _, outcome in fell()}) < ways else 0
+
+    rare, learner, mixture = len(fell()) < ENOUGH, None, None
+    if rare and process is not None:
+        learns, outcomes.learns = outcomes.learns, False
+        learner = Learner(process, outcomes, stream(seed, "find.shift"))
+        mixture = learner.learn(learning_runs(left()))
+        outcomes.learns = learns and mixture is None
+    while learner is not None and mixture is not None and left():
+        drawn = mixture.draw(stream(seed, f"find.shift.{outcomes.runs}"), min(FIRST, left()))
+        met = outcomes(drawn)
+        falls = [run for run, one in zip(drawn, met, strict=True) if one.fell and one.stands]
+        mixture = learner.count(mixture, drawn, falls)
+    moving, number = Moving(tuple(piece_times(plan.scenario).tolist())), 0
+    levels = levels_of(seed, outcomes, plain, moving, accuracy) if rare and mixture is None else None
+    while left():
+        if levels is None or cost_of(levels, LEAST_SIZE, moving) > left():
+            plain = plain + outcomes.plain(stream(seed, f"find.plain.{number}"), min(FIRST, left()))
         else:
             size = accuracy.size
-            while cost_of(levels, size, moving) > left:
+            while cost_of(levels, size, moving) > left():
                 size -= 1
             outcomes.finish([sampled(seed, number, size, levels, moving)])
         number += 1

@@ -15,8 +15,8 @@ def add_certify(commands: common.Commands) -> None:
         commands, "certify", "estimate how likely a fall is, however rare, with an interval", certify_command,
         simulates=True,
         description="Estimates the probability that a run of a scenario falls, over everything that it draws at "
-        "random, with a 95 % interval. It counts plain runs or, where falls are rare, splits runs; with --method "
-        "shifting it shifts the random force towards a fall. With --out an interrupted command is continued. Exit "
+        "random, with a 95 % interval. It counts plain runs. Where falls are rare, it shifts the random force of runs "
+        "towards a fall; without a random force it splits runs. With --out an interrupted command is continued. Exit "
         "code 3: the interval is wider than --relative.",
     )  # fmt: skip
     parser.add_argument("scenario", nargs="?", help="name in scenarios/, or path of a scenario file")
@@ -41,7 +41,7 @@ def add_certify(commands: common.Commands) -> None:
     parser.add_argument(
         "--method",
         choices=["counting", "splitting", "shifting"],
-        help="how to estimate (default: counting or splitting, whichever is cheaper)",
+        help="how to estimate (default: counting; where falls are rare shifting, or splitting without a force)",
     )
     parser.add_argument("--out", type=Path, help="results folder; the same command continues what was interrupted")
     common.take_running(parser)

@@ -1,4 +1,4 @@
-"""`biped certify`: how likely a scenario's fall is, by counting, splitting or shifting, whichever is cheapest."""
+"""`biped certify`: how likely a scenario's fall is, by counting, shifting or splitting."""
 
 import math
 from collections.abc import Sequence

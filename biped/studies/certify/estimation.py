@@ -111,7 +111,7 @@ class Accuracy(NamedTuple):
         most: Runs at most.
         size: Runs at each level of a sample.
         score: Of `SCORES`, or `LEARNED`.
-        method: Of `METHODS`; None: counting or splitting, whichever is cheaper.
+        method: Of `METHODS`; None: counting where that is cheap, else shifting, or splitting without a force.
     """
 
     relative: float = 0.3
@@ -166,11 +166,18 @@ def estimated(
     falls = sum(outcome.fell for _, outcome in first)
     method = accuracy.method
     if method is None:
-        method = COUNTING if plain_is_cheaper(falls, len(first), splitting.SHARE) else SPLITTING
+        rare = not plain_is_cheaper(falls, len(first), splitting.SHARE)
+        method = COUNTING if not rare else SPLITTING if process is None else SHIFTING
     if method == COUNTING:
         return _counting(rng, outcomes, first, accuracy, "")
     if method == SHIFTING:
-        return _shifting(seed, outcomes, first, process, accuracy)
+        found = _shifting(seed, outcomes, first, process, accuracy)
+        if found is not None:
+            return found
+        if accuracy.method is not None:
+            why = "nothing that is drawn has a time" if process is None else "no shifted run fell, or --most is too few"
+            return _counting(stream(seed, "certify.count"), outcomes, first, accuracy, f"{why}: runs were counted")
+        outcomes.score, outcomes.learns = None, True
     levels = levels_of(seed, outcomes, first, moving, accuracy)
     size = 0 if levels is None else _size(levels, moving, accuracy, accuracy.most - outcomes.runs)
     if levels is None or size < LEAST_SIZE:
@@ -278,20 +285,23 @@ def of_weights(says: Weighted) -> Probability:
     return Probability(says.mean, says.mean / factor, min(1.0, (says.mean + says.largest) * factor))
 
 
+def learning_runs(left: int) -> int:
+    """Runs that finding patterns may take, of those that are left."""
+    return min(LEARNING_RUNS, int(LEARNING * left))
+
+
 def _shifting(
     seed: int, outcomes: Outcomes, first: Sequence[splitting.Member], process: Process | None, accuracy: Accuracy
-) -> Found:
+) -> Found | None:
+    """The estimate by shifted runs; None where nothing can be shifted, or no pattern was found."""
+    if process is None:
+        return None
     rng = stream(seed, "certify.shift")
-    outcomes.score, outcomes.learns = None, False
-    outcomes.states.clear()
-    most = min(LEARNING_RUNS, int(LEARNING * (accuracy.most - outcomes.runs)))
-    learner = None if process is None else Learner(process, outcomes, rng)
-    mixture = None if learner is None else learner.learn(most)
+    outcomes.learns = False
+    learner = Learner(process, outcomes, rng)
+    mixture = learner.learn(learning_runs(accuracy.most - outcomes.runs))
     if mixture is None or accuracy.most - outcomes.runs < EACH:
-        why = "nothing that is drawn has a time" if process is None else "no shifted run fell, or --most is too few"
-        return _counting(stream(seed, "certify.count"), outcomes, first, accuracy, f"{why}: runs were counted")
-    assert process is not None
-    assert learner is not None
+        return None
     plain, fell, runs, stages = [outcome for _, outcome in first], [], 0, Stages(process)
     while True:
         drawn = mixture.draw(rng, min(max(EACH, runs // 2), accuracy.most - outcomes.runs))

@@ -1,6 +1,7 @@
 """Problems whose probability of a fall is known: what `biped certify` is validated on.
 
-A linear inverted pendulum under random pushes has a closed form, a walk that every step regulates one by quadrature.
+A linear inverted pendulum under random pushes has a closed form, a walk that every step regulates and a narrow passage
+have one by quadrature.
 Each is estimated again and again, and what is counted is how often the interval holds the known probability.
 """
 
@@ -107,6 +108,44 @@ class Regulated:
         return 1.0 - float(density @ w)
 
 
+class Passage:
+    """Falls in a narrow place, as a walker falls that is pushed too much to pass over its foot and too little to step.
+
+    With z the normals of 4 s in 0.1 s each, it falls where a sine over 1.2 s of them is between `low` and `low` + 0.4,
+    both moved by half of a third pattern; and, which is all that it does under a strong force, where the sum of another
+    1.2 s is beyond `far`. The three patterns are orthogonal.
+
+    Args:
+        low: Where the place begins [standard deviations].
+        far: Of the other way to fall.
+    """
+
+    times = tuple(0.1 * k for k in range(40))
+
+    def __init__(self, low: float, far: float = 4.8):
+        hesitates, over, moves = np.zeros((3, len(self.times)))
+        hesitates[11:23] = -np.sin(np.pi * (np.arange(12) + 0.5) / 12.0)
+        over[18:30] = 1.0
+        moves[5:25] = np.cos(np.arange(20))
+        self._patterns = np.linalg.qr(np.stack([hesitates, over, moves], axis=1))[0].T
+        self._patterns *= np.sign(self._patterns @ np.stack([hesitates, over, moves], axis=1)).diagonal()[:, None]
+        self._low, self._high, self._far = low, low + 0.4, far
+
+    def __call__(self, run: Normals) -> RunOutcome:
+        """The outcome of a run."""
+        along, over, moved = self._patterns @ _drawn(run, self.times)
+        narrow = self._low < along - 0.5 * moved < self._high
+        return RunOutcome(bool(narrow or over > self._far), self.times[-1], ())
+
+    def falls(self, nodes: int = 80) -> float:
+        """The probability of a fall, by Gauss-Hermite quadrature over the pattern that moves the place."""
+        from scipy.special import ndtr
+
+        x, w = np.polynomial.hermite_e.hermegauss(nodes)
+        narrow = float((w / w.sum()) @ (ndtr(self._high + 0.5 * x) - ndtr(self._low + 0.5 * x)))
+        return 1.0 - (1.0 - narrow) * float(ndtr(self._far))
+
+
 PROBLEMS: dict[str, Callable[[], Any]] = {
     "pushed pendulum, 1e-2": partial(Pendulum, 2.3263),
     "pushed pendulum, 1e-3": partial(Pendulum, 3.0902),
@@ -114,6 +153,8 @@ PROBLEMS: dict[str, Callable[[], Any]] = {
     "pushed pendulum, 1e-5": partial(Pendulum, 4.2649),
     "regulated walk, 1e-3": partial(Regulated, 6.55),
     "regulated walk, 1e-5": partial(Regulated, 8.25),
+    "narrow passage, 3e-4": partial(Passage, 3.7),
+    "narrow passage, 2e-5": partial(Passage, 4.5),
 }
 """Problems whose probability is known, by name."""
 

@@ -68,8 +68,8 @@ def since_of(run: Normals) -> float:
 
 
 def multiplied(run: Normals) -> bool:
-    """Whether a run's last move multiplies its normals, so that it is likelier or less likely than a plain one."""
-    return bool(run.moves) and run.moves[-1].beta == 0.0
+    """Whether a run's last move multiplies its normals: its force is not as strong as the scenario's."""
+    return bool(run.moves) and run.moves[-1].beta == 0.0 and run.moves[-1].keep != 1.0
 
 
 class Outcomes:

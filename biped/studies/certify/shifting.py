@@ -209,6 +209,8 @@ def weighted(weights: np.ndarray, runs: int) -> Weighted:
 class Learner:
     """Finds patterns: under a stronger force first, under which falls are not rare, and then under weaker ones.
 
+    Falls that another law is compared by count where that law stands.
+
     Args:
         process: The normals.
         outcomes: Of runs.
@@ -291,7 +293,7 @@ class Learner:
         stronger = Move(beta=0.0, keep=factor, after=EARLIEST)
         met = self._outcomes(runs if factor == 1.0 else [run.moved(stronger) for run in runs])
         self._drawn.append((mixture, count))
-        self._fell += [self._process.blocks(run) for run, one in zip(runs, met, strict=True) if one.fell]
+        self._fell += [self._process.blocks(run) for run, one in zip(runs, met, strict=True) if one.fell and one.stands]
 
     def _pooled(self) -> tuple[np.ndarray, Weighted]:
         """Weights of the falls that were met, by all that was drawn from under this force, and what they say."""

@@ -15,8 +15,8 @@ from biped.scenario.reading import read_scenario, to_toml
 from biped.scenario.vary import stream
 from biped.studies.certify import process_of
 from biped.studies.certify.estimation import COUNTING, SHIFTING, Accuracy, of_weights
-from biped.studies.certify.reference import Pendulum, Regulated, estimate, normals_of
-from biped.studies.certify.shifting import AFTER, LENGTH, Mixture, Pattern, Process, weighted
+from biped.studies.certify.reference import Passage, Pendulum, Regulated, estimate, normals_of
+from biped.studies.certify.shifting import AFTER, LENGTH, Mixture, Pattern, Process, Stages, weighted
 from biped.studies.run import plan_of
 from tests.studies.certify.problems import Timeless, Trap
 
@@ -71,7 +71,7 @@ def test_a_shifted_run_has_the_shift_and_the_spread_of_its_pattern():
     assert along == pytest.approx(2.5 + 0.5 * before)
 
 
-@pytest.mark.parametrize("problem", [Pendulum(3.7190), Regulated(8.25)])
+@pytest.mark.parametrize("problem", [Pendulum(3.7190), Regulated(8.25), Passage(3.7)])
 def test_shifted_runs_find_known_probabilities(problem):
     estimates, held = [], 0
     for seed in range(8):
@@ -82,6 +82,24 @@ def test_shifted_runs_find_known_probabilities(problem):
         held += found.probability.low <= problem.falls() <= found.probability.high
     assert abs(np.mean(estimates) / problem.falls() - 1.0) < 4.0 * np.std(estimates) / np.mean(estimates) / math.sqrt(8)
     assert held >= 6  # of 8 intervals of 95 %, fewer hold in one of 170 tests
+
+
+def test_the_probability_of_a_narrow_passage_is_that_of_a_count():
+    problem = Passage(2.0)
+    falls = sum(problem(Normals(seed)).fell for seed in range(4000))
+    assert abs(falls / 4000 - problem.falls()) < 4.0 * math.sqrt(problem.falls() / 4000)
+
+
+def test_stages_are_weighed_by_their_runs_and_the_root_of_their_number():
+    process = Process(Pendulum.times, 1, (0,), partial(normals_of, times=Pendulum.times))
+    mixture = Mixture(patterns(1, len(process.sizes)), process)
+    fell = [Normals(seed) for seed in (3, 4, 5)]
+    weights, stages = mixture.weights(process.blocks_of(fell)), Stages(process)
+    assert stages.add(mixture, 100, fell[:2]).mean == pytest.approx(weights[:2].sum() / 100)
+    share = 200 * math.sqrt(2.0) / (100 + 200 * math.sqrt(2.0))
+    both = stages.add(mixture, 200, fell[2:])
+    assert both.mean == pytest.approx((1.0 - share) * weights[:2].sum() / 100 + share * weights[2] / 200)
+    assert both.runs == 300
 
 
 def test_falls_that_no_pattern_leads_to_are_counted_too():
