@@ -161,19 +161,20 @@ def _fallen(plan: Plan, outcomes: Outcomes, accuracy: Accuracy, ways: int) -> tu
     def left() -> int:
         return accuracy.most - outcomes.runs if len({outcome.way for _, outcome in fell()}) < ways else 0
 
-    rare, learner, mixture = len(fell()) < ENOUGH, None, None
+    rare, learned = len(fell()) < ENOUGH, False
     if rare and process is not None:
         learns, outcomes.learns = outcomes.learns, False
-        learner = Learner(process, outcomes, stream(seed, "find.shift"))
-        mixture = learner.learn(learning_runs(left()))
-        outcomes.learns = learns and mixture is None
-    while learner is not None and mixture is not None and left():
-        drawn = mixture.draw(stream(seed, f"find.shift.{outcomes.runs}"), min(FIRST, left()))
-        met = outcomes(drawn)
-        falls = [run for run, one in zip(drawn, met, strict=True) if one.fell and one.stands]
-        mixture = learner.count(mixture, drawn, falls)
+        rng = stream(seed, "find.shift")
+        learner = Learner(process, outcomes, rng)
+        learned = learner.learn(learning_runs(left())) is not None
+        while learned and left():
+            mixture = learner.sharpest()
+            drawn = mixture.draw(rng, min(FIRST, left()))
+            met = zip(drawn, outcomes(drawn), strict=True)
+            learner.go_on(mixture, drawn, [run for run, one in met if one.fell and one.stands])
+        outcomes.learns = learns and not learned
     moving, number = Moving(tuple(piece_times(plan.scenario).tolist())), 0
-    levels = levels_of(seed, outcomes, plain, moving, accuracy) if rare and mixture is None else None
+    levels = levels_of(seed, outcomes, plain, moving, accuracy) if rare and not learned else None
     while left():
         if levels is None or cost_of(levels, LEAST_SIZE, moving) > left():
             plain = plain + outcomes.plain(stream(seed, f"find.plain.{number}"), min(FIRST, left()))

@@ -315,7 +315,8 @@ def _shifting(
         reached = says.effective >= CERTAIN and found.relative <= accuracy.relative
         if reached or outcomes.runs >= accuracy.most:
             break
-        mixture = learner.count(mixture, drawn, [run for run, _ in falls])
+        learner.go_on(mixture, drawn, [run for run, _ in falls])
+        mixture = learner.mixture()
     doubt = _disagreement(found, plain, "shifted ones")
     if not doubt and says.effective < CERTAIN:
         doubt = f"the weights of the {len(fell)} shifted runs that fell are worth {says.effective:.1f} falls: too few"

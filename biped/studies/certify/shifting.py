@@ -252,8 +252,12 @@ class Learner:
                 self._meet(ROUND, FACTORS[number])
         return None
 
+    def sharpest(self) -> Mixture:
+        """The patterns alone, of whose runs most fall."""
+        return Mixture(self._patterns, self._process)
+
     def mixture(self) -> Mixture:
-        """What is known so far: every pattern with weaker ones beside it, from which runs that count may be drawn.
+        """Every pattern with weaker ones beside it, from which runs that count may be drawn.
 
         A mixture that is narrower than the falls are would give a few of them large weights.
         """
@@ -264,8 +268,8 @@ class Learner:
         ]
         return Mixture([*self._patterns, *weaker], self._process)
 
-    def count(self, mixture: Mixture, runs: Sequence[Normals], fell: Sequence[Normals]) -> Mixture:
-        """The mixture that runs which were made teach.
+    def go_on(self, mixture: Mixture, runs: Sequence[Normals], fell: Sequence[Normals]) -> None:
+        """Learns from runs that were made elsewhere.
 
         Args:
             mixture: What they were drawn from.
@@ -276,7 +280,6 @@ class Learner:
         self._fell += list(self._process.blocks_of(fell))
         if self._fell:
             self._improve()
-        return self.mixture()
 
     def _pulses(self) -> list[Pattern]:
         shares, out = np.ones(len(self._process.sizes) + AFTER), []
@@ -288,7 +291,7 @@ class Learner:
         return out
 
     def _meet(self, count: int, factor: float) -> None:
-        mixture = Mixture(self._patterns, self._process)
+        mixture = self.sharpest()
         runs = mixture.draw(self._rng, count)
         stronger = Move(beta=0.0, keep=factor, after=EARLIEST)
         met = self._outcomes(runs if factor == 1.0 else [run.moved(stronger) for run in runs])
