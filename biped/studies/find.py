@@ -27,7 +27,7 @@ from biped.scenario.randomise import Move, Normals
 from biped.scenario.reading import to_toml
 from biped.scenario.vary import piece_normals, piece_times, stream
 from biped.studies.certify import check_random, process_of
-from biped.studies.certify.estimation import FIRST, LEAST_SIZE, Accuracy, learning_runs, levels_of
+from biped.studies.certify.estimation import FIRST, LEAST_SIZE, Accuracy, levels_of
 from biped.studies.certify.outcome import RunOutcome
 from biped.studies.certify.running import MakingOutcomes, Outcomes, journalled
 from biped.studies.certify.shifting import Learner
@@ -39,6 +39,8 @@ ENOUGH = 5
 """Falls among plain runs from which no more than plain runs are made."""
 SIZE = 50
 """Runs at each level: a search wants many falls of many origins, not a number."""
+LEARNING = 0.6
+"""Share of the runs in which patterns may be learned at most."""
 LAST = 1.0
 """[s] before a fall in which falls are compared."""
 
@@ -166,7 +168,7 @@ def _fallen(plan: Plan, outcomes: Outcomes, accuracy: Accuracy, ways: int) -> tu
         learns, outcomes.learns = outcomes.learns, False
         rng = stream(seed, "find.shift")
         learner = Learner(process, outcomes, rng)
-        learned = learner.learn(learning_runs(left())) is not None
+        learned = learner.learn(int(LEARNING * left())) is not None
         while learned and left():
             mixture = learner.sharpest()
             drawn = mixture.draw(rng, min(FIRST, left()))

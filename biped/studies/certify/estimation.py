@@ -285,11 +285,6 @@ def of_weights(says: Weighted) -> Probability:
     return Probability(says.mean, says.mean / factor, min(1.0, (says.mean + says.largest) * factor))
 
 
-def learning_runs(left: int) -> int:
-    """Runs that finding patterns may take, of those that are left."""
-    return min(LEARNING_RUNS, int(LEARNING * left))
-
-
 def _shifting(
     seed: int, outcomes: Outcomes, first: Sequence[splitting.Member], process: Process | None, accuracy: Accuracy
 ) -> Found | None:
@@ -299,7 +294,7 @@ def _shifting(
     rng = stream(seed, "certify.shift")
     outcomes.learns = False
     learner = Learner(process, outcomes, rng)
-    mixture = learner.learn(learning_runs(accuracy.most - outcomes.runs))
+    mixture = learner.learn(min(LEARNING_RUNS, int(LEARNING * (accuracy.most - outcomes.runs))))
     if mixture is None or accuracy.most - outcomes.runs < EACH:
         return None
     plain, fell, runs, stages = [outcome for _, outcome in first], [], 0, Stages(process)
