@@ -113,18 +113,19 @@ def page(found: Sequence[Mapping[str, Any]]) -> str:
 
 def stored() -> list[dict[str, Any]]:
     """The scenarios of docs/thesis-programme.md."""
-    return json.loads(DATA.read_bytes())
+    return json.loads(DATA.read_bytes()) if DATA.exists() else []
 
 
 def main(argv: Sequence[str]) -> None:
-    """Takes results into the page; without any, writes the page anew."""
+    """Takes results into the page, in place of those of the same scenarios; without any, writes the page anew."""
     if argv:
         for each in argv:
             folder = FIGURES / Path(each).name
             for file in plot_results(Path(each), folder):
                 if file.name not in DRAWN:
                     file.unlink()
-        write_text(DATA, dumps([taken(Path(each)) for each in argv]))
+        found = [*stored(), *(taken(Path(each)) for each in argv)]
+        write_text(DATA, dumps(list({one["scenario"]: one for one in found}.values())))
     write_text(PAGE, page(stored()))
 
 

@@ -121,13 +121,16 @@ def page(stored: Sequence[Mapping[str, Any]]) -> str:
 
 def stored() -> list[dict[str, Any]]:
     """The generated parts of docs/standard.md."""
-    return json.loads(DATA.read_bytes())
+    return json.loads(DATA.read_bytes()) if DATA.exists() else []
 
 
 def main(argv: Sequence[str]) -> None:
-    """Takes results folders, `TITLE=FOLDER` each, into the page; without any, writes the page anew."""
+    """Takes results folders, `TITLE=FOLDER` each, into the page, in place of those of the same titles.
+
+    Without any, it writes the page anew.
+    """
     if argv:
-        found = []
+        found = stored()
         for word in argv:
             title, _, folder = word.partition("=")
             one = json.loads((Path(folder) / FILE).read_bytes())
@@ -135,7 +138,7 @@ def main(argv: Sequence[str]) -> None:
             engines = f" --engines {','.join(one['engines'])}" if one.get("engines") else ""
             gaits = " ".join(one.get("asked", one["gaits"]))
             found.append(one | {"title": title, "command": f"biped standard {gaits}{sets}{engines}"})
-        write_text(DATA, dumps(found))
+        write_text(DATA, dumps(list({one["title"]: one for one in found}.values())))
     write_text(PAGE, page(stored()))
 
 

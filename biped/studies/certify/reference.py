@@ -108,7 +108,7 @@ class Regulated:
         return 1.0 - float(density @ w)
 
 
-class Passage:
+class NarrowPlace:
     """Falls in a narrow place, as a walker falls that is pushed too much to pass over its foot and too little to step.
 
     With z the normals of 4 s in 0.1 s each, it falls where a sine over 1.2 s of them is between `low` and `low` + 0.4,
@@ -153,8 +153,8 @@ PROBLEMS: dict[str, Callable[[], Any]] = {
     "pushed pendulum, 1e-5": partial(Pendulum, 4.2649),
     "regulated walk, 1e-3": partial(Regulated, 6.55),
     "regulated walk, 1e-5": partial(Regulated, 8.25),
-    "narrow passage, 3e-4": partial(Passage, 3.7),
-    "narrow passage, 2e-5": partial(Passage, 4.5),
+    "narrow passage, 3e-4": partial(NarrowPlace, 3.7),
+    "narrow passage, 2e-5": partial(NarrowPlace, 4.5),
 }
 """Problems whose probability is known, by name."""
 

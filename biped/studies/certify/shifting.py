@@ -366,7 +366,7 @@ class Stages:
         self._weights: list[tuple[int, np.ndarray]] = []
 
     def add(self, mixture: Mixture, runs: int, fell: Sequence[Normals]) -> Weighted:
-        """What all stages say together, after one more of so many runs, of which some fell."""
+        """The estimate of all stages together, after one more of so many runs, of which some fell."""
         self._weights.append((runs, mixture.weights(self._process.blocks_of(fell))))
         total = sum(count for count, _ in self._weights)
         shares = np.array([count * math.sqrt(number) for number, (count, _) in enumerate(self._weights, 1)])

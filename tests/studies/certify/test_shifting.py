@@ -15,7 +15,7 @@ from biped.scenario.reading import read_scenario, to_toml
 from biped.scenario.vary import stream
 from biped.studies.certify import process_of
 from biped.studies.certify.estimation import COUNTING, SHIFTING, Accuracy, of_weights
-from biped.studies.certify.reference import Passage, Pendulum, Regulated, estimate, normals_of
+from biped.studies.certify.reference import NarrowPlace, Pendulum, Regulated, estimate, normals_of
 from biped.studies.certify.shifting import AFTER, LENGTH, Mixture, Pattern, Process, Stages, weighted
 from biped.studies.run import plan_of
 from tests.studies.certify.problems import Timeless, Trap
@@ -71,7 +71,7 @@ def test_a_shifted_run_has_the_shift_and_the_spread_of_its_pattern():
     assert along == pytest.approx(2.5 + 0.5 * before)
 
 
-@pytest.mark.parametrize("problem", [Pendulum(3.7190), Regulated(8.25), Passage(3.7)])
+@pytest.mark.parametrize("problem", [Pendulum(3.7190), Regulated(8.25), NarrowPlace(3.7)])
 def test_shifted_runs_find_known_probabilities(problem):
     estimates, held = [], 0
     for seed in range(8):
@@ -85,7 +85,7 @@ def test_shifted_runs_find_known_probabilities(problem):
 
 
 def test_the_probability_of_a_narrow_passage_is_that_of_a_count():
-    problem = Passage(2.0)
+    problem = NarrowPlace(2.0)
     falls = sum(problem(Normals(seed)).fell for seed in range(4000))
     assert abs(falls / 4000 - problem.falls()) < 4.0 * math.sqrt(problem.falls() / 4000)
 

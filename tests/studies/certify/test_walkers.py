@@ -1,18 +1,19 @@
-"""Splitting on a walker against the count of its plain runs."""
+"""Splitting and shifting on a walker against the count of its plain runs."""
 
 from __future__ import annotations
 
 import pytest
 
 from biped.scenario.vary import piece_times, stream
-from biped.studies.certify.estimation import Accuracy, combined, levels_of
+from biped.studies.certify import process_of
+from biped.studies.certify.estimation import Accuracy, combined, estimated, levels_of
 from biped.studies.certify.running import MakingOutcomes, Outcomes
 from biped.studies.certify.splitting import Moving, least_scatter, sampled
 from biped.studies.run import plan_of
 
 
-def problem(name, force):
-    plan = plan_of(name, [f"disturbance={{force=[{force},0.0]}}", "duration=4"])
+def problem(name, force, duration=4):
+    plan = plan_of(name, [f"disturbance={{force=[{force},0.0]}}", f"duration={duration}"])
     make = MakingOutcomes(plan)
     outcomes = Outcomes(lambda wanted: map(make, wanted), {}, lambda _, outcome: outcome, lambda: None)
     return plan, outcomes, Moving(tuple(piece_times(plan.scenario)))
@@ -30,3 +31,14 @@ def test_intervals_of_a_walker_hold_the_count_of_its_plain_runs():
         found = combined([sample.probability for sample in samples], least_scatter(samples, size))
         held += found.low <= 34 / 5685 <= found.high
     assert held >= 14
+
+
+@pytest.mark.slow
+def test_intervals_of_shifted_runs_of_a_walker_hold_the_count_of_its_plain_runs():
+    held, counted = 0, 6 / 53_405  # biped certify, --method counting, seed 9200
+    for seed in range(12):
+        plan, outcomes, moving = problem("upright/own", 38.0, 2)
+        accuracy = Accuracy(relative=0.5, most=8000, method="shifting")
+        found = estimated(4000 + seed, outcomes, moving, accuracy, process_of(plan)).probability
+        held += found.low <= counted <= found.high
+    assert held >= 10
