@@ -155,6 +155,8 @@ class Actuation(Section, frozen=True):
         null_torque: u_0 (6,) [N m] of (4.7), the torques preferred where the solution is not unique.
         single_tangential: One tangential row per flat foot instead of two that say the same; on ground that only
             pushes, the toe's is the heel's, whatever is wrong with that.
+        observer: Bandwidth [1/s] of the disturbance observer: it estimates the joint torques that the law's mechanics
+            do not explain, and the law takes them off those it asks for; 0: none. Of seven links (docs/pushing.md).
         rank_tolerance: Relative size below which a row of C is dependent on others.
         lag: Time constant [s] of the actuators' first-order response; 0: torques follow at once.
         delay: [s] by which what the law commands acts late, rounded to ticks; what it commands first acts at once. Of a
@@ -175,6 +177,7 @@ class Actuation(Section, frozen=True):
     solver: Literal["active_set", "daqp", "quadprog", "osqp"] = "active_set"
     null_torque: Six | None = None
     single_tangential: bool = False
+    observer: Annotated[float, Meta(ge=0, le=1e4)] = 0.0
     rank_tolerance: Annotated[float, Meta(gt=0, lt=1)] = 1e-4
     lag: Hold = 0.0
     delay: Hold = 0.0

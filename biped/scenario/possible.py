@@ -84,6 +84,8 @@ def possible(s: Scenario, fail: Fail) -> None:
         raise fail("actuation.motors", "expected mode = 'joint': generalized forces come from no motor")
     if s.actuation.assist and (s.law != SPATIAL or s.actuation.mode != "joint"):
         raise fail("actuation.assist", "expected 0.0 but of joint torques of a biped in space (law = 'spatial')")
+    if s.actuation.observer > 0.0:
+        _observer(s, fail)
     if own_law(s.law) and s.actuation.mode != "joint":
         raise fail("actuation.mode", f"expected 'joint' with a law of one's own, which returns torques; got "
                    f"'{s.actuation.mode}'")  # fmt: skip
@@ -159,6 +161,17 @@ def _mechanics(s: Scenario, fail: Fail) -> None:
     if asked == ENGINE:
         raise fail("control.mechanics", "expected 'compiled' or 'pinocchio', got 'engine': of seven links the law "
                    "reads nothing that an engine computes")  # fmt: skip
+
+
+def _observer(s: Scenario, fail: Fail) -> None:
+    """Rejects an observer where the law asks for no joint torques, or others finish what it asks for."""
+    if own_law(s.law):
+        raise fail("actuation.observer", "expected 0 with a law of one's own: it is the thesis's law that observes")
+    if s.actuation.mode != "joint" or s.actuation.assist:
+        raise fail("actuation.observer", "expected 0, or actuation.mode = 'joint' without assist: generalized forces "
+                   "come through no joint")  # fmt: skip
+    if s.actuation.limit == "bounded" and s.actuation.solver != "active_set":
+        raise fail("actuation.observer", f"expected 0, or actuation.solver = 'active_set', got '{s.actuation.solver}'")
 
 
 def _unmodelled(s: Scenario, fail: Fail) -> None:

@@ -215,7 +215,7 @@ def believe(predictor, estimator, record, k, q, v):
             if c["actuation"]["generalized"]:
                 latest[j] = c["tick"]["Q_d"][j]
             else:
-                latest[j] = c["tick"]["u"][j - BASE] if j >= BASE else 0.0
+                latest[j] = c["tick"]["u"][j - BASE] + c["observer"]["estimate"][j - BASE] if j >= BASE else 0.0
     if p["observing"]:
         _read_ground(c, p, estimator)
         _observe(c, p, estimator, commands, k, one.sensed_q, one.sensed_v)

@@ -16,6 +16,7 @@ import numpy as np
 
 from biped.base.jit import kernel
 from biped.control.blending import Changes, blend, changes_in, fraction, step_type
+from biped.control.observer import observer_type, set_observer
 from biped.control.planar.allocation import EXACT, FOREIGN
 from biped.control.planar.prediction import predicts
 from biped.control.planar.pushing import pushing_torques
@@ -160,6 +161,7 @@ CONTROL = np.dtype(
         ("backstep", _BACKSTEP), ("actuation", _ACTUATION), ("memory", _MEMORY), ("at", PLACES),
         ("tick", _TICK),
         ("work", _WORK), ("rows", _ROWS), ("push", _PUSH),
+        ("observer", observer_type(BASE, SEGMENTS, 0, N_POINTS)),
         ("ground", GROUND),
     ],
     align=True,
@@ -229,6 +231,8 @@ def controller_record(run: Run, believed: Tree) -> np.ndarray:
         back["k_d2"], back["b_d2"] = s.backstep.k_d2, s.backstep.b_d2
     _set_actuation(c["actuation"], s, run.torque_limits)
     _set_pushing(c["push"], s, believed)
+    if s.actuation.mode == "joint":
+        set_observer(c["observer"], s.actuation.observer, 1.0 / s.simulation.control_rate)
     if not (inferred and predicted):  # who infers a posture takes what touches for one level line
         set_ground(c["ground"], run.profile)
     return out

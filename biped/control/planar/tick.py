@@ -9,8 +9,10 @@ import math
 
 from biped.base.jit import inner_kernel, kernel
 from biped.control.blending import smooth
+from biped.control.observer import compensate, remember
 from biped.control.planar.allocation import EXACT, bounded_torques, joint_torques
 from biped.control.planar.floating import floating_torques
+from biped.control.planar.observer import observe
 from biped.control.planar.pushing import pushing_torques
 from biped.control.planar.sensing import believe_contacts, first_belief, sense_links, sense_links_in, sense_motion_in
 from biped.control.planar.setup import redraw
@@ -198,6 +200,9 @@ def _decide(record, M, q, v, log, k, time, pushing):
     if status == NOT_FINITE:
         return status
     c = record[0]
+    observing = c["observer"]["follow"] > 0.0
+    if observing:
+        remember(c["observer"], c["tick"]["u"])
     desired_forces(c, q, v)
     if c["belief"]["redrawn"]:
         redraw(c["belief"])
@@ -208,6 +213,9 @@ def _decide(record, M, q, v, log, k, time, pushing):
         c["tick"]["over"] = joint_torques(c, M, q) if c["belief"]["perturbed"] else floating_torques(c, M, q)
         if c["tick"]["over"] and c["actuation"]["bounded"] == EXACT:
             bounded_torques(c, M)
+    if observing:
+        observe(c, c["work"]["M"] if c["belief"]["perturbed"] else M, q, v, k == 0)
+        compensate(c["observer"], c["tick"]["u"], c["actuation"]["limit"])
     log_tick(record, q, v, log, k, time)
     return status
 

@@ -42,6 +42,7 @@ SCENES = {
     "changes": {"change": (Change(at=0.1, over=0.2, gains=Gains(theta_b=80.0)),
                            Change(at=0.2, gains=Gains(k_d1=500.0)),
                            Change(at=0.35, actuation=ActuationChange(contacts="touching", release_force=50.0)))},
+    "observer": {"truth": Truth(unmodelled=UnmodelledKeys(torque=0.05)), "actuation": Actuation(observer=200.0)},
     "pushing": {"actuation": Actuation(contacts="pushing"), "controller": "calm"},
     "pushing, smoothed": {"actuation": Actuation(contacts="pushing", pushing=Pushing(stops=False, smoothing=0.003)),
                           "controller": "calm"},
