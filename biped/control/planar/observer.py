@@ -1,4 +1,4 @@
-"""What the disturbance observer (`biped.control.observer`) sees of seven links in a plane."""
+"""The disturbance observer (`biped.control.observer`) of seven links: what it sees of them at a tick."""
 
 from biped.base.jit import kernel
 from biped.control.observer import notice, notice_end, update
