@@ -27,8 +27,8 @@ def follow(record, q, v, u, out):
         sense_links(c, q[k], v[k])
         mass_matrix(c["tree"], c["at"], c["work"]["M"])
         observe(c, c["work"]["M"], q[k], v[k], k == 0)
-        out[k] = c["observer"]["estimate"]
-        c["observer"]["applied"][:] = u[k]
+        for j in range(NU):
+            out[k, j], c["observer"]["applied"][j] = c["observer"]["estimate"][j], u[k, j]
 
 
 class Scene:
@@ -116,11 +116,15 @@ def test_a_walk_shows_the_torques_that_nobody_modelled():
         torques_at(made, t.q[k, BASE:], t.v[k, BASE:])
         true[k] = made.added
     assert len(t) == 2000, "fell"
-    assert np.abs(t.u).max() < 150.0
+    record = controller_record(run, run.tree)
+    # What is logged is the sum, within the limit: at the limit, what the law asked for is not known.
+    clipped = (np.abs(t.u) > np.array(record[0]["actuation"]["limit"]) - 1e-6).any(1)
+    assert clipped.sum() < 40
     found = np.zeros_like(t.u)
-    follow(controller_record(run, run.tree), *(np.array(a) for a in (t.q, t.v, t.u - true)), found)
+    follow(record, *(np.array(a) for a in (t.q, t.v, t.u - true)), found)
     on = (t.height.reshape(-1, 2, 2) < 2e-4).any(2)
-    one = ~(on[1:].all(1) | on[:-1].all(1))
+    one = ~(on[1:].all(1) | on[:-1].all(1)) & (np.convolve(clipped, np.ones(40))[1 : len(t)] == 0.0)
+    assert one.sum() > 800
     for joint in (0, 2, 3, 5):  # knees rest on their stops for a while
         error = (found[1:] - true[:-1])[one, joint]
-        assert np.sqrt((error[100:] ** 2).mean()) < 0.35 * np.sqrt((true[:, joint] ** 2).mean())
+        assert np.sqrt((error[100:] ** 2).mean()) < 0.2 * np.sqrt((true[:, joint] ** 2).mean())
