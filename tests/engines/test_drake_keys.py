@@ -63,7 +63,7 @@ ACTS: tuple[tuple[Any, ...], ...] = (
     (STYLE, ("actuation.torque_limit=10.0",), "actuation.limit", "clip"),
     (STYLE, (), "actuation.null_torque", [10.0, 0, 0, 0, 0, 0]),
     (MOTORS, ("randomise.controller_constraints=0.1",), "actuation.single_tangential", False),
-    (STYLE, (), "actuation.rank_tolerance", 0.5),
+    (STYLE, (), "actuation.rank_tolerance", 0.5), (PLANAR, NOISY, "actuation.observer", 400.0),
     (PLANAR, (), "actuation.lag", 0.01), (H1, NONE, "actuation.lag", 0.01), (POLICY, (), "actuation.lag", 0.01),
     (H1, NONE, "actuation.delay", 0.004), (POLICY, (), "actuation.delay_jitter", 0.02),
     (MOTORS, ("actuation.motors=false", "actuation.torque_limit=200.0", *HARD), "actuation.motors", True),

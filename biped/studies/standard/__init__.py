@@ -365,7 +365,8 @@ def _real(value: float) -> float | None:
 
 SEARCHED = (
     "level", "slope_up", "slope_down", "push_forward", "push_backward", "steps_up", "steps_down", "delay",
-    "space_level", "space_push_forward", "space_push_backward", "space_push_sideways", "space_delay",
+    "space_level", "space_slope_up", "space_slope_down", "space_push_forward", "space_push_backward",
+    "space_push_sideways", "space_delay",
 )  # fmt: skip
 """Tests with `RUNS` runs at each value, unless a change says otherwise."""
 COUNTED = ("unmodelled", "random_push", "space_random_push")
