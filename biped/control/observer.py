@@ -24,29 +24,28 @@ CLEAR = 2e-4
 MOST = 0.5
 """Share of a joint's limit beyond which no disturbance is believed."""
 _TURNS = 10.0
-"""What a moment about what touches of a foot counts against a disturbance in the split."""
+"""Weight of a moment about the place at which a foot touches, against that of a disturbance, in the split."""
 _TIE = 1e-9
 """Raises the diagonal of the split by this fraction: legs stretched alike leave a direction open."""
 FEET = 2
 
 
-def observer_type(base: int, joints: int, trunk: int, points: int) -> np.dtype:
+def observer_type(base: int, joints: int, points: int) -> np.dtype:
     """Of an observer: settings, the estimate, memory of the tick before, and what the split works with.
 
     Args:
         base: Coordinates of the base.
         joints: Coordinates of a leg.
-        trunk: Coordinates above the legs beside the base's; they stand first, then the base's, then the legs'.
         points: Contact points of both feet.
     """
-    driven = trunk + FEET * joints
+    driven = FEET * joints
     number = driven + base
     return np.dtype(
         [
-            ("follow", "f8"), ("tick", "f8"), ("clear", "f8"), ("trunk", "i8"),  # share gone in a tick, s, m
+            ("follow", "f8"), ("tick", "f8"), ("clear", "f8"),  # share gone in a tick, s, m
             ("estimate", "f8", driven), ("applied", "f8", driven),  # N m
             ("v", "f8", number), ("h", "f8", number),
-            ("loss", "f8", number), ("left", "f8", number), ("arm", "f8", (driven, base)),  # N m; B
+            ("left", "f8", number), ("arm", "f8", (driven, base)),  # N m; B
             ("silent", "u1", driven), ("ended", "u1", driven),  # at an end, now or a tick ago
             ("touching", "u1", points), ("lately", "u1", points),  # likewise
             ("free", "f8", (FEET, base, base)), ("frees", "i8", FEET),  # no moments about these
@@ -57,17 +56,16 @@ def observer_type(base: int, joints: int, trunk: int, points: int) -> np.dtype:
     )  # fmt: skip
 
 
-def set_observer(o: np.void, bandwidth: float, tick: float, trunk: int = 0) -> None:
+def set_observer(o: np.void, bandwidth: float, tick: float) -> None:
     """Writes the settings of an observer into its record.
 
     Args:
         o: The record.
         bandwidth: K [1/s]; 0: nothing is observed.
         tick: [s].
-        trunk: As of `observer_type`.
     """
     o["follow"] = fraction(1.0 / bandwidth, tick) if bandwidth > 0.0 else 0.0
-    o["tick"], o["clear"], o["trunk"] = tick, CLEAR, trunk
+    o["tick"], o["clear"] = tick, CLEAR
 
 
 @inner_kernel
@@ -93,20 +91,20 @@ def notice_end(o, j, at_end):
 @kernel
 def _split(o):
     """Writes the force of each foot into `force` where both are near the ground."""
-    N, W, left, arm, first = o["N"], o["force"], o["left"], o["arm"], o["trunk"]
-    base, other = N.shape[0], (first + o["estimate"].size) // FEET
+    N, W, left, arm = o["N"], o["force"], o["left"], o["arm"]
+    base, other = N.shape[0], o["estimate"].size // FEET
     for a in range(base):
         W[0, a] = 0.0
         for b in range(base):
             N[a, b] = 0.0
-    for j in range(first, o["estimate"].size):
+    for j in range(o["estimate"].size):
         if o["silent"][j]:
             continue
         s, sign = left[base + j], 1.0
         if j >= other:
             sign = -1.0
             for k in range(base):
-                s -= arm[j, k] * left[first + k]
+                s -= arm[j, k] * left[k]
         for a in range(base):
             W[0, a] += sign * s * arm[j, a]
             for b in range(a + 1):
@@ -116,7 +114,7 @@ def _split(o):
             n, s = o["free"][foot, i], 0.0
             if foot == 1:
                 for k in range(base):
-                    s += n[k] * left[first + k]
+                    s += n[k] * left[k]
             for a in range(base):
                 W[0, a] += _TURNS * n[a] * s
                 for b in range(a + 1):
@@ -136,7 +134,7 @@ def _split(o):
             W[0, a] -= N[k, a] * W[0, k]
         W[0, a] /= N[a, a]
     for a in range(base):
-        W[1, a] = left[first + a] - W[0, a]
+        W[1, a] = left[a] - W[0, a]
 
 
 @inner_kernel
@@ -147,24 +145,22 @@ def update(o, limit):
         o: Record of `observer_type`; `left` has what M, h, losses and the torques applied do not explain.
         limit: [N m] of the torques.
     """
-    base, trunk, left, W, size = o["N"].shape[0], o["trunk"], o["left"], o["force"], o["estimate"].size
-    joints = (size - trunk) // FEET
+    base, left, W, size = o["N"].shape[0], o["left"], o["force"], o["estimate"].size
+    joints = size // FEET
     for j in range(size):
-        left[j if j < trunk else base + j] -= o["estimate"][j]
+        left[base + j] -= o["estimate"][j]
     if o["standing"][0] and o["standing"][1]:
         _split(o)
     else:
         for foot in range(FEET):
             for k in range(base):
-                W[foot, k] = left[trunk + k] if o["standing"][foot] else 0.0
+                W[foot, k] = left[k] if o["standing"][foot] else 0.0
     for j in range(size):
         if o["silent"][j]:
             continue
-        s = left[j if j < trunk else base + j]
-        for foot in range(FEET):
-            if j < trunk or (j - trunk) // joints == foot:
-                for k in range(base):
-                    s -= o["arm"][j, k] * W[foot, k]
+        s = left[base + j]
+        for k in range(base):
+            s -= o["arm"][j, k] * W[j // joints, k]
         most = MOST * limit[j]
         o["estimate"][j] = min(max(o["estimate"][j] + o["follow"] * s, -most), most)
 

@@ -58,8 +58,7 @@ def observe(c, M, q, v, first):
                 s += M[min(i, j), max(i, j)] * (v[j] - before[j]) / o["tick"]
             left[i] = s
         for j in range(NU):
-            o["loss"][BASE + j] = 0.5 * c["tree"]["damping"][j] * (v[BASE + j] + before[BASE + j])
-            left[BASE + j] += o["loss"][BASE + j] - o["applied"][j]
+            left[BASE + j] += 0.5 * c["tree"]["damping"][j] * (v[BASE + j] + before[BASE + j]) - o["applied"][j]
         update(o, c["actuation"]["limit"])
     for j in range(NQ):
         before[j], o["h"][j] = v[j], h[j]

@@ -161,7 +161,7 @@ CONTROL = np.dtype(
         ("backstep", _BACKSTEP), ("actuation", _ACTUATION), ("memory", _MEMORY), ("at", PLACES),
         ("tick", _TICK),
         ("work", _WORK), ("rows", _ROWS), ("push", _PUSH),
-        ("observer", observer_type(BASE, SEGMENTS, 0, N_POINTS)),
+        ("observer", observer_type(BASE, SEGMENTS, N_POINTS)),
         ("ground", GROUND),
     ],
     align=True,
