@@ -166,18 +166,19 @@ def estimated(
     falls = sum(outcome.fell for _, outcome in first)
     method = accuracy.method
     if method is None:
-        rare = not plain_is_cheaper(falls, len(first), splitting.SHARE)
-        method = COUNTING if not rare else SPLITTING if process is None else SHIFTING
+        cheap = plain_is_cheaper(falls, len(first), splitting.SHARE)
+        method = COUNTING if cheap else SPLITTING if process is None else SHIFTING
     if method == COUNTING:
         return _counting(rng, outcomes, first, accuracy, "")
     if method == SHIFTING:
+        learns = outcomes.learns
         found = _shifting(seed, outcomes, first, process, accuracy)
         if found is not None:
             return found
         if accuracy.method is not None:
             why = "nothing that is drawn has a time" if process is None else "no shifted run fell, or --most is too few"
             return _counting(stream(seed, "certify.count"), outcomes, first, accuracy, f"{why}: runs were counted")
-        outcomes.score, outcomes.learns = None, True
+        outcomes.learns = learns
     levels = levels_of(seed, outcomes, first, moving, accuracy)
     size = 0 if levels is None else _size(levels, moving, accuracy, accuracy.most - outcomes.runs)
     if levels is None or size < LEAST_SIZE:
