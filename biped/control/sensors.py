@@ -44,6 +44,7 @@ class CoordinateSensors:
         self._zeros = np.where(self._joints, sensors.zero_error, 0.0) * stream(
             run.seed, "sensors.zeros"
         ).standard_normal(model.nv)
+        self._exact = not (self._deviation.any() or self._zeros.any())
         self._columns = np.flatnonzero(self._joints)
         self._places = np.array([model.jnt_qposadr[model.dof_jntid[column]] for column in self._columns], dtype=int)
         self._resolution = float(sensors.quantisation)
@@ -61,7 +62,8 @@ class CoordinateSensors:
         model, data, rng = self.model, self.data, self._rng
         noise, rate_noise = rng.standard_normal((2, model.nv))
         data.qpos[:] = late_q
-        mujoco.mj_integratePos(model, data.qpos, self._zeros + self._deviation * noise, 1.0)
+        if not self._exact:
+            mujoco.mj_integratePos(model, data.qpos, self._zeros + self._deviation * noise, 1.0)
         data.qvel[:] = late_v + self._rate_deviation * rate_noise
         if self._resolution > 0.0:
             data.qpos[self._places] = np.rint(data.qpos[self._places] / self._resolution) * self._resolution

@@ -29,12 +29,14 @@ from biped.robot.run import Run
 from biped.robot.unmodelled import patches_of, torques_at, unmodelled_of
 from biped.scenario.devices import COMMANDED, Sensors
 from biped.scenario.general import SPLIT
+from biped.scenario.keys import COMPILED
 from biped.scenario.laws import SPATIAL, own_law
 from biped.scenario.pushing import pieces
 
 if TYPE_CHECKING:
-    from biped.engines.held import HeldPlant
-    from biped.engines.space import SpacePlant
+    from biped.engines.held import HeldLoop
+    from biped.engines.space import SpaceLoop
+    from biped.engines.walking import WalkingLoop
 
 Watch = Callable[[mujoco.MjModel, mujoco.MjData, np.ndarray], None]
 """Called after every tick with the model, its data, and the pushes that act, (bodies, 3) [N]."""
@@ -48,7 +50,7 @@ class MujocoPlant:
         watch: Called after every tick.
 
     Attributes:
-        compiled: What the law's compiled loop takes, if it has one that suits the run.
+        compiled: The law's compiled loop, if it has one that suits the run.
     """
 
     def __init__(self, run: Run, watch: Watch | None = None):
@@ -111,25 +113,24 @@ class MujocoPlant:
         self.pushing, self._pushed = np.zeros((self.model.nbody - 1, 3)), ()
         self.wanted = np.zeros(self.law.size)
         self.compiled: Any = self._compiled()
-        self._loops: tuple[Callable[[int, int], tuple[int, int]], ...] = ()
 
-    def _compiled(self) -> SpacePlant | HeldPlant | None:
-        """The compiled loop's plant, where the law has one."""
+    def _compiled(self) -> SpaceLoop | HeldLoop | WalkingLoop | None:
+        """The compiled loop, where the law has one."""
         s = self.s
-        if not self.split or self.sensors or self.uneven or self.watch or self.unmodelled or self.patched:
+        if not self.split or self.uneven or self.watch or self.unmodelled or self.patched:
             return None
         if s.law != SPATIAL:
-            from biped.engines.held import held_plant
+            from biped.engines.held import held_loop
 
-            return held_plant(self)
-        if s.actuation.lag > 0.0 or s.actuation.assist > 0.0:
+            return None if self.sensors else held_loop(self)
+        if s.sensors != Sensors() or s.actuation.assist > 0.0 or self.latency is not None:
             return None
-        if self.latency is not None:
-            return None
-        from biped.engines.space import plant_of
+        if self.sensors and self.law.law.source != COMPILED:
+            return None  # another robot's mechanics, which MuJoCo computes at what is sensed
+        from biped.engines.space import space_loop
+        from biped.engines.walking import walking_loop
 
-        return plant_of(self.law.law, self.model, self.data, self.robot, self.run.substeps, float(self.state.bounds[0]),
-                        s.fall.tilt, self.columns, self.state.anchors)  # fmt: skip
+        return space_loop(self) or walking_loop(self)
 
     def turned(self, force: tuple[float, ...]) -> np.ndarray:
         """(3,) [N] of a push in the ground's frame."""
@@ -144,40 +145,36 @@ class MujocoPlant:
 
     def advance(self, first: int, last: int) -> tuple[int, int]:
         """Ticks first … last - 1; see `biped.engines.loop.Plant`."""
-        if self.s.law == SPATIAL and self.compiled is not None:
-            from biped.engines.space import advance, on_base
+        if self.compiled is not None and self.compiled.takes(self.pushing):
+            return self.compiled.advance(first, last)
+        return self._ticks(first, last)
 
-            if on_base(self.pushing, self.model, self.robot):
-                return advance(self.compiled, self.law, self.log, self.outside, first, last)
-        if not self._loops:
-            self._loops = self._bound()
-        # The last needs nothing between two calls of its law, but knows of no push.
-        return self._loops[0 if self._pushed else -1](first, last)
-
-    def _bound(self) -> tuple[Callable[[int, int], tuple[int, int]], ...]:
-        """`advance` tick by tick, with kernels that are looked up once; and stretch by stretch, where that suits."""
-        touching = [self.contacts.examples()[0]]  # the contacts of the step that is taken
-        look, decide = self._looking(touching), self._deciding()
+    @cached_property
+    def _ticks(self) -> Callable[[int, int], tuple[int, int]]:
+        """`advance` tick by tick, with kernels that are looked up once."""
+        look, decide = self.look, self._deciding()
 
         def tick(k: int) -> int:
             if (status := look(k)) == GOING:
                 decide(k)
             return status
 
-        ticks = in_python(tick, self._stepping(touching))
-        if self.s.law == SPATIAL or self.compiled is None:
-            return (ticks,)
-        from biped.engines.held import HeldLoop
+        return in_python(tick, self._stepping())
 
-        return ticks, HeldLoop(self, look, self.compiled).advance
+    @cached_property
+    def _touching(self) -> list[Contacts]:
+        """The contacts of the step that is taken."""
+        return [self.contacts.examples()[0]]
 
     @cached_property
     def _begin(self) -> Callable[[], None]:
         """Brings MuJoCo's data to the state that a step begins with."""
         return beginning(self.model, self.data, self.split, self.uneven, self.patched)
 
-    def _looking(self, touching: list[Contacts]) -> Callable[[int], int]:
-        """Judges and logs a tick's state; the contacts of that state are left in `touching`."""
+    @cached_property
+    def look(self) -> Callable[[int], int]:
+        """Judges and logs a tick's state, whose contacts it leaves in `_touching`; returns its status."""
+        touching = self._touching
         data, model, log, outside, state = self.data, self.model, self.log, self.outside, self.state
         contacts, tick, first_half, velocities = self.contacts, self.run.tick, self._begin, mujoco.mj_subtreeVel
         log_row = bound(log_state, state, touching[0], log[0], outside[0], 0.0)
@@ -225,8 +222,9 @@ class MujocoPlant:
 
         return decide
 
-    def _stepping(self, touching: list[Contacts]) -> Callable[[int], None]:
+    def _stepping(self) -> Callable[[int], None]:
         """Steps the physics to the next tick, and logs its forces and works."""
+        touching = self._touching
         data, model, state, account, contacts = self.data, self.model, self.state, self.account, self.contacts
         watch, pushing, substeps, split = self.watch, self.pushing, self.run.substeps, self.split
         generalized, first_half = self.command == "generalized", self._begin

@@ -9,7 +9,6 @@ import numpy as np
 from biped.base.address import call, doubles_at, int32_at
 from biped.base.jit import inner_kernel, long_kernel
 from biped.control.blending import blend
-from biped.control.law import Commander
 from biped.control.space.dynamics import compute_mechanics
 from biped.control.space.law import Spatial
 from biped.control.space.own import Own
@@ -20,6 +19,7 @@ from biped.control.space.tick import spatial_tick
 from biped.engines.forces import add_moment, write_spin
 from biped.engines.loop import GOING, LOW, NOT_FINITE, TILTED
 from biped.engines.native import halves, without_clock
+from biped.engines.physics import Stepped
 from biped.engines.row import CONTACT, FIGURE, FORCE, GIVEN, GROUND_FORCE, POINT, WORK, U, write_state
 from biped.robot.robot import Robot
 from biped.scenario.keys import PINOCCHIO
@@ -116,13 +116,23 @@ def _status(plant):
 
 
 @inner_kernel
-def _decide(record, m, own, first):
+def decide(record, m, own, first):
     """The law's tick. Only that for the mechanics of a run is compiled: a tuple's length is part of its type."""
     if len(own) == 0:
         spatial_tick(record, m, first)
         return
     compute_mechanics(own[0].tree, own[0].mechanics)
     spatial_tick(record, own[0].mechanics, first)
+
+
+@inner_kernel
+def write_signals(c, line):
+    """Writes a tick's signals (`biped.control.space.law.SIGNALS`)."""
+    for leg in range(LEGS):
+        line[leg] = c["memory"]["phase"][leg] + 1
+        line[LEGS + leg] = c["tick"]["placed"][leg]
+    line[2 * LEGS] = c["tick"]["limited"]
+    line[2 * LEGS + 1] = 1.0 if c["tick"]["given_up"] > 0 else 0.0
 
 
 @inner_kernel
@@ -239,16 +249,12 @@ def walk(record, changes, plant, log, outside, signals, first, last):
         if status == NOT_FINITE:
             return status, k + 1
         blend(changes, k)
-        _decide(record, m, plant.own, k == 0)
+        decide(record, m, plant.own, k == 0)
         line = log[k]
         _note(plant, c, line, outside[k], k * tick)
         if status != GOING:
             return status, k + 1
-        for leg in range(LEGS):
-            signals[k, leg] = c["memory"]["phase"][leg] + 1
-            signals[k, LEGS + leg] = c["tick"]["placed"][leg]
-        signals[k, 2 * LEGS] = c["tick"]["limited"]
-        signals[k, 2 * LEGS + 1] = 1.0 if c["tick"]["given_up"] > 0 else 0.0
+        write_signals(c, signals[k])
         if c["actuation"]["generalized"]:
             for j in range(m.v.size):
                 plant.applied[j] = c["tick"]["Q_d"][j] + c["tick"]["passive"][j]
@@ -267,24 +273,42 @@ _AT_ORIGIN = 1e-9
 """[m] A push on a centre of mass that is no further from its body's origin has no moment about it."""
 
 
-def plant_of(
-    law: Spatial, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, substeps: int, least: float, tilt: float,
-    columns: dict[str, tuple[int, tuple[int, ...]]], anchors: np.ndarray,
-) -> SpacePlant | None:  # fmt: skip
-    """The loop's plant, or None where the run must be stepped from Python.
+class SpaceLoop:
+    """The loop of a run on eight spheres.
 
     Args:
-        law: The run's law.
-        model: Its model.
-        data: Its state.
-        robot: What walks.
-        substeps: Physics steps in a tick.
-        least: [m] height of the torso below which it has fallen.
-        tilt: Degrees of lean beyond which it has fallen.
-        columns: Of the trajectory.
-        anchors: Joints that a stick figure shows.
+        plant: Of the run.
+        space: What compiled code takes.
     """
+
+    def __init__(self, plant: Stepped, space: SpacePlant):
+        self._plant, self._space = plant, space
+
+    def takes(self, forces: np.ndarray) -> bool:
+        """Whether it can be pushed by forces (bodies, 3) [N]: by those that act on the base's origin."""
+        model, base, pushed = self._plant.model, self._plant.robot.base_number, np.flatnonzero(forces.any(axis=1)) + 1
+        return all(body == base and np.abs(model.body_ipos[body]).max() < _AT_ORIGIN for body in pushed)
+
+    def advance(self, first: int, last: int) -> tuple[int, int]:
+        """Ticks first … last - 1, in which the same push acts; see `biped.engines.loop.Plant`."""
+        plant, law = self._plant, self._plant.law
+        with without_clock():
+            return walk(law.law.record, law.law.changes, self._space, plant.log, plant.outside, law.signals.values,
+                        first, last)  # fmt: skip
+
+
+def space_loop(plant: Stepped) -> SpaceLoop | None:
+    """The loop of a run, or None where it has no feet of eight spheres or must be stepped from Python.
+
+    Args:
+        plant: Of a run of the law.
+    """
+    law: Spatial = plant.law.law
+    model, data, robot = plant.model, plant.data, plant.robot
     if law.source == PINOCCHIO or model.opt.cone != mujoco.mjtCone.mjCONE_ELLIPTIC:
+        return None
+    strength, _, follow = plant.actuators()
+    if strength != 1.0 or follow < 1.0:
         return None
     if not _on_spheres(model, robot):
         return None
@@ -294,22 +318,24 @@ def plant_of(
     mechanics = mechanics_of(law.record[0], model, data)
     points = np.array([geom for foot in robot.feet for geom in foot.geoms])
     own, gravity = law.own(data.qpos, data.qvel), np.array(model.opt.gravity)
-    return SpacePlant(
+    fall, columns = plant.run.scenario.fall, plant.columns
+    return SpaceLoop(plant, SpacePlant(
         step1=native.step1, step2=native.step2, model=model._address, data=data._address,
         nefc=data._address + native.nefc, force=data._address + native.force,
-        substeps=substeps, timestep=float(model.opt.timestep), mechanics=mechanics,
+        substeps=plant.run.substeps, timestep=float(model.opt.timestep), mechanics=mechanics,
         own=() if own is None else (own,),
         applied=data.qfrc_applied if generalized else data.ctrl, pushed=data.xfrc_applied[robot.base_number],
         driving=data.qfrc_actuator, holding=data.qfrc_constraint, com=data.subtree_com[robot.base_number],
         inertia=data.cinert, moving=data.cvel, centre=data.xipos, place=data.xpos,
         points=points, geoms=data.geom_xpos, energy=data.energy, turned=data.xquat, anchor=data.xanchor,
-        anchors=anchors, top=np.array(robot.top),
+        anchors=plant.state.anchors, top=np.array(robot.top),
         radius=float(model.geom_size[points[0], 0]),
-        least=least, up=-gravity / np.linalg.norm(gravity), tilt=math.cos(math.radians(tilt)),
+        least=float(plant.state.bounds[0]), up=-gravity / np.linalg.norm(gravity),
+        tilt=math.cos(math.radians(fall.tilt)),
         columns=np.array([first for first, _ in columns.values()]),
         touched=np.zeros(len(points), np.uint8), stopped=np.zeros(len(robot.feet), np.uint8),
         before=np.zeros(model.nv), acting=np.zeros((2, 3)),
-    )  # fmt: skip
+    ))  # fmt: skip
 
 
 def _on_spheres(model: mujoco.MjModel, robot: Robot) -> bool:
@@ -325,17 +351,3 @@ def _on_spheres(model: mujoco.MjModel, robot: Robot) -> bool:
         and model.npair > N_POINTS
         and not model.geom_contype.any()
     )
-
-
-def on_base(forces: np.ndarray, model: mujoco.MjModel, robot: Robot) -> bool:
-    """Whether forces (bodies, 3) act on nothing but the base, at its origin."""
-    pushed = np.flatnonzero(forces.any(axis=1)) + 1
-    return all(body == robot.base_number and np.abs(model.body_ipos[body]).max() < _AT_ORIGIN for body in pushed)
-
-
-def advance(
-    plant: SpacePlant, law: Commander, log: np.ndarray, outside: np.ndarray, first: int, last: int
-) -> tuple[int, int]:
-    """Ticks first … last - 1, in which the same push acts; see `biped.engines.loop.Plant`."""
-    with without_clock():
-        return walk(law.law.record, law.law.changes, plant, log, outside, law.signals.values, first, last)

@@ -43,7 +43,10 @@ class Spatial:
     Attributes:
         record: (1,) of `biped.control.space.record.control_type`.
         changes: Of it, `biped.control.blending.Changes`.
+        by_force: Whether it commands generalized forces, or a share of them.
         source: Who computes the mechanics: `compiled`, `pinocchio` or `engine`.
+        driven: (n,) which of the record's torques actuators have.
+        drives: (n,) the actuators that have them.
         signals: As of the latest tick.
     """
 
@@ -64,14 +67,15 @@ class Spatial:
         self._mechanics: Mechanics | None = None
         self._tick_once = spatial_tick
         order = order_of(setup.model, setup.robot, anatomy)
-        self._moved, self._driven = np.flatnonzero(order.column >= 0), np.flatnonzero(order.drive >= 0)
-        self._columns, self._drives = order.column[self._moved], order.drive[self._driven]
-        self._of_drive = np.array([drive.column for drive in setup.robot.drives], int)[self._drives]
+        self._moved, self.driven = np.flatnonzero(order.column >= 0), np.flatnonzero(order.drive >= 0)
+        self._columns, self.drives = order.column[self._moved], order.drive[self.driven]
+        self._of_drive = np.array([drive.column for drive in setup.robot.drives], int)[self.drives]
         tick = c["tick"]
         self._phase, self._placed, self._limited = c["memory"]["phase"], tick["placed"], self.record["tick"]["limited"]
         self._given_up = self.record["tick"]["given_up"]
         self._Q_d, self._passive, self._u = tick["Q_d"], tick["passive"], tick["u"]
-        self._size = setup.model.nv if self._assist else len(setup.robot.drives)
+        self.by_force = self._assist > 0.0
+        self._size = setup.model.nv if self.by_force else len(setup.robot.drives)
 
     def own(self, q: np.ndarray, v: np.ndarray) -> Own | None:
         """Mechanics that compiled code brings to coordinates and velocities (live); None where they are the engine's.
@@ -121,7 +125,7 @@ class Spatial:
         if share:
             out[self._columns] = share * (self._Q_d + self._passive)[self._moved]
             if share < 1.0:
-                out[self._of_drive] += (1.0 - share) * self._u[self._driven]
+                out[self._of_drive] += (1.0 - share) * self._u[self.driven]
         else:
-            out[self._drives] = self._u[self._driven]
+            out[self.drives] = self._u[self.driven]
         return out

@@ -59,12 +59,12 @@ ROBOTS: dict[str, tuple[str, ...]] = {
 }
 """Scenario and changes."""
 MECHANICS: dict[str, tuple[str, ...]] = {
-    f"{name}, {by}": (scenario, f"control.mechanics={by}")
-    for name, scenario, whom in (
+    f"{name}, {by}": (scenario, f"control.mechanics={by}", *changes)
+    for name, scenario, whom, *changes in (
         ("human", "level_normal", (COMPILED, PINOCCHIO)),
         ("human, ground that only pushes", "calm/own", (COMPILED, PINOCCHIO)),
         ("human in space", "spatial/level", (COMPILED, ENGINE, PINOCCHIO)),
-        ("h1", "any/h1_walk", (COMPILED, ENGINE, PINOCCHIO)),
+        ("h1", "any/cells/level", (COMPILED, ENGINE, PINOCCHIO), "controller=any/apollo"),
     )
     for by in whom
 }

@@ -1,0 +1,122 @@
+"""The compiled loop of the law `spatial` on any robot, whatever its feet are.
+
+The same digits as tick by tick in Python (`biped.engines.plant`). Robots on eight spheres have a shorter loop of their
+own (`biped.engines.space`).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from biped.base.address import call
+from biped.base.jit import bound, long_kernel
+from biped.control.blending import blend
+from biped.control.space.law import Spatial
+from biped.control.space.own import Own
+from biped.control.space.places import Mechanics
+from biped.control.space.setup import mechanics_of
+from biped.engines.loop import GOING, RAISED
+from biped.engines.native import without_clock
+from biped.engines.physics import Physics, Stepped, Works, judge, physics_of, take_tick
+from biped.engines.space import decide, write_signals
+from biped.scenario.keys import PINOCCHIO
+
+
+class WalkingPlant(NamedTuple):
+    """A robot that the law walks, as compiled code takes it.
+
+    Attributes:
+        physics: What is stepped.
+        mechanics: What MuJoCo knows of the walker, live.
+        own: (`biped.control.space.own.Own`,) where the law computes its mechanics by itself, otherwise ().
+        driven: (n,) the law's torques that actuators have.
+        drives: (n,) which actuators these are.
+    """
+
+    physics: Physics
+    mechanics: Mechanics
+    own: tuple[Own, ...]
+    driven: np.ndarray
+    drives: np.ndarray
+
+
+class WalkingLoop:
+    """The loop of a run that is walked by joint torques.
+
+    Args:
+        plant: Of the run.
+        walking: What compiled code takes.
+    """
+
+    def __init__(self, plant: Stepped, walking: WalkingPlant):
+        law = plant.law.law
+        self._plant, self._works, self._walking = plant, Works(plant), walking
+        self._given = law.record, law.changes, walking, plant.log, plant.outside, plant.law.signals.values
+        self._walk = bound(walk, *self._given, self._works.rows, 0, 0)
+
+    def takes(self, forces: np.ndarray) -> bool:
+        """Whether it can be pushed by forces (bodies, 3) [N]: by none."""
+        return not forces.any()
+
+    def advance(self, first: int, last: int) -> tuple[int, int]:
+        """Ticks first … last - 1, in which nothing pushes; see `biped.engines.loop.Plant`."""
+        status, rows, works = GOING, first, self._works
+        with without_clock():
+            while rows < last and status == GOING:
+                start = rows
+                status, rows = self._walk(*self._given, works.rows, start, min(last, start + works.most))
+                works.add_up(start, rows if status == GOING else rows - 1)
+        if status == RAISED:
+            self._plant.law.refuse(rows - 1, (rows - 1) * self._walking.physics.tick, self._walking.physics.command)
+        return status, rows
+
+
+def walking_loop(plant: Stepped) -> WalkingLoop | None:
+    """The loop of a run, or None where it must be stepped from Python.
+
+    Args:
+        plant: Of a run of the law.
+    """
+    law: Spatial = plant.law.law
+    if law.by_force or law.source == PINOCCHIO or (physics := physics_of(plant)) is None:
+        return None
+    data, own = plant.data, law.own(plant.data.qpos, plant.data.qvel)
+    mechanics = mechanics_of(law.record[0], plant.model, data)
+    walking = WalkingPlant(physics, mechanics, () if own is None else (own,), law.driven, law.drives)
+    return WalkingLoop(plant, walking)
+
+
+@long_kernel
+def walk(record, changes, p, log, outside, signals, rows, first, last):
+    """Ticks first … last - 1 of a run in which nothing pushes.
+
+    Args:
+        record: (1,) `biped.control.space.record.control_type`.
+        changes: Of it, `biped.control.blending.Changes`.
+        p: `WalkingPlant`.
+        log: (n, width) of `biped.robot.columns`; works are left out.
+        outside: (n, 9) of `Trajectory.outside`.
+        signals: (n, 6) of `biped.control.space.law`.
+        rows: Of `biped.engines.physics.Works`.
+        first: First tick.
+        last: One past the last.
+
+    Returns:
+        The last tick's status (`biped.engines.loop`), and the number of rows in the log; RAISED: what
+        `p.physics.command` holds is not finite, in the last of these rows.
+    """
+    c, physics = record[0], p.physics
+    for k in range(first, last):
+        call(physics.step1, physics.model, physics.data)
+        status = judge(physics, log[k], outside[k], k * physics.tick)
+        if status != GOING:
+            return status, k + 1
+        blend(changes, k)
+        decide(record, p.mechanics, p.own, k == 0)
+        write_signals(c, signals[k])
+        physics.command[:] = 0.0
+        for i in range(p.drives.size):
+            physics.command[p.drives[i]] = c["tick"]["u"][p.driven[i]]
+        if not take_tick(physics, rows, k - first, log[k], outside[k]):
+            return RAISED, k + 1
+    return GOING, last
