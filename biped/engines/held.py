@@ -11,7 +11,7 @@ from biped.base.address import call
 from biped.base.jit import bound, inner_kernel, long_kernel
 from biped.control.card import Walker
 from biped.engines.loop import GOING, RAISED
-from biped.engines.physics import Physics, Stepped, Works, judge, physics_of, take_tick
+from biped.engines.stepping import Stepped, Stepping, Works, judge, stepping_of, take_tick
 
 
 class HeldPlant(NamedTuple):
@@ -25,7 +25,7 @@ class HeldPlant(NamedTuple):
         columns: (n,) where these stand in v.
     """
 
-    physics: Physics
+    physics: Stepping
     servo: np.ndarray
     driven: np.ndarray
     places: np.ndarray
@@ -96,7 +96,7 @@ def held_loop(plant: Stepped) -> HeldLoop | None:
         return None
     if plant.latency is not None and law.servo is not None:
         return None
-    if (physics := physics_of(plant)) is None:
+    if (physics := stepping_of(plant)) is None:
         return None
     servo = np.zeros((3, 0)) if law.servo is None else np.array(law.servo)
     return HeldLoop(plant, HeldPlant(physics, servo, law.driven, law.places, law.columns))

@@ -19,8 +19,8 @@ from biped.control.space.tick import spatial_tick
 from biped.engines.forces import add_moment, write_spin
 from biped.engines.loop import GOING, LOW, NOT_FINITE, TILTED
 from biped.engines.native import halves, without_clock
-from biped.engines.physics import Stepped
 from biped.engines.row import CONTACT, FIGURE, FORCE, GIVEN, GROUND_FORCE, POINT, WORK, U, write_state
+from biped.engines.stepping import Stepped
 from biped.robot.robot import Robot
 from biped.scenario.keys import PINOCCHIO
 

@@ -17,8 +17,8 @@ from biped.control.space.places import Mechanics
 from biped.control.space.setup import mechanics_of
 from biped.engines.loop import GOING, RAISED
 from biped.engines.native import without_clock
-from biped.engines.physics import Physics, Stepped, Works, judge, physics_of, take_tick
 from biped.engines.space import decide, write_signals
+from biped.engines.stepping import Stepped, Stepping, Works, judge, stepping_of, take_tick
 from biped.scenario.keys import PINOCCHIO
 
 
@@ -33,7 +33,7 @@ class WalkingPlant(NamedTuple):
         drives: (n,) which actuators these are.
     """
 
-    physics: Physics
+    physics: Stepping
     mechanics: Mechanics
     own: tuple[Own, ...]
     driven: np.ndarray
@@ -78,7 +78,7 @@ def walking_loop(plant: Stepped) -> WalkingLoop | None:
         plant: Of a run of the law.
     """
     law: Spatial = plant.law.law
-    if law.by_force or law.source == PINOCCHIO or (physics := physics_of(plant)) is None:
+    if law.by_force or law.source == PINOCCHIO or (physics := stepping_of(plant)) is None:
         return None
     data, own = plant.data, law.own(plant.data.qpos, plant.data.qvel)
     mechanics = mechanics_of(law.record[0], plant.model, data)
@@ -97,7 +97,7 @@ def walk(record, changes, p, log, outside, signals, rows, first, last):
         log: (n, width) of `biped.robot.columns`; works are left out.
         outside: (n, 9) of `Trajectory.outside`.
         signals: (n, 6) of `biped.control.space.law`.
-        rows: Of `biped.engines.physics.Works`.
+        rows: Of `biped.engines.stepping.Works`.
         first: First tick.
         last: One past the last.
 

@@ -21,10 +21,10 @@ from biped.robot.robot import Robot
 from biped.robot.run import Run
 
 MOST_STEPS = 500
-"""Physics steps of which work is added up at a time; of each a few rows are kept."""
+"""Stepping steps of which work is added up at a time; of each a few rows are kept."""
 
 
-class Physics(NamedTuple):
+class Stepping(NamedTuple):
     """MuJoCo, what actuators are held to, and what a tick leaves behind, as compiled code takes them.
 
     Attributes:
@@ -133,7 +133,7 @@ class Stepped(Protocol):
         ...
 
 
-def physics_of(plant: Stepped) -> Physics | None:
+def stepping_of(plant: Stepped) -> Stepping | None:
     """A run as compiled code steps it, or None where it must be stepped from Python.
 
     Args:
@@ -147,7 +147,7 @@ def physics_of(plant: Stepped) -> Physics | None:
         return None
     strength, limits, follow = plant.actuators()
     size, points, address = plant.law.size, len(state.point), data._address
-    return Physics(
+    return Stepping(
         step1=native.step1, step2=native.step2, velocities=native.velocities, model=model._address, data=address,
         nefc=address + native.nefc, force=address + native.force, count=address + native.count,
         contacts=address + native.contacts, layout=layout, substeps=plant.run.substeps, half=account.half,
@@ -242,7 +242,7 @@ def take_tick(p, rows, row, line, outside):
     """Has actuators act on `p.command` and takes the steps of a tick, of which the first half of the first is done.
 
     Args:
-        p: `Physics`.
+        p: `Stepping`.
         rows: Of `Works`.
         row: Which of them is the tick's.
         line: Of the tick in the log; works are left out.
