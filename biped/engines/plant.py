@@ -152,7 +152,7 @@ class MujocoPlant:
     @cached_property
     def _ticks(self) -> Callable[[int, int], tuple[int, int]]:
         """`advance` tick by tick, with kernels that are looked up once."""
-        look, decide = self.look, self._deciding()
+        look, decide = self._look, self._deciding()
 
         def tick(k: int) -> int:
             if (status := look(k)) == GOING:
@@ -171,9 +171,13 @@ class MujocoPlant:
         """Brings MuJoCo's data to the state that a step begins with."""
         return beginning(self.model, self.data, self.split, self.uneven, self.patched)
 
+    def look(self, k: int) -> int:
+        """Judges and logs a tick's state; returns its status."""
+        return self._look(k)
+
     @cached_property
-    def look(self) -> Callable[[int], int]:
-        """Judges and logs a tick's state, whose contacts it leaves in `_touching`; returns its status."""
+    def _look(self) -> Callable[[int], int]:
+        """`look`, with kernels that are looked up once; it leaves the state's contacts in `_touching`."""
         touching = self._touching
         data, model, log, outside, state = self.data, self.model, self.log, self.outside, self.state
         contacts, tick, first_half, velocities = self.contacts, self.run.tick, self._begin, mujoco.mj_subtreeVel

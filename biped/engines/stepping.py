@@ -3,7 +3,6 @@
 The same digits as tick by tick in Python (`biped.engines.plant`), whose kernels are called here too.
 """
 
-from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 import mujoco
@@ -123,9 +122,8 @@ class Stepped(Protocol):
     wanted: np.ndarray
     ground_force: np.ndarray
 
-    @property
-    def look(self) -> Callable[[int], int]:
-        """Judges and logs the state of a tick; returns its status."""
+    def look(self, k: int) -> int:
+        """Judges and logs a tick's state; returns its status."""
         ...
 
     def actuators(self) -> tuple[float, np.ndarray, float]:
