@@ -56,6 +56,7 @@ def changes_in(
         set_gains: Writes a gait into such a part.
     """
     kind, first = record.dtype["gait"], record.dtype.fields["gait"][1]  # type: ignore[index]
+    begun = gains
     steps, one = np.zeros(len(s.change), step), np.zeros(1, kind)
     rate = s.simulation.control_rate
     for i, (c, change) in enumerate(zip(steps, s.change, strict=True)):
@@ -64,7 +65,7 @@ def changes_in(
         c["before"] = one.view(float)
         if change.controller is not None:  # a gait does not say what it lacks
             gains = replace(gains, **dict.fromkeys(LACKED))
-        gains = gains.replaced(change.gains)
+        gains = (begun if change.back else gains).replaced(change.gains)
         whole_pace(gains, f"change[{i}].")
         set_gains(one[0], gains)
         c["after"] = one.view(float)

@@ -181,7 +181,7 @@ class MujocoPlant:
         touching = self._touching
         data, model, log, outside, state = self.data, self.model, self.log, self.outside, self.state
         contacts, tick, first_half, velocities = self.contacts, self.run.tick, self._begin, mujoco.mj_subtreeVel
-        log_row = bound(log_state, state, touching[0], log[0], outside[0], 0.0)
+        log_row = bound(log_state, state, contacts.examples()[0], log[0], outside[0], 0.0)
 
         def look(k: int) -> int:
             first_half()
@@ -232,13 +232,13 @@ class MujocoPlant:
         data, model, state, account, contacts = self.data, self.model, self.state, self.account, self.contacts
         watch, pushing, substeps, split = self.watch, self.pushing, self.run.substeps, self.split
         generalized, first_half = self.command == "generalized", self._begin
-        solved = contacts.examples()[1]
+        example, solved = contacts.examples()
         forces, total, torque = np.zeros_like(state.point), np.zeros(6), np.zeros(len(self.robot.drives))
         outside, com, acting = self.outside, data.subtree_com[self.robot.base_number], np.zeros(6)
         target = data.qfrc_applied if generalized else data.ctrl
         work, local, pyramidal = np.zeros((len(forces) + 2, 3)), np.zeros(6), contacts.pyramidal
         spare = work, local
-        add = bound(add_forces, state.point, state.foot, touching[0], solved, pyramidal, com, *spare, forces, total)
+        add = bound(add_forces, state.point, state.foot, example, solved, pyramidal, com, *spare, forces, total)
         second_half = mujoco.mj_step2 if split else mujoco.mj_step
 
         def step(k: int) -> None:

@@ -343,6 +343,10 @@ class Plan:
         changes, controller = [], s.controller
         for i, change in enumerate(s.change):
             at = f"change[{i}]."
+            if change.back and i == 0:
+                raise InputError(f"{at}back: expected a change before it: the run still has its first gait", "change")
+            if change.back and change.controller is not None:
+                raise InputError(f"{at}controller: expected none with back = true, the run's first gait", "change")
             if change.controller is not None or change.gains.speed is not None:
                 controller = change.controller or controller
                 asked = msgspec.structs.replace(s, controller=controller, gains=change.gains)

@@ -204,6 +204,7 @@ class Change(Section, frozen=True):
         at: [s] when it begins.
         over: [s] during which gains go linearly to their new values; settings of the actuation change at once.
         controller: Name or path of the gait from then on; default: what held before.
+        back: Whether the gait is from then on the one that the run began with, however it was searched for or drawn.
         gains: Gains that replace its; with `speed`, the gains of its family at that speed.
         actuation: Settings that change.
     """
@@ -211,6 +212,7 @@ class Change(Section, frozen=True):
     at: NonNegative
     over: NonNegative = 0.0
     controller: Name | None = None
+    back: bool = False
     gains: Gains = Gains()
     actuation: ActuationChange = ActuationChange()
 

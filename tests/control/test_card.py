@@ -137,6 +137,8 @@ HELD = {
                            {"term": "joint_velocity", "history": 4}, {"term": "last_action", "history": 4}]}, ()),
     "late actuators": ({}, ("actuation.delay=0.012", "actuation.delay_jitter=0.012")),
     "a push": ({}, ("push=[{at=0.1,duration=0.052,force=[40.0,0.0,0.0]}]",)),
+    "a push of what begins in the air": ({"scenario": CARD["scenario"] | {"start": {"settle": False}}}, (
+        "start.jitter=0.01", "push=[{at=0.2,duration=0.052,force=[40.0,0.0,0.0]}]")),
     "a slope": ({}, ("ground.slope=5.0",)),
     "a margin": ({"scenario": CARD["scenario"] | {"model": "margin.xml"}}, ()),
 }  # fmt: skip

@@ -36,7 +36,7 @@ TOLD = {f"{table}.{key}".lstrip(".") for table, keys in OWN.items() for key in k
 OTHERS: dict[str, Any] = {
     "start.posture": "flat", "push.0.body": "right_foot", "disturbance.body": "right_foot",
     "randomise.moves": [{"seed": 5}],
-    "change.0.controller": "human3d_generalized",
+    "change.0.controller": "human3d_generalized", "change.0.back": True,
     "controller": "human3d_generalized", "truth.part.0.name": "left_foot",
     "fall.height": 0.9999999, "fall.tilt": 0.01, "simulation.iterations": 1, "simulation.tolerance": 1.0,
     "simulation.ls_iterations": 1,

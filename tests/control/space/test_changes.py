@@ -57,6 +57,32 @@ def test_every_number_of_the_gait_goes_linearly_and_stays():
     assert gait["k_torso"][0] == 1.0
 
 
+def test_back_is_the_gait_that_the_run_began_with():
+    scene = Scene('change=[{at=0.0,controller="human3d_stand"},{at=0.2,over=0.1,back=true},{at=0.4,gains.k_d1=1.0},'
+                  "{at=0.5,back=true,gains.b_d1=2.0}]")  # fmt: skip
+    setup, gait = scene.setup, scene.c["gait"]
+    changes = changes_in(scene.record, step_type(GAIT), setup.scenario, setup.gains, set_gains)
+    begun, other = np.zeros(1, GAIT), np.zeros(1, GAIT)
+    set_gains(begun[0], setup.gains)
+    set_gains(other[0], Plan(read_scenario("spatial/own", ['controller="human3d_stand"'])).run(0).gains)
+    seen = {}
+    for k in range(600):
+        blend(changes, k)
+        seen[k] = gait.copy()
+    for name in GAIT.names or ():
+        np.testing.assert_array_equal(seen[150][name], other[0][name])
+        np.testing.assert_array_equal(seen[350][name], begun[0][name])
+    assert (seen[450]["k_torso"][0], seen[450]["b_torso"][0]) == (1.0, begun[0]["b_torso"][0])
+    assert (seen[550]["k_torso"][0], seen[550]["b_torso"][0]) == (begun[0]["k_torso"][0], 2.0)
+
+
+def test_back_where_there_is_nothing_to_go_back_from_or_to_is_refused():
+    with pytest.raises(InputError, match=r"change\[0\]\.back: expected a change before it"):
+        plan_of("change=[{at=0.1,back=true}]")
+    with pytest.raises(InputError, match=r"change\[1\]\.controller: expected none with back = true"):
+        plan_of('change=[{at=0.0,gains.k_d1=1.0},{at=0.1,back=true,controller="human3d_stand"}]')
+
+
 def test_part_of_a_pace_is_refused_where_there_is_none():
     with pytest.raises(
         InputError, match=r"change\[0\]\.gains\.pace: speed, slope, side, stance missing; \[pace\] has speed"
