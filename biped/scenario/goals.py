@@ -98,6 +98,7 @@ class Standard(Section, frozen=True):
         shows: Metrics, at the largest value that holds.
         family: Whether it is for gaits alone that have `[[speeds]]`, whose range bounds the search.
         gaits: Which gaits it is for; default: all.
+        gaits_only: Whether it is for gaits alone: a policy or a law of one's own has no gait that takes over, say.
         space: Whether it is for gaits of bipeds that move in space ([frontal] and [axial]); or of those in the plane.
     """
 
@@ -117,6 +118,7 @@ class Standard(Section, frozen=True):
     shows: tuple[Name, ...] = ()
     family: bool = False
     gaits: tuple[Name, ...] = ()
+    gaits_only: bool = False
     space: bool = False
 
 

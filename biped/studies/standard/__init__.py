@@ -20,6 +20,7 @@ from biped.base.trust import grant
 from biped.base.writing import dumps, write_text
 from biped.ensemble.backend import Jobs, Progress, silent
 from biped.ensemble.plan import Plan
+from biped.ensemble.rows import LOST
 from biped.robot.ground import GRAVITY
 from biped.scenario.gains import Gains
 from biped.scenario.gait import read_gains, speeds_of
@@ -75,7 +76,8 @@ class Entrant(NamedTuple):
         begun = read_scenario(test)
         draws = {key: {name: getattr(draw, name) for name in draw.__struct_fields__ if getattr(draw, name) is not None}
                  for key, draw in begun.randomise.draw.items() if key != _POSTURE}  # fmt: skip
-        out = [setting("law", self.word), 'controller=""', "start={}", setting("start.jitter", begun.start.jitter),
+        start = [setting(f"start.{key}", getattr(begun.start, key)) for key in ("jitter", "upright")]
+        out = [setting("law", self.word), 'controller=""', "start={}", *start,
                "randomise.draw={}", setting("randomise.draw", draws)]  # fmt: skip
         if self.model:
             out.append(setting("model", self.model))
@@ -286,7 +288,7 @@ def standard(
 def _required_of(trial: StandardTrial, entrant: Entrant, changes: Sequence[str]) -> Standard | None:
     """The requirements of a test, of a family no speed that the entrant lacks; None if it is not for the entrant."""
     test = trial.standard
-    if test.gaits and entrant.name not in test.gaits:
+    if (test.gaits and entrant.name not in test.gaits) or (test.gaits_only and entrant.law):
         return None
     ours = trial.scenario.startswith(FAMILY) or not entrant.law  # a test of one's own is for any law
     if ours and test.space != entrant.in_space(changes):
@@ -350,7 +352,10 @@ def _measure(
     found = kept.get(plan, test.goal, value)
     if found is not None:
         return found
-    summary = run_plan(title, plan, jobs, progress).result["summary"]
+    result = run_plan(title, plan, jobs, progress).result
+    if lost := [run["cause"] for run in result["runs"] if run["end"] == LOST]:
+        raise RunError(f"{title}: {len(lost)} of {len(plan)} runs ended with their process, and count for nothing: {lost[0]}")
+    summary = result["summary"]
     shows = dict.fromkeys((*test.shows, "speed"))
     numbers = {name: _real(summary[name]) for name in shows if name in METRICS}
     unsound = int(summary["doubtful"]) + int(summary["diverged"])

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from biped.base.errors import InputError
+from biped.base.errors import InputError, RunError
 from biped.cli.main import main
 from biped.ensemble.campaign import simulate
 from biped.robot.ground import GRAVITY
@@ -362,3 +362,35 @@ def test_a_card_brings_its_robot(tmp_path, monkeypatch):
     asked = entrant.all_changes("standard/level", ["model=h1"])
     own, others = asked.index(f'model="{tmp_path / "robot.xml"}"'), asked.index("model=h1")
     assert own < others, "what the command line says stands"
+
+
+def test_what_needs_a_gait_is_not_asked_of_a_law():
+    """A posture or another gait that takes over would be dropped, and the row would say what was not run."""
+    needs = {"any/cells/rest", "any/cells/stop", "any/cells/damping"}
+    stander = entrant_of("stand")
+    for trial in trials_of(["any/cells/"]):
+        asked = study._required_of(trial, stander, ["model=h1"])
+        assert (asked is None) == (trial.scenario in needs)
+        assert study._required_of(trial, entrant_of("any/g1"), ["model=h1"]) is not None
+
+
+def test_a_law_begins_a_slope_as_upright_as_a_gait():
+    (slopes,) = trials_of(["any/cells/slopes"])
+    scenario = study._plan(slopes, entrant_of("stand"), ["model=h1"], 0.0).run(0).scenario
+    assert scenario.start.upright
+    assert scenario.ground.slope == 3.0
+
+
+def test_runs_that_were_lost_are_no_falls_and_are_not_kept(here, monkeypatch):
+    made = study.run_plan
+
+    def lost(*given):
+        found = made(*given)
+        found.result["runs"][1] |= {"end": "lost", "cause": "lost: its process was killed, and so was the next"}
+        return found
+
+    monkeypatch.setattr(study, "run_plan", lost)
+    sets = ["law=stand", "model=h1", "duration=0.2", "window.start=0.1", "randomise.runs=2"]
+    for _ in range(2):
+        with pytest.raises(RunError, match="1 of 2 runs ended with their process, and count for nothing: lost: its"):
+            standard(["stand"], ["space_level"], sets, 1, Path("kept"))
