@@ -101,9 +101,12 @@ def cost_of_transport(t: Trajectory) -> np.ndarray:
 
 
 def leg_states(t: Trajectory) -> np.ndarray:
-    """(n, 2) leg states to be drawn: those that the law believed in, or whether a foot is on the ground."""
-    states = t.believed_states
-    return np.where(t.down, 1.0, float(FIRST_IN_AIR + 1)) if states is None else states
+    """(n, 2) leg states to be drawn: those that the law believed in, or whether a foot is on the ground.
+
+    A law believes nothing any more in the row in which its walker has fallen.
+    """
+    states, true = t.believed_states, np.where(t.down, 1.0, float(FIRST_IN_AIR + 1))
+    return true if states is None else np.where(np.isfinite(states), states, true)
 
 
 def means(values: np.ndarray, rows: np.ndarray) -> np.ndarray:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from biped.base.errors import InputError
+from biped.base.files import label
 from biped.cli import common
 
 if TYPE_CHECKING:
@@ -20,7 +21,8 @@ def add_tune(commands: common.Commands) -> None:
     parser = common.command_parser(
         commands, "tune", "search for gains that work under the conditions of a scenario", tune_command, simulates=True,
         description="Searches for gains that work under the conditions in the table [tune] of a scenario. With --out "
-        "an interrupted search is continued.",
+        "an interrupted search is continued. Given a robot's model file, it then puts what it found to the tests in "
+        "scenarios/any/cells, and writes a page.",
     )  # fmt: skip
     parser.add_argument(
         "scenario",
@@ -36,17 +38,25 @@ def add_tune(commands: common.Commands) -> None:
         "them it needs"
     )
     parser.add_argument("--least", metavar="GAIT", help=least)
+    alone = "of a robot's model file: end with the gait, without the tests in scenarios/any/cells and their page"
+    parser.add_argument("--search-only", action="store_true", help=alone)
     common.take_json(parser)
 
 
 def tune_command(args: argparse.Namespace) -> int:
     """Searches; how the search goes is drawn anew after every re-check."""
+    from biped.show.document import Paragraph
+    from biped.show.page import write_page
+    from biped.show.standing import document_of, write
     from biped.show.studies import search_document
     from biped.studies.tune import tune
 
     if args.least is not None:
         return _least(args)
-    from biped.studies.tune.robot import SCENARIO, is_model, search_of
+    from biped.studies.tune.robot import SCENARIO, is_model, search_of, verdict
+
+    if args.search_only and not is_model(args.scenario):
+        raise InputError("--search-only: expected a robot's model file; searches of scenarios end with the gait anyway")
 
     with common.workers_of(args) as jobs:
         name, changes = args.scenario, args.changes
@@ -58,7 +68,15 @@ def tune_command(args: argparse.Namespace) -> int:
                 common.show(trials_document(trials, changes))
             name = SCENARIO
         found = tune(name, changes, jobs, args.out, common.progress, _draw, common.warn)
-    common.answer(args, found.as_dict(), search_document(found))
+        if name == args.scenario or args.search_only:
+            common.answer(args, found.as_dict(), search_document(found))
+            return common.DONE
+        stands = verdict(found.folder / found.gait.name, changes, jobs, common.progress, common.warn)
+    table, out = stands.table.as_dict(), found.folder / "page.html"
+    write(table, stands.tests)
+    write_page([stands.walk, stands.tests, found.folder], out, f"A walk for {Path(args.scenario).stem}")
+    document = (*search_document(found), *document_of(table), Paragraph(f"page in {label(out)}"))
+    common.answer(args, found.as_dict() | {"standard": table, "page": label(out)}, document)
     return common.DONE
 
 

@@ -354,7 +354,9 @@ def _measure(
         return found
     result = run_plan(title, plan, jobs, progress).result
     if lost := [run["cause"] for run in result["runs"] if run["end"] == LOST]:
-        raise RunError(f"{title}: {len(lost)} of {len(plan)} runs ended with their process, and count for nothing: {lost[0]}")
+        raise RunError(
+            f"{title}: {len(lost)} of {len(plan)} runs ended with their process, and count for nothing: {lost[0]}"
+        )
     summary = result["summary"]
     shows = dict.fromkeys((*test.shows, "speed"))
     numbers = {name: _real(summary[name]) for name in shows if name in METRICS}

@@ -172,7 +172,7 @@ def _key_axis(key: str, span: Range, value: Any) -> Axis:
 
 
 PLANS = 64
-"""Most plans kept at a time."""
+"""Most plans kept at a time; each holds its robot, some 50 MB. Those of an earlier seed are never needed again."""
 
 _LATE = "actuation.pushing."
 """Keys that nothing of a run follows from but its law: plans are shared between candidates that differ in them."""
@@ -318,7 +318,7 @@ class Study:
         early = tuple(one for one in task.candidate.keys if one[0] not in late)
         key = task.condition, task.full, task.seed, early
         if key not in self._plans:
-            if len(self._plans) > PLANS:
+            if len(self._plans) >= PLANS or any(seed != task.seed for _, _, seed, _ in self._plans):
                 self._plans.clear()
             scenario = with_values(self.condition(task.condition, task.full), dict(early), origin)
             random = msgspec.structs.replace(scenario.randomise, runs=RUNS)

@@ -1,4 +1,7 @@
-"""A search for a robot of which only the model file is known: `tune/any` on it, from the gait that comes furthest."""
+"""A search for a robot of which only the model file is known: `tune/any` on it, from the gait that comes furthest.
+
+What it finds is put to tests on seeds that no search has seen, as any other gait of the robot would be.
+"""
 
 import math
 from collections.abc import Sequence
@@ -11,13 +14,15 @@ from msgspec import to_builtins
 from biped.base.errors import InputError
 from biped.base.files import URDF, locate
 from biped.ensemble import executor
-from biped.ensemble.backend import Jobs, Progress, silent
+from biped.ensemble.backend import Jobs, Progress, Told, silent, unheard
 from biped.ensemble.campaign import run_one
 from biped.ensemble.plan import Plan
 from biped.robot.ground import GRAVITY
 from biped.robot.report import look
 from biped.scenario.reading import read_scenario
 from biped.scenario.vary import setting
+from biped.studies.run import run
+from biped.studies.standard import StandardTable, standard
 
 SCENARIO = "tune/any"
 GAITS = ("any/sure", "any/quick", "any/short", "any/long")
@@ -29,6 +34,11 @@ _PACE = 0.3
 """[√(g l)] that a run which falls must have kept to earn all that its distance can earn: a brisk walk."""
 _SECONDS = 6.0
 """Of a trial."""
+TESTS = "any/cells/"
+"""What a gait that was found is put to."""
+_LEVEL = f"{TESTS}level"
+_KEPT = "robot", "simulation", "fall", "truth", "sensors", "sensing"
+"""Tables of changes that are no matter of a search: tests are made with them too."""
 
 
 class Trial(NamedTuple):
@@ -50,6 +60,20 @@ class Trial(NamedTuple):
     def merit(self) -> float:
         """[s] until it fell, in the mean."""
         return sum(self.times) / len(self.times)
+
+
+class Verdict(NamedTuple):
+    """What a gait that was found for a robot stands.
+
+    Attributes:
+        table: Of its tests.
+        tests: Their folder.
+        walk: Folder of a walk on the level, to look at.
+    """
+
+    table: StandardTable
+    tests: Path
+    walk: Path
 
 
 def is_model(name: str) -> bool:
@@ -91,6 +115,26 @@ def search_of(
     begins = max((one for one in trials if not one.assist), key=lambda one: one.merit)
     pace = f"tune.pace={_PACE * math.sqrt(GRAVITY * report.leg):.3g}"
     return [model, f'controller="{begins.gait}"', pace, _stages(report.held), *changes], trials
+
+
+def verdict(
+    gait: Path, changes: Sequence[str], jobs: Jobs, progress: Progress = silent, tell: Told = unheard
+) -> Verdict:
+    """Puts a gait that was found for a robot to the tests, and makes a walk to look at, all beside the gait.
+
+    Args:
+        gait: Its file, in the results folder of its search; what is there already of its tests is not made again.
+        changes: Of the search; tests are made with those that say what the robot is.
+        jobs: Number of processes, or a cluster.
+        progress: Told of every finished run.
+        tell: Told what of an interrupted campaign could not be used.
+    """
+    own = [one for one in changes if one.startswith("model=") or one.startswith(tuple(f"{key}." for key in _KEPT))]
+    tests, walk = gait.parent / "tests", gait.parent / "walk"
+    table = standard([str(gait)], [TESTS], own, jobs, tests, progress)
+    alone = (f'controller="{gait}"', "randomise.runs=1", "randomise.draw={}")
+    run(_LEVEL, [*own, *alone], jobs, walk, progress=progress, tell=tell)
+    return Verdict(table, tests, walk)
 
 
 def _stages(joints: Sequence[str]) -> str:

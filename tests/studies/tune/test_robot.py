@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import tomllib
+
 import pytest
 
 from biped.base.errors import InputError
@@ -9,7 +12,7 @@ from biped.base.files import locate
 from biped.cli.main import main
 from biped.scenario.gains import MGL
 from biped.scenario.reading import read_scenario
-from biped.studies.tune import studies
+from biped.studies.tune import robot, studies
 from biped.studies.tune.robot import ASSISTS, GAITS, SCENARIO, Trial, _Shipped, is_model, search_of
 
 
@@ -73,3 +76,33 @@ def test_what_the_law_is_not_for_is_refused_in_a_sentence(model, words, capsys):
     error = capsys.readouterr().err
     assert words in error
     assert "Traceback" not in error
+
+
+def test_from_a_model_file_to_a_page(tmp_path, monkeypatch, capsys):
+    """One command: trials, a search, its gait, tests of the gait on the same robot, a walk to look at, one page."""
+    monkeypatch.setattr(robot, "TESTS", "any/cells/push_left")
+    path, out = str(locate("models", "h1", "model")), tmp_path / "mine"
+    argv = ["tune", path, "--set", "duration=0.3", "--set", "tune.population=4", "--set", "tune.checks=1", "--set",
+            "tune.unseen=1", "--set", 'tune.stages=[{generations=1,conditions=["level"]}]', "--set",
+            "simulation.control_rate=250.0", "--jobs", "1", "--out", str(out), "--json"]  # fmt: skip
+    assert main(argv) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [test["name"] for test in found["standard"]["tests"]] == ["any/cells/push_left"]
+    assert found["standard"]["changes"] == [f'model="{path}"', "simulation.control_rate=250.0"]
+    (tried,) = found["standard"]["standings"][0]["tried"]
+    assert (tried["runs"], tried["reached"]) == (10, 0), "three tenths of a second teach no robot to walk"
+    text = (out / "page.html").read_text(encoding="utf-8")
+    assert "A walk for h1" in text
+    assert "pushed left" in text
+    walked = json.loads((out / "walk" / "result.json").read_bytes())
+    assert walked["scenario"] == "any/cells/level"
+    assert tomllib.loads((out / "walk" / "scenario.toml").read_text())["simulation"]["control_rate"] == 250.0
+    assert (out / "walk" / "trajectory.npz").is_file()
+    kept = (out / "tests" / "measured.json").read_bytes()
+    assert main(argv) == 0, "it goes on where it was, and makes nothing again"
+    assert (out / "tests" / "measured.json").read_bytes() == kept
+
+
+def test_a_search_alone_is_a_robots(capsys):
+    assert main(["tune", "tune/any", "--search-only"]) == 2
+    assert "--search-only: expected a robot's model file" in capsys.readouterr().err

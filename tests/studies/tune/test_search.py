@@ -28,6 +28,21 @@ def run_of(study, seed, number):
     return study._run(task)
 
 
+def test_robots_of_earlier_generations_are_not_kept(scenario_file):
+    """Every plan holds a robot with its models: a search of a hundred generations would fill the memory with them."""
+    study = study_of(scenario_file)
+    candidate = SearchSpace(study.scenario, study.gains).candidate([0.0] * 31)
+    kept = []
+    for generation in range(3):
+        seed = study.seed("generation", generation)
+        for _ in range(2):
+            for task in study.tasks(candidate, seed, False, {"level": range(2), "uphill": range(1)}):
+                study._run(task)
+        kept.append(dict(study._plans))
+    assert [len(plans) for plans in kept] == [2, 2, 2], "one of each condition, whatever came before"
+    assert not kept[0].keys() & kept[2].keys()
+
+
 def landscape(study, target):
     """Runs whose cost is the squared distance of ln k_d1 and of theta_b from a target, plus noise of the seed."""
 
