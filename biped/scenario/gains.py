@@ -61,7 +61,8 @@ class Pace(PartialGains, frozen=True):
     Attributes:
         speed: [m/s] at which nothing changes on the level.
         slope: [m/s per rad] by which that is less uphill and more downhill.
-        side: [rad/rad] A leg in the air is abducted by so much times the angle by which the ground rises on its side.
+        side: [rad/rad] A leg in the air is abducted by so much times the angle by which the ground rises on its side; 0
+            of a biped that moves in the plane.
         swing: [rad s/m] of a leg in the air (leg states 3 and 4).
         stance: [rad s/m] of a leg on the ground (1 and 2).
     """
@@ -137,7 +138,7 @@ class Gains(PartialGains, frozen=True):
         theta_k: Degrees, where the knees' springs are at rest in leg states 1 to 4, negative flexed; default: straight.
         unit: `mgl` counts in the walker's weight, the length of its leg, and √(l/g) (docs/any-biped.md); default: SI.
         speed: [m/s] of a gait file that is a family; its gains at that speed come first, the other keys replace them.
-        pace: Of a biped that moves in space: how thighs follow its speed; default: not.
+        pace: How thighs follow the walker's speed; default: not.
         frontal: Of a biped that moves in space: across the direction of walking.
         axial: Likewise: about the links' own axes.
     """
@@ -172,11 +173,11 @@ KNEES = "theta_k"
 """Rest angles that a gait may lack: then its knees are straight."""
 STRAIGHT = (0.0, 0.0, 0.0, 0.0)
 PACE = "pace"
-"""A table that a gait in space may lack: then its thighs do not follow the walker's speed."""
+"""A table that a gait may lack: then its thighs do not follow the walker's speed."""
 LACKED = (KNEES, PACE)
 """Gains that vary in a search if a gait has them."""
 NOT_NEEDED = (*LACKED, "unit")
-"""Gains that a gait may have; pace and a unit only that of a biped in space."""
+"""Gains that a gait may have; a unit only that of a biped in space."""
 MGL = "mgl"
 """The unit of gaits that count in their walker's own weight and size."""
 

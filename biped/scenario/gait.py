@@ -16,7 +16,7 @@ from biped.base.errors import InputError, echo
 from biped.base.files import description_of, label, layered, locate, read_toml
 from biped.base.typed import Positive, Section
 from biped.scenario.devices import Actuation
-from biped.scenario.gains import GAINS, KNEES, NOT_NEEDED, OUT_OF_PLANE, PACE, Gains
+from biped.scenario.gains import GAINS, LACKED, NOT_NEEDED, OUT_OF_PLANE, Gains, PartialGains
 from biped.scenario.general import HABITS
 from biped.scenario.keys import Backstep, Scenario, Sensing, Simulation, Start
 from biped.scenario.valid import Origin, convert, known_keys
@@ -263,14 +263,17 @@ def in_the_plane(gains: Gains, model: str, at: str = "") -> None:
         at: What its key begins with: `change[0].` of one that a change goes over to.
 
     Raises:
-        InputError: It has tables of one that moves in space, or its unit.
+        InputError: It has tables of one that moves in space, its unit, or slopes to the side.
     """
-    for table in (PACE, *OUT_OF_PLANE):
+    for table in OUT_OF_PLANE:
         if getattr(gains, table) is not None:
             raise InputError(f"{at}gains.{table}: expected none: model '{model}' moves in the plane; [{table}] is of "
                              "bipeds that move in space", f"{at}gains.{table}")  # fmt: skip
     if gains.unit is not None:
         raise InputError(f"{at}gains.unit: expected none: model '{model}' moves in the plane", f"{at}gains.unit")
+    if gains.pace is not None and gains.pace.side:
+        raise InputError(f"{at}gains.pace.side: expected 0: model '{model}' moves in the plane, where nothing rises to "
+                         "the side", f"{at}gains.pace.side")  # fmt: skip
 
 
 def out_of_the_plane(gains: Gains, model: str, at: str = "") -> None:
@@ -338,11 +341,12 @@ def gains_at(knots: tuple[Knot, ...], speed: float, fail: Fail) -> dict[str, Any
     if len(knots) < 2:
         raise fail("speeds", f"expected at least two tables [[speeds]] to find a gait for gains.speed = {speed:g}")
     knots = tuple(sorted(knots, key=lambda knot: knot.at))
-    names = [name for name in (*GAINS, KNEES) if any(getattr(knot, name) is not None for knot in knots)]
+    names = [name for name in (*GAINS, *LACKED) if any(getattr(knot, name) is not None for knot in knots)]
     for knot in knots:
         for name in names:
-            if getattr(knot, name) is None:
-                raise fail("speeds", f"expected {name} at {knot.at:g} m/s too, as at other speeds")
+            value = getattr(knot, name)
+            if value is None or (isinstance(value, PartialGains) and value.missing()):
+                raise fail("speeds", f"expected {name} at {knot.at:g} m/s too, all of it, as at other speeds")
     for below, above in pairwise(knots):
         if below.at == above.at:
             raise fail("speeds", f"expected different speeds, got {below.at:g} m/s twice")
@@ -356,4 +360,6 @@ def gains_at(knots: tuple[Knot, ...], speed: float, fail: Fail) -> dict[str, Any
 def _between(a: Any, b: Any, share: float) -> Any:
     if isinstance(a, tuple):
         return tuple(_between(x, y, share) for x, y in zip(a, b, strict=True))
+    if isinstance(a, PartialGains):
+        return type(a)(**{name: _between(getattr(a, name), getattr(b, name), share) for name in a.__struct_fields__})
     return a + share * (b - a)

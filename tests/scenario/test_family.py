@@ -7,7 +7,7 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.ensemble.plan import Plan
-from biped.scenario.gains import Gains
+from biped.scenario.gains import Gains, Pace
 from biped.scenario.gait import read_gains
 from biped.scenario.reading import read_scenario
 
@@ -37,6 +37,21 @@ def test_family_interpolates_between_speeds(tmp_path):
     assert read_gains(path, Gains(speed=1.0)).theta_b == 70.0
 
 
+PACED = FAMILY.replace(
+    "[[speeds]]", "[[speeds]]\npace = { speed = 1.0, slope = 0.0, side = 0.0, swing = 0.2, stance = 0.1 }", 1
+)
+PACED += "pace = { speed = 0.5, slope = 2.0, side = 0.0, swing = 0.1, stance = 0.1 }\n"
+
+
+def test_a_pace_is_interpolated_too(tmp_path):
+    path = tmp_path / "family.toml"
+    path.write_text(PACED, encoding="utf-8")
+    pace = read_gains(path, Gains(speed=0.6)).pace
+    assert isinstance(pace, Pace)
+    assert (pace.speed, pace.slope, pace.side) == pytest.approx((0.6, 1.6, 0.0))
+    assert (pace.swing, pace.stance) == pytest.approx((0.12, 0.1))
+
+
 @pytest.mark.parametrize(
     ("text", "speed", "words"),
     [
@@ -44,6 +59,7 @@ def test_family_interpolates_between_speeds(tmp_path):
         ('extends = "fast"', 0.8, ["at least two", "gains.speed = 0.8"]),
         (FAMILY.replace("at = 0.5", "at = 1.0"), 1.0, ["different speeds"]),
         (FAMILY.replace("theta_b = 80.0", ""), 0.7, ["theta_b at 0.5"]),
+        (PACED.replace("slope = 2.0, ", ""), 0.7, ["pace at 0.5", "all of it"]),
         (FAMILY.replace("at = 0.5", ""), 0.7, ["speeds", "at"]),
     ],
 )

@@ -227,7 +227,7 @@ def test_a_table_of_a_walker_in_space_that_lacks_a_gain_is_refused(tmp_path):
         read_gains(file, Gains())
 
 
-def test_a_pace_is_whole_and_of_gaits_in_space(tmp_path):
+def test_a_pace_is_whole_and_in_the_plane_has_no_side(tmp_path):
     text = locate("controllers", "human3d", "controller").read_text()
     file = tmp_path / "gait.toml"
     file.write_text(text + "\n[pace]\nspeed = 0.8\nslope = 1.0\nside = 0.0\nstance = 0.1\n")
@@ -235,8 +235,9 @@ def test_a_pace_is_whole_and_of_gaits_in_space(tmp_path):
         read_gains(file, Gains())
     gains = read_gains(file, Gains(pace=Pace(swing=0.2)))
     assert gains.pace == Pace(0.8, 1.0, 0.0, 0.2, 0.1)
-    with pytest.raises(InputError, match=r"gains\.pace: expected none: model 'human' moves in the plane"):
-        in_the_plane(Gains(pace=gains.pace), "human")
+    in_the_plane(Gains(pace=gains.pace), "human")
+    with pytest.raises(InputError, match=r"gains\.pace\.side: expected 0: model 'human' moves in the plane"):
+        in_the_plane(Gains(pace=Pace(side=0.1)), "human")
 
 
 def test_single_numbers_of_tables():

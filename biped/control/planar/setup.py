@@ -17,6 +17,7 @@ import numpy as np
 from biped.base.jit import kernel
 from biped.control.blending import Changes, blend, changes_in, fraction, step_type
 from biped.control.observer import observer_type, set_observer
+from biped.control.pace import PARTS, parts
 from biped.control.planar.allocation import EXACT, FOREIGN
 from biped.control.planar.prediction import predicts
 from biped.control.planar.pushing import pushing_torques
@@ -39,10 +40,11 @@ GAIT = np.dtype(
         ("k_d1", "f8"), ("b_d1", "f8"), ("theta_b", "f8"),
         ("k", "f8", (STATES, SEGMENTS)), ("b", "f8", (STATES, SEGMENTS)),  # hip, knee, ankle
         ("theta_l", "f8", STATES), ("theta_k", "f8", STATES), ("theta_a", "f8", STATES),
+        ("pace", "f8", PARTS),
     ],
     align=True,
 )  # fmt: skip
-"""The gait [rad, N m/rad, N m s/rad] by leg state."""
+"""The gait [rad, N m/rad, N m s/rad] by leg state; its pace as in `biped.control.pace`."""
 
 _BELIEF = np.dtype(
     [
@@ -246,6 +248,7 @@ def set_gains(gait: np.void, gains: Gains) -> None:
     gait["b"] = np.transpose([complete.b_d2, complete.b_d3, complete.b_d4])
     gait["theta_k"] = np.radians(complete.theta_k or STRAIGHT)
     gait["theta_l"], gait["theta_a"] = np.radians(complete.theta_l), np.radians(complete.theta_a)
+    gait["pace"] = parts(complete.pace)
 
 
 def _set_beliefs(belief: np.void, run: Run) -> None:

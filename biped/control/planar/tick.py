@@ -10,6 +10,7 @@ import math
 from biped.base.jit import inner_kernel, kernel
 from biped.control.blending import smooth
 from biped.control.observer import compensate, remember
+from biped.control.pace import excess, flexed
 from biped.control.planar.allocation import EXACT, bounded_torques, joint_torques
 from biped.control.planar.floating import floating_torques
 from biped.control.planar.observer import observe
@@ -19,7 +20,7 @@ from biped.control.planar.setup import redraw
 from biped.robot.columns import ACTIVE, BELIEVED, HEIGHT, PHASE, Q_D, TIME, Q, U, V
 from biped.robot.ground import GRAVITY
 from biped.robot.leg_states import EXTENDED, FIRST_IN_AIR, leg_state
-from biped.robot.planar.kinematics import mass_matrix
+from biped.robot.planar.kinematics import mass_matrix, speed_of_mass
 from biped.robot.planar.topology import (
     ANKLE,
     HEEL,
@@ -77,11 +78,13 @@ def desired_forces(c, q, v):
 
     Torso and thighs are held to the inertial frame, knees and ankles to their neighbours. In joint coordinates a knee's
     or ankle's couple is just its joint's torque, a thigh's acts on hip and pitch, the torso's on pitch (virtual work).
-    A leg that steps back (`biped.control.planar.tick`) has a thigh couple of its own.
+    A leg that steps back (`biped.control.planar.tick`) has a thigh couple of its own, the others follow the walker's
+    speed (`biped.control.pace`).
     """
     at, gait, memory, backstep = c["at"], c["gait"], c["memory"], c["backstep"]
     Q, angle, rate, k, b = c["tick"]["Q_d"], at["angle"], at["rate"], gait["k"], gait["b"]
     upright = 0.5 * math.pi + c["belief"]["tilt"]
+    faster = excess(gait["pace"], speed_of_mass(c["tree"], at, v), c["belief"]["tilt"])
     Q[X] = 0.0
     Q[Z] = 0.0
     pitch = -gait["k_d1"] * (angle[TORSO] + upright - gait["theta_b"]) - gait["b_d1"] * rate[TORSO]
@@ -91,7 +94,8 @@ def desired_forces(c, q, v):
         if memory["back"] and s == EXTENDED:
             couple = -backstep["k_d2"] * (angle[thigh] + upright - backstep["theta_l"]) - backstep["b_d2"] * rate[thigh]
         else:
-            couple = -k[s, 0] * (angle[thigh] + upright - gait["theta_l"][s]) - b[s, 0] * rate[thigh]
+            rest = gait["theta_l"][s] + flexed(gait["pace"], s, faster)
+            couple = -k[s, 0] * (angle[thigh] + upright - rest) - b[s, 0] * rate[thigh]
         pitch += couple
         Q[hip] = couple
         Q[knee] = -k[s, 1] * (q[knee] - gait["theta_k"][s]) - b[s, 1] * v[knee]

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from biped.control.pace import PARTS
 from biped.numerics.lanes import LANES
 from biped.robot.leg_states import STATES
 
@@ -67,7 +68,7 @@ GAIT = np.dtype(
         ("k", "f8", (STATES, LEG)), ("b", "f8", (STATES, LEG)), ("rest", "f8", (STATES, LEG)),
         ("position", "f8"), ("velocity", "f8"),  # of foot placement [rad/m, rad s/m]
         # [m/s; m/s per rad of slope; rad per rad], what thighs do above it [rad s/m]: in the air, on the ground
-        ("pace", "f8", 5),
+        ("pace", "f8", PARTS),
         ("heading", "f8"),  # rad to the left, where the inertial frame's x axis is taken to point
     ],
     align=True,

@@ -15,6 +15,7 @@ from msgspec.structs import replace
 
 from biped.control.blending import fraction
 from biped.control.law import Setup
+from biped.control.pace import parts
 from biped.control.space import record
 from biped.control.space.places import Mechanics
 from biped.control.space.record import ANKLE, BASE, INVERSION, KNEE, LEG, LEGS, Sizes
@@ -210,8 +211,7 @@ def set_gains(gait: np.void, gains: Gains) -> None:
     gait["rest"] = np.radians(
         np.transpose([g.theta_l, frontal.theta_l, axial.theta_l, knee, g.theta_a, frontal.theta_a])
     )
-    p = g.pace
-    gait["pace"] = (p.speed, p.slope, p.side, p.swing, p.stance) if p else 0.0
+    gait["pace"] = parts(g.pace)
     gait["position"], gait["velocity"] = frontal.placement.position, frontal.placement.velocity
 
 

@@ -11,6 +11,7 @@ import math
 
 from biped.base.jit import inner_kernel, kernel
 from biped.control.blending import smooth
+from biped.control.pace import excess, flexed
 from biped.control.space.places import believe_contacts, point_motion, sense_places
 from biped.control.space.pushing import pushing_torques
 from biped.control.space.record import BASE, HEEL_END, HIP_JOINTS, KNEE, LEG, LEG_POINTS, LEGS, SIDE, TOE_END
@@ -43,7 +44,7 @@ def _excess(c):
     gait, velocity, tilt = c["gait"], c["at"]["com_velocity"], c["belief"]["tilt"]
     cos, sin = math.cos(gait["heading"]), math.sin(gait["heading"])
     rise = tilt[0] * cos + tilt[1] * sin
-    return velocity[0] * cos + velocity[1] * sin - gait["pace"][0] + gait["pace"][1] * rise
+    return excess(gait["pace"], velocity[0] * cos + velocity[1] * sin, rise)
 
 
 @inner_kernel
@@ -64,7 +65,7 @@ def desired_forces(c, m):
         Q[j] = -M * _HOLD * (_HOLD * away + 2.0 * _DAMPED * at["v"][j])
     for j in range(3):
         Q[trunk + j] = 0.0
-    excess = _excess(c)
+    faster = _excess(c)
     tx, ty, tz = 0.0, 0.0, 0.0  # moment on the whole walker
     lx, ly, lz = 0.0, 0.0, 0.0  # on its thighs
     for link in range(1 + LEGS):
@@ -80,8 +81,8 @@ def desired_forces(c, m):
             s = memory["phase"][leg]
             placed = _placed(c, leg) if s in (SWING, EXTENDED) else 0.0
             c["tick"]["placed"][leg] = placed
-            flexed = gait["pace"][3 if s in (SWING, EXTENDED) else 4] * excess
-            pitch = -k[s, 0] * (at["angle"][leg, 0] - rest[s, 0] - flexed) - b[s, 0] * at["rate"][leg, 0]
+            further = flexed(gait["pace"], s, faster)
+            pitch = -k[s, 0] * (at["angle"][leg, 0] - rest[s, 0] - further) - b[s, 0] * at["rate"][leg, 0]
             roll = -k[s, 1] * (at["angle"][leg, 1] - rest[s, 1] - placed) - b[s, 1] * at["rate"][leg, 1]
             yaw = -k[s, 2] * (at["angle"][leg, 2] - rest[s, 2]) - b[s, 2] * at["rate"][leg, 2]
             roll *= SIDE[leg]

@@ -165,6 +165,19 @@ def biases_on_links(tree, at):
 
 
 @inner_kernel
+def speed_of_mass(tree, at, v):
+    """[m/s] of the centre of mass along the ground, from angles, joints and rates that are known, and v (9,)."""
+    joint, rate, speed, momentum, mass = at["joint"], at["rate"], at["joint_velocity"], 0.0, 0.0
+    for k in range(N_LINKS):
+        up = PARENT[k]
+        speed[k, 0] = v[X] if k == TORSO else speed[up, 0] - rate[up] * (joint[k, 1] - joint[up, 1])
+        z = at["sin"][k] * tree["com"][k, 0] + at["cos"][k] * tree["com"][k, 1]
+        momentum += tree["mass"][k] * (speed[k, 0] - rate[k] * z)
+        mass += tree["mass"][k]
+    return momentum / mass
+
+
+@inner_kernel
 def bias_forces(tree, at, gravity, h):
     """Fills h (9,) [N, N m], gravity (2,) [m/s²] included, for the configuration that `at` holds."""
     mass, joint, com, com_bias = tree["mass"], at["joint"], at["com"], at["com_bias"]

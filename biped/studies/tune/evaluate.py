@@ -133,10 +133,13 @@ def _gain_axes(tune: Tune, gains: Gains) -> list[Axis]:
 
 
 def _means_something(gains: Gains, name: str) -> bool:
-    """Whether a single number is more than the rest angle of a spring without stiffness, or the heading asked for."""
+    """Whether a single number is more than the rest angle of a spring without stiffness, or the heading asked for.
+
+    Or what a walker in the plane makes of slopes to the side.
+    """
     way, _, state = name.rpartition(".")
     table, _, whole = way.rpartition(".")
-    if name == "axial.theta_b":
+    if name == "axial.theta_b" or (name == f"{PACE}.side" and gains.frontal is None):
         return False
     spring = _SPRING.get(whole)
     if spring is None or not state.isdigit():

@@ -62,8 +62,8 @@ class Trial(NamedTuple):
         return sum(self.times) / len(self.times)
 
 
-class Verdict(NamedTuple):
-    """What a gait that was found for a robot stands.
+class RobotVerdict(NamedTuple):
+    """Tests and a walk of a gait that was found for a robot.
 
     Attributes:
         table: Of its tests.
@@ -119,7 +119,7 @@ def search_of(
 
 def verdict(
     gait: Path, changes: Sequence[str], jobs: Jobs, progress: Progress = silent, tell: Told = unheard
-) -> Verdict:
+) -> RobotVerdict:
     """Puts a gait that was found for a robot to the tests, and makes a walk to look at, all beside the gait.
 
     Args:
@@ -134,7 +134,7 @@ def verdict(
     table = standard([str(gait)], [TESTS], own, jobs, tests, progress)
     alone = (f'controller="{gait}"', "randomise.runs=1", "randomise.draw={}")
     run(_LEVEL, [*own, *alone], jobs, walk, progress=progress, tell=tell)
-    return Verdict(table, tests, walk)
+    return RobotVerdict(table, tests, walk)
 
 
 def _stages(joints: Sequence[str]) -> str:

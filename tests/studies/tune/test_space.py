@@ -83,3 +83,11 @@ def test_tuning_scenarios_are_sound():
     for name in tuning:
         study = Study(read_scenario(name))
         assert SearchSpace(study.scenario, study.gains).axes
+
+
+def test_a_pace_varies_in_the_plane_but_for_its_side(scenario_file):
+    study = study_of(scenario_file, "gains.pace={speed=0.7,slope=0.0,side=0.0,swing=0.1,stance=0.1}")
+    names = {axis.name for axis in SearchSpace(study.scenario, study.gains).axes}
+    assert {name for name in names if name.startswith("pace")} == {
+        f"pace.{one}" for one in ("speed", "slope", "swing", "stance")
+    }

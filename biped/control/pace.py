@@ -1,0 +1,36 @@
+"""How thighs follow the walker's speed and slopes (`biped.scenario.gains.Pace`): one formula in the plane and in space.
+
+Springs and dampers alone do not know how fast the walker is, so that it runs away from a push behind it.
+"""
+
+from typing import Any
+
+from biped.base.jit import inner_kernel
+from biped.robot.leg_states import EXTENDED, SWING
+from biped.scenario.gains import Pace
+
+PARTS = len(Pace.__struct_fields__)
+"""Numbers of a pace in a controller record: speed, slope, side, swing, stance."""
+
+
+def parts(pace: Pace | None) -> tuple[Any, ...]:
+    """The numbers of a complete pace, in the record's order; 0 where there is none."""
+    return tuple(getattr(pace, name) for name in Pace.__struct_fields__) if pace else (0.0,) * PARTS
+
+
+@inner_kernel
+def excess(pace, speed, rise):
+    """[m/s] by which a walker is faster forward than its pace v0.
+
+    Args:
+        pace: (5,) as `parts` has it.
+        speed: [m/s] of the centre of mass, forward.
+        rise: [rad] by which the ground rises ahead, as the law knows it.
+    """
+    return speed - pace[0] + pace[1] * rise
+
+
+@inner_kernel
+def flexed(pace, state, faster):
+    """[rad] by which a leg in a state (0 … 3) is flexed further where the walker is faster by so much [m/s]."""
+    return pace[3 if state in (SWING, EXTENDED) else 4] * faster
