@@ -35,7 +35,7 @@ _PACE = 0.3
 _SECONDS = 6.0
 """Of a trial."""
 TESTS = "any/cells/"
-"""What a gait that was found is put to."""
+"""Tests that a gait is put to once it is found."""
 _LEVEL = f"{TESTS}level"
 _KEPT = "robot", "simulation", "fall", "truth", "sensors", "sensing"
 """Tables of changes that are no matter of a search: tests are made with them too."""
