@@ -12,8 +12,10 @@ import numpy as np
 from msgspec.structs import replace
 
 from biped.base.jit import inner_kernel, kernel
+from biped.robot.leg_states import FIRST_IN_AIR
+from biped.robot.planar.topology import LEGS
 from biped.scenario.gains import LACKED, Gains
-from biped.scenario.gait import whole_pace
+from biped.scenario.gait import TRANSITIONS, whole_pace
 from biped.scenario.keys import Scenario
 
 
@@ -23,14 +25,19 @@ class Changes(NamedTuple):
     Attributes:
         gait: (m,) the numbers of the controller record's gait, live.
         steps: (n,) of a type that `step_type` made, in time order.
+        phase: (2,) index of the legs' states, as of the latest tick, live.
     """
 
     gait: np.ndarray
     steps: np.ndarray
+    phase: np.ndarray
 
 
 def step_type(gait: np.dtype, *settings: tuple[str, str]) -> np.dtype:
     """Of one change: ticks (its first, and until its gains hold), the gaits that it begins and ends at.
+
+    One that waits for a foot knows how many ticks after its landing it begins (-1: it does not wait), which legs were
+    in the air a tick ago, and for how many ticks one has been on the ground (-1: none has landed).
 
     Args:
         gait: Of the controller record, of doubles alone.
@@ -38,7 +45,8 @@ def step_type(gait: np.dtype, *settings: tuple[str, str]) -> np.dtype:
     """
     size = gait.itemsize // np.dtype(float).itemsize
     return np.dtype(
-        [("first", "i8"), ("count", "i8"), ("complete", "u1"), ("before", "f8", size), ("after", "f8", size),
+        [("first", "i8"), ("count", "i8"), ("complete", "u1"), ("waits", "i8"), ("air", "u1", LEGS), ("landed", "i8"),
+         ("before", "f8", size), ("after", "f8", size),
          *settings], align=True,
     )  # fmt: skip
 
@@ -49,7 +57,7 @@ def changes_in(
     """A run's changes; gains that a change does not name stay as they are.
 
     Args:
-        record: (1,) the controller's, whose part "gait" is changed.
+        record: (1,) the controller's, whose part "gait" is changed; its part "memory" has the legs' states.
         step: Of a change (`step_type`).
         s: The scenario.
         gains: What the run starts with.
@@ -61,15 +69,17 @@ def changes_in(
     rate = s.simulation.control_rate
     for i, (c, change) in enumerate(zip(steps, s.change, strict=True)):
         c["first"], c["count"] = round(change.at * rate), max(1, round(change.over * rate))
+        c["waits"] = -1 if change.after_landing is None else round(change.after_landing * rate)
+        c["landed"] = -1
         set_gains(one[0], gains)
         c["before"] = one.view(float)
-        if change.controller is not None:  # a gait does not say what it lacks
+        if change.controller is not None or change.to in TRANSITIONS:  # a gait does not say what it lacks
             gains = replace(gains, **dict.fromkeys(LACKED))
-        gains = (begun if change.back else gains).replaced(change.gains)
+        gains = (begun if change.to == "first" else gains).replaced(change.gains)
         whole_pace(gains, f"change[{i}].")
         set_gains(one[0], gains)
         c["after"] = one.view(float)
-    return Changes(np.ndarray(one.view(float).shape, float, record, first), steps)
+    return Changes(np.ndarray(one.view(float).shape, float, record, first), steps, record["memory"]["phase"][0])
 
 
 @kernel
@@ -82,6 +92,11 @@ def blend(changes, k):
             continue
         if k < step["first"]:
             return
+        if step["waits"] >= 0:
+            _look_for_landing(step, changes.phase)
+            if step["landed"] < step["waits"]:
+                return
+            step["waits"], step["first"] = -1, k
         share = min(1.0, (k - step["first"] + 1) / step["count"])
         rest = 1.0 - share
         for j in range(gait.size):
@@ -89,6 +104,18 @@ def blend(changes, k):
         step["complete"] = k - step["first"] + 1 >= step["count"]
         if not step["complete"]:
             return
+
+
+@inner_kernel
+def _look_for_landing(step, phase):
+    """Counts the ticks since a foot has come down, the first one that does."""
+    if step["landed"] >= 0:
+        step["landed"] += 1
+    for leg in range(LEGS):
+        in_air = phase[leg] >= FIRST_IN_AIR
+        if step["air"][leg] and not in_air and step["landed"] < 0:
+            step["landed"] = 0
+        step["air"][leg] = in_air
 
 
 def fraction(time_constant: float, tick: float) -> float:

@@ -13,6 +13,7 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.ensemble.backend import FORKS, Jobs, Told, at_most
 from biped.ensemble.executor import workers
+from biped.ensemble.midwalk import begun_walking
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import FLAGS, LOST, Row
 from biped.measure.metrics import assess
@@ -37,8 +38,10 @@ def simulate_planar(run: Run) -> Trajectory:
 
 
 def simulate(run: Run) -> Trajectory:
-    """Simulates a run in the engine that its scenario names."""
+    """Simulates a run in the engine that its scenario names, from the middle of a walk if it asks for that."""
     with run.origin.naming():
+        if run.scenario.start.walking:
+            run = begun_walking(run, _engine(run.scenario).simulate)
         return _engine(run.scenario).simulate(run)
 
 

@@ -19,7 +19,17 @@ from biped.robot.planar.topology import N_ROWS, NQ
 from biped.robot.robot import Robot
 from biped.robot.run import Factory, Run, visual_model
 from biped.scenario.gains import Gains
-from biped.scenario.gait import Gaits, Settings, read_reading, read_settings, resettled, settings_on
+from biped.scenario.gait import (
+    TRANSITIONS,
+    Gaits,
+    Settings,
+    Transitions,
+    read_reading,
+    read_settings,
+    resettled,
+    settings_on,
+    transitions_of,
+)  # fmt: skip
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import SPATIAL
 from biped.scenario.randomise import Normals
@@ -343,12 +353,21 @@ class Plan:
         changes, controller = [], s.controller
         for i, change in enumerate(s.change):
             at = f"change[{i}]."
-            if change.back and i == 0:
-                raise InputError(f"{at}back: expected a change before it: the run still has its first gait", "change")
-            if change.back and change.controller is not None:
-                raise InputError(f"{at}controller: expected none with back = true, the run's first gait", "change")
-            if change.controller is not None or change.gains.speed is not None:
-                controller = change.controller or controller
+            if change.to == "first" and i == 0:
+                raise InputError(f"{at}to: expected a change before it: the run still has its first gait", "change")
+            if change.to is not None and change.controller is not None:
+                raise InputError(f'{at}controller: expected none with to = "{change.to}"', "change")
+            named = change.controller
+            if change.to in TRANSITIONS:
+                gaits = transitions_of(s.controller) if s.controller else Transitions()
+                named = getattr(gaits, change.to)
+                if change.to == "stop" and change.after_landing is None:
+                    change = msgspec.structs.replace(change, after_landing=gaits.stop_after_landing)  # noqa: PLW2901
+                if named is None:
+                    what = f'expected {change.to} = "…" in [transitions] of its file, or a controller instead'
+                    raise InputError(f"{at}to: gait '{s.controller}' names no gait for it: {what}", "change")
+            if named is not None or change.gains.speed is not None:
+                controller = named or controller
                 asked = msgspec.structs.replace(s, controller=controller, gains=change.gains)
                 change = msgspec.structs.replace(change, gains=self._runs.gains(asked, at))  # noqa: PLW2901
             else:

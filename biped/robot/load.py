@@ -211,6 +211,8 @@ def check_keys(s: Scenario, robot: Robot) -> None:
             raise InputError(f"ground.side_slope: expected 0: {in_plane}", "ground.side_slope")
         if s.start.upright:
             raise InputError(f"start.upright: expected false: {in_plane}", "start.upright")
+        if s.start.walking:
+            raise InputError(f"start.walking: expected 0: {in_plane}", "start.walking")
     check_truth(s.truth, robot)
 
 

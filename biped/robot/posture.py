@@ -107,6 +107,8 @@ def _reach(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, wanted: np.
             break
 
 
+_CLEAR = 0.01
+"""Of the height of the base above the standing foot: what a foot in the air is above it at least."""
 _STEPS = 50
 _CLOSE = 1e-10
 _NEAR_END = 0.02
@@ -284,7 +286,7 @@ class Starts:
             borrow(model, data, robot, name)
         elif name:
             mujoco.mj_resetDataKeyframe(model, data, robot.starts.index(name))
-        if start.upright:
+        if start.upright and not start.walking:
             self._stand_upright(s.ground)
         if noise is not None:
             turning = np.array([_turns(model, column) for column in range(model.nv)])
@@ -294,6 +296,39 @@ class Starts:
             mujoco.mj_kinematics(model, data)
             data.qpos[height_of(model, robot)] -= lowest(data, robot)
         return data.qpos.copy(), data.qvel.copy()
+
+    def from_walk(self, s: Scenario, q: np.ndarray, v: np.ndarray, first: int) -> tuple[np.ndarray, np.ndarray]:
+        """A state of a walk on level ground, set down where a run begins: the first one on a single foot.
+
+        Args:
+            s: The scenario of the run.
+            q: (n, nq) coordinates of the walk.
+            v: (n, nv) velocities.
+            first: Row of the first state that will do; the last one does if none after it stands on a single foot.
+
+        Raises:
+            InputError: The legs cannot reach the ground of the run.
+        """
+        model, data, robot = self.model, self._data, self.robot
+        rows = range(min(first, len(q) - 1), len(q))
+        row = next((row for row in rows if self._on_one_foot(q[row])), len(q) - 1)
+        mujoco.mj_resetData(model, data)
+        data.qpos[:], data.qvel[:] = q[row], v[row]
+        base = int(model.jnt_qposadr[model.body_jntadr[robot.base_number]])
+        data.qpos[base : base + 2] = 0.0
+        if s.start.upright:
+            self._stand_upright(s.ground)
+        mujoco.mj_kinematics(model, data)
+        data.qpos[height_of(model, robot)] -= lowest(data, robot)
+        return data.qpos.copy(), data.qvel.copy()
+
+    def _on_one_foot(self, q: np.ndarray) -> bool:
+        """Whether one foot of a state is clear of where the other one stands."""
+        data, robot = self._data, self.robot
+        data.qpos[:] = q
+        mujoco.mj_kinematics(self.model, data)
+        low = sorted(float(places_of(data, foot)[:, 2].min()) for foot in robot.feet)
+        return low[1] - low[0] > _CLEAR * (q[height_of(self.model, robot)] - low[0])
 
     def _stand_upright(self, ground: Ground) -> None:
         """Stands the posture up on a slope."""

@@ -204,7 +204,11 @@ class Change(Section, frozen=True):
         at: [s] when it begins.
         over: [s] during which gains go linearly to their new values; settings of the actuation change at once.
         controller: Name or path of the gait from then on; default: what held before.
-        back: Whether the gait is from then on the one that the run began with, however it was searched for or drawn.
+        to: Instead of a controller: `first`, the gait that the run began with, however it was searched for or drawn; or
+            `stop`, `stand` or `start`, the gaits by which that one stops, stands and sets off, as its file says in
+            `[transitions]`.
+        after_landing: [s] from the next landing of a foot to its beginning; default: as `[transitions]` says for
+            `to`, or it begins at once.
         gains: Gains that replace its; with `speed`, the gains of its family at that speed.
         actuation: Settings that change.
     """
@@ -212,7 +216,8 @@ class Change(Section, frozen=True):
     at: NonNegative
     over: NonNegative = 0.0
     controller: Name | None = None
-    back: bool = False
+    to: Literal["first", "stop", "stand", "start"] | None = None
+    after_landing: NonNegative | None = None
     gains: Gains = Gains()
     actuation: ActuationChange = ActuationChange()
 

@@ -145,6 +145,7 @@ class Weights(Section, frozen=True):
     Attributes:
         falls: Cost of a run that misses its goal: all of it at the start, half of it just before the end.
         progress: Share of that half which is earned by distance, not time: a stander is no better than a fall.
+        stillness: The same of one that should stand, by how little it strays and steps in the window.
         excess: Times the relative excess of metrics over `limits` and what they lack of `floors`, of runs that reach
             their goal.
         speed: Times the squared relative error of the speed, where a condition names one.
@@ -154,6 +155,7 @@ class Weights(Section, frozen=True):
 
     falls: NonNegative = 1.0
     progress: Annotated[float, Meta(ge=0, le=1)] = 0.0
+    stillness: Annotated[float, Meta(ge=0, le=1)] = 0.0
     excess: NonNegative = 1.0
     speed: NonNegative = 1.0
     cost_of_transport: NonNegative = 0.0
@@ -213,6 +215,7 @@ class Tune(Section, frozen=True):
 
     Attributes:
         gains: Names of the gains that vary; default: all. Gains that are zero stay zero.
+        change: Number of the change whose gains vary, from 0; default: the gains that the run begins with do.
         factor: By how much a gain may be multiplied or divided.
         angle: Degrees by which an angle may change.
         keys: Other numeric scenario keys that vary, dotted.
@@ -239,6 +242,7 @@ class Tune(Section, frozen=True):
     """
 
     gains: tuple[str, ...] | None = None
+    change: Annotated[int, Meta(ge=0)] | None = None
     factor: Annotated[float, Meta(gt=1, le=1e6)] = 5.0
     angle: Positive = 20.0
     keys: dict[str, Range] = field(default_factory=dict)

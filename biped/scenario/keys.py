@@ -32,6 +32,9 @@ class Start(Section, frozen=True):
         jitter: Standard deviation [rad] on the seven angles, after settling; the biped is then set down.
         upright: On a slope, the body of a posture of level ground is as upright as there and the legs reach down to
             where the feet were; of robots with a free base.
+        walking: [s] of a walk on level ground from this posture, without pushes and changes of the gait. The run
+            begins in the state in which that walk next stands on one foot, up to a second later; 0: it begins in the
+            posture. Of the thesis's law in space.
     """
 
     posture: Name = "flat"
@@ -41,6 +44,7 @@ class Start(Section, frozen=True):
     settle: bool = True
     jitter: NonNegative = 0.0
     upright: bool = False
+    walking: NonNegative = 0.0
 
 
 class Sensing(Section, frozen=True):

@@ -35,6 +35,7 @@ class BuiltIn(NamedTuple):
 
 _SPATIAL: Keys = {
     "": ("controller", "gains", "change"),
+    "start": ("walking",),
     "ground": ("angles",),
     "sensing": (
         "contact_height",

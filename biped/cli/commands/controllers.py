@@ -53,7 +53,7 @@ def tune_command(args: argparse.Namespace) -> int:
 
     if args.least is not None:
         return _least(args)
-    from biped.studies.tune.robot import SCENARIO, is_model, search_of, verdict
+    from biped.studies.tune.robot import SCENARIO, is_model, search_of, verdict, with_transitions
 
     if args.search_only and not is_model(args.scenario):
         raise InputError("--search-only: expected a robot's model file; searches of scenarios end with the gait anyway")
@@ -71,7 +71,8 @@ def tune_command(args: argparse.Namespace) -> int:
         if name == args.scenario or args.search_only:
             common.answer(args, found.as_dict(), search_document(found))
             return common.DONE
-        stands = verdict(found.folder / found.gait.name, changes, jobs, common.progress, common.warn)
+        walk = with_transitions(found.folder / found.gait.name, changes, jobs, common.progress, common.warn)
+        stands = verdict(walk, changes, jobs, common.progress, common.warn)
     table, out = stands.table.as_dict(), found.folder / "page.html"
     write(table, stands.tests)
     write_page([stands.walk, stands.tests, found.folder], out, f"A walk for {Path(args.scenario).stem}")

@@ -19,7 +19,7 @@ from biped.measure.seven_links import PlanarTrajectory
 from biped.measure.trajectory import Trajectory
 from biped.robot.columns import Q_D, WIDTH, Q, U, V
 from biped.robot.ground import GROUND, height_below, set_ground
-from biped.robot.planar.topology import NQ, PITCH, TORSO, X, Z
+from biped.robot.planar.topology import LEGS, NQ, PITCH, TORSO, X, Z
 from biped.robot.planar.tree import Tree
 from biped.robot.robot import with_tree
 from biped.robot.run import Run
@@ -111,7 +111,7 @@ def tick(control, fall, q, v, applied, log, k):
 
 
 NO_SENSORS = SensorKeys()
-NO_CHANGES = Changes(np.empty(0), np.empty(0))
+NO_CHANGES = Changes(np.empty(0), np.empty(0), np.zeros(LEGS, int))
 
 
 Advance = Callable[[int, int], tuple[int, int]]

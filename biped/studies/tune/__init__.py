@@ -11,7 +11,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import msgspec
+from msgspec import to_builtins
 from msgspec.structs import replace
 
 from biped.base.errors import InputError
@@ -23,15 +23,15 @@ from biped.ensemble.folder import Folder
 from biped.ensemble.guard import OF_RUNS
 from biped.ensemble.plan import Plan
 from biped.scenario.gains import GAINS, NOT_NEEDED, OUT_OF_PLANE, Gains, single, with_numbers
-from biped.scenario.gait import GAIT, gait_settings
+from biped.scenario.gait import GAIT, gait_settings, transitions_of
 from biped.scenario.goals import Stage
 from biped.scenario.keys import Scenario
 from biped.scenario.reading import changed, read_scenario
 from biped.scenario.vary import ChangeOrigin, with_values
 from biped.studies.folders import finished, folder_for
 from biped.studies.run import title_of
-from biped.studies.tune.evaluate import Candidate, SearchSpace, Study, names_of, workers
-from biped.studies.tune.search import Record, Search, SearchResult, Tally, ended, strategy
+from biped.studies.tune.evaluate import Candidate, SearchSpace, Study, begun_with, names_of, with_gait, workers
+from biped.studies.tune.search import Record, Search, SearchResult, Tally, ended, good_enough, strategy
 
 
 def studies(scenario: Scenario) -> list[Study]:
@@ -51,7 +51,9 @@ def studies(scenario: Scenario) -> list[Study]:
 def study_from(scenario: Scenario, number: int, candidate: Candidate) -> Study:
     """Stage `number` (from 0) as a search that starts at a candidate which an earlier stage found."""
     stage = _stages(scenario)[number]
-    found = with_values(replace(scenario, gains=candidate.gains), dict(candidate.keys), ChangeOrigin("tune.keys"))
+    assert scenario.tune is not None
+    whole = with_gait(scenario, scenario.tune.change, candidate.gains)
+    found = with_values(whole, dict(candidate.keys), ChangeOrigin("tune.keys"))
     return Study(_scenario_of(found, number, stage))
 
 
@@ -92,12 +94,13 @@ def _scenario_of(scenario: Scenario, number: int, stage: Stage) -> Scenario:
     whole = replace(scenario, tune=part)
     if stage.set:
         whole = changed(whole, stage.set, Path(f"{key}.set"))
-    return replace(whole, gains=_held(Study(whole).gains, stage, key)) if stage.hold else whole
+    return with_gait(whole, tune.change, _held(Study(whole).gains, stage, key)) if stage.hold else whole
 
 
 def _begun(scenario: Scenario) -> Gains:
-    """The complete gait that a tuning scenario begins with."""
-    return Plan(replace(scenario, tune=None, sweep={}, expect={}, thesis={})).run(0).gains
+    """The complete gait that the search of a tuning scenario begins with."""
+    assert scenario.tune is not None
+    return begun_with(replace(scenario, tune=None, sweep={}, expect={}, thesis={}), scenario.tune.change)
 
 
 def _held(gains: Gains, stage: Stage, key: str) -> Gains:
@@ -121,7 +124,7 @@ def gait_text(title: str, search: Search, found: SearchResult, journal: Sequence
     import tomli_w
 
     study, tune = search.study, search.study.tune
-    start = study.scenario.controller
+    start = study.gait
     candidate = found.candidate
     journal = search.journal if journal is None else journal
     runs = sum(record["runs"] for record in journal)
@@ -139,6 +142,9 @@ def gait_text(title: str, search: Search, found: SearchResult, journal: Sequence
         lines += ["It was found together with these settings, which a scenario must have:"]
         lines += [f"  {key} = {value:g}" for key, value in others]
     head = "".join(f"# {line}\n" for line in lines)
+    if tune.change is None and start:
+        named = to_builtins(transitions_of(start))
+        settings["transitions"] = {key: value for key, value in named.items() if value is not None}
     data = {
         "description": f"Found by biped tune {title}",
         "source": f"biped tune {title}, seed {study.scenario.seed}",
@@ -154,7 +160,7 @@ def gait_text(title: str, search: Search, found: SearchResult, journal: Sequence
 
 def _plain(value: Any) -> Any:
     """A setting as TOML has it; one that is a table holds all its keys."""
-    value = msgspec.to_builtins(value)
+    value = to_builtins(value)
     return list(value) if isinstance(value, tuple) else value
 
 
@@ -268,22 +274,36 @@ def _search(
     # A generation follows from all before it.
     told = [known[number] for number in takewhile(known.__contains__, range(1, generations + 1))]
     origin = Candidate(stages[0].gains, ())
-    candidate, journal, made = origin, list[Record](), 0
+    candidate, journal, made, number = origin, list[Record](), 0, 0
     with progress(generations, len(told)) as advance:
-        for number in range(len(stages)):
+        while True:
             study = study_from(scenario, number, candidate) if number else stages[0]
             rest = told[len(journal) :]
             mine = next((rest[:n] for n in range(len(rest)) if ended(rest[:n], study.tune)), rest)
             with workers(study, jobs) as evaluate:
-                search = Search(study, evaluate, mine, len(journal))
+                search = Search(study, evaluate, mine, len(journal), continues=number > 0)
                 while not ended(search.journal, study.tune):
                     folder.note(search.generation())
                     after(journal + search.journal, folder.path)
                     advance()
                 journal += search.journal
-                if number + 1 == len(stages):
-                    found = search.finish(origin if number else None)
+                number = _next(stages, number, search.journal)
+                if number == len(stages):
+                    found = search.finish(None if study is stages[0] else origin)
                     return search, found, journal, made + search.runs
                 candidate = search.space.candidate(search.best()[0])
                 made += search.runs
-    raise AssertionError("a search has at least one stage")
+
+
+def _next(stages: Sequence[Study], number: int, journal: Sequence[Record]) -> int:
+    """The stage that follows on one with this journal; a stage that asks for nothing more is passed over."""
+    after = number + 1
+    while after < len(stages) and _alike(stages[number], stages[after]) and good_enough(journal, stages[after].tune):
+        after += 1
+    return after
+
+
+def _alike(one: Study, other: Study) -> bool:
+    """Whether two stages put gaits to the same tests."""
+    asked = ("conditions", "checks", "duration", "limits", "floors")
+    return one.base == other.base and all(getattr(one.tune, name) == getattr(other.tune, name) for name in asked)

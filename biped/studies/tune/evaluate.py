@@ -19,9 +19,11 @@ from biped.base.files import nearest
 from biped.ensemble import executor
 from biped.ensemble.backend import Jobs
 from biped.ensemble.plan import Plan
+from biped.measure.metrics.walking import STILL
 from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
 from biped.scenario.gains import GAINS, KNEES, LACKED, OUT_OF_PLANE, PACE, Gains, number, single, with_numbers
+from biped.scenario.gait import TRANSITIONS, transitions_of
 from biped.scenario.goals import Condition, Range, Tune
 from biped.scenario.keys import Scenario, Window
 from biped.scenario.reading import changed
@@ -250,8 +252,16 @@ class Study:
 
     @property
     def gains(self) -> Gains:
-        """The gait that the search starts at, complete."""
-        return Plan(self.base).run(0).gains
+        """The gait that the search starts at, complete: the run's first one, or that of the change whose gains vary."""
+        return begun_with(self.base, self.tune.change)
+
+    @property
+    def gait(self) -> str:
+        """Name of that gait."""
+        if self.tune.change is None:
+            return self.scenario.controller
+        change = self.scenario.change[self.tune.change]
+        return change.controller or getattr(transitions_of(self.scenario.controller), change.to or "stand")
 
     def condition(self, name: str, full: bool) -> Scenario:
         """A condition's scenario; short runs (not `full`) have the search's duration and measure its second half."""
@@ -264,7 +274,9 @@ class Study:
             for key in ("controller", "gains", "seed", "sweep", "tune"):
                 if key in changes:
                     raise InputError(f"{where}: {key}: expected the same in all conditions")
-            self._scenarios[name, full] = changed(base, changes, where)
+            whole = changed(base, changes, where)
+            _changes(whole, self.tune.change, f"{where}: change")
+            self._scenarios[name, full] = whole
         return self._scenarios[name, full]
 
     def seed(self, purpose: str, number: int = 0) -> int:
@@ -306,13 +318,7 @@ class Study:
 
     def _missed(self, numbers: Mapping[str, Any], condition: Condition, run: Run) -> float:
         """The cost of a run that failed: less, the longer it stayed up and, if it should walk, the further it came."""
-        weights, seconds = self.tune.weights, run.scenario.duration
-        earned = min(1.0, numbers["time"] / seconds)
-        if condition.goal == "walked":
-            # Who falls forward once has come as far as the slowest walk goes in some seconds.
-            far = max(0.0, numbers["distance"]) / ((self.tune.pace or run.robot.walked.speed) * seconds)
-            earned = (1.0 - weights.progress) * earned + weights.progress * min(1.0, far)
-        return weights.falls * (1.0 - 0.5 * earned)
+        return self.tune.weights.falls * (1.0 - 0.5 * earned(numbers, self.tune, run, condition.goal))
 
     def _run(self, task: Task) -> Run:
         """The task's run; its draws do not depend on the gait, so plans are shared between candidates."""
@@ -327,7 +333,10 @@ class Study:
             random = msgspec.structs.replace(scenario.randomise, runs=RUNS)
             self._plans[key] = Plan(msgspec.structs.replace(scenario, seed=task.seed, randomise=random), checked=True)
         run = self._plans[key].run(task.number)
-        return replace(run, gains=task.candidate.gains, scenario=with_values(run.scenario, late, origin))
+        scenario, gains = with_values(run.scenario, late, origin), task.candidate.gains
+        if self.tune.change is not None:
+            return replace(run, scenario=with_gait(scenario, self.tune.change, gains))
+        return replace(run, gains=gains, scenario=scenario)
 
     def cost(self, outcomes: dict[str, list[GainOutcome]], distance: float) -> float:
         """The objective: weighted mean over conditions of their runs' mean cost, and the distance from the start.
@@ -342,6 +351,56 @@ class Study:
             conditions[name].weight * sum(o.cost for o in found) / len(found) for name, found in outcomes.items()
         )
         return mean / total + self.tune.weights.closeness * distance
+
+
+def earned(numbers: Mapping[str, Any], tune: Tune, run: Run, goal: str) -> float:
+    """What a run that misses its goal has earned towards it, of 1: time, and distance of a walker, stillness of others.
+
+    Args:
+        numbers: Its metrics.
+        tune: The search that asks.
+        run: The run.
+        goal: What it should do.
+    """
+    seconds = run.scenario.duration
+    upright = min(1.0, numbers["time"] / seconds)
+    if goal != "walked":
+        strayed, steps = numbers["strayed"], numbers["steps"]
+        still = min(1.0, STILL / strayed) / (1.0 + steps) if math.isfinite(strayed) and strayed > 0.0 else 0.0
+        return (1.0 - tune.weights.stillness) * upright + tune.weights.stillness * still
+    # Who falls forward once has come as far as the slowest walk goes in some seconds.
+    far = max(0.0, numbers["distance"]) / ((tune.pace or run.robot.walked.speed) * seconds)
+    return (1.0 - tune.weights.progress) * upright + tune.weights.progress * min(1.0, far)
+
+
+def begun_with(scenario: Scenario, change: int | None) -> Gains:
+    """The complete gait that a scenario without a search begins with, or that one of its changes goes over to."""
+    _changes(scenario, change, "tune.change")
+    run = Plan(scenario).run(0)
+    return run.gains if change is None else run.scenario.change[change].gains
+
+
+def with_gait(scenario: Scenario, change: int | None, gains: Gains) -> Scenario:
+    """A scenario with another gait, as its own or as that of one of its changes."""
+    if change is None:
+        return msgspec.structs.replace(scenario, gains=gains)
+    changes = list(scenario.change)
+    changes[change] = msgspec.structs.replace(changes[change], gains=gains)
+    return msgspec.structs.replace(scenario, change=tuple(changes))
+
+
+def _changes(scenario: Scenario, number: int | None, key: str) -> None:
+    """Makes sure that a scenario has a change of that number, which goes over to a gait.
+
+    Raises:
+        InputError: It has none.
+    """
+    if number is None:
+        return
+    change = scenario.change[number] if number < len(scenario.change) else None
+    if change is None or (change.controller is None and change.to not in TRANSITIONS):
+        raise InputError(f"{key}: expected a change {number} that names a gait (controller, or to = "
+                         f"{' or '.join(TRANSITIONS)}), as tune.change asks for", key)  # fmt: skip
 
 
 def by_condition(tasks: Sequence[Task], outcomes: Sequence[GainOutcome]) -> dict[str, list[GainOutcome]]:

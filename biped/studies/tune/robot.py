@@ -7,9 +7,10 @@ import math
 from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from msgspec import to_builtins
+from msgspec.structs import replace
 
 from biped.base.errors import InputError
 from biped.base.files import URDF, locate
@@ -19,17 +20,20 @@ from biped.ensemble.campaign import run_one
 from biped.ensemble.plan import Plan
 from biped.robot.ground import GRAVITY
 from biped.robot.report import look
+from biped.scenario.goals import Tune
 from biped.scenario.reading import read_scenario
 from biped.scenario.vary import setting
 from biped.studies.run import run
 from biped.studies.standard import StandardTable, standard
+from biped.studies.tune import tune
+from biped.studies.tune.evaluate import earned
 
 SCENARIO = "tune/any"
-GAITS = ("any/sure", "any/quick", "any/short", "any/long")
-"""Gaits of the human in units of any walker."""
+GAITS = tuple(f"any/{name}" for name in ("sure", "quick", "short", "long", "g1", "h1", "apollo", "berkeley", "t1"))
+"""Gaits in units of any walker: four of the human, and those that were found for other robots."""
 POSTURES = ("heel_toe", "flat", "single")
 ASSISTS = (1.0, 0.0)
-"""Shares of Q_d itself in what acts; the search begins at the gait that stays up longest with none."""
+"""Shares of Q_d itself in what acts; the search begins at the gait that comes furthest with none."""
 _PACE = 0.3
 """[√(g l)] that a run which falls must have kept to earn all that its distance can earn: a brisk walk."""
 _SECONDS = 6.0
@@ -37,6 +41,10 @@ _SECONDS = 6.0
 TESTS = "any/cells/"
 """Tests that a gait is put to once it is found."""
 _LEVEL = f"{TESTS}level"
+SEARCHES = {"stop": "tune/any_stop", "start": "tune/any_start"}
+"""Searches for the gaits by which a walk stops and sets off."""
+_AFTER = "change.0.after_landing"
+"""Key of the first of them that is kept with its gait."""
 _KEPT = "robot", "simulation", "fall", "truth", "sensors", "sensing"
 """Tables of changes that are no matter of a search: tests are made with them too."""
 
@@ -49,17 +57,19 @@ class Trial(NamedTuple):
         assist: Share of Q_d itself in what acts; the rest are joint torques.
         times: (3,) [s] until it fell, by posture.
         distances: (3,) [m] it came.
+        earned: (3,) what each run has earned towards a walk, of 1, by the measure of the search.
     """
 
     gait: str
     assist: float
     times: tuple[float, ...]
     distances: tuple[float, ...]
+    earned: tuple[float, ...]
 
     @property
     def merit(self) -> float:
-        """[s] until it fell, in the mean."""
-        return sum(self.times) / len(self.times)
+        """What its runs have earned, in the mean."""
+        return sum(self.earned) / len(self.earned)
 
 
 class RobotVerdict(NamedTuple):
@@ -101,8 +111,10 @@ def search_of(
     if report.not_spatial:
         raise InputError(report.not_spatial, "law")
     model = f'model="{locate("models", name, "model").resolve()}"'
+    pace = f"tune.pace={_PACE * math.sqrt(GRAVITY * report.leg):.3g}"
     cases = list(product(ASSISTS, GAITS, POSTURES))
-    with executor.workers(_Shipped((model, *changes)), jobs) as carried_out, progress(name, len(cases), 0) as advance:
+    shipped = _Shipped((model, pace, *changes))
+    with executor.workers(shipped, jobs) as carried_out, progress(name, len(cases), 0) as advance:
         found = []
         for one in carried_out(cases):
             found.append(one)
@@ -110,11 +122,48 @@ def search_of(
     trials = []
     for i in range(0, len(cases), len(POSTURES)):
         assist, gait, _ = cases[i]
-        times, distances = zip(*found[i : i + len(POSTURES)], strict=True)
-        trials.append(Trial(gait, assist, times, distances))
+        trials.append(Trial(gait, assist, *zip(*found[i : i + len(POSTURES)], strict=True)))
     begins = max((one for one in trials if not one.assist), key=lambda one: one.merit)
-    pace = f"tune.pace={_PACE * math.sqrt(GRAVITY * report.leg):.3g}"
     return [model, f'controller="{begins.gait}"', pace, _stages(report.held), *changes], trials
+
+
+def with_transitions(
+    gait: Path, changes: Sequence[str], jobs: Jobs, progress: Progress = silent, tell: Told = unheard
+) -> Path:
+    """Searches for the gaits by which a walk stops and sets off, in folders beside it; returns a gait that names them.
+
+    A search that finds nothing better leaves the walk the gait that it has, which is the human's.
+
+    Args:
+        gait: The walk's file; what its folder already has of the searches is continued.
+        changes: Of its search; these searches are made with those that say what the robot is.
+        jobs: Number of processes, or a cluster.
+        progress: Told of every generation.
+        tell: Told what of an interrupted search could not be used.
+    """
+    walk, own, named = gait.with_name("walk.toml"), _own(changes), dict[str, Any]()
+    for to, search in SEARCHES.items():
+        _write_walk(walk, gait, named)
+        tuned = tune(search, [*own, f'controller="{walk}"'], jobs, gait.parent / to, progress, tell=tell)
+        if tuned.found.cost < tuned.found.start_cost:
+            named[to] = f"{to}/{tuned.gait.name}"
+            if _AFTER in tuned.keys:
+                named["stop_after_landing"] = tuned.keys[_AFTER]
+    _write_walk(walk, gait, named)
+    return walk
+
+
+def _write_walk(path: Path, gait: Path, named: dict[str, Any]) -> None:
+    """A gait file that adds to a walk the gaits by which it stops and sets off."""
+    import tomli_w
+
+    text = tomli_w.dumps({"extends": gait.name} | ({"transitions": named} if named else {}))
+    path.write_text(f"# The walk and the gaits by which it stops and sets off.\n{text}", encoding="utf-8")
+
+
+def _own(changes: Sequence[str]) -> list[str]:
+    """Changes that say what the robot is."""
+    return [one for one in changes if one.startswith("model=") or one.startswith(tuple(f"{key}." for key in _KEPT))]
 
 
 def verdict(
@@ -129,7 +178,7 @@ def verdict(
         progress: Told of every finished run.
         tell: Told what of an interrupted campaign could not be used.
     """
-    own = [one for one in changes if one.startswith("model=") or one.startswith(tuple(f"{key}." for key in _KEPT))]
+    own = _own(changes)
     tests, walk = gait.parent / "tests", gait.parent / "walk"
     table = standard([str(gait)], [TESTS], own, jobs, tests, progress)
     alone = (f'controller="{gait}"', "randomise.runs=1", "randomise.draw={}")
@@ -158,11 +207,12 @@ class _Shipped:
     def __init__(self, changes: tuple[str, ...]):
         self._changes = changes
 
-    def __call__(self, case: tuple[float, str, str]) -> tuple[float, float]:
-        """[s] until a run fell, and [m] it came."""
+    def __call__(self, case: tuple[float, str, str]) -> tuple[float, float, float]:
+        """[s] until a run fell, [m] it came, and what that earns."""
         assist, gait, posture = case
         fixed = (f'controller="{gait}"', f"actuation.assist={assist}", f"start.posture={posture}", "start.jitter=0.0",
                  f"duration={_SECONDS}", "randomise.draw={}")  # fmt: skip
         s = read_scenario(SCENARIO, [*fixed, *self._changes])
-        row = run_one(Plan(s), 0)[1].as_dict()
-        return row["time"], row["distance"]
+        plan = Plan(replace(s, tune=None))
+        row = run_one(plan, 0)[1].as_dict()
+        return row["time"], row["distance"], earned(row, s.tune or Tune(), plan.run(0), "walked")

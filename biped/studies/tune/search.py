@@ -88,14 +88,16 @@ class Search:
         evaluate: Carries out tasks.
         journal: Generations that an earlier search finished, in order.
         before: Generations of earlier stages.
+        continues: Whether an earlier stage found the gait that this one begins with: the last comparison has it too.
     """
 
-    def __init__(self, study: Study, evaluate: Evaluate, journal: Sequence[Record] = (), before: int = 0):
+    def __init__(self, study: Study, evaluate: Evaluate, journal: Sequence[Record] = (), before: int = 0,
+                 continues: bool = False):  # fmt: skip
         self.study = study
         self.space = SearchSpace(study.scenario, study.gains)
         self.evaluate = evaluate
         self.runs = 0
-        self.before = before
+        self.before, self.continues = before, continues
         self.journal: list[Record] = []
         self._strategy = strategy(self.space, study.tune, study.scenario.seed)
         for record in journal:
@@ -184,10 +186,13 @@ class Search:
         """Compares the best re-checked means on fresh seeds; coordinates of the winner, and its generation."""
         tune = self.study.tune
         checked = sorted((r for r in self.journal if "recheck" in r), key=lambda r: r["recheck"])[: tune.finalists]
-        if len(checked) == 1:
-            return checked[0]["mean"], checked[0]["index"]
+        entrants = [(r["index"], r["mean"]) for r in checked]
+        if self.continues:
+            entrants.append((self.before, [0.0] * len(self.space.axes)))
+        if len(entrants) == 1:
+            return entrants[0][1], entrants[0][0]
         seed = self.study.seed("final", self.before)
-        final = [(self._scored(r["mean"], seed, 2 * tune.checks)[0], r["index"], r["mean"]) for r in checked]
+        final = [(self._scored(x, seed, 2 * tune.checks)[0], index, x) for index, x in entrants]
         _, generation, x = min(final)
         return x, generation
 
@@ -206,8 +211,11 @@ class Search:
 
 def ended(journal: Sequence[Record], tune: Tune) -> bool:
     """Whether a stage's generations are over, or its latest re-check was good enough."""
-    if len(journal) >= tune.generations:
-        return True
+    return len(journal) >= tune.generations or good_enough(journal, tune)
+
+
+def good_enough(journal: Sequence[Record], tune: Tune) -> bool:
+    """Whether the latest generation was re-checked, and well enough for a stage to end."""
     tallies = journal[-1].get("tallies", {}).values() if journal and tune.enough else ()
     return bool(tallies) and all(walked >= (tune.enough or 0.0) * runs for walked, runs, *_ in tallies)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from msgspec.structs import replace
@@ -14,6 +16,7 @@ from biped.engines.mujoco import simulate
 from biped.ensemble.campaign import run_one
 from biped.ensemble.failures import load_packed, save_packed
 from biped.ensemble.plan import Plan
+from biped.robot.leg_states import SWING
 from biped.scenario.reading import read_scenario
 from tests.control.space.scene import Scene
 
@@ -58,8 +61,8 @@ def test_every_number_of_the_gait_goes_linearly_and_stays():
 
 
 def test_back_is_the_gait_that_the_run_began_with():
-    scene = Scene('change=[{at=0.0,controller="human3d_stand"},{at=0.2,over=0.1,back=true},{at=0.4,gains.k_d1=1.0},'
-                  "{at=0.5,back=true,gains.b_d1=2.0}]")  # fmt: skip
+    scene = Scene('change=[{at=0.0,controller="human3d_stand"},{at=0.2,over=0.1,to="first"},{at=0.4,gains.k_d1=1.0},'
+                  '{at=0.5,to="first",gains.b_d1=2.0}]')  # fmt: skip
     setup, gait = scene.setup, scene.c["gait"]
     changes = changes_in(scene.record, step_type(GAIT), setup.scenario, setup.gains, set_gains)
     begun, other = np.zeros(1, GAIT), np.zeros(1, GAIT)
@@ -77,10 +80,73 @@ def test_back_is_the_gait_that_the_run_began_with():
 
 
 def test_back_where_there_is_nothing_to_go_back_from_or_to_is_refused():
-    with pytest.raises(InputError, match=r"change\[0\]\.back: expected a change before it"):
-        plan_of("change=[{at=0.1,back=true}]")
-    with pytest.raises(InputError, match=r"change\[1\]\.controller: expected none with back = true"):
-        plan_of('change=[{at=0.0,gains.k_d1=1.0},{at=0.1,back=true,controller="human3d_stand"}]')
+    with pytest.raises(InputError, match=r"change\[0\]\.to: expected a change before it"):
+        plan_of('change=[{at=0.1,to="first"}]')
+    with pytest.raises(InputError, match=r'change\[1\]\.controller: expected none with to = "first"'):
+        plan_of('change=[{at=0.0,gains.k_d1=1.0},{at=0.1,to="first",controller="human3d_stand"}]')
+
+
+def test_a_gait_names_those_by_which_it_stops_and_sets_off(tmp_path):
+    """Names in the folder of gaits, or files beside the gait; who else is looked for too."""
+    (tmp_path / "mine.toml").write_text('extends = "human3d"\n[transitions]\nstart = "off.toml"\n', encoding="utf-8")
+    (tmp_path / "off.toml").write_text('extends = "human3d_stand"\ntheta_b = 70.0\n', encoding="utf-8")
+    both = 'change=[{at=0.1,to="stand"},{at=0.2,to="start",gains.b_d1=2.0}]'
+    changes = plan_of(f'controller="{tmp_path / "mine.toml"}"', both).run(0).scenario.change
+    stand = plan_of('controller="human3d_stand"').run(0).gains
+    assert changes[0].gains == stand
+    assert changes[1].gains == replace(stand, theta_b=70.0, b_d1=2.0)
+
+
+@pytest.mark.parametrize(("table", "words"), [
+    ('stand = "none_such"', r"mine\.toml: transitions\.stand: no controller 'none_such'"),
+    ("stand = 3", r"mine\.toml: transitions\.stand: expected a string, got a whole number"),
+    ('halt = "human3d_stand"', r"mine\.toml: transitions\.halt: unknown key"),
+    ('start = "human3d_stand"', r"change\[0\]\.to: gait '.*mine\.toml' names no gait for it: expected stand = "),
+])  # fmt: skip
+def test_transitions_that_lead_nowhere_are_refused(tmp_path, table, words):
+    path = tmp_path / "mine.toml"
+    # Only what a run asks for is looked for; what it asks for and the file does not have is an error.
+    path.write_text(f'{(Path("controllers") / "human3d.toml").read_text("utf-8").partition("[transitions]")[0]}'
+                    f"[transitions]\n{table}\n", encoding="utf-8")  # fmt: skip
+    with pytest.raises(InputError, match=words):
+        plan_of(f'controller="{path}"', 'change=[{at=0.1,to="stand"}]')
+
+
+def test_a_change_that_waits_begins_some_time_after_a_foot_has_landed():
+    """One leg comes down in ticks 120, 320 and 360: the change waits for the second landing, and not for a third."""
+    scene = Scene("change=[{at=0.2,over=0.1,after_landing=0.05,gains.k_d1=1.0}]")
+    setup, gait, phase = scene.setup, scene.c["gait"], scene.c["memory"]["phase"]
+    changes = changes_in(scene.record, step_type(GAIT), setup.scenario, setup.gains, set_gains)
+    before, seen = gait["k_torso"][0], []
+    for k in range(600):
+        phase[:] = 0, (SWING if k < 120 or 200 <= k < 320 or 340 <= k < 360 else 0)
+        blend(changes, k)
+        seen.append(gait["k_torso"][0])
+    assert seen[:370] == [before] * 370, "50 ticks after the landing in tick 320"
+    shares = (before - np.array(seen[370:470])) / (before - 1.0)
+    np.testing.assert_allclose(shares, np.arange(1, 101) / 100.0, atol=1e-12)
+    assert set(seen[470:]) == {1.0}
+
+
+def test_a_change_that_waits_for_a_foot_that_never_lands_never_begins():
+    scene = Scene("change=[{at=0.1,after_landing=0.0,gains.k_d1=1.0},{at=0.2,gains.b_d1=2.0}]")
+    setup, gait, phase = scene.setup, scene.c["gait"], scene.c["memory"]["phase"]
+    changes = changes_in(scene.record, step_type(GAIT), setup.scenario, setup.gains, set_gains)
+    before = gait.copy()
+    phase[:] = 0, 1
+    for k in range(600):
+        blend(changes, k)
+    assert gait == before, "nor do those after it"
+
+
+def test_after_a_landing_a_walk_stops_as_its_gait_says(tmp_path):
+    text = 'extends = "human3d"\n[transitions]\nstop = "human3d_stand"\nstop_after_landing = 0.15\n'
+    (tmp_path / "mine.toml").write_text(text, encoding="utf-8")
+    mine = f'controller="{tmp_path / "mine.toml"}"'
+    changes = plan_of(mine, 'change=[{at=0.1,to="stop"}]').run(0).scenario.change
+    assert changes[0].after_landing == 0.15
+    own = plan_of(mine, 'change=[{at=0.1,to="stop",after_landing=0.0}]').run(0).scenario.change
+    assert own[0].after_landing == 0.0
 
 
 def test_part_of_a_pace_is_refused_where_there_is_none():

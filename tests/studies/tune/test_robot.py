@@ -23,7 +23,7 @@ def test_a_model_file_is_told_from_a_scenario():
     assert not is_model("mine.toml")
 
 
-def test_it_begins_at_the_gait_that_stays_up_longest_with_joint_torques():
+def test_it_begins_at_the_gait_that_comes_furthest_with_joint_torques():
     path = str(locate("models", "h1", "model"))
     changes, trials = search_of(path, ["duration=0.3", "seed=5"], 1)
     assert [(one.assist, one.gait) for one in trials] == [(assist, gait) for assist in ASSISTS for gait in GAITS]
@@ -48,16 +48,27 @@ def test_it_begins_at_the_gait_that_stays_up_longest_with_joint_torques():
     assert [one.generations for one in s.tune.stages] == [one.generations for one in shipped.stages]
 
 
-def test_who_stays_up_longest_with_Q_d_itself_does_not_begin(monkeypatch):
-    """A made-up robot: `any/short` stays up for 4 s with joint torques, `any/long` for 6 s with Q_d."""
-    times = {(0.0, "any/short"): 4.0, (1.0, "any/long"): 6.0}
-    monkeypatch.setattr(_Shipped, "__call__", lambda self, case: (times.get(case[:2], 2.0), 1.0))
+def test_who_comes_furthest_with_Q_d_itself_does_not_begin(monkeypatch):
+    """A made-up robot: `any/short` earns 0.4 with joint torques, `any/long` 0.6 with Q_d and stays up longest."""
+    earned = {(0.0, "any/short"): 0.4, (1.0, "any/long"): 0.6}
+    times = {(0.0, "any/long"): 6.0}
+    monkeypatch.setattr(
+        _Shipped, "__call__", lambda self, case: (times.get(case[:2], 2.0), 1.0, earned.get(case[:2], 0.2))
+    )
     changes, _ = search_of(str(locate("models", "h1", "model")), [], 1)
     assert read_scenario(SCENARIO, changes).controller == "any/short"
 
 
 def test_a_trial_counts_its_three_starts_alike():
-    assert Trial("any/sure", 0.0, (1.0, 2.0, 6.0), (0.1, 0.2, 0.3)).merit == pytest.approx(3.0)
+    one = Trial("any/sure", 0.0, (1.0, 2.0, 6.0), (0.1, 0.2, 0.3), (0.1, 0.2, 0.6))
+    assert one.merit == pytest.approx(0.3)
+
+
+def test_a_trial_earns_what_the_search_pays_for_time_and_distance():
+    path = str(locate("models", "h1", "model"))
+    time, distance, earned = _Shipped((f'model="{path}"', "tune.pace=0.9"))((0.0, "any/sure", "flat"))
+    assert 0.2 < time < 6.0
+    assert earned == pytest.approx(0.4 * time / 6.0 + 0.6 * max(0.0, distance) / (0.9 * 6.0))
 
 
 @pytest.mark.parametrize("gait", GAITS)
@@ -81,6 +92,11 @@ def test_what_the_law_is_not_for_is_refused_in_a_sentence(model, words, capsys):
 def test_from_a_model_file_to_a_page(tmp_path, monkeypatch, capsys):
     """One command: trials, a search, its gait, tests of the gait on the same robot, a walk to look at, one page."""
     monkeypatch.setattr(robot, "TESTS", "any/cells/push_left")
+    small = "window.start = 2.0\n[tune]\ngenerations = 1\npopulation = 4\nchecks = 1\nunseen = 1\n"
+    for to in robot.SEARCHES:
+        text = f'extends = "tune/any_{to}"\nduration = 5.0\n{small}'
+        (tmp_path / f"{to}.toml").write_text(text, encoding="utf-8")
+    monkeypatch.setattr(robot, "SEARCHES", {to: str(tmp_path / f"{to}.toml") for to in robot.SEARCHES})
     path, out = str(locate("models", "h1", "model")), tmp_path / "mine"
     argv = ["tune", path, "--set", "duration=0.3", "--set", "tune.population=4", "--set", "tune.checks=1", "--set",
             "tune.unseen=1", "--set", 'tune.stages=[{generations=1,conditions=["level"]}]', "--set",
@@ -98,6 +114,14 @@ def test_from_a_model_file_to_a_page(tmp_path, monkeypatch, capsys):
     assert walked["scenario"] == "any/cells/level"
     assert tomllib.loads((out / "walk" / "scenario.toml").read_text())["simulation"]["control_rate"] == 250.0
     assert (out / "walk" / "trajectory.npz").is_file()
+    gaits = tomllib.loads((out / "walk.toml").read_text(encoding="utf-8"))
+    assert gaits["extends"] == "gait.toml"
+    for to in robot.SEARCHES:  # which is named if it is better than the human's, in one generation of runs that fall
+        searched = json.loads((out / to / "result.json").read_bytes())
+        better = searched["objective"] < searched["before"]
+        assert (gaits.get("transitions", {}).get(to) == f"{to}/gait.toml") == better
+    begun = tomllib.loads((out / "stop" / "scenario.toml").read_text(encoding="utf-8"))
+    assert begun["controller"] == str((out / "walk.toml").resolve())
     kept = (out / "tests" / "measured.json").read_bytes()
     assert main(argv) == 0, "it goes on where it was, and makes nothing again"
     assert (out / "tests" / "measured.json").read_bytes() == kept

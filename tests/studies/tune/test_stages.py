@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from biped.base.errors import InputError
 from biped.cli.main import main
@@ -14,8 +15,8 @@ from biped.scenario.gait import read_gains
 from biped.scenario.goals import Tune
 from biped.scenario.reading import read_scenario
 from biped.studies.tune import studies, study_from
-from biped.studies.tune.evaluate import Candidate, GainOutcome, SearchSpace, Study
-from biped.studies.tune.search import ended
+from biped.studies.tune.evaluate import Candidate, GainOutcome, SearchSpace, Study, Task
+from biped.studies.tune.search import Search, ended
 
 TEXT = """
 controller = "fast"
@@ -97,6 +98,82 @@ def test_what_a_killed_search_had_found_good_enough_is_not_searched_on(scenario_
         assert main(["tune", str(scenario_file), "--jobs", "1", "--out", str(out)]) == 0
         assert (out / "gait.toml").read_bytes() == gait
     capsys.readouterr()
+
+
+def test_a_stage_that_asks_for_nothing_more_is_passed_over(scenario_file, tmp_path, capsys, monkeypatch):
+    """All runs count as walks: a second stage of the same tests has nothing to do, one with other tests has."""
+    monkeypatch.setattr(Study, "outcome", lambda self, task: GainOutcome(0.1, True, 0.7, 0.3))
+    stages = """
+[[tune.stages]]
+enough = 0.9
+generations = 3
+
+[[tune.stages]]
+enough = 1.0
+spread = 0.2
+generations = 3
+
+[[tune.stages]]
+enough = 0.5
+generations = 3
+set.ground.slope = 1.0
+"""
+    text = TEXT[: TEXT.index("[[tune.stages]]")].replace("checks = 1", "checks = 1\nrecheck = 2") + stages
+    for count, generations in ((3, 4), (2, 2)):
+        cut = text if count == 3 else text[: text.rindex("[[tune.stages]]")]
+        scenario_file.write_text(cut, encoding="utf-8")
+        out = tmp_path / f"out{count}"
+        assert main(["tune", str(scenario_file), "--jobs", "1", "--out", str(out)]) == 0
+        lines = (out / "runs.jsonl").read_text(encoding="utf-8").splitlines()
+        assert len(lines) == 1 + generations
+        gait = (out / "gait.toml").read_bytes()
+        (out / "runs.jsonl").write_text("\n".join(lines[:2]) + "\n", encoding="utf-8")
+        assert main(["tune", str(scenario_file), "--jobs", "1", "--out", str(out)]) == 0
+        assert (out / "gait.toml").read_bytes() == gait
+    capsys.readouterr()
+
+
+def test_a_later_stage_may_end_with_the_gait_that_it_began_with(scenario_file):
+    """Every step away from the start costs more: the last comparison has the start too."""
+    study = Study(read_scenario(str(scenario_file), ["tune.stages=[]"]))
+
+    def evaluate(tasks):
+        away = [task.candidate != origin for task in tasks]
+        return [GainOutcome(1.0 if one else 0.2, True, 0.7, 0.3) for one in away]
+
+    space = SearchSpace(study.scenario, study.gains)
+    origin = space.candidate([0.0] * len(space.axes))
+    for continues in (False, True):
+        search = Search(study, evaluate, before=7, continues=continues)
+        search.generation()
+        search.generation()
+        x, generation = search.best()
+        assert (generation == 7) == continues
+        assert (space.candidate(x) == origin) == continues
+
+
+def test_the_gait_of_a_change_varies_and_the_first_one_stays(scenario_file, tmp_path, capsys):
+    text = TEXT.replace('controller = "fast"', 'controller = "fast"\nchange = [{at = 0.1, controller = "normal"}]')
+    scenario_file.write_text(text.replace("[tune]\n", "[tune]\nchange = 0\n"), encoding="utf-8")
+    first, _ = studies(read_scenario(str(scenario_file)))
+    normal = read_gains_of("normal")
+    assert first.gains == replace(normal, theta_b=80.0, k_d2=(normal.k_d2[0], 61.0, *normal.k_d2[2:]))
+    assert first.gait == "normal"
+    space = SearchSpace(first.scenario, first.gains)
+    run = first._run(Task("level", 0, 3, False, space.candidate([0.1] * len(space.axes))))
+    assert run.gains == read_gains_of("fast")
+    assert run.scenario.change[0].gains.k_d1 == pytest.approx(normal.k_d1 * np.exp(0.1), rel=1e-3)
+    assert main(["tune", str(scenario_file), "--jobs", "1", "--out", str(tmp_path / "out")]) == 0
+    text = (tmp_path / "out" / "gait.toml").read_text(encoding="utf-8")
+    assert "from the gait 'normal'" in text
+    assert read_gains(tmp_path / "out" / "gait.toml", Gains()).k_d3 == normal.k_d3
+    capsys.readouterr()
+
+
+@pytest.mark.parametrize("change", ["tune.change=0", "tune.change=1"])
+def test_a_change_that_names_no_gait_cannot_vary(scenario_file, change):
+    with pytest.raises(InputError, match=r"change: expected a change . that names a gait"):
+        studies(read_scenario(str(scenario_file), ["change=[{at=0.1,gains.k_d1=1.0}]", change]))
 
 
 def test_a_stage_starts_at_what_the_one_before_found(scenario_file):
