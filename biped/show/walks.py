@@ -1,7 +1,8 @@
 """Robots of others beside each other: tables of docs/any-biped.md, from results of the tests any/cells.
 
 `python -m biped.show.walks ROBOT=FOLDER[,SEARCH]…` takes results folders of `biped standard`, and of the `biped tune`
-that found the gait, into the page, in the place of what it had of these robots; without any, it writes the page anew.
+that found the gait, into the page. They replace what it had of these tests; tests that a folder has not are kept if they
+are of the same gait. Without any folder the page is written anew.
 """
 
 import json
@@ -91,6 +92,15 @@ def taken(robot: str, folder: Path, search: Path | None) -> dict[str, Any]:
     return {"robot": robot, "gait": found["gaits"][0], "tests": tests, "search": kept}
 
 
+def joined(old: dict[str, Any] | None, new: dict[str, Any]) -> dict[str, Any]:
+    """New results of a robot, with those of its old ones that they do not replace."""
+    if old is None or old["gait"] != new["gait"]:
+        return new
+    fresh = {test["name"]: test for test in new["tests"]}
+    kept = [fresh.pop(test["name"], test) for test in old["tests"]]
+    return new | {"tests": [*kept, *fresh.values()], "search": new["search"] or old["search"]}
+
+
 def main(argv: Sequence[str]) -> None:
     """Takes results into the page; without any, writes the page anew."""
     if argv:
@@ -98,7 +108,7 @@ def main(argv: Sequence[str]) -> None:
         for word in argv:
             robot, _, folders = word.partition("=")
             folder, _, search = folders.partition(",")
-            robots[robot] = taken(robot, Path(folder), Path(search) if search else None)
+            robots[robot] = joined(robots.get(robot), taken(robot, Path(folder), Path(search) if search else None))
         write_text(DATA, dumps(list(robots.values())))
     write_text(PAGE, page(stored()))
 
