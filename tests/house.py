@@ -26,7 +26,7 @@ WORDS = {"general", "planar", "spatial", "is_general", "is_planar", "is_spatial"
 """Names whose truth is a branch on the kind of robot."""
 RESOLVED = {"Path", "Scenario", "Ground", "Truth"}
 """Types of what a run has resolved: a function of robot/ that takes one first is a look-up."""
-MAKERS = ("ensemble/plan.py",)
+MAKERS = ("ensemble/plan.py", "ensemble/midwalk.py")
 """Modules that make runs, and so may look things up."""
 
 

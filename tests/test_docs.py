@@ -21,7 +21,7 @@ from biped.cli.main import parsed
 from biped.ensemble.cluster import file
 from biped.robot.report import look
 from biped.scenario.card import read_card
-from biped.scenario.gait import speeds_of
+from biped.scenario.gait import speeds_of, transitions_of
 from biped.scenario.reading import read_scenario
 from biped.show import references
 from biped.studies.regress.references import read, shipped
@@ -123,6 +123,7 @@ def test_other_tables_in_pages_are_read(tmp_path, monkeypatch):
         "network": ("card.toml", lambda name: read_card(Path(name))),
         "kind": ("robot.toml", lambda _: look("robot.xml")),
         "speeds": ("gait.toml", lambda name: speeds_of(Path(name))),
+        "transitions": ("gait.toml", transitions_of),
     }  # fmt: skip
     count = 0
     for page in documented.PAGES:

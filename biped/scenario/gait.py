@@ -229,7 +229,7 @@ class Transitions(Section, frozen=True):
 
 
 def transitions_of(controller: str) -> Transitions:
-    """What the file of a gait says of stopping, standing and setting off, with names in the folder of gaits, or paths.
+    """The `[transitions]` of a gait's file, with names in the folder of gaits, or paths.
 
     Raises:
         InputError: There is no such gait, or none of a name that it gives.

@@ -1,8 +1,8 @@
 """Robots of others beside each other: tables of docs/any-biped.md, from results of the tests any/cells.
 
 `python -m biped.show.walks ROBOT=FOLDER[,SEARCH]…` takes results folders of `biped standard`, and of the `biped tune`
-that found the gait, into the page. They replace what it had of these tests; tests that a folder has not are kept if they
-are of the same gait. Without any folder the page is written anew.
+that found the gait, into the page. They replace what it had of these tests; tests that a folder has not are kept if
+they are of the same gait. Without any folder the page is written anew.
 """
 
 import json

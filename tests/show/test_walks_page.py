@@ -39,3 +39,16 @@ def test_results_are_taken_in(tmp_path, monkeypatch):
     assert "| Second | 0.63 | 0.75 | 1.2% | any/mine | – | – |" in page
     walks.main([])
     assert (tmp_path / "PAGE").read_text(encoding="utf-8") == page
+
+
+def test_new_results_replace_those_of_the_same_tests_and_keep_the_others_of_a_gait():
+    def results(gait, search, **tests):
+        rows = [{"name": name, "reached": count} for name, count in tests.items()]
+        return {"robot": "X", "gait": gait, "tests": rows, "search": search}
+
+    old = results("any/x", {"runs": 3}, level=1, rest=2)
+    assert walks.joined(old, results("any/x", None, rest=5, stop=4)) == results(
+        "any/x", {"runs": 3}, level=1, rest=5, stop=4
+    )
+    other = results("any/y", None, rest=5)
+    assert walks.joined(old, other) == walks.joined(None, other) == other

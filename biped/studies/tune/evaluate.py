@@ -354,7 +354,7 @@ class Study:
 
 
 def earned(numbers: Mapping[str, Any], tune: Tune, run: Run, goal: str) -> float:
-    """What a run that misses its goal has earned towards it, of 1: time, and distance of a walker, stillness of others.
+    """The share of its goal that a run which misses it has earned: by time, and by distance or by stillness.
 
     Args:
         numbers: Its metrics.

@@ -68,7 +68,7 @@ class Trial(NamedTuple):
 
     @property
     def merit(self) -> float:
-        """What its runs have earned, in the mean."""
+        """Mean of `earned`."""
         return sum(self.earned) / len(self.earned)
 
 

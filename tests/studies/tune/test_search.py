@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
+from biped.scenario.goals import Tune, Weights
 from biped.studies.tune import gait_text
-from biped.studies.tune.evaluate import GainOutcome, SearchSpace, workers
+from biped.studies.tune.evaluate import GainOutcome, SearchSpace, earned, workers
 from biped.studies.tune.search import Search
 from tests.studies.tune.small import study_of
 
@@ -182,3 +185,13 @@ def test_a_fall_forward_is_no_walk_at_a_brisk_pace(tmp_path):
     assert earned[0] == 1.0
     assert 0.2 < earned[1] < 0.4
     assert earned[2] == pytest.approx(0.25 * earned[1])
+
+
+@pytest.mark.parametrize(("strayed", "steps", "still"), [(0.05, 0, 1.0), (0.2, 0, 0.5), (0.05, 1, 0.5), (0.4, 4, 0.05),
+                                                         (math.nan, 0, 0.0)])  # fmt: skip
+def test_who_stays_up_but_does_not_stand_still_earns_by_stillness(strayed, steps, still):
+    """A robot that marches on the spot for the whole run, on either scale."""
+    numbers = {"time": 10.0, "strayed": strayed, "steps": steps, "distance": 0.0}
+    run: Any = SimpleNamespace(scenario=SimpleNamespace(duration=10.0))
+    paid = [earned(numbers, Tune(weights=Weights(stillness=share)), run, "stood") for share in (0.0, 0.5)]
+    assert paid == pytest.approx([1.0, 0.5 + 0.5 * still])
