@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -33,7 +34,7 @@ def search_document(tuned: Tuned) -> Document:
 def trials_document(trials: Sequence[Trial], changes: Sequence[str]) -> Document:
     """How far shipped gaits came on a robot, and the changes that make the search one for it."""
     rows = tuple(
-        (one.gait, f"{one.assist:g}", *("  ".join(f"{value:.2f}" for value in values)
+        (one.gait, f"{one.assist:g}", *("  ".join(f"{value:.2f}" if math.isfinite(value) else "–" for value in values)
                                         for values in (one.times, one.distances)))
         for one in trials
     )  # fmt: skip

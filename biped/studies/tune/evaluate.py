@@ -362,6 +362,8 @@ def earned(numbers: Mapping[str, Any], tune: Tune, run: Run, goal: str) -> float
         run: The run.
         goal: What it should do.
     """
+    if numbers["diverged"]:
+        return 0.0  # where numbers blew up it came some thousand kilometres
     seconds = run.scenario.duration
     upright = min(1.0, numbers["time"] / seconds)
     if goal != "walked":

@@ -56,7 +56,7 @@ class Trial(NamedTuple):
         gait: Its name.
         assist: Share of Q_d itself in what acts; the rest are joint torques.
         times: (3,) [s] until it fell, by posture.
-        distances: (3,) [m] it came.
+        distances: (3,) [m] it came; nan where its numbers blew up.
         earned: (3,) what each run has earned towards a walk, of 1, by the measure of the search.
     """
 
@@ -215,4 +215,5 @@ class _Shipped:
         s = read_scenario(SCENARIO, [*fixed, *self._changes])
         plan = Plan(replace(s, tune=None))
         row = run_one(plan, 0)[1].as_dict()
-        return row["time"], row["distance"], earned(row, s.tune or Tune(), plan.run(0), "walked")
+        came = math.nan if row["diverged"] else row["distance"]
+        return row["time"], came, earned(row, s.tune or Tune(), plan.run(0), "walked")

@@ -191,7 +191,14 @@ def test_a_fall_forward_is_no_walk_at_a_brisk_pace(tmp_path):
                                                          (math.nan, 0, 0.0)])  # fmt: skip
 def test_who_stays_up_but_does_not_stand_still_earns_by_stillness(strayed, steps, still):
     """A robot that marches on the spot for the whole run, on either scale."""
-    numbers = {"time": 10.0, "strayed": strayed, "steps": steps, "distance": 0.0}
+    numbers = {"time": 10.0, "strayed": strayed, "steps": steps, "distance": 0.0, "diverged": False}
     run: Any = SimpleNamespace(scenario=SimpleNamespace(duration=10.0))
     paid = [earned(numbers, Tune(weights=Weights(stillness=share)), run, "stood") for share in (0.0, 0.5)]
     assert paid == pytest.approx([1.0, 0.5 + 0.5 * still])
+
+
+@pytest.mark.parametrize("goal", ["walked", "stood"])
+def test_a_run_that_blew_up_earns_nothing_however_far_it_came(goal):
+    numbers = {"time": 9.0, "strayed": 0.0, "steps": 0, "distance": 1e9, "diverged": True}
+    run: Any = SimpleNamespace(scenario=SimpleNamespace(duration=10.0))
+    assert earned(numbers, Tune(pace=0.5, weights=Weights(progress=0.6)), run, goal) == 0.0
