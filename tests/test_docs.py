@@ -21,8 +21,9 @@ from biped.cli.main import parsed
 from biped.ensemble.cluster import file
 from biped.robot.report import look
 from biped.scenario.card import read_card
-from biped.scenario.gait import speeds_of, transitions_of
+from biped.scenario.gait import speeds_of
 from biped.scenario.reading import read_scenario
+from biped.scenario.transitions import transitions_of
 from biped.show import references
 from biped.studies.regress.references import read, shipped
 from tests import documented

@@ -15,8 +15,9 @@ from biped.base.jit import inner_kernel, kernel
 from biped.robot.leg_states import FIRST_IN_AIR
 from biped.robot.planar.topology import LEGS
 from biped.scenario.gains import LACKED, Gains
-from biped.scenario.gait import TRANSITIONS, whole_pace
+from biped.scenario.gait import whole_pace
 from biped.scenario.keys import Scenario
+from biped.scenario.transitions import TRANSITIONS
 
 
 class Changes(NamedTuple):

@@ -19,21 +19,12 @@ from biped.robot.planar.topology import N_ROWS, NQ
 from biped.robot.robot import Robot
 from biped.robot.run import Factory, Run, visual_model
 from biped.scenario.gains import Gains
-from biped.scenario.gait import (
-    TRANSITIONS,
-    Gaits,
-    Settings,
-    Transitions,
-    read_reading,
-    read_settings,
-    resettled,
-    settings_on,
-    transitions_of,
-)  # fmt: skip
+from biped.scenario.gait import Gaits, Settings, read_reading, read_settings, resettled, settings_on
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import SPATIAL
 from biped.scenario.randomise import Normals
 from biped.scenario.robot import Described
+from biped.scenario.transitions import TRANSITIONS, Transitions, transitions_of
 from biped.scenario.valid import UNKNOWN, Origin
 from biped.scenario.vary import DRAW, SWEEP, disturbed, drawn, points_of, run_seed, stream, with_values
 from biped.scenario.world import BodyTruth, Disturbance, Push
@@ -53,6 +44,7 @@ class Runs:
     def __init__(self):
         self._loaded: dict[tuple[str, Described | None], _Loaded] = {}
         self._gaits = Gaits()
+        self._transitions: dict[str, Transitions] = {"": Transitions()}
         self._settings: dict[tuple[str, str, str | None], Settings] = {}
 
     def model(self, s: Scenario) -> Path:
@@ -78,6 +70,16 @@ class Runs:
         gains = self._gaits[s.controller, s.gains]
         check_gait(s, gains, at, complete=True)
         return gains
+
+    def transitions(self, controller: str) -> Transitions:
+        """The gaits by which a gait stops, stands and sets off; "": none.
+
+        Raises:
+            InputError: There is none of a name that its file gives.
+        """
+        if controller not in self._transitions:
+            self._transitions[controller] = transitions_of(controller)
+        return self._transitions[controller]
 
     def exchanged(self, s: Scenario, before: Scenario, varied: Iterable[str]) -> Scenario:
         """The scenario with the settings of its gait and its reading, where one is another than before."""
@@ -359,7 +361,7 @@ class Plan:
                 raise InputError(f'{at}controller: expected none with to = "{change.to}"', "change")
             named = change.controller
             if change.to in TRANSITIONS:
-                gaits = transitions_of(s.controller) if s.controller else Transitions()
+                gaits = self._runs.transitions(s.controller)
                 named = getattr(gaits, change.to)
                 if change.to == "stop" and change.after_landing is None:
                     change = msgspec.structs.replace(change, after_landing=gaits.stop_after_landing)  # noqa: PLW2901

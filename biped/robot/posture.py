@@ -293,8 +293,7 @@ class Starts:
             deviation = np.where(turning, noise.standard_normal(model.nv) * start.jitter, 0.0)
             mujoco.mj_integratePos(model, data.qpos, deviation, 1.0)
         if start.settle:
-            mujoco.mj_kinematics(model, data)
-            data.qpos[height_of(model, robot)] -= lowest(data, robot)
+            self._set_down()
         return data.qpos.copy(), data.qvel.copy()
 
     def from_walk(self, s: Scenario, q: np.ndarray, v: np.ndarray, first: int) -> tuple[np.ndarray, np.ndarray]:
@@ -318,9 +317,13 @@ class Starts:
         data.qpos[base : base + 2] = 0.0
         if s.start.upright:
             self._stand_upright(s.ground)
-        mujoco.mj_kinematics(model, data)
-        data.qpos[height_of(model, robot)] -= lowest(data, robot)
+        self._set_down()
         return data.qpos.copy(), data.qvel.copy()
+
+    def _set_down(self) -> None:
+        """Puts the lowest contact point on the ground."""
+        mujoco.mj_kinematics(self.model, self._data)
+        self._data.qpos[height_of(self.model, self.robot)] -= lowest(self._data, self.robot)
 
     def _on_one_foot(self, q: np.ndarray) -> bool:
         """Whether one foot of a state is clear of where the other one stands."""

@@ -13,12 +13,13 @@ from msgspec import to_builtins
 from msgspec.structs import replace
 
 from biped.base.errors import InputError, echo
-from biped.base.files import canonical, description_of, label, layered, locate, read_toml
-from biped.base.typed import Name, NonNegative, Positive, Section
+from biped.base.files import description_of, label, layered, locate, read_toml
+from biped.base.typed import Positive, Section
 from biped.scenario.devices import Actuation
 from biped.scenario.gains import GAINS, LACKED, NOT_NEEDED, OUT_OF_PLANE, Gains, PartialGains
 from biped.scenario.general import HABITS
 from biped.scenario.keys import Backstep, Scenario, Sensing, Simulation, Start
+from biped.scenario.transitions import take_transitions
 from biped.scenario.valid import Origin, convert, known_keys
 from biped.scenario.world import Ground
 
@@ -34,8 +35,6 @@ READING: Kinds = {
 }
 """Tables of a scenario that a reading of the thesis may have too."""
 ALL: Kinds = GAIT | READING
-TRANSITIONS = "stop", "stand", "start"
-"""Keys of a gait's [transitions] that name gaits."""
 OPTIONAL = frozenset(name for name in ALL if getattr(Scenario(), name) is None)
 """Of these there is none by default: that there is one says something, whatever its numbers."""
 
@@ -208,58 +207,8 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any], Any, Origin]:
     for word in ("description", "source"):
         data.pop(word, None)
     settings = {name: data.pop(name) for name in GAIT if name in data}
-    _transitions(data, Origin(path, keys))
+    take_transitions(data, Origin(path, keys))
     return data, settings, data.pop("speeds", ()), Origin(path, keys)
-
-
-class Transitions(Section, frozen=True):
-    """The gaits by which a walk stops, and by which its robot stands and sets off: `[transitions]` of its file.
-
-    Attributes:
-        stop: Name or path of the gait that stops it; default: `stand`.
-        stand: Name or path of the gait that stands.
-        start: Name or path of the gait that shifts the weight of a stander, before the walk takes over.
-        stop_after_landing: [s] after a foot has landed that the stop begins; default: at once.
-    """
-
-    stop: Name | None = None
-    stand: Name | None = None
-    start: Name | None = None
-    stop_after_landing: NonNegative | None = None
-
-
-def transitions_of(controller: str) -> Transitions:
-    """The `[transitions]` of a gait's file, with names in the folder of gaits, or paths.
-
-    Raises:
-        InputError: There is no such gait, or none of a name that it gives.
-    """
-    path = locate("controllers", controller, "controller")
-    data, keys = layered(path, "controllers")
-    origin = Origin(path, keys)
-    said = _transitions(data, origin)
-    found = {}
-    for key in TRANSITIONS:
-        if (name := getattr(said, key)) is not None:
-            dotted = f"transitions.{key}"
-            file = locate("controllers", name, f"{origin.of(dotted)}: {dotted}", keys.get(dotted, path).parent)
-            found[key] = canonical("controllers", file)
-    if "stand" in found:
-        found.setdefault("stop", found["stand"])
-    return replace(said, **found)
-
-
-def _transitions(data: dict[str, Any], origin: Origin) -> Transitions:
-    """Takes [transitions] out of a gait file's data."""
-    table = data.pop("transitions", {})
-    if not isinstance(table, dict):
-        raise origin.fault("transitions", f"expected a table, [transitions], got {echo(table)}")
-
-    def fail(key: str, what: str) -> InputError:
-        return origin.fault(f"transitions.{key}", what)
-
-    known_keys(table, Transitions, "", fail)
-    return convert(table, Transitions, fail)
 
 
 def read_gains(path: Path, override: Gains) -> Gains:

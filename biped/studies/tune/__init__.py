@@ -23,10 +23,11 @@ from biped.ensemble.folder import Folder
 from biped.ensemble.guard import OF_RUNS
 from biped.ensemble.plan import Plan
 from biped.scenario.gains import GAINS, NOT_NEEDED, OUT_OF_PLANE, Gains, single, with_numbers
-from biped.scenario.gait import GAIT, gait_settings, transitions_of
+from biped.scenario.gait import GAIT, gait_settings
 from biped.scenario.goals import Stage
 from biped.scenario.keys import Scenario
 from biped.scenario.reading import changed, read_scenario
+from biped.scenario.transitions import transitions_of
 from biped.scenario.vary import ChangeOrigin, with_values
 from biped.studies.folders import finished, folder_for
 from biped.studies.run import title_of

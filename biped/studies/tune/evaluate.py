@@ -23,10 +23,10 @@ from biped.measure.metrics.walking import STILL
 from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
 from biped.scenario.gains import GAINS, KNEES, LACKED, OUT_OF_PLANE, PACE, Gains, number, single, with_numbers
-from biped.scenario.gait import TRANSITIONS, transitions_of
 from biped.scenario.goals import Condition, Range, Tune
 from biped.scenario.keys import Scenario, Window
 from biped.scenario.reading import changed
+from biped.scenario.transitions import TRANSITIONS, transitions_of
 from biped.scenario.vary import ChangeOrigin, lookup, stream, with_values
 from biped.studies.stability.orbit import parting
 

@@ -16,7 +16,7 @@ from biped.base.errors import InputError
 from biped.base.files import URDF, locate
 from biped.ensemble import executor
 from biped.ensemble.backend import Jobs, Progress, Told, silent, unheard
-from biped.ensemble.campaign import run_one
+from biped.ensemble.campaign import measured
 from biped.ensemble.plan import Plan
 from biped.robot.ground import GRAVITY
 from biped.robot.report import look
@@ -213,7 +213,7 @@ class _Shipped:
         fixed = (f'controller="{gait}"', f"actuation.assist={assist}", f"start.posture={posture}", "start.jitter=0.0",
                  f"duration={_SECONDS}", "randomise.draw={}")  # fmt: skip
         s = read_scenario(SCENARIO, [*fixed, *self._changes])
-        plan = Plan(replace(s, tune=None))
-        row = run_one(plan, 0)[1].as_dict()
-        came = math.nan if row["diverged"] else row["distance"]
-        return row["time"], came, earned(row, s.tune or Tune(), plan.run(0), "walked")
+        made = Plan(replace(s, tune=None)).run(0)
+        numbers = measured(made)[1]
+        came = math.nan if numbers["diverged"] else numbers["distance"]
+        return numbers["time"], came, earned(numbers, s.tune or Tune(), made, "walked")

@@ -1,0 +1,71 @@
+"""The gaits by which a walk stops, and by which its robot stands and sets off: `[transitions]` of a gait file."""
+
+from typing import Any
+
+from msgspec.structs import replace
+
+from biped.base.errors import InputError, echo
+from biped.base.files import canonical, layered, locate
+from biped.base.typed import Name, NonNegative, Section
+from biped.scenario.valid import Origin, convert, known_keys
+
+TRANSITIONS = "stop", "stand", "start"
+"""Its keys that name gaits."""
+
+
+class Transitions(Section, frozen=True):
+    """The gaits by which a walk stops, and by which its robot stands and sets off: `[transitions]` of its file.
+
+    Attributes:
+        stop: Name or path of the gait that stops it; default: `stand`.
+        stand: Name or path of the gait that stands.
+        start: Name or path of the gait that shifts the weight of a stander, before the walk takes over.
+        stop_after_landing: [s] after a foot has landed that the stop begins; default: at once.
+    """
+
+    stop: Name | None = None
+    stand: Name | None = None
+    start: Name | None = None
+    stop_after_landing: NonNegative | None = None
+
+
+def transitions_of(controller: str) -> Transitions:
+    """The `[transitions]` of a gait's file, with names in the folder of gaits, or paths.
+
+    Raises:
+        InputError: There is no such gait, or none of a name that it gives.
+    """
+    path = locate("controllers", controller, "controller")
+    data, keys = layered(path, "controllers")
+    origin = Origin(path, keys)
+    said = take_transitions(data, origin)
+    found = {}
+    for key in TRANSITIONS:
+        if (name := getattr(said, key)) is not None:
+            dotted = f"transitions.{key}"
+            file = locate("controllers", name, f"{origin.of(dotted)}: {dotted}", keys.get(dotted, path).parent)
+            found[key] = canonical("controllers", file)
+    if "stand" in found:
+        found.setdefault("stop", found["stand"])
+    return replace(said, **found)
+
+
+def take_transitions(data: dict[str, Any], origin: Origin) -> Transitions:
+    """Takes [transitions] out of a gait file's data, in place, and checks it.
+
+    Args:
+        data: As written.
+        origin: Where each key was written.
+
+    Raises:
+        InputError: It is no table, or a key is unknown or of the wrong type.
+    """
+    table = data.pop("transitions", {})
+    if not isinstance(table, dict):
+        raise origin.fault("transitions", f"expected a table, [transitions], got {echo(table)}")
+
+    def fail(key: str, what: str) -> InputError:
+        return origin.fault(f"transitions.{key}", what)
+
+    known_keys(table, Transitions, "", fail)
+    return convert(table, Transitions, fail)
