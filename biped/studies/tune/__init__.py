@@ -31,8 +31,9 @@ from biped.scenario.transitions import transitions_of
 from biped.scenario.vary import ChangeOrigin, with_values
 from biped.studies.folders import finished, folder_for
 from biped.studies.run import title_of
-from biped.studies.tune.evaluate import Candidate, SearchSpace, Study, begun_with, names_of, with_gait, workers
+from biped.studies.tune.evaluate import Study, begun_with, with_gait, workers
 from biped.studies.tune.search import Record, Search, SearchResult, Tally, ended, good_enough, strategy
+from biped.studies.tune.search_space import Candidate, SearchSpace, names_of
 
 
 def studies(scenario: Scenario) -> list[Study]:

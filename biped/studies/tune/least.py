@@ -17,7 +17,8 @@ from biped.scenario.reading import read_scenario
 from biped.studies.folders import finished, folder_for
 from biped.studies.run import title_of
 from biped.studies.tune import nothing_after
-from biped.studies.tune.evaluate import Candidate, GainOutcome, Study, Task, by_condition, names_of, workers
+from biped.studies.tune.evaluate import GainOutcome, Study, Task, by_condition, workers
+from biped.studies.tune.search_space import Candidate, names_of
 
 Record = dict[str, Any]
 

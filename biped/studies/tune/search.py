@@ -13,7 +13,8 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.scenario.goals import Tune
 from biped.scenario.vary import stream
-from biped.studies.tune.evaluate import Candidate, GainOutcome, SearchSpace, Study, by_condition
+from biped.studies.tune.evaluate import GainOutcome, Study, by_condition
+from biped.studies.tune.search_space import Candidate, SearchSpace
 
 Evaluate = Callable[[Sequence[Any]], list[GainOutcome]]
 Record = dict[str, Any]

@@ -21,7 +21,8 @@ from biped.studies.regress.references import ensemble, measured
 from biped.studies.run import run
 from biped.studies.stability import study
 from biped.studies.tune import tune
-from biped.studies.tune.evaluate import SearchSpace, Study, Task
+from biped.studies.tune.evaluate import Study, Task
+from biped.studies.tune.search_space import SearchSpace
 from tests.cases import contents, write
 
 pytestmark = [

@@ -13,7 +13,8 @@ from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
 from biped.scenario.reading import read_scenario
 from biped.studies.stability.orbit import parting
-from biped.studies.tune.evaluate import Candidate, Study
+from biped.studies.tune.evaluate import Study
+from biped.studies.tune.search_space import Candidate
 from tests.studies.tune.small import TEXT
 
 WALK = """

@@ -11,8 +11,9 @@ import pytest
 
 from biped.scenario.goals import Tune, Weights
 from biped.studies.tune import gait_text
-from biped.studies.tune.evaluate import GainOutcome, SearchSpace, earned, workers
+from biped.studies.tune.evaluate import GainOutcome, earned, workers
 from biped.studies.tune.search import Search
+from biped.studies.tune.search_space import SearchSpace
 from tests.studies.tune.small import study_of
 
 

@@ -15,8 +15,9 @@ from biped.scenario.gait import read_gains
 from biped.scenario.goals import Tune
 from biped.scenario.reading import read_scenario
 from biped.studies.tune import studies, study_from
-from biped.studies.tune.evaluate import Candidate, GainOutcome, SearchSpace, Study, Task
+from biped.studies.tune.evaluate import GainOutcome, Study, Task
 from biped.studies.tune.search import Search, ended
+from biped.studies.tune.search_space import Candidate, SearchSpace
 
 TEXT = """
 controller = "fast"

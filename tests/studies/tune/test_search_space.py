@@ -8,7 +8,8 @@ import pytest
 from biped.base.errors import InputError
 from biped.scenario.gains import GAINS
 from biped.scenario.reading import read_scenario
-from biped.studies.tune.evaluate import SearchSpace, Study
+from biped.studies.tune.evaluate import Study
+from biped.studies.tune.search_space import SearchSpace
 from tests.studies.tune.small import study_of
 
 
