@@ -24,7 +24,7 @@ def begun_walking(run: Run, simulate: Callable[[Run], Trajectory]) -> Run:
     Args:
         run: Its scenario says for how long the walk has gone on, `start.walking`.
         simulate: Makes the walk. One that falls before is made again from other deviations of the posture; if all
-            fall, the run begins where the last one fell.
+            fall, the run begins in the posture itself.
     """
     s = run.scenario
     moment = s.start.walking + WITHIN * float(stream(run.seed, "start.walking").random())
@@ -39,11 +39,15 @@ def begun_walking(run: Run, simulate: Callable[[Run], Trajectory]) -> Run:
     )
     starts = starts_of(run.model, run.robot, s.robot)
     assert isinstance(starts, Starts)
-    walk = simulate(replace(run, scenario=level))
-    for number in range(TRIES):
-        if len(walk) > round(moment / run.tick):
-            break
-        q, v = starts.start(level, stream(run.seed, f"start.walking.{number}"))
-        walk = simulate(replace(run, scenario=level, q=q, v=v))
-    q, v = starts.from_walk(s, walk.q, walk.v, round(moment / run.tick))
+    first, begun = round(moment / run.tick), run
+    for number in range(1 + (TRIES if s.start.jitter else 0)):  # without deviations all walks are the same
+        if number:
+            q, v = starts.start(level, stream(run.seed, f"start.walking.{number - 1}"))
+            begun = replace(run, q=q, v=v)
+        walk = simulate(replace(begun, scenario=level))
+        if len(walk) > first:
+            q, v = starts.from_walk(s, walk.q, walk.v, first)
+            return replace(run, q=q, v=v)
+    still = structs.replace(s, start=structs.replace(s.start, walking=0.0))
+    q, v = starts.start(still, stream(run.seed, "start.jitter") if s.start.jitter else None)
     return replace(run, q=q, v=v)

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from biped.base.errors import InputError, echo
 from biped.base.files import description_of, label, layered, locate, read_toml
-from biped.base.typed import Positive, Section
+from biped.base.typed import Name, Positive, Section
 from biped.scenario.devices import Actuation
 from biped.scenario.gains import GAINS, LACKED, NOT_NEEDED, OUT_OF_PLANE, Gains, PartialGains
 from biped.scenario.general import HABITS
@@ -23,8 +23,19 @@ from biped.scenario.transitions import take_transitions
 from biped.scenario.valid import Origin, convert, known_keys
 from biped.scenario.world import Ground
 
+
+class Begins(Section, frozen=True):
+    """How a walk begins by itself: `[start]` of a gait file, which counts where a scenario does not say.
+
+    Attributes:
+        posture: That the gait walks from, as in a scenario.
+    """
+
+    posture: Name = "flat"
+
+
 Kinds = dict[str, type[Section]]
-GAIT: Kinds = {"sensing": Sensing, "actuation": Actuation, "backstep": Backstep}
+GAIT: Kinds = {"sensing": Sensing, "actuation": Actuation, "backstep": Backstep, "start": Begins}
 """Tables of a scenario that a gait file may have too."""
 READING: Kinds = {
     "sensing": Sensing,
@@ -40,6 +51,12 @@ OPTIONAL = frozenset(name for name in ALL if getattr(Scenario(), name) is None)
 
 Settings = dict[str, dict[str, Any]]
 """Table, key, value."""
+
+
+def is_setting(key: str) -> bool:
+    """Whether a dotted key of a scenario is one that a gait file may have too."""
+    table, _, rest = key.partition(".")
+    return table in GAIT and rest.partition(".")[0] in GAIT[table].__struct_fields__
 
 
 def typed(tables: dict[str, Any], kinds: Kinds, origin: Origin) -> Settings:
@@ -99,8 +116,9 @@ def lay_below(data: dict[str, Any], keys: dict[str, Path], settings: Settings, o
 
 
 def beside_gait(reading: Settings, gait: Settings) -> Settings:
-    """The part of a reading that holds for a gait which comes with these settings."""
-    return {name: table for name, table in reading.items() if not (gait and name in GAIT)}
+    """The part of a reading that holds for a gait which comes with these settings; where it begins says nothing."""
+    made_for = GAIT.keys() - {"start"} if gait.keys() - {"start"} else frozenset[str]()
+    return {name: table for name, table in reading.items() if name not in made_for}
 
 
 def habits_of(model: Path) -> tuple[dict[str, Any], Path]:
@@ -148,7 +166,8 @@ def gait_settings(s: Scenario) -> Settings:
         own = {
             key: getattr(mine, key)
             for key in kind.__struct_fields__
-            if name in OPTIONAL or getattr(mine, key) not in (getattr(defaults, key), unsaid.get(key))
+            if (name in OPTIONAL or getattr(mine, key) not in (getattr(defaults, key), unsaid.get(key)))
+            and f"{name}.{key}" not in s.randomise.draw
         }
         if own:
             tables[name] = own

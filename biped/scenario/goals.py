@@ -210,6 +210,18 @@ class Stage(Section, frozen=True):
     enough: Share | None = None
 
 
+class Beginning(Section, frozen=True):
+    """One of several places where a search may begin.
+
+    Attributes:
+        controller: The gait, with the settings that it comes with; instead of the scenario's own.
+        posture: That runs start from; default: what the scenario or the gait says.
+    """
+
+    controller: Name
+    posture: Name | None = None
+
+
 class Tune(Section, frozen=True):
     """A search for gains, `biped tune`; it starts at the scenario's own gait.
 
@@ -239,6 +251,9 @@ class Tune(Section, frozen=True):
             generations do; default: never.
         unseen: Runs of each condition on seeds no decision was made on.
         stages: Parts of the search, one after the other; default: one, with everything above.
+        begin: Places where it may begin: the first stage is tried from each, and the search goes on from where a
+            re-check was best; default: it begins at the scenario's own gait.
+        tries: Generations of each of these.
     """
 
     gains: tuple[str, ...] | None = None
@@ -264,3 +279,5 @@ class Tune(Section, frozen=True):
     enough: Share | None = None
     unseen: Count = 20
     stages: tuple[Stage, ...] = ()
+    begin: tuple[Beginning, ...] = ()
+    tries: Count = 8

@@ -39,7 +39,7 @@ def trials_document(trials: Sequence[Trial], changes: Sequence[str]) -> Document
         for one in trials
     )  # fmt: skip
     search = "searching: biped tune tune/any " + " ".join(f"--set '{change}'" for change in changes)
-    heads = ("gait", "Q_d share", "s until it fell, from three starts", "m it came")
+    heads = ("gait", "Q_d share", "s until it fell, from each posture", "m it came")
     return Table(heads, rows), Paragraph(search)
 
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from msgspec import structs
 
 from biped.base.errors import InputError
 from biped.ensemble import midwalk
@@ -77,19 +80,39 @@ def test_runs_take_their_walks_over_at_different_moments():
     assert len(states) == 4
 
 
-def test_a_walk_that_falls_is_made_again_and_at_last_taken_over_where_it_fell(monkeypatch):
+@pytest.mark.parametrize(("jitter", "walks"), [(0.002, 1 + TRIES), (0.0, 1)])
+def test_a_walk_that_falls_is_made_again_and_at_last_the_run_begins_in_its_posture(monkeypatch, jitter, walks):
+    """Without deviations the walk would fall again: it is made once."""
     monkeypatch.setattr(midwalk, "WITHIN", 0.2)
-    run = run_of("start.walking=5.0", "gains.k_d1=1.0", "gains.b_d1=0.0", "start.jitter=0.002")
-    ends = []
+    falling = "gains.k_d1=1.0", "gains.b_d1=0.0", f"start.jitter={jitter}", "start.upright=true", "ground.slope=3.0"
+    starts = []
 
     def noted(one: Run):
-        ends.append((one.q.tobytes(), walk := simulate(one)))
-        return walk
+        starts.append(one.q.tobytes())
+        return simulate(one)
 
-    begun = begun_walking(run, noted)
-    assert len(ends) == 1 + TRIES
-    assert len({q for q, _ in ends}) == 1 + TRIES, "each from other deviations"
-    np.testing.assert_array_equal(begun.v, ends[-1][1].v[-1])
+    begun = begun_walking(run_of("start.walking=5.0", *falling), noted)
+    assert len(starts) == walks
+    assert len(set(starts)) == walks, "each from other deviations"
+    plain = run_of("start.walking=0.0", *falling)
+    np.testing.assert_array_equal(begun.q, plain.q)
+    np.testing.assert_array_equal(begun.v, plain.v)
+
+
+def test_the_last_walk_that_is_made_again_counts(monkeypatch):
+    """Five fall, the sixth does not."""
+    count = 0
+
+    def simulated(one: Run):
+        nonlocal count
+        count += 1
+        short = replace(one, scenario=structs.replace(one.scenario, duration=0.05))
+        return simulate(one if count == 1 + TRIES else short)
+
+    begun = begun_walking(run_of("start.jitter=0.002"), simulated)
+    assert count == 1 + TRIES
+    plain = run_of("start.jitter=0.002", "start.walking=0.0")
+    assert np.abs(begun.q - plain.q).max() > 0.05, "in the middle of a walk"
 
 
 def test_in_the_plane_and_for_other_laws_it_is_refused():

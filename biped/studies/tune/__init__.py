@@ -7,111 +7,27 @@ import os
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
-from itertools import takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from msgspec import to_builtins
-from msgspec.structs import replace
 
-from biped.base.errors import InputError
-from biped.base.files import label, nearest
+from biped.base.files import label
 from biped.base.statistics import wilson
 from biped.base.writing import dumps
 from biped.ensemble.backend import Jobs, Progress, Told, silent, unheard
-from biped.ensemble.folder import Folder
 from biped.ensemble.guard import OF_RUNS
 from biped.ensemble.plan import Plan
-from biped.scenario.gains import GAINS, NOT_NEEDED, OUT_OF_PLANE, Gains, single, with_numbers
-from biped.scenario.gait import GAIT, gait_settings
-from biped.scenario.goals import Stage
-from biped.scenario.keys import Scenario
-from biped.scenario.reading import changed, read_scenario
+from biped.scenario.gains import GAINS, NOT_NEEDED, OUT_OF_PLANE
+from biped.scenario.gait import gait_settings, is_setting
+from biped.scenario.reading import read_scenario
 from biped.scenario.transitions import transitions_of
 from biped.scenario.vary import ChangeOrigin, with_values
-from biped.studies.folders import finished, folder_for
+from biped.studies.folders import folder_for
 from biped.studies.run import title_of
-from biped.studies.tune.evaluate import Study, begun_with, with_gait, workers
-from biped.studies.tune.search import Record, Search, SearchResult, Tally, ended, good_enough, strategy
-from biped.studies.tune.search_space import Candidate, SearchSpace, names_of
-
-
-def studies(scenario: Scenario) -> list[Study]:
-    """The stages of a tuning scenario as searches of their own, all from the scenario's gait.
-
-    Raises:
-        InputError: A stage names what does not exist or cannot be run; nothing is left to the stage's own time.
-    """
-    found = []
-    for number, stage in enumerate(_stages(scenario)):
-        study = Study(_scenario_of(scenario, number, stage))
-        SearchSpace(study.scenario, study.gains)
-        found.append(study)
-    return found
-
-
-def study_from(scenario: Scenario, number: int, candidate: Candidate) -> Study:
-    """Stage `number` (from 0) as a search that starts at a candidate which an earlier stage found."""
-    stage = _stages(scenario)[number]
-    assert scenario.tune is not None
-    whole = with_gait(scenario, scenario.tune.change, candidate.gains)
-    found = with_values(whole, dict(candidate.keys), ChangeOrigin("tune.keys"))
-    return Study(_scenario_of(found, number, stage))
-
-
-def _stages(scenario: Scenario) -> tuple[Stage, ...]:
-    return (scenario.tune.stages if scenario.tune else ()) or (Stage(),)
-
-
-def _scenario_of(scenario: Scenario, number: int, stage: Stage) -> Scenario:
-    """The scenario of one stage: a tuning scenario without stages."""
-    tune = scenario.tune
-    if tune is None:
-        return scenario  # which is refused where it is studied
-    key = f"tune.stages.{number}"
-    conditions = tune.conditions
-    if stage.conditions is not None:
-        for name in stage.conditions:
-            if name not in conditions:
-                raise InputError(f"{key}.conditions: no condition '{name}'; {nearest(name, list(conditions))}")
-        conditions = {name: conditions[name] for name in stage.conditions}
-        if not conditions:
-            raise InputError(f"{key}.conditions: expected at least one of {', '.join(tune.conditions)}")
-    for word in ("controller", "gains", "seed", "sweep", "tune"):
-        if word in stage.set:
-            raise InputError(f"{key}.set: {word}: expected the same in all stages" if word != "gains" else
-                             f"{key}.set: gains: expected in {key}.hold")  # fmt: skip
-    varied = single(names_of(_begun(scenario)) if tune.gains is None else tune.gains)
-    part = replace(
-        tune,
-        stages=(),
-        conditions=conditions,
-        gains=tuple(name for name in varied if name not in stage.hold),
-        generations=stage.generations or tune.generations,
-        spread=stage.spread or tune.spread,
-        limits=tune.limits if stage.limits is None else stage.limits,
-        floors=tune.floors if stage.floors is None else stage.floors,
-        enough=stage.enough or tune.enough,
-    )
-    whole = replace(scenario, tune=part)
-    if stage.set:
-        whole = changed(whole, stage.set, Path(f"{key}.set"))
-    return with_gait(whole, tune.change, _held(Study(whole).gains, stage, key)) if stage.hold else whole
-
-
-def _begun(scenario: Scenario) -> Gains:
-    """The complete gait that the search of a tuning scenario begins with."""
-    assert scenario.tune is not None
-    return begun_with(replace(scenario, tune=None, sweep={}, expect={}, thesis={}), scenario.tune.change)
-
-
-def _held(gains: Gains, stage: Stage, key: str) -> Gains:
-    """A complete gait with the values that a stage holds."""
-    known = single(names_of(gains))
-    for name in stage.hold:
-        if name not in known:
-            raise InputError(f"{key}.hold: no gain '{name}'; {nearest(name, known)}")
-    return with_numbers(gains, stage.hold)
+from biped.studies.tune.search import Record, Search, SearchResult, Tally, strategy
+from biped.studies.tune.search_space import SearchSpace
+from biped.studies.tune.stages import Begun, beginnings, search_through, studies
 
 
 def gait_text(title: str, search: Search, found: SearchResult, journal: Sequence[Record] | None = None) -> str:
@@ -139,14 +55,16 @@ def gait_text(title: str, search: Search, found: SearchResult, journal: Sequence
         f"objective {found.cost:.4f}, before {found.start_cost:.4f}",
     ]
     settings = gait_settings(with_values(study.scenario, dict(candidate.keys), ChangeOrigin("tune.keys")))
-    others = [(key, value) for key, value in candidate.keys if key.partition(".")[0] not in GAIT]
+    others = [(key, value) for key, value in candidate.keys if not is_setting(key)]
     if others:
         lines += ["It was found together with these settings, which a scenario must have:"]
         lines += [f"  {key} = {value:g}" for key, value in others]
     head = "".join(f"# {line}\n" for line in lines)
-    if tune.change is None and start:
-        named = to_builtins(transitions_of(start))
-        settings["transitions"] = {key: value for key, value in named.items() if value is not None}
+    if tune.change is not None:
+        settings.pop("start", None)  # it is where the run begins, not the change
+    elif start:
+        named = {key: value for key, value in to_builtins(transitions_of(start)).items() if value is not None}
+        settings |= {"transitions": named} if named else {}
     data = {
         "description": f"Found by biped tune {title}",
         "source": f"biped tune {title}, seed {study.scenario.seed}",
@@ -243,11 +161,14 @@ def tune(
     """
     scenario = read_scenario(name, changes)
     stages = studies(scenario)  # complaints come before anything is written
+    places = beginnings(scenario, name, changes)
     title = title_of(name)
     strategy(SearchSpace(stages[0].scenario, stages[0].gains), stages[0].tune, scenario.seed)
     began, cpu = time.perf_counter(), _cpu()
     with folder_for(out, title, Plan(scenario), foreign=OF_RUNS) as folder:
-        search, found, journal, made = _search(folder, scenario, stages, jobs, partial(progress, title), after, tell)
+        search, found, journal, made = search_through(
+            folder, Begun(scenario, stages), places, jobs, partial(progress, title), after, tell
+        )
         seconds = time.perf_counter() - began
         path = folder.path / "gait.toml"
         folder.save_text(path.name, gait_text(title, search, found, journal))
@@ -259,53 +180,3 @@ def tune(
 def _cpu() -> float:
     """[s] of this process and of its children that have ended."""
     return sum(os.times()[:4])
-
-
-def _search(
-    folder: Folder,
-    scenario: Scenario,
-    stages: list[Study],
-    jobs: Jobs,
-    progress: Callable[..., Any],
-    after: Callable[[list[Record], Path], None],
-    tell: Told,
-) -> tuple[Search, SearchResult, list[Record], int]:
-    """Goes through the generations that an earlier search did not finish; returns the journal and the runs made too."""
-    generations = sum(study.tune.generations for study in stages)
-    known = finished(folder, tell)
-    # A generation follows from all before it.
-    told = [known[number] for number in takewhile(known.__contains__, range(1, generations + 1))]
-    origin = Candidate(stages[0].gains, ())
-    candidate, journal, made, number = origin, list[Record](), 0, 0
-    with progress(generations, len(told)) as advance:
-        while True:
-            study = study_from(scenario, number, candidate) if number else stages[0]
-            rest = told[len(journal) :]
-            mine = next((rest[:n] for n in range(len(rest)) if ended(rest[:n], study.tune)), rest)
-            with workers(study, jobs) as evaluate:
-                search = Search(study, evaluate, mine, len(journal), continues=number > 0)
-                while not ended(search.journal, study.tune):
-                    folder.note(search.generation())
-                    after(journal + search.journal, folder.path)
-                    advance()
-                journal += search.journal
-                number = _next(stages, number, search.journal)
-                if number == len(stages):
-                    found = search.finish(None if study is stages[0] else origin)
-                    return search, found, journal, made + search.runs
-                candidate = search.space.candidate(search.best()[0])
-                made += search.runs
-
-
-def _next(stages: Sequence[Study], number: int, journal: Sequence[Record]) -> int:
-    """The stage that follows on one with this journal; a stage that asks for nothing more is passed over."""
-    after = number + 1
-    while after < len(stages) and _alike(stages[number], stages[after]) and good_enough(journal, stages[after].tune):
-        after += 1
-    return after
-
-
-def _alike(one: Study, other: Study) -> bool:
-    """Whether two stages put gaits to the same tests."""
-    asked = ("conditions", "checks", "duration", "limits", "floors")
-    return one.base == other.base and all(getattr(one.tune, name) == getattr(other.tune, name) for name in asked)

@@ -33,7 +33,9 @@ GAITS = tuple(f"any/{name}" for name in ("sure", "quick", "short", "long", "g1",
 """Gaits in units of any walker: four of the human, and those that were found for other robots."""
 POSTURES = ("heel_toe", "flat", "single")
 ASSISTS = (1.0, 0.0)
-"""Shares of Q_d itself in what acts; the search begins at the gait that comes furthest with none."""
+"""Shares of Q_d itself in what acts; the search begins at gaits that come furthest with none."""
+PLACES = 6
+"""Most gaits, each with its best posture, from which the search is tried before it goes on from one."""
 _PACE = 0.3
 """[√(g l)] that a run which falls must have kept to earn all that its distance can earn: a brisk walk."""
 _SECONDS = 6.0
@@ -55,9 +57,9 @@ class Trial(NamedTuple):
     Attributes:
         gait: Its name.
         assist: Share of Q_d itself in what acts; the rest are joint torques.
-        times: (3,) [s] until it fell, by posture.
-        distances: (3,) [m] it came; nan where its numbers blew up.
-        earned: (3,) what each run has earned towards a walk, of 1, by the measure of the search.
+        times: (n,) [s] until it fell, by posture.
+        distances: (n,) [m] it came; nan where its numbers blew up.
+        earned: (n,) what each run has earned towards a walk, of 1, by the measure of the search.
     """
 
     gait: str
@@ -65,11 +67,6 @@ class Trial(NamedTuple):
     times: tuple[float, ...]
     distances: tuple[float, ...]
     earned: tuple[float, ...]
-
-    @property
-    def merit(self) -> float:
-        """Mean of `earned`."""
-        return sum(self.earned) / len(self.earned)
 
 
 class RobotVerdict(NamedTuple):
@@ -94,7 +91,10 @@ def is_model(name: str) -> bool:
 def search_of(
     name: str, changes: Sequence[str], jobs: Jobs, progress: Progress = silent
 ) -> tuple[list[str], list[Trial]]:
-    """The changes that make `tune/any` a search for a robot, and how far shipped gaits came on it.
+    """The changes that make `tune/any` a search for a robot, and how far gaits came on it from each posture.
+
+    The search is tried from the gaits that come furthest with joint torques alone, each from its best posture. A gait
+    or a posture that the changes name is the only one.
 
     Args:
         name: Path of its model file.
@@ -112,7 +112,11 @@ def search_of(
         raise InputError(report.not_spatial, "law")
     model = f'model="{locate("models", name, "model").resolve()}"'
     pace = f"tune.pace={_PACE * math.sqrt(GRAVITY * report.leg):.3g}"
-    cases = list(product(ASSISTS, GAITS, POSTURES))
+    said = {one.partition("=")[0].strip() for one in changes}
+    own = read_scenario(SCENARIO, [model, *changes])
+    gaits = (own.controller,) if "controller" in said else GAITS
+    postures = (own.start.posture,) if "start.posture" in said else POSTURES
+    cases = list(product(ASSISTS, gaits, postures))
     shipped = _Shipped((model, pace, *changes))
     with executor.workers(shipped, jobs) as carried_out, progress(name, len(cases), 0) as advance:
         found = []
@@ -120,11 +124,14 @@ def search_of(
             found.append(one)
             advance()
     trials = []
-    for i in range(0, len(cases), len(POSTURES)):
+    for i in range(0, len(cases), len(postures)):
         assist, gait, _ = cases[i]
-        trials.append(Trial(gait, assist, *zip(*found[i : i + len(POSTURES)], strict=True)))
-    begins = max((one for one in trials if not one.assist), key=lambda one: one.merit)
-    return [model, f'controller="{begins.gait}"', pace, _stages(report.held), *changes], trials
+        trials.append(Trial(gait, assist, *zip(*found[i : i + len(postures)], strict=True)))
+    best = [(one, max(range(len(postures)), key=one.earned.__getitem__)) for one in trials if not one.assist]
+    best.sort(key=lambda start: -start[0].earned[start[1]])  # of equals the first
+    places = [{"controller": one.gait, "posture": postures[at]} for one, at in best[:PLACES]]
+    begin = setting("controller", best[0][0].gait), setting("tune.begin", places)
+    return [model, *begin, pace, _stages(report.held), *changes], trials
 
 
 def with_transitions(
@@ -211,7 +218,7 @@ class _Shipped:
         """[s] until a run fell, [m] it came, and what that earns."""
         assist, gait, posture = case
         fixed = (f'controller="{gait}"', f"actuation.assist={assist}", f"start.posture={posture}", "start.jitter=0.0",
-                 f"duration={_SECONDS}", "randomise.draw={}")  # fmt: skip
+                 f"duration={_SECONDS}")  # fmt: skip
         s = read_scenario(SCENARIO, [*fixed, *self._changes])
         made = Plan(replace(s, tune=None)).run(0)
         numbers = measured(made)[1]

@@ -12,8 +12,9 @@ from biped.base.files import locate
 from biped.cli.main import main
 from biped.scenario.gains import MGL
 from biped.scenario.reading import read_scenario
-from biped.studies.tune import robot, studies
-from biped.studies.tune.robot import ASSISTS, GAITS, SCENARIO, Trial, _Shipped, is_model, search_of
+from biped.studies.tune import robot
+from biped.studies.tune.robot import ASSISTS, GAITS, PLACES, POSTURES, SCENARIO, _Shipped, is_model, search_of
+from biped.studies.tune.stages import studies
 
 
 def test_a_model_file_is_told_from_a_scenario():
@@ -23,7 +24,7 @@ def test_a_model_file_is_told_from_a_scenario():
     assert not is_model("mine.toml")
 
 
-def test_it_begins_at_the_gait_that_comes_furthest_with_joint_torques():
+def test_it_begins_at_the_gaits_that_come_furthest_with_joint_torques():
     path = str(locate("models", "h1", "model"))
     changes, trials = search_of(path, ["duration=0.3", "seed=5"], 1)
     assert [(one.assist, one.gait) for one in trials] == [(assist, gait) for assist in ASSISTS for gait in GAITS]
@@ -31,15 +32,21 @@ def test_it_begins_at_the_gait_that_comes_furthest_with_joint_torques():
         assert len(one.times) == 3
         assert 0.0 < min(one.times) <= max(one.times) <= 0.3
     assert len({one.distances for one in trials}) > 4, "the gaits move it alike: the test would not see which is best"
-    best = max((one for one in trials if one.assist == 0.0), key=lambda one: one.merit)
-    stages = changes.pop(3)
+    ranked = sorted((one for one in trials if one.assist == 0.0), key=lambda one: -max(one.earned))
+    stages = changes.pop(4)
     # The leg of h1 is 0.87 m long, so that 0.3 √(g l) is 0.876 m/s.
-    assert changes == [f'model="{path}"', f'controller="{best.gait}"', "tune.pace=0.876", "duration=0.3", "seed=5"]
+    places = [(one.gait, POSTURES[one.earned.index(max(one.earned))]) for one in ranked[:PLACES]]
+    begin = ", ".join(f'{{controller = "{gait}", posture = "{posture}"}}' for gait, posture in places)
+    assert changes == [
+        f'model="{path}"', f'controller="{places[0][0]}"', f"tune.begin=[{begin}]", "tune.pace=0.876", "duration=0.3",
+        "seed=5",
+    ]  # fmt: skip
     s = read_scenario(SCENARIO, [stages, *(one for one in changes if not one.startswith("duration"))])
     assert s.model == "h1"
     assert s.seed == 5
     assert s.robot is not None
     assert s.tune is not None
+    assert [(place.controller, place.posture) for place in s.tune.begin] == places
     parts = studies(s)
     assert [one.base.actuation.assist for one in parts] == [0.0] * 6
     assert [len(one.base.robot.rigid) for one in parts if one.base.robot] == [9, 9, 9, 0, 0, 0], "arms and waist"
@@ -56,12 +63,22 @@ def test_who_comes_furthest_with_Q_d_itself_does_not_begin(monkeypatch):
         _Shipped, "__call__", lambda self, case: (times.get(case[:2], 2.0), 1.0, earned.get(case[:2], 0.2))
     )
     changes, _ = search_of(str(locate("models", "h1", "model")), [], 1)
-    assert read_scenario(SCENARIO, changes).controller == "any/short"
+    s = read_scenario(SCENARIO, changes)
+    assert s.controller == "any/short"
+    assert s.tune is not None
+    assert s.tune.begin[0].controller == "any/short"
 
 
-def test_a_trial_counts_its_three_starts_alike():
-    one = Trial("any/sure", 0.0, (1.0, 2.0, 6.0), (0.1, 0.2, 0.3), (0.1, 0.2, 0.6))
-    assert one.merit == pytest.approx(0.3)
+@pytest.mark.parametrize("posture", [None, "flat"])
+def test_a_gait_that_the_user_names_is_the_only_one_tried(monkeypatch, posture):
+    """And so is a posture."""
+    monkeypatch.setattr(_Shipped, "__call__", lambda self, case: (2.0, 1.0, 0.5 if case[2] == "single" else 0.2))
+    more = [] if posture is None else [f"start.posture={posture}"]
+    changes, trials = search_of(str(locate("models", "h1", "model")), ["controller=any/long", *more], 1)
+    assert {one.gait for one in trials} == {"any/long"}
+    s = read_scenario(SCENARIO, changes)
+    assert s.tune is not None
+    assert [(one.controller, one.posture) for one in s.tune.begin] == [("any/long", posture or "single")]
 
 
 def test_a_trial_earns_what_the_search_pays_for_time_and_distance():
@@ -99,8 +116,9 @@ def test_from_a_model_file_to_a_page(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(robot, "SEARCHES", {to: str(tmp_path / f"{to}.toml") for to in robot.SEARCHES})
     path, out = str(locate("models", "h1", "model")), tmp_path / "mine"
     argv = ["tune", path, "--set", "duration=0.3", "--set", "tune.population=4", "--set", "tune.checks=1", "--set",
-            "tune.unseen=1", "--set", 'tune.stages=[{generations=1,conditions=["level"]}]', "--set",
-            "simulation.control_rate=250.0", "--jobs", "1", "--out", str(out), "--json"]  # fmt: skip
+            "tune.unseen=1", "--set", "tune.tries=1", "--set", "controller=any/quick", "--set",
+            'tune.stages=[{generations=1,conditions=["level"]}]', "--set", "simulation.control_rate=250.0",
+            "--jobs", "1", "--out", str(out), "--json"]  # fmt: skip
     assert main(argv) == 0
     found = json.loads(capsys.readouterr().out)
     assert [test["name"] for test in found["standard"]["tests"]] == ["any/cells/push_left"]

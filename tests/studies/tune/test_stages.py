@@ -14,10 +14,10 @@ from biped.scenario.gains import Gains
 from biped.scenario.gait import read_gains
 from biped.scenario.goals import Tune
 from biped.scenario.reading import read_scenario
-from biped.studies.tune import studies, study_from
 from biped.studies.tune.evaluate import GainOutcome, Study, Task
 from biped.studies.tune.search import Search, ended
 from biped.studies.tune.search_space import Candidate, SearchSpace
+from biped.studies.tune.stages import studies, study_from
 
 TEXT = """
 controller = "fast"
