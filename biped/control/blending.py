@@ -46,8 +46,8 @@ def step_type(gait: np.dtype, *settings: tuple[str, str]) -> np.dtype:
     """
     size = gait.itemsize // np.dtype(float).itemsize
     return np.dtype(
-        [("first", "i8"), ("count", "i8"), ("complete", "u1"), ("waits", "i8"), ("air", "u1", LEGS), ("landed", "i8"),
-         ("before", "f8", size), ("after", "f8", size),
+        [("first", "i8"), ("count", "i8"), ("begun", "u1"), ("complete", "u1"), ("waits", "i8"), ("air", "u1", LEGS),
+         ("landed", "i8"), ("before", "f8", size), ("after", "f8", size),
          *settings], align=True,
     )  # fmt: skip
 
@@ -69,7 +69,7 @@ def changes_in(
     steps, one = np.zeros(len(s.change), step), np.zeros(1, kind)
     rate = s.simulation.control_rate
     for i, (c, change) in enumerate(zip(steps, s.change, strict=True)):
-        c["first"], c["count"] = round(change.at * rate), max(1, round(change.over * rate))
+        c["first"], c["count"] = round(change.at * rate), max(1, round((change.over or 0.0) * rate))
         c["waits"] = -1 if change.after_landing is None else round(change.after_landing * rate)
         c["landed"] = -1
         set_gains(one[0], gains)
@@ -97,7 +97,9 @@ def blend(changes, k):
             _look_for_landing(step, changes.phase)
             if step["landed"] < step["waits"]:
                 return
-            step["waits"], step["first"] = -1, k
+            step["waits"] = -1
+        if not step["begun"]:  # as late as the one before it has ended, or its foot has landed
+            step["begun"], step["first"] = True, k
         share = min(1.0, (k - step["first"] + 1) / step["count"])
         rest = 1.0 - share
         for j in range(gait.size):

@@ -360,11 +360,16 @@ class Plan:
             if change.to is not None and change.controller is not None:
                 raise InputError(f'{at}controller: expected none with to = "{change.to}"', "change")
             named = change.controller
+            if change.to == "first" and change.over is None and s.change[i - 1].to == "start":
+                over = self._runs.transitions(s.controller).walk_over
+                change = msgspec.structs.replace(change, over=over)  # noqa: PLW2901
             if change.to in TRANSITIONS:
                 gaits = self._runs.transitions(s.controller)
                 named = getattr(gaits, change.to)
                 if change.to == "stop" and change.after_landing is None:
                     change = msgspec.structs.replace(change, after_landing=gaits.stop_after_landing)  # noqa: PLW2901
+                if change.to == "start" and change.over is None:
+                    change = msgspec.structs.replace(change, over=gaits.start_over)  # noqa: PLW2901
                 if named is None:
                     what = f'expected {change.to} = "…" in [transitions] of its file, or a controller instead'
                     raise InputError(f"{at}to: gait '{s.controller}' names no gait for it: {what}", "change")

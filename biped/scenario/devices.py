@@ -202,7 +202,8 @@ class Change(Section, frozen=True):
 
     Attributes:
         at: [s] when it begins.
-        over: [s] during which gains go linearly to their new values; settings of the actuation change at once.
+        over: [s] during which gains go linearly to their new values; settings of the actuation change at once. Default:
+            as `[transitions]` says where `to` is `start`, or `first` after a `start`; elsewhere 0.
         controller: Name or path of the gait from then on; default: what held before.
         to: Instead of a controller: `first`, the gait that the run began with, however it was searched for or drawn; or
             `stop`, `stand` or `start`, the gaits by which that one stops, stands and sets off, as its file says in
@@ -214,7 +215,7 @@ class Change(Section, frozen=True):
     """
 
     at: NonNegative
-    over: NonNegative = 0.0
+    over: NonNegative | None = None
     controller: Name | None = None
     to: Literal["first", "stop", "stand", "start"] | None = None
     after_landing: NonNegative | None = None

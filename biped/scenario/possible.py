@@ -240,7 +240,7 @@ def _seat(s: Scenario, fail: Fail) -> None:
 
 
 def _follow_one_another(s: Scenario, fail: Fail) -> None:
-    """Rejects changes outside the run, before the end of the last, or of a law that has no gains."""
+    """Rejects changes outside the run, before the last one begins, or of a law that has no gains."""
     if s.change and own_law(s.law):
         raise fail("change", "expected no law of one's own, which knows the time; changes are the thesis's law's")
     free = 0.0
@@ -248,8 +248,8 @@ def _follow_one_another(s: Scenario, fail: Fail) -> None:
         if change.at >= s.duration:
             raise fail(f"change[{i}].at", f"expected a time within the run (duration {s.duration} s), got {change.at}")
         if change.at < free:
-            raise fail(f"change[{i}].at", f"expected at least {free:g} s, where the one before ends, got {change.at:g}")
-        free = change.at + change.over
+            raise fail(f"change[{i}].at", f"expected at least {free:g} s, when the last one begins, got {change.at:g}")
+        free = change.at
         told = [key for key in change.actuation.__struct_fields__ if getattr(change.actuation, key) is not None]
         if told and s.actuation.contacts == "pushing":
             raise fail(f"change[{i}].actuation.{told[0]}", "expected none where actuation.contacts = 'pushing': joint "

@@ -21,12 +21,16 @@ class Transitions(Section, frozen=True):
         stand: Name or path of the gait that stands.
         start: Name or path of the gait that shifts the weight of a stander, before the walk takes over.
         stop_after_landing: [s] after a foot has landed that the stop begins; default: at once.
+        start_over: [s] over which a stander goes to `start`.
+        walk_over: [s] over which the walk takes over from `start`.
     """
 
     stop: Name | None = None
     stand: Name | None = None
     start: Name | None = None
     stop_after_landing: NonNegative | None = None
+    start_over: NonNegative = 0.2
+    walk_over: NonNegative = 0.25
 
 
 def transitions_of(controller: str) -> Transitions:

@@ -45,8 +45,11 @@ TESTS = "any/cells/"
 _LEVEL = f"{TESTS}level"
 SEARCHES = {"stop": "tune/any_stop", "start": "tune/any_start"}
 """Searches for the gaits by which a walk stops and sets off."""
-_AFTER = "change.0.after_landing"
-"""Key of the first of them that is kept with its gait."""
+_KEYS = {
+    "stop": {"change.0.after_landing": "stop_after_landing"},
+    "start": {"change.1.over": "start_over", "change.2.over": "walk_over"},
+}
+"""Their keys, and what they are called beside the walk's gait."""
 _KEPT = "robot", "simulation", "fall", "truth", "sensors", "sensing"
 """Tables of changes that are no matter of a search: tests are made with them too."""
 
@@ -154,8 +157,7 @@ def with_transitions(
         tuned = tune(search, [*own, f'controller="{walk}"'], jobs, gait.parent / to, progress, tell=tell)
         if tuned.found.cost < tuned.found.start_cost:
             named[to] = f"{to}/{tuned.gait.name}"
-            if _AFTER in tuned.keys:
-                named["stop_after_landing"] = tuned.keys[_AFTER]
+            named |= {word: tuned.keys[key] for key, word in _KEYS[to].items() if key in tuned.keys}
     _write_walk(walk, gait, named)
     return walk
 

@@ -139,6 +139,44 @@ def test_a_change_that_waits_for_a_foot_that_never_lands_never_begins():
     assert gait == before, "nor do those after it"
 
 
+def test_a_change_that_begins_late_takes_its_whole_time():
+    """It waits for the one before, which takes 0.2 s from 0.1 s on, and begins in the tick in which that ends."""
+    scene = Scene("change=[{at=0.1,over=0.2,gains.k_d1=1.0},{at=0.15,over=0.1,gains.b_d1=2.0}]")
+    setup, gait = scene.setup, scene.c["gait"]
+    changes = changes_in(scene.record, step_type(GAIT), setup.scenario, setup.gains, set_gains)
+    k_before, b_before, k_seen, b_seen = gait["k_torso"][0], gait["b_torso"][0], [], []
+    for k in range(500):
+        blend(changes, k)
+        k_seen.append(gait["k_torso"][0])
+        b_seen.append(gait["b_torso"][0])
+    shares = (k_before - np.array(k_seen[100:300])) / (k_before - 1.0)
+    np.testing.assert_allclose(shares, np.arange(1, 201) / 200.0, atol=1e-12)
+    np.testing.assert_allclose(b_seen[:299], b_before, rtol=1e-14)
+    shares = (b_before - np.array(b_seen[299:399])) / (b_before - 2.0)
+    np.testing.assert_allclose(shares, np.arange(1, 101) / 100.0, atol=1e-12)
+    assert set(k_seen[300:]) == {1.0}
+    assert set(b_seen[399:]) == {2.0}
+
+
+def test_a_change_before_the_last_one_begins_is_refused():
+    with pytest.raises(InputError, match=r"change\[1\]\.at: expected at least 0\.2 s, when the last one begins"):
+        plan_of("change=[{at=0.2,gains.k_d1=1.0},{at=0.1,gains.b_d1=2.0}]")
+
+
+def test_how_long_it_takes_to_set_off_is_the_gait_s(tmp_path):
+    text = 'extends = "human3d"\n[transitions]\nstand = "human3d_stand"\nstart = "human3d_stand"\n'
+    path = tmp_path / "mine.toml"
+    setting_off = 'change=[{at=0.0,to="stand"},{at=0.1,to="start"},{at=0.1,to="first"}]'
+    for more, wanted in (("", [None, 0.2, 0.25]), ("start_over = 0.05\nwalk_over = 0.1\n", [None, 0.05, 0.1])):
+        path.write_text(text + more, encoding="utf-8")
+        changes = plan_of(f'controller="{path}"', setting_off).run(0).scenario.change
+        assert [change.over for change in changes] == wanted
+    own = 'change=[{at=0.0,to="stand"},{at=0.1,over=0.01,to="start"},{at=0.1,over=0.02,to="first"}]'
+    assert [one.over for one in plan_of(f'controller="{path}"', own).run(0).scenario.change] == [None, 0.01, 0.02]
+    again = 'change=[{at=0.0,to="stand"},{at=0.1,to="first"}]'  # who does not set off by `start` goes back at once
+    assert [one.over for one in plan_of(f'controller="{path}"', again).run(0).scenario.change] == [None, None]
+
+
 def test_after_a_landing_a_walk_stops_as_its_gait_says(tmp_path):
     text = 'extends = "human3d"\n[transitions]\nstop = "human3d_stand"\nstop_after_landing = 0.15\n'
     (tmp_path / "mine.toml").write_text(text, encoding="utf-8")
