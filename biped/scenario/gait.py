@@ -75,7 +75,12 @@ def typed(tables: dict[str, Any], kinds: Kinds, origin: Origin) -> Settings:
     for name, table in tables.items():
         if not isinstance(table, dict):
             raise origin.fault(name, f"expected a table, got {echo(table)}")
-        section = convert(table, kinds[name], lambda key, what, at=name: origin.fault(f"{at}.{key}", what))
+
+        def fail(key: str, what: str, at: str = name) -> InputError:
+            return origin.fault(f"{at}.{key}", what)
+
+        known_keys(table, kinds[name], "", fail)
+        section = convert(table, kinds[name], fail)
         settings[name] = {key: getattr(section, key) for key in table}
     return settings
 
@@ -162,12 +167,15 @@ def gait_settings(s: Scenario) -> Settings:
         defaults, mine = _usual(habits, name)[1], getattr(s, name)
         if mine is None:
             continue
+        if name == "start":  # none of it is a robot's own, and "flat" says something where the default is a stand
+            if mine.posture and mine.q is None and "start.posture" not in s.randomise.draw:
+                tables[name] = {"posture": mine.posture}
+            continue
         unsaid = HABITS.get(name, {})  # of any robot: its own limits
         own = {
             key: getattr(mine, key)
             for key in kind.__struct_fields__
-            if (name in OPTIONAL or getattr(mine, key) not in (getattr(defaults, key), unsaid.get(key)))
-            and f"{name}.{key}" not in s.randomise.draw
+            if name in OPTIONAL or getattr(mine, key) not in (getattr(defaults, key), unsaid.get(key))
         }
         if own:
             tables[name] = own

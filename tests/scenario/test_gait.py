@@ -86,7 +86,7 @@ def test_a_gait_may_step_back():
     s, origin = scenario('controller = "b.toml"\nbackstep.theta_l = 70.0\n')
     assert s.backstep == Backstep(margin=0.01, theta_l=70.0)
     assert origin.of("backstep.margin") == "b.toml"
-    assert gait_settings(s) == {"backstep": {"margin": 0.01, "theta_l": 70.0, "k_d2": 300.0, "b_d2": 10.0}}
+    assert gait_settings(s) == {"start": {"posture": "flat"}, "backstep": {"margin": 0.01, "theta_l": 70.0, "k_d2": 300.0, "b_d2": 10.0}}
     assert scenario('controller = "normal"\n')[0].backstep is None
 
 
@@ -203,6 +203,31 @@ def test_made_for_is_what_differs_from_the_defaults():
         "actuation": {"single_tangential": True},
         "start": {"posture": "heel_toe"},
     }
+
+
+@pytest.mark.parametrize(("name", "changes", "wanted"), [
+    ("level_fast", ["start.posture=flat"], {"posture": "flat"}),
+    ("any/cells/level", ["start.posture=flat"], {"posture": "flat"}),
+    ("any/cells/level", ["controller=any/stand"], None),
+    ("level_fast", ['randomise.draw={"start.posture"={grid=["flat","single"]}}'], None),
+])  # fmt: skip
+def test_a_gait_says_where_its_walk_began(name, changes, wanted):
+    """Also in a posture that is the default of some robots; not in one that was drawn, or in a robot's own stand."""
+    assert gait_settings(read_scenario(name, changes)).get("start") == wanted
+
+
+def test_the_start_of_a_gait_lies_below_the_scenario_s(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('extends = "fast"\n[start]\nposture = "single"\n', encoding="utf-8")
+    mine = f'controller="{path}"'
+    scenario = tmp_path / "run.toml"
+    scenario.write_text('controller = "mine.toml"\nduration = 1.0\n', encoding="utf-8")
+    assert read_scenario(str(scenario)).start.posture == "single"
+    assert read_scenario(str(scenario), ["start.posture=flat"]).start.posture == "flat"
+    assert read_scenario(str(scenario), [mine, "start.jitter=0.01"]).start.posture == "single"
+    path.write_text('extends = "fast"\n[start]\njitter = 0.1\n', encoding="utf-8")
+    with pytest.raises(InputError, match=r"start\.jitter: unknown key"):
+        read_scenario(str(scenario))
 
 
 def test_what_a_robot_says_itself_its_gaits_need_not_say():
