@@ -24,7 +24,7 @@ from biped.scenario.keys import Scenario
 from biped.scenario.laws import SPATIAL
 from biped.scenario.randomise import Normals
 from biped.scenario.robot import Described
-from biped.scenario.transitions import TRANSITIONS, Transitions, transitions_of
+from biped.scenario.transitions import TRANSITIONS, Transitions, timed, transitions_of
 from biped.scenario.valid import UNKNOWN, Origin
 from biped.scenario.vary import DRAW, SWEEP, disturbed, drawn, points_of, run_seed, stream, with_values
 from biped.scenario.world import BodyTruth, Disturbance, Push
@@ -360,16 +360,11 @@ class Plan:
             if change.to is not None and change.controller is not None:
                 raise InputError(f'{at}controller: expected none with to = "{change.to}"', "change")
             named = change.controller
-            if change.to == "first" and change.over is None and s.change[i - 1].to == "start":
-                over = self._runs.transitions(s.controller).walk_over
-                change = msgspec.structs.replace(change, over=over)  # noqa: PLW2901
+            before = s.change[i - 1]
+            if change.to in TRANSITIONS or (change.to == "first" and before.to == "start"):
+                change = timed(change, before, self._runs.transitions(s.controller))  # noqa: PLW2901
             if change.to in TRANSITIONS:
-                gaits = self._runs.transitions(s.controller)
-                named = getattr(gaits, change.to)
-                if change.to == "stop" and change.after_landing is None:
-                    change = msgspec.structs.replace(change, after_landing=gaits.stop_after_landing)  # noqa: PLW2901
-                if change.to == "start" and change.over is None:
-                    change = msgspec.structs.replace(change, over=gaits.start_over)  # noqa: PLW2901
+                named = getattr(self._runs.transitions(s.controller), change.to)
                 if named is None:
                     what = f'expected {change.to} = "…" in [transitions] of its file, or a controller instead'
                     raise InputError(f"{at}to: gait '{s.controller}' names no gait for it: {what}", "change")

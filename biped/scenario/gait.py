@@ -24,7 +24,7 @@ from biped.scenario.valid import Origin, convert, known_keys
 from biped.scenario.world import Ground
 
 
-class Begins(Section, frozen=True):
+class GaitStart(Section, frozen=True):
     """How a walk begins by itself: `[start]` of a gait file, which counts where a scenario does not say.
 
     Attributes:
@@ -35,7 +35,7 @@ class Begins(Section, frozen=True):
 
 
 Kinds = dict[str, type[Section]]
-GAIT: Kinds = {"sensing": Sensing, "actuation": Actuation, "backstep": Backstep, "start": Begins}
+GAIT: Kinds = {"sensing": Sensing, "actuation": Actuation, "backstep": Backstep, "start": GaitStart}
 """Tables of a scenario that a gait file may have too."""
 READING: Kinds = {
     "sensing": Sensing,

@@ -7,6 +7,7 @@ from msgspec.structs import replace
 from biped.base.errors import InputError, echo
 from biped.base.files import canonical, layered, locate
 from biped.base.typed import Name, NonNegative, Section
+from biped.scenario.devices import Change
 from biped.scenario.valid import Origin, convert, known_keys
 
 TRANSITIONS = "stop", "stand", "start"
@@ -31,6 +32,23 @@ class Transitions(Section, frozen=True):
     stop_after_landing: NonNegative | None = None
     start_over: NonNegative = 0.2
     walk_over: NonNegative = 0.25
+
+
+def timed(change: Change, before: Change, said: Transitions) -> Change:
+    """A change with the times that a walk's `[transitions]` say of it, where it says none itself.
+
+    Args:
+        change: To one of the gaits that they name, or back to the walk.
+        before: The change before it, if there is one.
+        said: They.
+    """
+    if change.to == "stop" and change.after_landing is None:
+        return replace(change, after_landing=said.stop_after_landing)
+    if change.over is None and change.to == "start":
+        return replace(change, over=said.start_over)
+    if change.over is None and change.to == "first" and before.to == "start":
+        return replace(change, over=said.walk_over)
+    return change
 
 
 def transitions_of(controller: str) -> Transitions:

@@ -21,7 +21,7 @@ from biped.ensemble.plan import Plan
 from biped.scenario.gains import GAINS, NOT_NEEDED, OUT_OF_PLANE
 from biped.scenario.gait import gait_settings, is_setting
 from biped.scenario.reading import read_scenario
-from biped.scenario.transitions import transitions_of
+from biped.scenario.transitions import Transitions, transitions_of
 from biped.scenario.vary import ChangeOrigin, with_values
 from biped.studies.folders import folder_for
 from biped.studies.run import title_of
@@ -63,7 +63,8 @@ def gait_text(title: str, search: Search, found: SearchResult, journal: Sequence
     if tune.change is not None:
         settings.pop("start", None)  # it is where the run begins, not the change
     elif start:
-        named = {key: value for key, value in to_builtins(transitions_of(start)).items() if value is not None}
+        usual = to_builtins(Transitions())
+        named = {key: value for key, value in to_builtins(transitions_of(start)).items() if value != usual[key]}
         settings |= {"transitions": named} if named else {}
     data = {
         "description": f"Found by biped tune {title}",

@@ -130,10 +130,9 @@ def search_of(
     for i in range(0, len(cases), len(postures)):
         assist, gait, _ = cases[i]
         trials.append(Trial(gait, assist, *zip(*found[i : i + len(postures)], strict=True)))
-    best = [(one, max(range(len(postures)), key=one.earned.__getitem__)) for one in trials if not one.assist]
-    best.sort(key=lambda start: -start[0].earned[start[1]])  # of equals the first
-    places = [{"controller": one.gait, "posture": postures[at]} for one, at in best[:PLACES]]
-    begin = setting("controller", best[0][0].gait), setting("tune.begin", places)
+    best = sorted((one for one in trials if not one.assist), key=lambda one: -max(one.earned))[:PLACES]
+    places = [{"controller": one.gait, "posture": postures[one.earned.index(max(one.earned))]} for one in best]
+    begin = setting("controller", best[0].gait), setting("tune.begin", places)
     return [model, *begin, pace, _stages(report.held), *changes], trials
 
 
@@ -142,7 +141,7 @@ def with_transitions(
 ) -> Path:
     """Searches for the gaits by which a walk stops and sets off, in folders beside it; returns a gait that names them.
 
-    A search that finds nothing better leaves the walk the gait that it has, which is the human's.
+    A search that finds nothing better leaves the walk the gait that it has, which is that of where its search began.
 
     Args:
         gait: The walk's file; what its folder already has of the searches is continued.

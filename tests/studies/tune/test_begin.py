@@ -66,6 +66,7 @@ def test_the_search_goes_on_from_the_place_where_a_recheck_was_best(scenario_fil
     found = tomllib.loads(gait)
     assert (found["k_d2"][0], found["theta_b"]) == TOLD["normal"]
     assert found["start"] == {"posture": "single"}
+    assert "transitions" not in found, "the gait that it began at names none"
     capsys.readouterr()
 
 
