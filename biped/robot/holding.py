@@ -28,6 +28,56 @@ def holds(model: mujoco.MjModel, base: Sequence[int]) -> list[str]:
             *_of_tendons(model, base), *_of_options(model), *_of_bodies(model)]  # fmt: skip
 
 
+_AS_FREE = [*[mujoco.mjtJoint.mjJNT_SLIDE] * 3, mujoco.mjtJoint.mjJNT_BALL]
+_SMALL = 1e-9
+
+
+def free_bases(spec: mujoco.MjSpec, notes: list[str]) -> None:
+    """Turns three slides along x, y and z and a ball, by which the base of some files moves, into a free joint.
+
+    Velocities are the same, and so are coordinates, but that a slide counts from where the body stands in the file.
+
+    Args:
+        spec: The parsed file, which is changed.
+        notes: What is changed is added here.
+
+    Raises:
+        ValueError: MuJoCo cannot compile the file.
+    """
+    found = [body for body in spec.bodies if [joint.type for joint in body.joints] == _AS_FREE]
+    if not found:
+        return
+    needed = {one.target for one in spec.actuators} | {one.objname for one in spec.sensors}
+    model = spec.copy().compile()
+    for body in found:
+        joints = list(body.joints)
+        number = list(spec.bodies).index(body)
+        if any(joint.name and joint.name in needed for joint in joints) or not _moves_freely(model, number):
+            continue
+        first = int(model.jnt_qposadr[model.body_jntadr[number]])
+        for key, qpos in zip(spec.keys, model.key_qpos, strict=True):
+            qpos[first : first + 3] += model.body_pos[number]
+            key.qpos = qpos
+        for joint in joints:
+            spec.delete(joint)
+        body.add_freejoint()
+        notes.append(f"base: three slides and a ball of body '{body.name}' are taken for a free joint")
+
+
+def _moves_freely(model: mujoco.MjModel, body: int) -> bool:
+    """Whether three slides and a ball move a body of the world as a free joint would."""
+    joints = slice(model.body_jntadr[body], model.body_jntadr[body] + len(_AS_FREE))
+    first = model.jnt_qposadr[joints][0]
+    return bool(
+        model.body_parentid[body] == 0
+        and np.abs(model.body_quat[body] - (1.0, 0.0, 0.0, 0.0)).max() < _SMALL
+        and np.abs(model.jnt_axis[joints][:3] - np.eye(3)).max() < _SMALL
+        and not model.jnt_limited[joints].any()
+        and not model.jnt_pos[joints].any()
+        and not model.qpos0[first : first + 3].any()
+    )
+
+
 def let_go(spec: mujoco.MjSpec, notes: list[str]) -> None:
     """Takes damping, friction and armature off free joints, which files have by mistake: their defaults say so.
 

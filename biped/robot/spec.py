@@ -11,7 +11,7 @@ import numpy as np
 from biped.base.errors import InputError
 from biped.base.files import label, nearest
 from biped.base.trust import trusted
-from biped.robot.holding import let_go
+from biped.robot.holding import free_bases, let_go
 from biped.robot.safety import spellings_of
 from biped.scenario.keys import Simulation
 from biped.scenario.robot import Described
@@ -256,7 +256,10 @@ def compiled_spec(path: Path, read: Callable[[], mujoco.MjSpec]) -> tuple[mujoco
             warnings.simplefilter("error")  # what MuJoCo only warns of (a singular inertia) no run survives
             return spec, spec.compile()
     except (ValueError, UserWarning, mujoco.FatalError) as error:
-        raise InputError(f"{label(path)}: not a model MuJoCo can compile: {' '.join(str(error).split())}") from None
+        said = " ".join(str(error).split())
+        if "Schema violation" in said:  # older files have words that are gone
+            said += f" (this is MuJoCo {mujoco.__version__})"
+        raise InputError(f"{label(path)}: not a model MuJoCo can compile: {said}") from None
 
 
 def no_keyframe(path: Path, name: str, names: Sequence[str]) -> InputError:
@@ -282,6 +285,7 @@ def read(path: Path, table: Described, notes: list[str] | None = None) -> mujoco
     out = [] if notes is None else notes
     find_assets(spec, path, out)
     leave_out_idle(spec, out)
+    free_bases(spec, out)
     let_go(spec, out)
     complete(spec, table, is_urdf(path))
     if table.rigid:

@@ -174,7 +174,21 @@ KNEES = "theta_k"
 STRAIGHT = (0.0, 0.0, 0.0, 0.0)
 PACE = "pace"
 """A table that a gait may lack: then its thighs do not follow the walker's speed."""
-LACKED = (KNEES, PACE)
+
+
+class LackedGains(PartialGains, frozen=True, omit_defaults=True):
+    """Gains that a gait may lack.
+
+    Attributes:
+        theta_k: Degrees, where the knees' springs are at rest in leg states 1 to 4.
+        pace: How thighs follow the walker's speed.
+    """
+
+    theta_k: Four | None = None
+    pace: Pace | None = None
+
+
+LACKED = LackedGains.__struct_fields__
 """Gains that vary in a search if a gait has them."""
 NOT_NEEDED = (*LACKED, "unit")
 """Gains that a gait may have; a unit only that of a biped in space."""

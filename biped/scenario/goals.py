@@ -9,6 +9,7 @@ from msgspec import Meta, field
 
 from biped.base.errors import InputError, echo
 from biped.base.typed import LARGEST, Count, Name, NonNegative, Positive, Real, Section
+from biped.scenario.gains import LackedGains
 from biped.scenario.metrics import METRICS, Metric
 
 _SHARE = re.compile(r"(\d+(?:\.\d+)?) ?%")
@@ -193,9 +194,11 @@ class Stage(Section, frozen=True):
         generations: Of this stage; default: those of [tune].
         conditions: Names of the conditions that count; default: all.
         hold: Gains and the values that they keep in it, e.g. `hold = { theta_b = 80.0 }`.
+        add: Gains that a gait may lack and that one without them has from here on, e.g. `add.theta_k`.
         set: Part of a scenario that all of its conditions have.
         spread: First standard deviation; default: that of [tune].
-        limits: Instead of those of [tune].
+        weights: Instead of those of [tune].
+        limits: Likewise.
         floors: Likewise.
         enough: Instead of that of [tune].
     """
@@ -203,8 +206,10 @@ class Stage(Section, frozen=True):
     generations: Count | None = None
     conditions: tuple[str, ...] | None = None
     hold: dict[str, Real] = field(default_factory=dict)
+    add: LackedGains = LackedGains()
     set: dict[str, Any] = field(default_factory=dict)
     spread: Positive | None = None
+    weights: Weights | None = None
     limits: dict[str, Positive] | None = None
     floors: dict[str, Positive] | None = None
     enough: Share | None = None

@@ -41,7 +41,9 @@ class Appearance(Section, frozen=True):
 
 
 class Base(Section, frozen=True):
-    """The body that moves freely: in space by a free joint, in the plane by slides along x and z and a hinge about y.
+    """The body that moves freely: in the plane by slides along x and z and a hinge about y, in space by a free joint.
+
+    Three slides along x, y and z and a ball are taken for a free joint.
 
     Attributes:
         body: Its body; default: the one that is recognised.

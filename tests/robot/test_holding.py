@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import mujoco
+import numpy as np
 import pytest
 
 from biped.base.errors import InputError
 from biped.cli.main import main
+from biped.robot.holding import free_bases
 from biped.robot.planar.model import check_home, checked_model
 from biped.robot.recognise import looked_at
 from biped.robot.spec import parsed
@@ -167,3 +170,55 @@ def test_the_command_names_every_part(tmp_path, capsys):
     flat = " ".join(capsys.readouterr().out.split())
     assert "joint 'root_pitch' of the base: range" in flat
     assert "tendon 'rope': goes over the joint 'root_z' of the base" in flat
+
+
+THREE_SLIDES = """
+<mujoco>
+  <worldbody>
+    <body name="trunk" pos="0 0.3 0.8" {turned}>
+      <joint type="slide" axis="1 0 0" limited="false"/>
+      <joint type="slide" axis="0 1 0" {end}/>
+      <joint name="up" type="slide" axis="0 0 1"/>
+      <joint type="ball" limited="false"/>
+      <geom size="0.1" pos="0.1 0 0"/>
+      <body pos="0.1 0 0">
+        <joint axis="0 1 0"/>
+        <geom type="capsule" size="0.02" fromto="0 0 0 0.1 0.1 0.3"/>
+      </body>
+    </body>
+  </worldbody>
+  <sensor>{sensor}</sensor>
+  <keyframe><key qpos="0 0 0.1 1 0 0 0 0.3"/></keyframe>
+</mujoco>
+"""
+
+
+def states_after(model: mujoco.MjModel) -> np.ndarray:
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    data.qvel[:] = np.random.default_rng(0).normal(size=model.nv)
+    for _ in range(200):
+        mujoco.mj_step(model, data)
+    return np.concatenate([data.xpos.ravel(), data.qvel])
+
+
+def test_three_slides_and_a_ball_are_a_free_joint():
+    text = THREE_SLIDES.format(turned="", end="", sensor="")
+    spec, notes = mujoco.MjSpec.from_string(text), list[str]()
+    free_bases(spec, notes)
+    model = spec.compile()
+    assert "body 'trunk' are taken for a free joint" in notes[0]
+    assert model.jnt_type.tolist() == [mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_HINGE]
+    np.testing.assert_allclose(states_after(model), states_after(mujoco.MjModel.from_xml_string(text)), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [{"turned": 'euler="0 0 1"'}, {"end": 'range="-1 1"'}, {"end": 'ref="0.2"'}, {"sensor": '<jointpos joint="up"/>'}],
+)
+def test_what_is_no_free_joint_stays_as_it_is(other):
+    text = THREE_SLIDES.format(**{"turned": "", "end": "", "sensor": ""} | other)
+    spec, notes = mujoco.MjSpec.from_string(text), list[str]()
+    free_bases(spec, notes)
+    assert not notes
+    assert spec.compile().njnt == 5

@@ -15,7 +15,7 @@ from biped.base.errors import InputError
 from biped.base.files import canonical, locate, nearest
 from biped.ensemble.backend import Jobs, Told
 from biped.ensemble.folder import Folder
-from biped.scenario.gains import Gains, single, with_numbers
+from biped.scenario.gains import LACKED, Gains, LackedGains, single, with_numbers
 from biped.scenario.goals import Stage
 from biped.scenario.keys import Scenario
 from biped.scenario.reading import changed, read_scenario
@@ -113,7 +113,11 @@ def _scenario_of(scenario: Scenario, number: int, stage: Stage) -> Scenario:
         if word in stage.set:
             raise InputError(f"{key}.set: {word}: expected the same in all stages" if word != "gains" else
                              f"{key}.set: gains: expected in {key}.hold")  # fmt: skip
-    varied = single(names_of(_begun(scenario)) if tune.gains is None else tune.gains)
+    begun = _begun(scenario)
+    if stage.add != LackedGains():
+        begun = _added(begun, stage, f"{key}.add")
+        scenario = with_gait(scenario, tune.change, begun)
+    varied = single(names_of(begun) if tune.gains is None else tune.gains)
     part = replace(
         tune,
         stages=(),
@@ -121,6 +125,7 @@ def _scenario_of(scenario: Scenario, number: int, stage: Stage) -> Scenario:
         gains=tuple(name for name in varied if name not in stage.hold),
         generations=stage.generations or tune.generations,
         spread=stage.spread or tune.spread,
+        weights=stage.weights or tune.weights,
         limits=tune.limits if stage.limits is None else stage.limits,
         floors=tune.floors if stage.floors is None else stage.floors,
         enough=stage.enough or tune.enough,
@@ -135,6 +140,14 @@ def _begun(scenario: Scenario) -> Gains:
     """The complete gait that the search of a tuning scenario begins with."""
     assert scenario.tune is not None
     return begun_with(replace(scenario, tune=None, sweep={}, expect={}, thesis={}), scenario.tune.change)
+
+
+def _added(gains: Gains, stage: Stage, key: str) -> Gains:
+    """A complete gait with what a stage adds to one that lacks it."""
+    given = {name: value for name in LACKED if (value := getattr(stage.add, name)) is not None}
+    if absent := [name for name in stage.add.missing() if name not in LACKED]:
+        raise InputError(f"{key}: missing: {', '.join(absent)}")
+    return replace(gains, **{name: value for name, value in given.items() if getattr(gains, name) is None})
 
 
 def _held(gains: Gains, stage: Stage, key: str) -> Gains:
@@ -262,5 +275,5 @@ def _next(stages: Sequence[Study], number: int, journal: Sequence[Record]) -> in
 
 def _alike(one: Study, other: Study) -> bool:
     """Whether two stages put gaits to the same tests."""
-    asked = ("conditions", "checks", "duration", "limits", "floors")
+    asked = ("conditions", "checks", "duration", "weights", "limits", "floors")
     return one.base == other.base and all(getattr(one.tune, name) == getattr(other.tune, name) for name in asked)

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from biped.base.errors import InputError
 from biped.cli.main import main
-from biped.scenario.gains import Gains
+from biped.scenario.gains import Gains, Pace
 from biped.scenario.gait import read_gains
 from biped.scenario.goals import Tune
 from biped.scenario.reading import read_scenario
@@ -171,6 +171,24 @@ def test_the_gait_of_a_change_varies_and_the_first_one_stays(scenario_file, tmp_
     capsys.readouterr()
 
 
+PACE = "pace={speed=0.9,slope=0.0,side=0.0,swing=0.0,stance=0.1}"
+
+
+def test_what_a_stage_adds_varies_from_there_on(scenario_file):
+    text = scenario_file.read_text(encoding="utf-8").replace('gains = ["k_d1", "k_d2", "theta_b"]\n', "")
+    scenario_file.write_text(text, encoding="utf-8")
+    scenario = read_scenario(str(scenario_file), [f"tune.stages=[{{}},{{add={{{PACE}}}}}]"])
+    first, second = studies(scenario)
+    assert first.gains.pace is None
+    assert second.gains.pace == Pace(0.9, 0.0, 0.0, 0.0, 0.1)
+    varied = [{axis.name for axis in SearchSpace(study.scenario, study.gains).axes} for study in (first, second)]
+    assert varied[1] - varied[0] == {"pace.speed", "pace.slope", "pace.swing", "pace.stance"}
+    found = replace(first.gains, k_d1=123.0)
+    assert study_from(scenario, 1, Candidate(found, ())).gains == replace(found, pace=second.gains.pace)
+    own = replace(found, pace=Pace(0.7, 0.0, 0.0, 0.2, 0.3))  # one that has it keeps its own
+    assert study_from(scenario, 1, Candidate(own, ())).gains == own
+
+
 @pytest.mark.parametrize("change", ["tune.change=0", "tune.change=1"])
 def test_a_change_that_names_no_gait_cannot_vary(scenario_file, change):
     with pytest.raises(InputError, match=r"change: expected a change . that names a gait"):
@@ -232,6 +250,8 @@ def read_gains_of(name):
         ("tune.stages=[{set={ground={slop=3.0}}}]", ["tune.stages.0.set", "slop", "slope"]),
         ("tune.stages=[{generation=3}]", ["tune.stages[0].generation", "generations"]),
         ("tune.stages=[{hold={k_d1=1.0,theta_b=70.0}}]", ["tune.gains"]),
+        ("tune.stages=[{},{add={pace={speed=0.9}}}]", ["tune.stages.1.add", "missing", "pace.stance"]),
+        ("tune.stages=[{add={k_d1=3.0}}]", ["tune.stages[0].add", "k_d1"]),
     ],
 )
 def test_mistakes_are_named_before_anything_is_written(scenario_file, tmp_path, capsys, change, words):
