@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.robot.parts import above
+from biped.robot.parts import EVEN, above, furthest, height_over_rest
 from biped.robot.robot import FootParts, Robot
 
 HIP, JOINTS = 3, 6
@@ -198,6 +198,10 @@ def _leg(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, side: int, jo
     sole = _sole(model, data, robot, side)
     turn = data.xmat[foot.on[0]].reshape(3, 3)
     up = _normal(sole @ turn.T, side)
+    corners = (data.xpos[foot.on[0]] + sole @ turn.T) @ up
+    deeper = float(corners.min()) + max(furthest(model, data, geom, -up) for geom in foot.geoms)
+    if deeper > _POINT:  # what is round touches elsewhere when the foot is flat
+        sole = sole - deeper * up @ turn
     order = (*joints[: KNEE + 1], ankle, inversion)
     sign, zero = np.ones(JOINTS), np.zeros(JOINTS)
     bent = _angle(shank, lateral) - _angle(thigh, lateral)
@@ -261,7 +265,9 @@ def _sole(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, side: int) -
     if not own:
         places = np.array([turn.T @ (data.xpos[on] + data.xmat[on].reshape(3, 3) @ place - origin)
                            for on, place in zip(foot.on, foot.points, strict=True)])  # fmt: skip
-    flat = (places @ turn.T)[:, :2]
+    there = places @ turn.T
+    even = height_over_rest(there) < EVEN  # a toe or an edge that is higher is not what the foot stands on
+    places, flat = places[even], there[even, :2]
     extent = np.ptp(flat, axis=0)
     if extent.min() < 2.0 * _POINT:
         raise _fault(robot, f"foot '{foot.name}' touches the ground along a line or at a point; expected a sole with "
