@@ -20,9 +20,10 @@ from scipy.optimize import least_squares, nnls
 from biped.base.jit import bound, kernel
 from biped.control.law import Setup
 from biped.control.observation import Observation
-from biped.robot.parts import above, points_of
+from biped.robot.parts import above
 from biped.robot.posture import height_of
 from biped.robot.robot import Robot
+from biped.robot.sole import points_of
 
 _BALANCE = 1000.0
 """Price of the centre of mass's distance [m] from above the feet, squared; of joints' deviations [rad] it is 1."""

@@ -12,8 +12,9 @@ import mujoco
 import numpy as np
 
 from biped.base.errors import InputError
-from biped.robot.parts import EVEN, above, furthest, height_over_rest
+from biped.robot.parts import above
 from biped.robot.robot import FootParts, Robot
+from biped.robot.sole import EVEN, furthest, height_over_rest
 
 HIP, JOINTS = 3, 6
 KNEE, ANKLE, INVERSION = range(HIP, JOINTS)

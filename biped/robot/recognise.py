@@ -12,7 +12,6 @@ from biped.base.errors import InputError
 from biped.base.files import label, nearest
 from biped.robot.holding import holds
 from biped.robot.parts import (
-    FLAT,
     above,
     base_of,
     belongs,
@@ -24,12 +23,12 @@ from biped.robot.parts import (
     physics_of,
     pitching,
     places_of,
-    points_of,
     surroundings,
     touches,
 )
 from biped.robot.robot import FootParts, Robot
 from biped.robot.safety import examine, packaged, tried
+from biped.robot.sole import FLAT, points_of
 from biped.robot.spec import check_sizes, parsed
 from biped.scenario.robot import Described, Foot
 

@@ -12,9 +12,9 @@ import pytest
 from biped.base.errors import InputError
 from biped.base.files import locate
 from biped.robot.anatomy import ANKLE, INVERSION, KNEE, anatomy_of
-from biped.robot.parts import height_over_rest
 from biped.robot.posture import borrow, borrowed_names
 from biped.robot.recognise import robot_of
+from biped.robot.sole import height_over_rest
 from biped.scenario.robot import Described
 
 Edit = Callable[[mujoco.MjSpec], object]
@@ -226,24 +226,19 @@ def test_another_robot_is_refused_in_a_sentence_that_names_the_part(tmp_path, ed
     assert "\n" not in said
 
 
-def shoe(tilt: float = 0.0) -> Edit:
+def shoe(spec: mujoco.MjSpec) -> None:
     """Gives both feet a mesh with a rim 12 mm above what it stands on, which is 5 mm lower than the soles were."""
-
-    def edit(spec: mujoco.MjSpec) -> None:
-        rims = [[[x, y, z] for x in xs for y in ys] for xs, ys, z in (
-            ((-0.05, 0.16), (-0.045, 0.045), 0.012), ((-0.04, 0.14), (-0.035, 0.035), 0.0),
-            ((-0.05, 0.16), (-0.045, 0.045), 0.04))]  # fmt: skip
-        spec.add_mesh(name="shoe", uservert=np.array(rims).ravel().tolist())
-        for side in SIDES:
-            geom = spec.geom(f"{side}_sole")
-            geom.type, geom.meshname, geom.pos = mujoco.mjtGeom.mjGEOM_MESH, "shoe", [0.0, 0.0, -0.075]
-            geom.quat = [np.cos(0.5 * tilt), 0.0, np.sin(0.5 * tilt), 0.0]
-
-    return edit
+    rims = [[[x, y, z] for x in xs for y in ys] for xs, ys, z in (
+        ((-0.05, 0.16), (-0.045, 0.045), 0.012), ((-0.04, 0.14), (-0.035, 0.035), 0.0),
+        ((-0.05, 0.16), (-0.045, 0.045), 0.04))]  # fmt: skip
+    spec.add_mesh(name="shoe", uservert=np.array(rims).ravel().tolist())
+    for side in SIDES:
+        geom = spec.geom(f"{side}_sole")
+        geom.type, geom.meshname, geom.pos = mujoco.mjtGeom.mjGEOM_MESH, "shoe", [0.0, 0.0, -0.075]
 
 
 def test_a_sole_of_a_mesh_is_what_it_rests_on(tmp_path):
-    _, _, anatomy = built(tmp_path, shoe())
+    _, _, anatomy = built(tmp_path, shoe)
     for leg in anatomy.legs:
         assert np.abs(leg.sole) == pytest.approx(np.array([[0.14, 0.035, 0.075]] * 2 + [[0.04, 0.035, 0.075]] * 2))
         assert leg.sole[:, 2] == pytest.approx(-0.075)

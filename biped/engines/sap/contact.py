@@ -35,6 +35,7 @@ from pydrake.multibody.tree import FixedOffsetFrame, RigidBody, WeldJoint
 
 from biped.engines.sap.tree import pose
 from biped.robot.robot import Robot
+from biped.robot.sole import mesh_vertices
 
 _POINT = 1e-6
 """[m] radius of the spheres that stand for points."""
@@ -160,7 +161,7 @@ class Builder:
             case _KIND.mjGEOM_ELLIPSOID:
                 yield place, Ellipsoid(size + reach)
             case _:
-                yield place, Convex(_vertices(m, geom).T, m.geom(geom).name or "mesh")
+                yield place, Convex(mesh_vertices(m, geom).T, m.geom(geom).name or "mesh")
 
 
 def _of_bodies_that_bend(record: logging.LogRecord) -> bool:
@@ -239,13 +240,6 @@ def _pairs(m: mujoco.MjModel) -> Iterator[tuple[int, int]]:
             yield a, b
 
 
-def _vertices(m: mujoco.MjModel, geom: int) -> np.ndarray:
-    """(k, 3) [m] vertices of a mesh, in its geom's frame."""
-    mesh = m.geom_dataid[geom]
-    first, count = int(m.mesh_vertadr[mesh]), int(m.mesh_vertnum[mesh])
-    return np.array(m.mesh_vert[first : first + count], dtype=float)
-
-
 def _corners(m: mujoco.MjModel, geom: int) -> np.ndarray:
     """(k, 3) [m] points of an edged geom that may be the lowest, in its frame."""
     size = m.geom_size[geom]
@@ -255,7 +249,7 @@ def _corners(m: mujoco.MjModel, geom: int) -> np.ndarray:
         angle = np.arange(8) * np.pi / 4.0
         rim = np.stack([size[0] * np.cos(angle), size[0] * np.sin(angle)], axis=1)
         return np.concatenate([np.column_stack([rim, np.full(8, end)]) for end in (size[1], -size[1])])
-    vertices, turn = _vertices(m, geom), np.arange(_CORNERS) * np.pi * (3.0 - np.sqrt(5.0))
+    vertices, turn = mesh_vertices(m, geom), np.arange(_CORNERS) * np.pi * (3.0 - np.sqrt(5.0))
     z = 1.0 - 2.0 * (np.arange(_CORNERS) + 0.5) / _CORNERS  # directions spread evenly over a sphere
     ways = np.stack([np.sqrt(1.0 - z * z) * np.cos(turn), np.sqrt(1.0 - z * z) * np.sin(turn), z], axis=1)
     return vertices[sorted(set(np.argmax(vertices @ ways.T, axis=0).tolist()))]

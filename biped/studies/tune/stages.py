@@ -113,11 +113,9 @@ def _scenario_of(scenario: Scenario, number: int, stage: Stage) -> Scenario:
         if word in stage.set:
             raise InputError(f"{key}.set: {word}: expected the same in all stages" if word != "gains" else
                              f"{key}.set: gains: expected in {key}.hold")  # fmt: skip
-    begun = _begun(scenario)
     if stage.add != LackedGains():
-        begun = _added(begun, stage, f"{key}.add")
-        scenario = with_gait(scenario, tune.change, begun)
-    varied = single(names_of(begun) if tune.gains is None else tune.gains)
+        scenario = with_gait(scenario, tune.change, _added(_begun(scenario), stage, f"{key}.add"))
+    varied = single(names_of(_begun(scenario)) if tune.gains is None else tune.gains)
     part = replace(
         tune,
         stages=(),
@@ -144,10 +142,9 @@ def _begun(scenario: Scenario) -> Gains:
 
 def _added(gains: Gains, stage: Stage, key: str) -> Gains:
     """A complete gait with what a stage adds to one that lacks it."""
-    given = {name: value for name in LACKED if (value := getattr(stage.add, name)) is not None}
     if absent := [name for name in stage.add.missing() if name not in LACKED]:
         raise InputError(f"{key}: missing: {', '.join(absent)}")
-    return replace(gains, **{name: value for name, value in given.items() if getattr(gains, name) is None})
+    return replace(gains, **{name: getattr(stage.add, name) for name in LACKED if getattr(gains, name) is None})
 
 
 def _held(gains: Gains, stage: Stage, key: str) -> Gains:
