@@ -120,7 +120,7 @@ def _entry(description: Any, environment: Any, library: Any) -> Any:
 class _NestedLowering(typed_passes.NativeLowering):
     _name = "nested_lowering"
 
-    def run_pass(self, state: Any) -> bool:
+    def run_pass(self, state: Any) -> bool:  # pyright: ignore[reportIncompatibleMethodOverride]
         state.library = NestedLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
         state.flags.no_compile = True
         super().run_pass(state)

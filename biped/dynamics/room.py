@@ -49,7 +49,7 @@ class Samples(NamedTuple):
     ratio: np.ndarray  # (K,) smallest pivot ratio of any stage since the sample before
     rank: np.ndarray  # (K,) smallest rank of the constraints at any stage since the sample before
     work: np.ndarray  # (K, k) [J] work of every force that is accounted for
-    count: np.ndarray  # (2,) samples kept, steps taken
+    count: np.ndarray  # pyright: ignore[reportIncompatibleMethodOverride] # (2,) samples kept, steps taken
 
 
 Q, ACCELERATION, MOVE, PLACE, SPEED, FIX_Q, FIX_V, LAST_Q, LAST_V = range(9)

@@ -48,7 +48,7 @@ class Native(NamedTuple):
     kinematics: int
     nefc: int
     force: int
-    count: int
+    count: int  # pyright: ignore[reportIncompatibleMethodOverride]
     contacts: int
 
 
@@ -96,7 +96,7 @@ class Halves(NamedTuple):
     velocities: int
     nefc: int
     force: int
-    count: int
+    count: int  # pyright: ignore[reportIncompatibleMethodOverride]
     contacts: int
 
 

@@ -72,7 +72,7 @@ class Stepping(NamedTuple):
     data: int
     nefc: int
     force: int
-    count: int
+    count: int  # pyright: ignore[reportIncompatibleMethodOverride]
     contacts: int
     layout: ContactLayout
     substeps: int

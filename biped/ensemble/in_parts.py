@@ -348,7 +348,7 @@ class LastSeconds(NamedTuple):
         traceback: Of a law of the user's own that raised.
     """
 
-    index: int
+    index: int  # pyright: ignore[reportIncompatibleMethodOverride]
     cause: str
     data: bytes
     traceback: str

@@ -40,7 +40,7 @@ class Share(NamedTuple):
     """
 
     name: str
-    index: float
+    index: float  # pyright: ignore[reportIncompatibleMethodOverride]
     interval: tuple[float, float]
     labels: list[str]
     failed: list[int]

@@ -117,6 +117,7 @@ ACTS: tuple[tuple[Any, ...], ...] = (
     (PLANAR, TURNED, "change.0.gains", {"theta_b": 95.0}),
     (PLANAR, ("change=[{at=0.05}]",), "change.0.controller", "slow"),
     (SPACE, TURNED, "change.0.gains", {"theta_b": 95.0}),
+    (PLANAR, TURNED, "change.0.after_landing", 0.01, 1.0), (WALK, ("change=[{at=0.05}]",), "change.0.to", "stand"),
     (STYLE, ("change=[{at=0.0}]", "actuation.release_force=0.0"), "change.0.actuation.contacts", "touching"),
     (STYLE, ("change=[{at=0.0}]",), "change.0.actuation.release_force", 0.0),
     *((POLICY, (), f"command.{key}", value) for key, value in {"forward": -0.3, "left": 0.2, "yaw": 0.5}.items()),
@@ -125,7 +126,8 @@ ACTS: tuple[tuple[Any, ...], ...] = (
 )  # fmt: skip
 
 OWN_WAY: tuple[tuple[str, tuple[str, ...], str, Any], ...] = (
-    (PLANAR, (), "ground.contact_time", 0.02), (PLANAR, (), "ground.damping_ratio", 0.1),
+    (WALK, (), "start.walking", 1.0), (PLANAR, (), "ground.contact_time", 0.02),
+    (PLANAR, (), "ground.damping_ratio", 0.1),
     (PLANAR, (), "simulation.timestep", 0.0005), (H1, NONE, "simulation.timestep", 0.0005),
     (H1, NONE, "simulation.physics", "file"), (PLANAR, SENSED, "estimator.blend", 0.2),
 )  # fmt: skip

@@ -242,7 +242,7 @@ def standard_command(args: argparse.Namespace) -> int:
     from biped.show.atlas import rows_of
     from biped.show.document import Paragraph
     from biped.show.standing import document_of, write
-    from biped.studies.standard import atlas, standard
+    from biped.studies.standard import standard
 
     engines = common.engines_of(args)
     if args.atlas and (args.test or engines):
@@ -250,6 +250,8 @@ def standard_command(args: argparse.Namespace) -> int:
     out = common.folder_of(args, "standard")
     with common.workers_of(args) as jobs:
         if args.atlas:
+            from biped.studies.standard.atlas import atlas
+
             found = atlas(args.gait, common.changes_of(args), jobs, out, common.progress)
         else:
             found = standard(

@@ -108,7 +108,7 @@ class DrakePlant(MujocoPlant):
     def _compiled(self) -> None:
         return None
 
-    def _stepping(self, touching: list[Contacts]) -> Callable[[int], None]:
+    def _stepping(self) -> Callable[[int], None]:
         stepper, data, robot, state, uneven = self.stepper, self.data, self.robot, self.state, self.uneven
         generalized, direct, columns = self.command == "generalized", self.command == "torque", robot.columns
         found = _Found(self.contacts.now())

@@ -1,122 +1,25 @@
-"""Every test of the family with every gait: what `biped standard` finds.
+"""Every test of the family with every gait: what `biped standard` finds."""
 
-An entrant is a gait, or a law for any robot by its name, its class or its policy's card.
-
-A row of the atlas adds growth and sensitivity of its walk to the standard tests.
-"""
-
-import json
 import math
-from collections.abc import Callable, Sequence
-from functools import cache, partial
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from msgspec.structs import replace
 
 from biped.base.errors import InputError, RunError, safe
-from biped.base.files import canonical, is_file, locate, names, read_toml
-from biped.base.trust import grant
-from biped.base.writing import dumps, write_text
+from biped.base.files import names
 from biped.ensemble.backend import Jobs, Progress, silent
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import LOST
 from biped.robot.ground import GRAVITY
-from biped.scenario.gains import Gains
-from biped.scenario.gait import read_gains, speeds_of
-from biped.scenario.general import read_by
 from biped.scenario.goals import Standard
-from biped.scenario.laws import BUILT_IN, is_card
 from biped.scenario.metrics import METRICS
 from biped.scenario.reading import read_scenario
-from biped.scenario.vary import setting
 from biped.studies.run import plan_of, run_plan, title_of
-from biped.studies.stability.disturbances import growth, sensitivity
-from biped.studies.standard.search import Limit, StoredMeasurements, TriedValue, digest_of, limit, try_values
-
-PLAIN = "standard/level"
-"""The test that any robot can be put to."""
-_POSTURE = "start.posture"
-
-
-class Entrant(NamedTuple):
-    """A gait or a law.
-
-    Attributes:
-        name: For people.
-        word: A gait's name or path; what `law` is in a scenario.
-        law: Whether it is a law.
-        model: Of a policy's card, the model file that it says; empty: it says none.
-    """
-
-    name: str
-    word: str
-    law: bool
-    model: str = ""
-
-    def speeds(self) -> tuple[float, float] | None:
-        """The range of speeds [m/s] of a family of gaits; None of another."""
-        return None if self.law else speeds_of(locate("controllers", self.word, "GAIT"))
-
-    def in_space(self, changes: Sequence[str]) -> bool:
-        """Whether it moves a robot in space, under `--set` changes."""
-        return _in_space(self, tuple(changes))
-
-    def all_changes(self, test: str, changes: Sequence[str]) -> list[str]:
-        """All `--set` changes of a test with this in the place of its gait.
-
-        Args:
-            test: The test's scenario.
-            changes: Those of the command line.
-        """
-        if not self.law:
-            begun = read_scenario(test, changes)
-            reads = "controller" in read_by(begun.law)[""]  # others walk without a gait
-            return [*changes, *([setting("controller", self.word)] if reads else [])]
-        begun = read_scenario(test)
-        draws = {key: {name: getattr(draw, name) for name in draw.__struct_fields__ if getattr(draw, name) is not None}
-                 for key, draw in begun.randomise.draw.items() if key != _POSTURE}  # fmt: skip
-        start = [setting(f"start.{key}", getattr(begun.start, key)) for key in ("jitter", "upright")]
-        out = [setting("law", self.word), 'controller=""', "start={}", *start,
-               "randomise.draw={}", setting("randomise.draw", draws)]  # fmt: skip
-        if self.model:
-            out.append(setting("model", self.model))
-        return [*out, *changes]
-
-
-def entrant_of(word: str) -> Entrant:
-    """The gait or the law of a name or path; a law that is a file may run, because it is named here.
-
-    Raises:
-        InputError: There is none.
-    """
-    if any(mark in word for mark in "\"'\\\n"):
-        raise InputError(f"{safe(word)}: a gait's name or path with quotes cannot be used here")
-    if word in BUILT_IN:
-        return Entrant(word, word, law=True)
-    file, colon, name = word.rpartition(":")
-    if colon and file.endswith(".py"):
-        path = Path(file).resolve()
-        grant(path)
-        return Entrant(name, f"{path}:{name}", law=True)
-    path = Path(word).resolve()
-    if is_card(word) and is_file(path) and "network" in (card := read_toml(path)):
-        grant(path)
-        scenario = card.get("scenario")
-        model = str(scenario.get("model", "")) if isinstance(scenario, dict) else ""
-        beside = path.parent / model
-        return Entrant(path.stem, str(path), law=True, model=str(beside) if is_file(beside) else model)
-    path = locate("controllers", word, "GAIT")
-    known = canonical("controllers", path)
-    return Entrant(path.stem if Path(known).suffix else known, word, law=False)
-
-
-@cache
-def _in_space(entrant: Entrant, changes: tuple[str, ...]) -> bool:
-    if entrant.law:
-        return not plan_of(PLAIN, entrant.all_changes(PLAIN, changes)).robot.planar
-    return read_gains(locate("controllers", entrant.word, "GAIT"), Gains()).frontal is not None
-
+from biped.studies.standard.entrants import Entrant, entrant_of
+from biped.studies.standard.search import Limit, StoredMeasurements, TriedValue, limit, try_values
 
 FAMILY = "standard/"
 """Where the shipped tests are, below scenarios/."""
@@ -368,61 +271,3 @@ def _measure(
 
 def _real(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
-
-
-SEARCHED = (
-    "level", "slope_up", "slope_down", "push_forward", "push_backward", "steps_up", "steps_down", "delay",
-    "space_level", "space_slope_up", "space_slope_down", "space_push_forward", "space_push_backward",
-    "space_push_sideways", "space_delay",
-)  # fmt: skip
-"""Tests with `RUNS` runs at each value, unless a change says otherwise."""
-COUNTED = ("unmodelled", "random_push", "space_random_push")
-"""Tests with as many runs as they say themselves."""
-RUNS = "randomise.runs=10"
-FILE = "walks.json"
-"""Growth and sensitivity that are kept, by what they were made of."""
-
-
-def atlas(
-    gaits: Sequence[str], changes: Sequence[str], jobs: Jobs, out: Path, progress: Progress = silent
-) -> dict[str, Any]:
-    """Rows of the atlas.
-
-    Args:
-        gaits: As `biped.studies.standard.standard` takes them.
-        changes: `--set` changes, of every run.
-        jobs: Number of processes, or a cluster.
-        out: Folder in which all is kept; one that is there is gone on with.
-        progress: Told of every finished run.
-
-    Returns:
-        As a table of standard tests has it, with the `norms` and the `growth` of each gait: nothing of one that does
-        not walk long enough.
-    """
-    searched = standard(gaits, SEARCHED, [RUNS, *changes], jobs, out, progress).as_dict()
-    counted = standard(gaits, COUNTED, changes, jobs, out, progress).as_dict()
-    walks = [(entrant, partial(_stored, out / FILE, entrant, changes, jobs)) for entrant in map(entrant_of, gaits)]
-    return searched | {
-        "changes": list(changes),
-        "tests": searched["tests"] + counted["tests"],
-        "standings": searched["standings"] + counted["standings"],
-        "norms": {entrant.name: kept("kinds", sensitivity) for entrant, kept in walks},
-        "growth": {entrant.name: kept("sizes", growth) for entrant, kept in walks},
-    }
-
-
-def _stored(
-    file: Path, entrant: Entrant, changes: Sequence[str], jobs: Jobs, name: str, study: Callable[..., Any]
-) -> list[Any]:
-    """A part of a study's numbers of the entrant's walk on level ground, made unless they were before."""
-    scenario = f"{FAMILY}space_level" if not entrant.law and entrant.in_space(changes) else PLAIN
-    asked = entrant.all_changes(scenario, changes)
-    key = digest_of(plan_of(scenario, asked), name)
-    known = json.loads(file.read_bytes()) if file.is_file() else {}
-    if key not in known:
-        try:
-            known[key] = study(scenario, asked, jobs).as_dict()[name]
-        except RunError:
-            known[key] = []
-        write_text(file, dumps(known, indent=0))
-    return known[key]
