@@ -1,4 +1,4 @@
-"""Falling sideways: what becomes of a small sideways velocity from step to step, with foot placement and without."""
+"""Falling sideways: what becomes of a sideways velocity from step to step, with foot placement and without."""
 
 from __future__ import annotations
 
@@ -14,8 +14,11 @@ from biped.measure.trajectory import Trajectory
 from biped.scenario.reading import read_scenario
 
 SIDE = (-1.0, 1.0)
-KICK = 0.01
-"""[m/s]"""
+KICK = 0.06
+"""[m/s] A walk kicked by 0.01 is lost in its own chaos after one step."""
+STRIKES, LATE = range(-9, -3), (40, 200, 420)
+"""Of a steady walk, and ticks after each: when it is kicked."""
+STEPS = 2
 
 
 def plan_of(*changes: str) -> Plan:
@@ -30,35 +33,31 @@ def at_strikes(t: Trajectory) -> list[np.ndarray]:
     ]
 
 
-def growth(steps: int, *changes: str) -> list[float]:
-    """By what a sideways kick grows in a step of a steady walk, the mean of some steps, for three moments of the kick.
+def deviations(*changes: str) -> np.ndarray:
+    """(moments, 1 + STEPS) [m/s] by which walks that are kicked to the left and to the right differ at their strikes.
 
-    Deviations are differences between walks kicked to the left and to the right, as velocities: of places times the
-    frequency sqrt(g / height) with which a walker falls.
+    The distance of places counts as a velocity: times the frequency sqrt(g / height) with which a walker falls.
     """
-    steady = simulate(plan_of("duration=9.0").run(0))
+    steady = simulate(plan_of("duration=12.0").run(0))
     assert steady.end == "completed"
-    last = steady.strikes[-3][0]
     scale = np.array([np.sqrt(9.81 / steady.com[:, 2].mean()), 1.0])
-    out = []
-    for late in (40, 200, 420):
-        row = last + late
-        plan = plan_of("duration=3.2", *changes)
+    plan = plan_of("duration=3.2", *changes)
 
-        def walk(kick, row=row, plan=plan):
-            v = steady.v[row].copy()
-            v[1] += kick
-            return at_strikes(simulate(replace(plan.run(0), q=steady.q[row].copy(), v=v)))
+    def walk(row: int, kick: float) -> np.ndarray:
+        v = steady.v[row].copy()
+        v[1] += kick
+        found = at_strikes(simulate(replace(plan.run(0), q=steady.q[row].copy(), v=v)))
+        return np.array([*found, *[np.full(2, np.nan)] * STEPS][: 1 + STEPS])  # after a fall, no more strikes
 
-        size = [float(np.linalg.norm(scale * (a - b))) for a, b in zip(walk(KICK), walk(-KICK), strict=False)]
-        out.append((size[steps] / size[0]) ** (1.0 / steps))
-    return out
+    rows = [steady.strikes[strike][0] + late for strike in STRIKES for late in LATE]
+    left, right = (np.array([walk(row, kick) for row in rows]) for kick in (KICK, -KICK))
+    return np.linalg.norm(scale * (left - right), axis=2)
 
 
 @pytest.mark.slow
 def test_foot_placement_holds_the_roll_mode():
-    placed = growth(3)
-    gone = growth(2, "gains.frontal.placement={position=0.0,velocity=0.0}")
-    print("a step multiplies by", np.round(placed, 2), "with placement, by", np.round(gone, 2), "without")
-    assert max(placed) < 1.0
-    assert min(gone) > 1.5
+    placed = np.median(deviations(), axis=0)  # none falls
+    gone = np.nanmedian(deviations("gains.frontal.placement={position=0.0,velocity=0.0}"), axis=0)
+    print("differences at strikes:", np.round(placed, 3), "with placement,", np.round(gone, 3), "without")
+    assert placed[-1] < 0.5 * placed[0]
+    assert gone[-1] > 2.0 * gone[0]
