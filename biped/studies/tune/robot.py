@@ -21,7 +21,8 @@ from biped.ensemble.plan import Plan
 from biped.robot.ground import GRAVITY
 from biped.robot.report import look
 from biped.scenario.goals import Tune
-from biped.scenario.reading import read_scenario
+from biped.scenario.reading import read, read_scenario
+from biped.scenario.valid import COMMAND_LINE
 from biped.scenario.vary import setting
 from biped.studies.run import run
 from biped.studies.standard import StandardTable, standard
@@ -115,10 +116,9 @@ def search_of(
         raise InputError(report.not_spatial, "law")
     model = f'model="{locate("models", name, "model").resolve()}"'
     pace = f"tune.pace={_PACE * math.sqrt(GRAVITY * report.leg):.3g}"
-    said = {one.partition("=")[0].strip() for one in changes}
-    own = read_scenario(SCENARIO, [model, *changes])
-    gaits = (own.controller,) if "controller" in said else GAITS
-    postures = (own.start.posture,) if "start.posture" in said else POSTURES
+    own, origin = read(SCENARIO, [model, *changes])
+    gaits = (own.controller,) if origin.keys["controller"] == COMMAND_LINE else GAITS
+    postures = (own.start.posture,) if origin.keys.get("start.posture") == COMMAND_LINE else POSTURES
     cases = list(product(ASSISTS, gaits, postures))
     shipped = _Shipped((model, pace, *changes))
     with executor.workers(shipped, jobs) as carried_out, progress(name, len(cases), 0) as advance:
@@ -171,7 +171,7 @@ def _write_walk(path: Path, gait: Path, named: dict[str, Any]) -> None:
 
 def _own(changes: Sequence[str]) -> list[str]:
     """Changes that say what the robot is."""
-    return [one for one in changes if one.startswith("model=") or one.startswith(tuple(f"{key}." for key in _KEPT))]
+    return [one for one in changes if one.partition("=")[0].partition(".")[0].strip() in ("model", *_KEPT)]
 
 
 def verdict(

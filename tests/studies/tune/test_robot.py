@@ -13,7 +13,7 @@ from biped.cli.main import main
 from biped.scenario.gains import MGL
 from biped.scenario.reading import read_scenario
 from biped.studies.tune import robot
-from biped.studies.tune.robot import ASSISTS, GAITS, PLACES, POSTURES, SCENARIO, _Shipped, is_model, search_of
+from biped.studies.tune.robot import ASSISTS, GAITS, PLACES, POSTURES, SCENARIO, _own, _Shipped, is_model, search_of
 from biped.studies.tune.stages import studies
 
 
@@ -69,16 +69,22 @@ def test_who_comes_furthest_with_Q_d_itself_does_not_begin(monkeypatch):
     assert s.tune.begin[0].controller == "any/short"
 
 
-@pytest.mark.parametrize("posture", [None, "flat"])
-def test_a_gait_that_the_user_names_is_the_only_one_tried(monkeypatch, posture):
+@pytest.mark.parametrize(("posture", "more"), [
+    (None, []), ("flat", ["start.posture=flat"]), ("flat", ["start={posture='flat'}"]),
+])  # fmt: skip
+def test_a_gait_that_the_user_names_is_the_only_one_tried(monkeypatch, posture, more):
     """And so is a posture."""
     monkeypatch.setattr(_Shipped, "__call__", lambda self, case: (2.0, 1.0, 0.5 if case[2] == "single" else 0.2))
-    more = [] if posture is None else [f"start.posture={posture}"]
     changes, trials = search_of(str(locate("models", "h1", "model")), ["controller=any/long", *more], 1)
     assert {one.gait for one in trials} == {"any/long"}
     s = read_scenario(SCENARIO, changes)
     assert s.tune is not None
     assert [(one.controller, one.posture) for one in s.tune.begin] == [("any/long", posture or "single")]
+
+
+def test_tests_are_made_with_changes_of_the_robot_however_they_are_written():
+    robots = ["model=h1", "simulation.timestep=0.001", "simulation={control_rate=1000.0}", " truth = {armature=0.02}"]
+    assert _own([*robots, "seed=3", "simulations=2", "tune={generations=3}"]) == robots
 
 
 def test_a_trial_earns_what_the_search_pays_for_time_and_distance():
