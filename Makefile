@@ -7,6 +7,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 SITE := .venv-site
+DRAKE := .venv-drake
 VERSION = $(shell sed -n 's/^VERSION = "\(.*\)"/\1/p' biped/base/__init__.py)
 TOOLS := $(VENV)/.tools
 # Short tests of compiled kernels: `make coverage` runs them as plain Python too.
@@ -20,7 +21,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 LOCK = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
 	--custom-compile-command 'make lock'
 
-.PHONY: boundscheck wheel docs gallery fuzz help setup tools run view test test-all stress coverage check regress bench lint format lock site versions clean
+.PHONY: boundscheck drake wheel docs gallery fuzz help setup tools run view test test-all stress coverage check regress bench lint format lock site versions clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -58,6 +59,10 @@ stress: tools ## extremes: steps, contacts, masses, starts, pushes, sensors; ran
 
 fuzz: tools ## ten thousand hostile scenarios, gaits, models, command lines, results folders and journals
 	$(BIN)/python -m tests.fuzz
+
+drake: tools ## the tests of the engine drake, which is downloaded once (230 MB)
+	@test -d $(DRAKE) || $(BIN)/python -m pip install --quiet --no-deps --target $(DRAKE) "drake>=1.51"
+	PYTHONPATH=$(DRAKE) $(BIN)/python -m pytest $(ABREAST) tests/engines/test_drake*.py tests/studies/bench/test_engines.py
 
 boundscheck: tools ## a second of every shipped scenario with kernels that check every index
 	$(BIN)/python -m tests.boundscheck
@@ -132,5 +137,5 @@ $(SITE)/.installed: requirements-site.lock
 	@touch $@
 
 clean: ## remove the environment and caches (never runs/)
-	rm -rf $(VENV) $(SITE) build/site .pytest_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) $(SITE) $(DRAKE) build/site .pytest_cache .ruff_cache .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
