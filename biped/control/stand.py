@@ -20,7 +20,7 @@ from scipy.optimize import least_squares, nnls
 from biped.base.jit import bound, kernel
 from biped.control.law import Setup
 from biped.control.observation import Observation
-from biped.robot.parts import above
+from biped.robot.parts import above, belongs
 from biped.robot.posture import height_of
 from biped.robot.robot import Robot
 from biped.robot.sole import points_of
@@ -309,7 +309,7 @@ def trunk_inertia(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot) -> n
     middle = np.mean([data.xanchor[model.body_jntadr[top]] for top in tops], axis=0)
     out = np.zeros((3, 3))
     for i in range(1, model.nbody):
-        if not set(above(model, i)) & set(tops):
+        if belongs(model, i, robot.base_number) and not set(above(model, i)) & set(tops):
             axes, away = data.ximat[i].reshape(3, 3), data.xipos[i] - middle
             out += axes @ np.diag(model.body_inertia[i]) @ axes.T
             out += model.body_mass[i] * (away @ away * np.eye(3) - np.outer(away, away))

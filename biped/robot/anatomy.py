@@ -32,6 +32,8 @@ _POINT = 1e-5
 _CORNERS = 3
 """That a sole has at least."""
 _HINGE = mujoco.mjtJoint.mjJNT_HINGE
+_CLOSING = tuple(getattr(mujoco.mjtEq, f"mjEQ_{kind}") for kind in ("CONNECT", "WELD", "JOINT", "TENDON"))
+"""Kinds of constraints that the law does not know."""
 
 
 class JointedLeg(NamedTuple):
@@ -115,7 +117,8 @@ _MOST_KNOWN = 8
 def _geometry(model: mujoco.MjModel) -> tuple[np.ndarray, ...]:
     """All of a model that an anatomy follows from, beside the robot."""
     return (model.qpos0, model.body_parentid, model.body_pos, model.body_quat, model.jnt_type, model.jnt_bodyid,
-            model.jnt_pos, model.jnt_axis, model.geom_type, model.geom_pos, model.geom_size, model.eq_type)  # fmt: skip
+            model.jnt_pos, model.jnt_axis, model.geom_type, model.geom_pos, model.geom_size, model.eq_type,
+            model.eq_active0, model.jnt_limited, model.jnt_range)  # fmt: skip
 
 
 def _anatomy_of(model: mujoco.MjModel, robot: Robot) -> Anatomy:
@@ -173,8 +176,11 @@ def _leg(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, side: int, jo
     if len(joints) not in (JOINTS - 1, JOINTS):
         raise _fault(robot, f"foot '{foot.name}' hangs on {len(joints)} joints ({names}); expected three of the hip, a "
                             "knee, and one or two of the ankle")  # fmt: skip
-    if model.neq and np.isin(model.eq_type, (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_JOINT)).any():
-        raise _fault(robot, f"<equality> '{model.equality(0).name}' closes a linkage; expected a tree of joints")
+    closing = np.flatnonzero(np.isin(model.eq_type, _CLOSING) & (model.eq_active0 != 0))
+    if len(closing):
+        name = model.equality(int(closing[0])).name
+        which = f"'{name}'" if name else f"number {closing[0] + 1}"
+        raise _fault(robot, f"<equality> {which} closes a linkage; expected a tree of joints")
     axes = data.xaxis[joints]
     if abs(np.linalg.det(axes[:HIP])) < _SPANNED:
         hip = ", ".join(f"'{model.joint(joint).name}'" for joint in joints[:HIP])
@@ -215,6 +221,7 @@ def _leg(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, side: int, jo
         if joint >= 0:
             sign[place] = math.copysign(1.0, along)
             zero[place] = data.qpos[model.jnt_qposadr[joint]] - sign[place] * angle
+    _bends_back(model, robot, order[KNEE], sign[KNEE], zero[KNEE])
     body = int(model.jnt_bodyid[joints[HIP - 1]])
     own = data.xmat[body].reshape(3, 3)
     length = float(np.linalg.norm(_offset(model, joints[KNEE], ankle)))
@@ -225,6 +232,18 @@ def _leg(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, side: int, jo
         axes=own.T @ np.column_stack([np.cross(lateral, thigh), lateral, thigh]), sole=sole, knee=knee.copy(),
         length=length, height=straight + length + above_sole,
     )  # fmt: skip
+
+
+def _bends_back(model: mujoco.MjModel, robot: Robot, knee: int, sign: float, zero: float) -> None:
+    """Makes sure that a knee has more room to flex than to stretch, as that of a robot has that faces x."""
+    if model.jnt_limited[knee]:
+        back, ahead = sorted(sign * (model.jnt_range[knee] - zero))  # flexion is negative
+        if ahead > -back:
+            raise _fault(
+                robot,
+                f"joint '{model.joint(knee).name}' brings the shank {math.degrees(ahead):.0f} degrees forward "
+                f"and {-math.degrees(back):.0f} back; expected a knee of a robot that faces along x",
+            )
 
 
 def _across(model: mujoco.MjModel, robot: Robot, joint: int, axis: np.ndarray, what: str) -> None:

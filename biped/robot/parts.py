@@ -76,10 +76,13 @@ def pairs_of(model: mujoco.MjModel) -> set[frozenset[int]]:
 
 
 def touches(model: mujoco.MjModel, pairs: set[frozenset[int]], geom: int, ground: int) -> bool:
-    """Whether a geom meets the ground, by what it is or as one of the file's pairs."""
+    """Whether a geom meets the ground: as one of the file's pairs, or by what it is if its body is not excluded."""
     a, b = (model.geom_contype[geom], model.geom_conaffinity[geom]), (
         model.geom_contype[ground], model.geom_conaffinity[ground])  # fmt: skip
-    return bool(a[0] & b[1] or b[0] & a[1]) or frozenset((geom, ground)) in pairs
+    if frozenset((geom, ground)) in pairs:
+        return True
+    low, high = sorted(int(model.geom_bodyid[one]) for one in (geom, ground))
+    return bool(a[0] & b[1] or b[0] & a[1]) and (low << 16) + high not in model.exclude_signature
 
 
 _HINGE, _SLIDE, _FREE = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_FREE
@@ -201,6 +204,12 @@ def surroundings(model: mujoco.MjModel, base: int, ground: int, faults: list[str
 def belongs(model: mujoco.MjModel, body: int, base: int) -> bool:
     """Whether a body hangs on the base, or is it."""
     return base in above(model, body)
+
+
+def own_masses(model: mujoco.MjModel, base: int) -> np.ndarray:
+    """(bodies,) [kg] masses by number, of what stands beside the robot none."""
+    ours = [number > 0 and belongs(model, number, base) for number in range(model.nbody)]
+    return np.where(ours, model.body_mass, 0.0)
 
 
 _EVEN = 1e-6

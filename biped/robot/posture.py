@@ -280,7 +280,8 @@ class Starts:
         name = start.posture or robot.start
         if name and name not in robot.starts:
             if s.law != SPATIAL or name not in borrowed_names():
-                raise no_keyframe(self._path, name, robot.starts)
+                valid = (*robot.starts, *(borrowed_names() if s.law == SPATIAL else ()))
+                raise no_keyframe(self._path, name, valid)
             if robot.start:
                 mujoco.mj_resetDataKeyframe(model, data, robot.starts.index(robot.start))
             borrow(model, data, robot, name)

@@ -192,6 +192,11 @@ def _feet(
             faults.append(f"feet: expected two tables [[robot.foot]], got {len(table.foot)}")
             return ()
         parts = [_named(model, i, foot, touching, faults) for i, foot in enumerate(table.foot)]
+        if parts[0][0] == parts[1][0]:
+            faults.append(f"robot.foot[1].name: expected another name than that of the first foot, '{parts[0][0]}'")
+        if both := set(parts[0][1]) & set(parts[1][1]):
+            faults.append(f"robot.foot[1]: geom '{model.geom(min(both)).name}' is part of the first foot too; expected "
+                          "each geom in one foot")  # fmt: skip
     return tuple(_foot(model, data, base, *part, faults) for part in parts)
 
 

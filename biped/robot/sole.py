@@ -1,5 +1,7 @@
 """Where a foot touches ground: points of its geoms, how far they reach, and the plane on which they rest."""
 
+import math
+
 import mujoco
 import numpy as np
 
@@ -9,14 +11,18 @@ EVEN = 0.002
 """[m] from the plane on which a sole rests within which a point belongs to it."""
 _TIPS = 200
 """Most edges about which a sole tips."""
+_STANDS = math.sqrt(0.5)
+"""Share of its axis along z from which a cylinder stands on its rim."""
+_DIAGONALS = np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]])
+"""Of the ground, along which corners lie."""
 
 
 def points_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> np.ndarray:
     """(k, 3) [m] places in the world of the points of a geom that may touch the ground from above.
 
     A box has the four corners of its lowest face, a capsule the lowest points of its ends, a sphere or ellipsoid its
-    lowest point,
-    a cylinder four points of its lowest rim, a mesh the outermost four of the vertices that it rests on.
+    lowest point, a cylinder that stands four points of its lowest rim and one that lies the ends of its lowest line, a
+    mesh the outermost four of the vertices that it rests on.
     """
     kind, size = mujoco.mjtGeom(model.geom_type[geom]), model.geom_size[geom]
     place, turn = data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)
@@ -31,8 +37,7 @@ def points_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> np.ndarr
             ends = np.array([[0.0, 0.0, size[1]], [0.0, 0.0, -size[1]]])
             return place + ends @ turn.T + size[0] * down
         case mujoco.mjtGeom.mjGEOM_CYLINDER:
-            rim = [[x, y, z] for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1)) for z in (1, -1)]
-            return _lowest(place + (np.array(rim) * [size[0], size[0], size[1]]) @ turn.T)
+            return place + _of_cylinder(turn[:, 2], size[0], size[1])
         case mujoco.mjtGeom.mjGEOM_MESH:
             return _outermost(place + mesh_vertices(model, geom) @ turn.T)
         case mujoco.mjtGeom.mjGEOM_ELLIPSOID:
@@ -69,9 +74,15 @@ def mesh_vertices(model: mujoco.MjModel, geom: int) -> np.ndarray:
     return np.array(model.mesh_vert[first : first + count], dtype=float)
 
 
-def _lowest(corners: np.ndarray) -> np.ndarray:
-    """The lower half of corners (2 k, 3), in their order."""
-    return corners[np.sort(np.argsort(corners[:, 2], kind="stable")[: len(corners) // 2])]
+def _of_cylinder(axis: np.ndarray, radius: float, half: float) -> np.ndarray:
+    """(k, 3) [m] lowest points of a cylinder from its middle, which do not hang on how it is turned about its axis."""
+    if abs(axis[2]) < _STANDS:
+        down = axis[2] * axis - np.array([0.0, 0.0, 1.0])
+        return radius * down / np.linalg.norm(down) + np.array([half * axis, -half * axis])
+    ways = np.column_stack([_DIAGONALS, np.zeros(4)])
+    ways = ways - np.outer(ways @ axis, axis)
+    out = radius * ways / np.linalg.norm(ways, axis=1)[:, None] - math.copysign(half, axis[2]) * axis
+    return out
 
 
 def _outermost(vertices: np.ndarray) -> np.ndarray:
@@ -80,7 +91,7 @@ def _outermost(vertices: np.ndarray) -> np.ndarray:
     above = height_over_rest(low)
     even = above < EVEN
     low, above = low[even], above[even]
-    found = [int(np.argmax(low[:, :2] @ way)) for way in np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]])]
+    found = [int(np.argmax(low[:, :2] @ way)) for way in _DIAGONALS]
     chosen = sorted(set(found))
     return low[chosen] - np.column_stack([np.zeros((len(chosen), 2)), above[chosen]])
 

@@ -330,7 +330,8 @@ def complete(spec: mujoco.MjSpec, table: Described, urdf: bool) -> None:
             key.name = f"key_{number}"
     planes = [geom for geom in spec.geoms if geom.type == mujoco.mjtGeom.mjGEOM_PLANE]
     if not planes and not table.ground:
-        spec.worldbody.add_geom(name=GROUND, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0.0, 0.0, 0.05], group=3,
+        ground = _free(GROUND, {geom.name for geom in spec.geoms})
+        spec.worldbody.add_geom(name=ground, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0.0, 0.0, 0.05], group=3,
                                 contype=1, conaffinity=1, condim=3, rgba=[0.85, 0.86, 0.84, 1.0])  # fmt: skip
 
 
@@ -356,7 +357,7 @@ def check_sizes(model: mujoco.MjModel, name: str) -> None:
     fixed = (model.body_mass[1:] == 0.0) & (
         np.bincount(model.body_weldid, model.body_mass)[model.body_weldid[1:]] > 0.0
     )
-    fixed |= model.body_weldid[1:] == 0
+    fixed |= (model.body_weldid[1:] == 0) | (model.body_mocapid[model.body_weldid[1:]] >= 0)
     for what, values, least, most, unit in (
         ("mass", np.where(fixed & (model.body_mass[1:] == 0.0), 1.0, model.body_mass[1:]), 1e-6, 1e6, "kg"),
         ("inertia", np.where(fixed, 1.0, model.body_inertia[1:].min(axis=1)), 1e-12, 1e9, "kg m²"),

@@ -71,7 +71,8 @@ def tree_of(model: mujoco.MjModel) -> BodyTree:
     bodies, dofs = np.zeros(model.nbody, BODY), np.zeros(model.nv, DOF)
     bodies["parent"], bodies["first"], bodies["count"] = model.body_parentid, model.body_dofadr, model.body_dofnum
     bodies["place"], bodies["mass"], bodies["com"] = model.body_pos, model.body_mass, model.body_ipos
-    bodies["mass"][model.body_weldid == 0] = 0.0
+    moved = model.body_mocapid >= 0  # by hand; nothing that the robot's motion follows from
+    bodies["mass"][(model.body_weldid == 0) | moved[model.body_weldid]] = 0.0
     bodies["free"] = -1
     turn, principal = np.empty(9), np.empty(9)
     for number in range(model.nbody):

@@ -44,7 +44,7 @@ class Start(Section, frozen=True):
     settle: bool = True
     jitter: NonNegative = 0.0
     upright: bool = False
-    walking: NonNegative = 0.0
+    walking: Hold = 0.0
 
 
 class Sensing(Section, frozen=True):

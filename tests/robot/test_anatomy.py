@@ -11,11 +11,14 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.base.files import locate
+from biped.ensemble.campaign import simulate
 from biped.robot.anatomy import ANKLE, INVERSION, KNEE, anatomy_of
+from biped.robot.parts import own_masses
 from biped.robot.posture import borrow, borrowed_names
 from biped.robot.recognise import robot_of
 from biped.robot.sole import height_over_rest
 from biped.scenario.robot import Described
+from biped.studies.run import plan_of
 
 Edit = Callable[[mujoco.MjSpec], object]
 SIDES = ("right", "left")
@@ -198,6 +201,17 @@ def coupled(spec: mujoco.MjSpec) -> None:
 BALL, SLIDE = mujoco.mjtJoint.mjJNT_BALL, mujoco.mjtJoint.mjJNT_SLIDE
 
 
+def welded(spec: mujoco.MjSpec) -> None:
+    """The feet are one."""
+    spec.add_equality(type=mujoco.mjtEq.mjEQ_WELD, objtype=mujoco.mjtObj.mjOBJ_BODY, name1="right_foot",
+                      name2="left_foot", data=[0.0] * 6 + [1.0] + [0.0] * 3 + [1.0, 0.0])  # fmt: skip
+
+
+def backward(spec: mujoco.MjSpec) -> None:
+    """It faces the other way."""
+    spec.body("pelvis").quat = [0.0, 0.0, 0.0, 1.0]
+
+
 @pytest.mark.parametrize(("edit", "words"), [
     (without("right_ankle"), "foot 'right_foot' hangs on 4 joints .* expected three of the hip, a knee"),
     (without("right_hip_yaw", "left_hip_yaw"), "foot 'right_foot' hangs on 4 joints"),
@@ -214,6 +228,8 @@ BALL, SLIDE = mujoco.mjtJoint.mjJNT_BALL, mujoco.mjtJoint.mjJNT_SLIDE
     (more("right_toe_cap", axis=[0.0, 1.0, 0.0]), "joint 'more' hangs on the right leg beside its own"),
     (linkage, "<equality> 'rod' closes a linkage"),
     (coupled, "<equality> 'belt' closes a linkage"),
+    (welded, "<equality> number 1 closes a linkage"),
+    (backward, "joint 'left_knee' brings the shank 117 degrees forward and 15 back; expected a knee of a"),
     (sole(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.015, 0.0, 0.0]), "touches the ground along a line or at a point"),
     (sole(type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[0.02, 0.08, 0.0], quat=[0.7071, 0.0, 0.7071, 0.0]),
      "touches the ground along a line or at a point"),
@@ -286,6 +302,88 @@ def test_large_spheres_touch_with_what_is_lowest_when_the_foot_is_flat(tmp_path)
     for leg in anatomy.legs:
         depth = leg.sole @ [np.sin(0.1), 0.0, np.cos(0.1)]
         assert depth == pytest.approx(-0.0725 - 0.03, abs=1e-6)
+
+
+def cylinders(height: float, radius: float, quat: list[float], places: np.ndarray) -> Edit:
+    """Feet of cylinders."""
+
+    def edit(spec: mujoco.MjSpec) -> None:
+        for side in SIDES:
+            foot = spec.body(f"{side}_foot")
+            for geom in list(foot.geoms):
+                spec.delete(geom)
+            for place in places:
+                foot.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[radius, 0.5 * height, 0.0], quat=quat,
+                              pos=place, contype=0, conaffinity=1)  # fmt: skip
+
+    return edit
+
+
+@pytest.mark.parametrize("roll", [0.0, 30.0, 45.0, 90.0])
+def test_lying_cylinders_touch_along_their_lowest_lines_however_they_are_rolled(tmp_path, roll):
+    """Axis along x, rolled about itself, which changes no physics."""
+    laid, rolled, quat = np.zeros(4), np.zeros(4), np.zeros(4)
+    mujoco.mju_axisAngle2Quat(laid, np.array([0.0, 1.0, 0.0]), 0.5 * np.pi)
+    mujoco.mju_axisAngle2Quat(rolled, np.array([0.0, 0.0, 1.0]), np.deg2rad(roll))
+    mujoco.mju_mulQuat(quat, laid, rolled)
+    two = np.array([[0.05, y, -0.05] for y in (0.03, -0.03)])
+    _, robot, anatomy = built(tmp_path, cylinders(0.2, 0.02, list(quat), two))
+    ends = sorted((x, y, -0.07) for x in (-0.05, 0.15) for y in (-0.03, 0.03))
+    for foot, leg in zip(robot.feet, anatomy.legs, strict=True):
+        np.testing.assert_allclose(sorted(map(tuple, np.round(foot.points, 9))), ends, atol=1e-8)
+        np.testing.assert_allclose(sorted(map(tuple, np.round(leg.sole, 9))), ends, atol=1e-8)
+
+
+@pytest.mark.parametrize("turned", [0.0, 20.0, 45.0])
+def test_a_standing_disc_has_four_corners_however_it_is_turned(tmp_path, turned):
+    quat = np.zeros(4)
+    mujoco.mju_axisAngle2Quat(quat, np.array([0.0, 0.0, 1.0]), np.deg2rad(turned))
+    _, _, anatomy = built(tmp_path, cylinders(0.02, 0.08, list(quat), np.array([[0.05, 0.0, -0.06]])))
+    reach = 0.08 * np.sqrt(0.5)
+    corners = sorted((0.05 + x, y, -0.07) for x in (-reach, reach) for y in (-reach, reach))
+    for leg in anatomy.legs:
+        np.testing.assert_allclose(sorted(map(tuple, np.round(leg.sole, 9))), corners, atol=1e-8)
+
+
+def table(spec: mujoco.MjSpec) -> None:
+    """Something heavy that is fixed to the world."""
+    spec.worldbody.add_body(name="table", pos=[3.0, 2.0, 0.5]).add_geom(
+        type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.5, 0.5, 0.5], contype=0, conaffinity=0)  # fmt: skip
+
+
+def hand(spec: mujoco.MjSpec) -> None:
+    """Something heavy that is moved by hand."""
+    table(spec)
+    spec.body("table").mocap = True
+
+
+@pytest.mark.parametrize("edit", [table, hand])
+def test_what_stands_beside_a_robot_is_no_part_of_it(tmp_path, edit):
+    """Neither of its mass nor of its walk, by either law."""
+    model, robot, _ = built(tmp_path, edit)
+    assert own_masses(model, robot.base_number).sum() == pytest.approx(robot.mass)
+    assert robot.mass < 60.0 < model.body_mass.sum()
+    for scenario in ("any/h1_walk", "any/h1"):
+        changes = ["randomise={}", "push=[]", "expect={}", "window={start=0.05}", "duration=0.3"]
+        here, alone = (simulate(plan_of(scenario, [*changes, f'model="{name}"']).run(0))
+                       for name in (tmp_path / "changed.xml", "h1"))  # fmt: skip
+        np.testing.assert_allclose(here.q, alone.q, atol=1e-8)
+
+
+def test_a_foot_that_is_excluded_from_the_ground_is_none(tmp_path):
+    def edit(spec: mujoco.MjSpec) -> None:
+        spec.add_exclude(bodyname1="world", bodyname2="left_foot")
+
+    with pytest.raises(InputError, match="expected two, recognised 1"):
+        built(tmp_path, edit)
+
+
+def test_a_constraint_that_is_not_active_closes_nothing(tmp_path):
+    def edit(spec: mujoco.MjSpec) -> None:
+        linkage(spec)
+        spec.equalities[0].active = False
+
+    built(tmp_path, edit)
 
 
 @pytest.mark.parametrize("tilt", [0.0, 0.05, -0.1])

@@ -115,6 +115,16 @@ def test_every_fault_at_once_with_what_to_write(tmp_path):
             "level plane z = 0",
         ),
         (model(actuators=MOTORS), Described(foot=(Foot(bodies=("left_foot",)),)), "two tables [[robot.foot]], got 1"),
+        (
+            model(actuators=MOTORS),
+            Described(foot=(Foot(name="a", bodies=("left_foot",)), Foot(name="b", bodies=("left_foot",)))),
+            "is part of the first foot too; expected each geom in one foot",
+        ),
+        (
+            model(actuators=MOTORS),
+            Described(foot=(Foot(name="a", bodies=("left_foot",)), Foot(name="a", bodies=("right_foot",)))),
+            "robot.foot[1].name: expected another name than that of the first foot, 'a'",
+        ),
     ],
 )
 def test_faults(tmp_path, text, table, words):

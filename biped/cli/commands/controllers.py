@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from biped.base.errors import InputError
 from biped.base.files import label
+from biped.base.writing import may_fill
 from biped.cli import common
 
 if TYPE_CHECKING:
@@ -63,6 +64,8 @@ def tune_command(args: argparse.Namespace) -> int:
         if is_model(name):
             from biped.show.studies import trials_document
 
+            if args.out is not None:  # trials take a minute
+                may_fill(args.out, "--out", ("runs.jsonl", "scenario.toml", "result.json"))
             changes, trials = search_of(name, changes, jobs, common.progress)
             if not args.json:
                 common.show(trials_document(trials, changes))

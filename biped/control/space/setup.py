@@ -22,6 +22,7 @@ from biped.control.space.record import ANKLE, BASE, INVERSION, KNEE, LEG, LEGS, 
 from biped.control.space.tick import WORTH
 from biped.robot.anatomy import Anatomy, anatomy_of
 from biped.robot.ground import GRAVITY
+from biped.robot.parts import own_masses
 from biped.robot.robot import Robot
 from biped.scenario.devices import Pushing
 from biped.scenario.gains import MGL, STRAIGHT, Axial, Frontal, Gains
@@ -223,7 +224,7 @@ def _set_beliefs(
         belief["tilt"] = math.atan2(x, z), math.atan2(y, z)
     legs = anatomy.legs
     belief["hip"] = 0.5 * abs(legs[1].knee[1] - legs[0].knee[1])
-    belief["mass"] = float(model.body_mass.sum())
+    belief["mass"] = float(own_masses(model, robot.base_number).sum())
     belief["shank"] = 0.5 * (legs[0].length + legs[1].length)
     belief["column"], belief["place"] = order.column, order.place
     belief["root"], belief["link"] = robot.base_number, (anatomy.torso, *(leg.thigh for leg in legs))

@@ -34,6 +34,7 @@ from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame, RigidBody, WeldJoint
 
 from biped.engines.sap.tree import pose
+from biped.robot.parts import own_masses
 from biped.robot.robot import Robot
 from biped.robot.sole import mesh_vertices
 
@@ -75,7 +76,7 @@ class Builder:
 
     def __init__(self, plant: MultibodyPlant, m: mujoco.MjModel, bodies: list[RigidBody], robot: Robot, level: bool):
         self._plant, self._m, self._bodies, self._robot, self._level = plant, m, bodies, robot, level
-        self._mass = float(m.body_mass.sum())
+        self._mass = float(own_masses(m, robot.base_number).sum())
         self._shapes: dict[tuple[int, bool], list[GeometryId]] = {}
         self._planes: list[tuple[int, FixedOffsetFrame]] = []
 

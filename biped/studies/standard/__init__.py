@@ -1,5 +1,6 @@
 """Every test of the family with every gait: what `biped standard` finds."""
 
+import json
 import math
 from collections.abc import Sequence
 from functools import partial
@@ -9,7 +10,7 @@ from typing import Any, NamedTuple
 from msgspec.structs import replace
 
 from biped.base.errors import InputError, RunError, safe
-from biped.base.files import names
+from biped.base.files import label, names
 from biped.ensemble.backend import Jobs, Progress, silent
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import LOST
@@ -21,6 +22,8 @@ from biped.studies.run import plan_of, run_plan, title_of
 from biped.studies.standard.entrants import Entrant, entrant_of
 from biped.studies.standard.search import Limit, StoredMeasurements, TriedValue, limit, try_values
 
+TABLE = "standard.json"
+"""File of a table."""
 FAMILY = "standard/"
 """Where the shipped tests are, below scenarios/."""
 
@@ -142,7 +145,7 @@ def _test(name: str) -> StandardTrial:
 
 def standard(
     gaits: Sequence[str], asked: Sequence[str], changes: Sequence[str], jobs: Jobs, out: Path,
-    progress: Progress = silent, engines: Sequence[str] = (),
+    progress: Progress = silent, engines: Sequence[str] = (), adding: bool = True,
 ) -> StandardTable:  # fmt: skip
     """Puts gaits to the tests.
 
@@ -154,6 +157,7 @@ def standard(
         out: Folder in which ensembles are kept; one that is there is gone on with.
         progress: Told of every finished run.
         engines: In each of which every gait is tested; none: the tests' own.
+        adding: Whether a table that the folder has must be part of the new one.
 
     Raises:
         InputError: Something the user wrote cannot be used; said before the first run.
@@ -179,6 +183,8 @@ def standard(
             s = _required_of(test, entrant, own)
             if s is not None:
                 _plan(test, entrant, own, s.first)
+    if adding:
+        _add_to(out, [test.name for test in tests], [name for _, name, _ in columns], changes)
     kept = StoredMeasurements(out)
     standings = [
         _stand(test, entrant, own, partial(_measure, kept, jobs, progress))._replace(gait=name)
@@ -186,6 +192,24 @@ def standard(
         for entrant, name, own in columns
     ]
     return StandardTable(tests, [name for _, name, _ in columns], list(changes), standings, list(gaits), list(engines))
+
+
+def _add_to(out: Path, tests: Sequence[str], columns: Sequence[str], changes: Sequence[str]) -> None:
+    """Makes sure that a table of these contains the one in a folder.
+
+    Raises:
+        InputError: It would not.
+    """
+    try:
+        old = json.loads((out / TABLE).read_bytes())
+        lost = {*old["gaits"]} - {*columns}, {test["name"] for test in old["tests"]} - {*tests}
+        other = old["changes"] != list(changes)
+    except (OSError, ValueError, KeyError, TypeError):
+        return  # there is none, or none that could be lost
+    if other or any(lost):
+        what = ", ".join(safe(str(one)) for one in sorted(lost[0] | lost[1])) or "other changes"
+        raise InputError(f"--out {label(out)}: holds a table with {what}; expected a new folder, or the same changes "
+                         "and all of its gaits and tests among those that are asked for")  # fmt: skip
 
 
 def _required_of(trial: StandardTrial, entrant: Entrant, changes: Sequence[str]) -> Standard | None:

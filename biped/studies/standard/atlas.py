@@ -44,8 +44,8 @@ def atlas(
         As a table of standard tests has it, with the `norms` and the `growth` of each gait: nothing of one that does
         not walk long enough.
     """
-    searched = standard(gaits, SEARCHED, [RUNS, *changes], jobs, out, progress).as_dict()
-    counted = standard(gaits, COUNTED, changes, jobs, out, progress).as_dict()
+    searched = standard(gaits, SEARCHED, [RUNS, *changes], jobs, out, progress, adding=False).as_dict()
+    counted = standard(gaits, COUNTED, changes, jobs, out, progress, adding=False).as_dict()
     walks = [(entrant, partial(_stored, out / FILE, entrant, changes, jobs)) for entrant in map(entrant_of, gaits)]
     return searched | {
         "changes": list(changes),

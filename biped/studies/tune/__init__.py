@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 from msgspec import to_builtins
 
+from biped.base.errors import InputError
 from biped.base.files import label
 from biped.base.statistics import wilson
 from biped.base.writing import dumps
@@ -159,6 +160,9 @@ def tune(
         progress: Told of every generation.
         after: Called after every generation with the journal so far and the folder.
         tell: Told what of an interrupted search could not be used.
+
+    Raises:
+        InputError: Something the user wrote cannot be used, or the folder's gait is not what the search found.
     """
     scenario = read_scenario(name, changes)
     stages = studies(scenario)  # complaints come before anything is written
@@ -172,7 +176,12 @@ def tune(
         )
         seconds = time.perf_counter() - began
         path = folder.path / "gait.toml"
-        folder.save_text(path.name, gait_text(title, search, found, journal))
+        text = gait_text(title, search, found, journal)
+        if path.is_file() and path.read_text(encoding="utf-8") != text:
+            raise InputError(
+                f"{label(path)}: is not what this search found; move it away, so that it is not written over"
+            )
+        folder.save_text(path.name, text)
         tuned = Tuned(title, folder.path, path, found, dict(found.candidate.keys), made, seconds, _cpu() - cpu)
         folder.save_text("result.json", dumps(tuned.as_dict(), indent=1))
     return tuned

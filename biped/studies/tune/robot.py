@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from msgspec import to_builtins
 from msgspec.structs import replace
 
-from biped.base.errors import InputError
+from biped.base.errors import InputError, safe
 from biped.base.files import URDF, locate
 from biped.ensemble import executor
 from biped.ensemble.backend import Jobs, Progress, Told, silent, unheard
@@ -116,6 +116,8 @@ def search_of(
         raise InputError(report.not_spatial, "law")
     model = f'model="{locate("models", name, "model").resolve()}"'
     pace = f"tune.pace={_PACE * math.sqrt(GRAVITY * report.leg):.3g}"
+    if any(change.partition("=")[0].strip() == "model" for change in changes):
+        raise InputError(f"model: expected no change of it: {safe(name)} takes its place")
     own, origin = read(SCENARIO, [model, *changes])
     gaits = (own.controller,) if origin.keys["controller"] == COMMAND_LINE else GAITS
     postures = (own.start.posture,) if origin.keys.get("start.posture") == COMMAND_LINE else POSTURES

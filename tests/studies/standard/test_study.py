@@ -136,8 +136,12 @@ def test_a_table_and_what_is_kept_of_it(here, capsys, monkeypatch):
     again, same = command(capsys, *argv)
     assert (again, same) == (0, found)
     assert len(made) == len(tried)  # nothing was made twice
+    assert main([*argv, "--set", "seed=5"]) == 2  # whose table would be lost
+    assert "holds a table with other changes" in capsys.readouterr().err
+    Path("found/standard.json").unlink()
     assert command(capsys, *argv, "--set", "seed=5")[0] == 0
     assert len(made) > len(tried)  # but another seed is another ensemble
+    Path("found/standard.json").unlink()
     assert main(argv) == 0
     printed = capsys.readouterr().out
     assert "push [N s]" in printed
@@ -182,6 +186,22 @@ def test_an_interrupted_table_goes_on(here, monkeypatch):
 def test_bad_input(argv, said, here, capsys):
     assert main(["standard", *argv]) == 2
     assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("gait", "test", "changes", "said"), [
+    ("slow", "short.toml", ["duration=2.0"], "holds a table with calm; expected a new folder"),
+    ("calm", "other.toml", ["duration=2.0"], "holds a table with short; expected a new folder"),
+    ("calm", "short.toml", [], "holds a table with other changes; expected a new folder"),
+])  # fmt: skip
+def test_a_table_that_the_new_one_would_not_contain_is_not_written_over(here, gait, test, changes, said):
+    """Said before the first run."""
+    Path("other.toml").write_text(SHORT, encoding="utf-8")
+    Path("out").mkdir()
+    table = {"gaits": ["calm"], "changes": ["duration=2.0"], "tests": [{"name": "short"}]}
+    Path("out/standard.json").write_text(json.dumps(table), encoding="utf-8")
+    with pytest.raises(InputError, match=said):
+        standard([gait], [test], changes, 1, Path("out"))
+    assert json.loads(Path("out/standard.json").read_text(encoding="utf-8")) == table
 
 
 def test_what_lies_in_the_folder_is_not_overwritten(here, capsys):

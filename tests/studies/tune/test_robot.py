@@ -82,6 +82,11 @@ def test_a_gait_that_the_user_names_is_the_only_one_tried(monkeypatch, posture, 
     assert [(one.controller, one.posture) for one in s.tune.begin] == [("any/long", posture or "single")]
 
 
+def test_another_robot_cannot_take_the_place_of_the_one_that_is_named():
+    with pytest.raises(InputError, match=r"model: expected no change of it: models/h1\.xml takes its place"):
+        search_of("models/h1.xml", ["model=human3d"], 1)
+
+
 def test_tests_are_made_with_changes_of_the_robot_however_they_are_written():
     robots = ["model=h1", "simulation.timestep=0.001", "simulation={control_rate=1000.0}", " truth = {armature=0.02}"]
     assert _own([*robots, "seed=3", "simulations=2", "tune={generations=3}"]) == robots

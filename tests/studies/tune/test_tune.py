@@ -51,6 +51,17 @@ def test_killed_and_continued_equals_undisturbed(scenario_file, tmp_path, capsys
     assert [line for line in continued.splitlines() if line.endswith("}")] == journal.splitlines()
 
 
+def test_a_gait_that_was_edited_is_not_written_over(scenario_file, tmp_path, capsys):
+    gait, _ = tuned(scenario_file, tmp_path / "out")
+    edited = gait.replace("description = ", 'source_of_mine = ""\ndescription = ')
+    (tmp_path / "out" / "gait.toml").write_text(edited, encoding="utf-8")
+    assert main(["tune", str(scenario_file), "--out", str(tmp_path / "out"), "--jobs", "1"]) == 2
+    assert "gait.toml: is not what this search found; move it away" in capsys.readouterr().err
+    assert (tmp_path / "out" / "gait.toml").read_text(encoding="utf-8") == edited
+    (tmp_path / "out" / "gait.toml").unlink()
+    assert tuned(scenario_file, tmp_path / "out")[0] == gait
+
+
 def test_gait_file_is_the_gait_that_was_scored(scenario_file, tmp_path, capsys):
     gait, _ = tuned(scenario_file, tmp_path / "out")
     assert "seeds never used" in gait
