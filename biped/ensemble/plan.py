@@ -365,9 +365,7 @@ class Plan:
                 change = timed(change, before, self._runs.transitions(s.controller))  # noqa: PLW2901
             if change.to in TRANSITIONS:
                 named = getattr(self._runs.transitions(s.controller), change.to)
-                if named is None and change.to == "slow":
-                    change = msgspec.structs.replace(change, to=None)  # noqa: PLW2901
-                elif named is None:
+                if named is None:
                     what = f'expected {change.to} = "…" in [transitions] of its file, or a controller instead'
                     raise InputError(f"{at}to: gait '{s.controller}' names no gait for it: {what}", "change")
             if named is not None or change.gains.speed is not None:

@@ -206,8 +206,8 @@ class Change(Section, frozen=True):
             as `[transitions]` says where `to` is `start`, or `first` after a `start`; elsewhere 0.
         controller: Name or path of the gait from then on; default: what held before.
         to: Instead of a controller: `first`, the gait that the run began with, however it was searched for or drawn; or
-            `slow`, `stop`, `stand` or `start`, the gaits by which that one slows down, stops, stands and sets off, as
-            its file says in `[transitions]`. A gait that names none for `slow` goes on as it is.
+            `stop`, `stand` or `start`, the gaits by which that one stops, stands and sets off, as its file says in
+            `[transitions]`.
         after_landing: [s] from the next landing of a foot to its beginning; default: as `[transitions]` says for
             `to`, or it begins at once.
         gains: Gains that replace its; with `speed`, the gains of its family at that speed.
@@ -217,7 +217,7 @@ class Change(Section, frozen=True):
     at: NonNegative
     over: NonNegative | None = None
     controller: Name | None = None
-    to: Literal["first", "slow", "stop", "stand", "start"] | None = None
+    to: Literal["first", "stop", "stand", "start"] | None = None
     after_landing: NonNegative | None = None
     gains: Gains = Gains()
     actuation: ActuationChange = ActuationChange()

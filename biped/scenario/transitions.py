@@ -1,4 +1,4 @@
-"""The gaits by which a walk slows down and stops, and its robot stands and sets off: `[transitions]` of a gait file."""
+"""The gaits by which a walk stops, and by which its robot stands and sets off: `[transitions]` of a gait file."""
 
 from typing import Any
 
@@ -10,15 +10,14 @@ from biped.base.typed import Name, NonNegative, Section
 from biped.scenario.devices import Change
 from biped.scenario.valid import Origin, convert, known_keys
 
-TRANSITIONS = "slow", "stop", "stand", "start"
+TRANSITIONS = "stop", "stand", "start"
 """Its keys that name gaits."""
 
 
 class Transitions(Section, frozen=True):
-    """The gaits by which a walk slows down and stops, and its robot stands and sets off: `[transitions]` of its file.
+    """The gaits by which a walk stops, and by which its robot stands and sets off: `[transitions]` of its file.
 
     Attributes:
-        slow: Name or path of the gait that it slows down to before it stops; default: itself.
         stop: Name or path of the gait that stops it; default: `stand`.
         stand: Name or path of the gait that stands.
         start: Name or path of the gait that shifts the weight of a stander, before the walk takes over.
@@ -27,7 +26,6 @@ class Transitions(Section, frozen=True):
         walk_over: [s] over which the walk takes over from `start`.
     """
 
-    slow: Name | None = None
     stop: Name | None = None
     stand: Name | None = None
     start: Name | None = None

@@ -187,18 +187,6 @@ def test_after_a_landing_a_walk_stops_as_its_gait_says(tmp_path):
     assert own[0].after_landing == 0.0
 
 
-def test_a_walk_slows_down_by_the_gait_that_it_names_or_goes_on(tmp_path):
-    (tmp_path / "mine.toml").write_text('extends = "human3d"\n[transitions]\nslow = "slow.toml"\n', encoding="utf-8")
-    (tmp_path / "slow.toml").write_text('extends = "human3d"\ntheta_b = 70.0\n', encoding="utf-8")
-    slowing = 'change=[{at=0.1,over=0.1,to="slow"}]'
-    walk = plan_of(slowing).run(0)
-    mine = plan_of(f'controller="{tmp_path / "mine.toml"}"', slowing).run(0)
-    assert mine.scenario.change[0].gains.theta_b == 70.0
-    plain = simulate(plan_of("change=[]").run(0))
-    np.testing.assert_allclose(simulate(walk).q, plain.q, atol=1e-8)  # a mean of two equal gaits has other last digits
-    assert np.abs(simulate(mine).q - plain.q).max() > 1e-3
-
-
 def test_part_of_a_pace_is_refused_where_there_is_none():
     with pytest.raises(
         InputError, match=r"change\[0\]\.gains\.pace: speed, slope, side, stance missing; \[pace\] has speed"
