@@ -51,6 +51,8 @@ _KEYS = {
     "start": {"change.1.over": "start_over", "change.2.over": "walk_over"},
 }
 """Their keys, and what they are called beside the walk's gait."""
+_STANDS = 0.8
+"""Share of stops, and of pushes after them, from which on the gait that stops a walk is that of its stand too."""
 _KEPT = "robot", "simulation", "fall", "truth", "sensors", "sensing"
 """Tables of changes that are no matter of a search: tests are made with them too."""
 
@@ -143,6 +145,8 @@ def with_transitions(
 ) -> Path:
     """Searches for the gaits by which a walk stops and sets off, in folders beside it; returns a gait that names them.
 
+    A gait that stops a walk nearly always is also the one from which the robot sets off: it bears more than
+    `any/stand`.
     A search that finds nothing better leaves the walk the gait that it has, which is that of where its search began.
 
     Args:
@@ -159,6 +163,8 @@ def with_transitions(
         if tuned.found.cost < tuned.found.start_cost:
             named[to] = f"{to}/{tuned.gait.name}"
             named |= {word: tuned.keys[key] for key, word in _KEYS[to].items() if key in tuned.keys}
+            if to == "stop" and all(one.walked >= _STANDS * one.runs for one in tuned.found.tallies.values()):
+                named["stand"] = named[to]
     _write_walk(walk, gait, named)
     return walk
 

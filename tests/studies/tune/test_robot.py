@@ -12,8 +12,9 @@ from biped.base.files import locate
 from biped.cli.main import main
 from biped.scenario.gains import MGL
 from biped.scenario.reading import read_scenario
-from biped.studies.tune import robot
+from biped.studies.tune import Tuned, robot
 from biped.studies.tune.robot import ASSISTS, GAITS, PLACES, POSTURES, SCENARIO, _own, _Shipped, is_model, search_of
+from biped.studies.tune.search import SearchResult, Tally
 from biped.studies.tune.stages import studies
 
 
@@ -154,6 +155,26 @@ def test_from_a_model_file_to_a_page(tmp_path, monkeypatch, capsys):
     kept = (out / "tests" / "measured.json").read_bytes()
     assert main(argv) == 0, "it goes on where it was, and makes nothing again"
     assert (out / "tests" / "measured.json").read_bytes() == kept
+
+
+@pytest.mark.parametrize(("stops", "stands"), [(20, "stop/gait.toml"), (15, None)])
+def test_who_stops_a_walk_stands_by_that_gait(tmp_path, monkeypatch, stops, stands):
+    """Before the search for a start, which begins with a stand."""
+    seen = []
+
+    def tune(search, changes, jobs, out, *_, tell):
+        seen.append(
+            (search, tomllib.loads((tmp_path / "walk.toml").read_text(encoding="utf-8")).get("transitions", {}))
+        )
+        tallies = {"stops": Tally(20, 20, 0.0, 0.0), "pushed": Tally(stops, 20, 0.0, 0.0)}
+        result = SearchResult(None, 1, 0.1, tallies, 0.5, tallies)  # type: ignore[arg-type]
+        return Tuned(search, out, out / "gait.toml", result, {"change.0.after_landing": 0.1}, 1, 1.0, 1.0)
+
+    monkeypatch.setattr(robot, "tune", tune)
+    robot.with_transitions(tmp_path / "gait.toml", ["model=h1"], 1)
+    assert [search for search, _ in seen] == ["tune/any_stop", "tune/any_start"]
+    begun = seen[1][1]
+    assert (begun["stop"], begun["stop_after_landing"], begun.get("stand")) == ("stop/gait.toml", 0.1, stands)
 
 
 def test_a_search_alone_is_a_robots(capsys):
