@@ -31,6 +31,8 @@ _POINT = 1e-5
 """[m] radius of a sphere that is a point: its centre."""
 _CORNERS = 3
 """That a sole has at least."""
+_LIFT = 0.002
+"""[m] above the ground up to which it may bear a sole, by margins of contacts: the law sees contacts by their height."""
 _HINGE = mujoco.mjtJoint.mjJNT_HINGE
 _CLOSING = tuple(getattr(mujoco.mjtEq, f"mjEQ_{kind}") for kind in ("CONNECT", "WELD", "JOINT", "TENDON"))
 """Kinds of constraints that the law does not know."""
@@ -118,7 +120,7 @@ def _geometry(model: mujoco.MjModel) -> tuple[np.ndarray, ...]:
     """All of a model that an anatomy follows from, beside the robot."""
     return (model.qpos0, model.body_parentid, model.body_pos, model.body_quat, model.jnt_type, model.jnt_bodyid,
             model.jnt_pos, model.jnt_axis, model.geom_type, model.geom_pos, model.geom_size, model.eq_type,
-            model.eq_active0, model.jnt_limited, model.jnt_range)  # fmt: skip
+            model.eq_active0, model.jnt_limited, model.jnt_range, model.geom_margin)  # fmt: skip
 
 
 def _anatomy_of(model: mujoco.MjModel, robot: Robot) -> Anatomy:
@@ -198,6 +200,11 @@ def _leg(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, side: int, jo
     if wrong:
         raise _fault(robot, f"body '{model.body(wrong[0]).name}' of foot '{foot.name}' moves against '"
                             f"{model.body(body).name}'; expected a stiff sole")  # fmt: skip
+    for geom in foot.geoms:  # margins of two geoms add up, and a gap takes nothing off
+        if (lift := float(model.geom_margin[geom] + model.geom_margin[robot.ground])) > _LIFT:
+            name = model.geom(geom).name or geom
+            raise _fault(robot, f"geom '{name}' of foot '{foot.name}' has a margin by which the ground bears it from "
+                                f"{lift:g} m above on; expected at most {_LIFT:g} m")  # fmt: skip
     pitch = max(joints[:HIP], key=lambda joint: abs(data.xaxis[joint, 1]))
     lateral = data.xaxis[joints[KNEE]] * math.copysign(1.0, data.xaxis[joints[KNEE], 1])
     hip, knee, low = (data.xanchor[joint] for joint in (pitch, joints[KNEE], ankle))

@@ -33,8 +33,6 @@ from biped.robot.spec import check_sizes, parsed
 from biped.scenario.robot import Described, Foot
 
 FEET = 2
-_LIFT = 0.002
-"""[m] above the ground from which on it may bear a geom, by margins of contacts."""
 
 
 class Looked(NamedTuple):
@@ -179,11 +177,6 @@ def _feet(
         faults.append("feet: no geom can touch the ground; expected contype and conaffinity that meet the ground's, or "
                       "<contact><pair geom1=… geom2=…/></contact>")  # fmt: skip
         return ()
-    lift = model.geom_margin  # of two geoms they add up, and a gap takes nothing off
-    for geom in touching:
-        if (above_ground := float(lift[geom] + lift[ground])) > _LIFT:
-            faults.append(f"geom '{model.geom(geom).name or geom}': margin: the ground would bear it from "
-                          f"{above_ground:g} m above on; expected at most {_LIFT:g} m")  # fmt: skip
     if not table.foot:
         groups = _lowest_bodies(model, data, base, touching)
         if len(groups) != FEET:

@@ -228,6 +228,7 @@ def backward(spec: mujoco.MjSpec) -> None:
     (more("right_toe_cap", axis=[0.0, 1.0, 0.0]), "joint 'more' hangs on the right leg beside its own"),
     (linkage, "<equality> 'rod' closes a linkage"),
     (coupled, "<equality> 'belt' closes a linkage"),
+    (sole(margin=0.01), "geom '.*right_sole' of foot 'right_foot' has a margin by which the ground bears it"),
     (welded, "<equality> number 1 closes a linkage"),
     (backward, "joint 'left_knee' brings the shank 117 degrees forward and 15 back; expected a knee of a"),
     (sole(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.015, 0.0, 0.0]), "touches the ground along a line or at a point"),

@@ -116,11 +116,6 @@ def test_every_fault_at_once_with_what_to_write(tmp_path):
         ),
         (model(actuators=MOTORS), Described(foot=(Foot(bodies=("left_foot",)),)), "two tables [[robot.foot]], got 1"),
         (
-            model(actuators=MOTORS).replace('name="left_sole"', 'name="left_sole" margin="0.01"'),
-            Described(),
-            "geom 'left_sole': margin: the ground would bear it from 0.01 m above on; expected at most 0.002 m",
-        ),
-        (
             model(actuators=MOTORS),
             Described(foot=(Foot(name="a", bodies=("left_foot",)), Foot(name="b", bodies=("left_foot",)))),
             "is part of the first foot too; expected each geom in one foot",
