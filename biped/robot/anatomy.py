@@ -32,7 +32,7 @@ _POINT = 1e-5
 _CORNERS = 3
 """That a sole has at least."""
 _LIFT = 0.002
-"""[m] above the ground up to which it may bear a sole, by margins of contacts: the law sees contacts by their height."""
+"""[m] above the ground up to which it may bear a sole, by margins of contacts: the law sees a contact by its height."""
 _HINGE = mujoco.mjtJoint.mjJNT_HINGE
 _CLOSING = tuple(getattr(mujoco.mjtEq, f"mjEQ_{kind}") for kind in ("CONNECT", "WELD", "JOINT", "TENDON"))
 """Kinds of constraints that the law does not know."""
