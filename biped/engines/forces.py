@@ -151,6 +151,27 @@ def add_moment(place, com, force, out):
 
 
 @inner_kernel
+def write_com_velocity(inertia, moving, out):
+    """Writes the velocity (3,) [m/s] of a robot's centre of mass: momentum over mass of its bodies as they are.
+
+    Args:
+        inertia: (nbody, 10) MuJoCo's `cinert`: of bodies about that point, mass times place from it, mass.
+        moving: (nbody, 6) MuJoCo's `cvel`: how they turn, and how they would move there.
+        out: (3,) overwritten.
+    """
+    out[0], out[1], out[2] = 0.0, 0.0, 0.0
+    mass = 0.0
+    for b in range(1, inertia.shape[0]):
+        i, v = inertia[b], moving[b]
+        mass += i[9]
+        out[0] += i[9] * v[3] + v[1] * i[8] - v[2] * i[7]
+        out[1] += i[9] * v[4] + v[2] * i[6] - v[0] * i[8]
+        out[2] += i[9] * v[5] + v[0] * i[7] - v[1] * i[6]
+    for k in range(3):
+        out[k] /= mass
+
+
+@inner_kernel
 def write_spin(inertia, moving, out):
     """Writes the angular momentum (3,) [N m s] of a robot about its centre of mass.
 

@@ -16,7 +16,7 @@ from biped.control.space.places import Mechanics
 from biped.control.space.record import BASE, KNEE, LEG, LEGS, N_POINTS
 from biped.control.space.setup import mechanics_of
 from biped.control.space.tick import spatial_tick
-from biped.engines.forces import add_moment, write_spin
+from biped.engines.forces import add_moment, write_com_velocity, write_spin
 from biped.engines.loop import GOING, LOW, NOT_FINITE, TILTED
 from biped.engines.native import halves, without_clock
 from biped.engines.row import CONTACT, FIGURE, FORCE, GIVEN, GROUND_FORCE, POINT, WORK, U, write_state
@@ -64,6 +64,7 @@ class SpacePlant(NamedTuple):
         stopped: (2,) which knees are at their stop, work.
         before: (18,) velocities before a step, work.
         acting: (2, 3) place and force of one that acts from outside, work.
+        com_velocity: (3,) [m/s] of the centre of mass, work.
     """
 
     step1: int
@@ -101,6 +102,7 @@ class SpacePlant(NamedTuple):
     stopped: np.ndarray
     before: np.ndarray
     acting: np.ndarray
+    com_velocity: np.ndarray
 
 
 @inner_kernel
@@ -136,10 +138,11 @@ def write_signals(c, line):
 
 
 @inner_kernel
-def _note(plant, c, line, outside, time):
-    """Writes the state at a tick into its row."""
+def _note(plant, line, outside, time):
+    """Writes the state at a tick into its row: the robot's own, whatever masses the law believes in."""
     m, at = plant.mechanics, plant.columns
-    write_state(at, line, time, m.q, m.v, c["at"]["com"], c["at"]["com_velocity"], plant.place[1], plant.turned[1],
+    write_com_velocity(plant.inertia, plant.moving, plant.com_velocity)
+    write_state(at, line, time, m.q, m.v, plant.com, plant.com_velocity, plant.place[1], plant.turned[1],
                 plant.energy)  # fmt: skip
     for p in range(N_POINTS):
         for i in range(3):
@@ -251,7 +254,7 @@ def walk(record, changes, plant, log, outside, signals, first, last):
         blend(changes, k)
         decide(record, m, plant.own, k == 0)
         line = log[k]
-        _note(plant, c, line, outside[k], k * tick)
+        _note(plant, line, outside[k], k * tick)
         if status != GOING:
             return status, k + 1
         write_signals(c, signals[k])
@@ -334,7 +337,7 @@ def space_loop(plant: Stepped) -> SpaceLoop | None:
         tilt=math.cos(math.radians(fall.tilt)),
         columns=np.array([first for first, _ in columns.values()]),
         touched=np.zeros(len(points), np.uint8), stopped=np.zeros(len(robot.feet), np.uint8),
-        before=np.zeros(model.nv), acting=np.zeros((2, 3)),
+        before=np.zeros(model.nv), acting=np.zeros((2, 3)), com_velocity=np.zeros(3),
     ))  # fmt: skip
 
 

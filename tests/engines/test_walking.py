@@ -78,6 +78,15 @@ def test_eight_spheres_have_their_own_loop():
         assert isinstance(MujocoPlant(run).compiled, SpaceLoop)
 
 
+@pytest.mark.parametrize("change", [(), ("randomise.masses=0.1",)], ids=["file", "masses"])
+def test_what_is_measured_of_eight_spheres_is_the_robots_own(change):
+    """Not what the law believes of its masses."""
+    kind, compiled, python = both((*HUMAN, "duration=0.4", "window.end=0.4", *change))
+    assert isinstance(kind, SpaceLoop)
+    for quantity in ("com", "com_velocity", "energy", "spin"):
+        np.testing.assert_allclose(getattr(compiled, quantity), getattr(python, quantity), rtol=1e-9, atol=1e-9)
+
+
 def test_torques_that_are_not_finite_end_a_run():
     run = Plan(read_scenario(H1[0], list(H1[1:]))).run(0)
     plant = MujocoPlant(run)
