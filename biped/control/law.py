@@ -172,6 +172,7 @@ class Setup:
         torque_limit: (nu,) [N m].
         q: (nq,) coordinates that the run starts with.
         v: (nv,) velocities.
+        seed: Of the run, for what a law draws (`biped.scenario.vary.stream`).
     """
 
     scenario: Scenario
@@ -183,6 +184,7 @@ class Setup:
     torque_limit: np.ndarray
     q: np.ndarray
     v: np.ndarray
+    seed: int = 0
 
     @property
     def observed(self) -> list[str]:

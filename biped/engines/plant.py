@@ -76,7 +76,7 @@ class MujocoPlant:
         known = self.model if same else run.stepped_model(self.command, servos, known=True)
         # A network writes to no model, and to copy one with meshes takes as long as a second of walking.
         setup = Setup(s, run.gains, self.robot, known if networked else copy.copy(known), run.model, run.tick,
-                      self.limits.copy(), run.q.copy(), run.v.copy())  # fmt: skip
+                      self.limits.copy(), run.q.copy(), run.v.copy(), run.seed)  # fmt: skip
         self.untouched = Untouched(self.model, self.data, self.profile.level) if python else None
         self.law = Commander(make, name, file, setup, size, run.ticks)
         self.columns = columns_of(self.robot)

@@ -308,7 +308,7 @@ def space_loop(plant: Stepped) -> SpaceLoop | None:
     """
     law: Spatial = plant.law.law
     model, data, robot = plant.model, plant.data, plant.robot
-    if law.source == PINOCCHIO or model.opt.cone != mujoco.mjtCone.mjCONE_ELLIPTIC:
+    if law.mistaken or law.source == PINOCCHIO or model.opt.cone != mujoco.mjtCone.mjCONE_ELLIPTIC:
         return None
     strength, _, follow = plant.actuators()
     if strength != 1.0 or follow < 1.0:

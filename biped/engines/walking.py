@@ -78,7 +78,7 @@ def walking_loop(plant: Stepped) -> WalkingLoop | None:
         plant: Of a run of the law.
     """
     law: Spatial = plant.law.law
-    if law.by_force or law.source == PINOCCHIO or (physics := stepping_of(plant)) is None:
+    if law.by_force or law.mistaken or law.source == PINOCCHIO or (physics := stepping_of(plant)) is None:
         return None
     data, own = plant.data, law.own(plant.data.qpos, plant.data.qvel)
     mechanics = mechanics_of(law.record[0], plant.model, data)

@@ -50,6 +50,7 @@ _SPATIAL: Keys = {
     ),
     "actuation": ("mode", "assist", "contacts", "pushing"),
     "control": ("mechanics",),
+    "randomise": ("controller_mass_matrix", "controller_constraints"),
 }
 
 SPATIAL = "spatial"

@@ -95,6 +95,7 @@ def possible(s: Scenario, fail: Fail) -> None:
     if own_law(s.law) and s.backstep is not None:
         raise fail("backstep", "expected no law of one's own: the step back belongs to the thesis's leg states")
     _unmodelled(s, fail)
+    _mistakes(s, fail)
     _searched(s, fail)
     check_bounds(s.expect, fail)
     for key, distribution in s.randomise.draw.items():
@@ -172,6 +173,13 @@ def _observer(s: Scenario, fail: Fail) -> None:
                    "come through no joint")  # fmt: skip
     if s.actuation.limit == "bounded" and s.actuation.solver != "active_set":
         raise fail("actuation.observer", f"expected 0, or actuation.solver = 'active_set', got '{s.actuation.solver}'")
+
+
+def _mistakes(s: Scenario, fail: Fail) -> None:
+    """Rejects mistakes about M and A of a law that asks for neither."""
+    for key in ("controller_mass_matrix", "controller_constraints"):
+        if getattr(s.randomise, key) > 0.0 and s.actuation.mode != "joint":
+            raise fail(f"randomise.{key}", "expected 0, or actuation.mode = 'joint': Q_d itself needs neither M nor A")
 
 
 def _unmodelled(s: Scenario, fail: Fail) -> None:

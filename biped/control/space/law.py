@@ -10,6 +10,7 @@ from biped.base.jit import bound
 from biped.control.blending import blend, changes_in, step_type
 from biped.control.law import Setup
 from biped.control.observation import Observation
+from biped.control.space.mistaken import mistaken_own, mistaken_tick
 from biped.control.space.own import Own, Pinocchio, check_kernels, compute, own_of
 from biped.control.space.places import Mechanics
 from biped.control.space.record import GAIT
@@ -24,8 +25,8 @@ SIGNALS = ("right_state", "left_state", "right_placed", "left_placed", "at_limit
 """Signals of the law: leg states 1 … 4, [rad] by which placement abducts a leg, whether a torque is at its limit, and
 whether a problem of the tick was given up: its forces are those of the last set that was tried."""
 
-_ticks: dict[np.dtype, Callable[..., None]] = {}
-"""The compiled tick by the record's type."""
+_ticks: dict[tuple[np.dtype, bool], Callable[..., None]] = {}
+"""The compiled tick by the record's type, and whether the law is mistaken."""
 
 
 def _source(setup: Setup) -> str:
@@ -45,6 +46,7 @@ class Spatial:
         changes: Of it, `biped.control.blending.Changes`.
         by_force: Whether it commands generalized forces, or a share of them.
         source: Who computes the mechanics: `compiled`, `pinocchio` or `engine`.
+        mistaken: Whether its torques follow from other masses or lengths than the file's; then it ticks in Python.
         driven: (n,) which of the record's torques actuators have.
         drives: (n,) the actuators that have them.
         signals: As of the latest tick.
@@ -63,9 +65,12 @@ class Spatial:
         c = self.record[0]
         mode = setup.scenario.actuation.mode
         self._assist = 1.0 if mode == "generalized" else setup.scenario.actuation.assist
-        self._believed, self.source = setup.model, _source(setup)
+        self._setup, self.source = setup, _source(setup)
+        random = setup.scenario.randomise
+        self.mistaken = random.controller_mass_matrix > 0.0 or random.controller_constraints > 0.0
         self._mechanics: Mechanics | None = None
-        self._tick_once = spatial_tick
+        self._tick_once: Callable[..., None] = spatial_tick
+        self._given: tuple[Any, ...] = ()
         order = order_of(setup.model, setup.robot, anatomy)
         self._moved, self.driven = np.flatnonzero(order.column >= 0), np.flatnonzero(order.drive >= 0)
         self._columns, self.drives = order.column[self._moved], order.drive[self.driven]
@@ -85,8 +90,8 @@ class Spatial:
         """
         if self.source != COMPILED:
             return None
-        own = own_of(self.record[0], self._believed, q, v)
-        check_kernels(self.record[0], self._believed, own.tree)
+        own = own_of(self.record[0], self._setup.model, q, v)
+        check_kernels(self.record[0], self._setup.model, own.tree)
         return own
 
     def _mechanics_at(self, sensed: Observation) -> tuple[Mechanics, Callable[[], Any]]:
@@ -95,7 +100,7 @@ class Spatial:
         if (own := self.own(data.qpos, data.qvel)) is not None:
             return own.mechanics, partial(bound(compute, *own), *own)
         if self.source == PINOCCHIO:
-            theirs = Pinocchio(self.record[0], self._believed, data.qpos, data.qvel)
+            theirs = Pinocchio(self.record[0], self._setup.model, data.qpos, data.qvel)
             return theirs.mechanics, theirs.renew
         return mechanics_of(self.record[0], sensed._model, data), lambda: sensed._data
 
@@ -110,14 +115,16 @@ class Spatial:
         first = sensed.time == 0.0
         if self._mechanics is None:
             self._mechanics, self._renew = self._mechanics_at(sensed)
-            sizes = self.record.dtype
-            if sizes not in _ticks:  # looking it up takes as long as a hundred ticks
-                _ticks[sizes] = bound(spatial_tick, self.record, self._mechanics, first)
-            self._tick_once = _ticks[sizes]
+            wrong = mistaken_own(self.record[0], self._setup, sensed._data.qpos, sensed._data.qvel)
+            self._given = self.record, self._mechanics, *(wrong or ())
+            kind = self.record.dtype, self.mistaken
+            if kind not in _ticks:  # looking it up takes as long as a hundred ticks
+                _ticks[kind] = bound(mistaken_tick if self.mistaken else spatial_tick, *self._given, first)
+            self._tick_once = _ticks[kind]
         if len(self.changes.steps):
             blend(self.changes, round(sensed.time / self._tick))
         self._renew()
-        self._tick_once(self.record, self._mechanics, first)
+        self._tick_once(*self._given, first)
         right, left = self._phase.tolist()
         self.signals = dict(zip(SIGNALS, (right + 1.0, left + 1.0, *self._placed.tolist(), float(self._limited[0]),
                                           float(self._given_up[0] > 0)), strict=True))  # fmt: skip

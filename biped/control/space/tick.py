@@ -222,6 +222,31 @@ def leg_states(c):
 
 
 @inner_kernel
+def decide(c, m, first):
+    """The first half of a tick: leg states, Q_d, and what makes up for the joints' losses.
+
+    Args:
+        c: The controller record.
+        m: `biped.control.space.places.Mechanics`.
+        first: Whether this is the run's first tick.
+    """
+    sense_places(c, m)
+    believe_contacts(c, first)
+    leg_states(c)
+    desired_forces(c, m)
+    if c["actuation"]["learning"]:
+        learn_losses(c, m, first)
+    passive_forces(c)
+
+
+@inner_kernel
+def allocate(c, m, first):
+    """The second half: joint torques that do Q_d as well as ground that only pushes allows; arguments as before."""
+    c["tick"]["limited"] = pushing_torques(c, m)
+    smooth(c["tick"]["u"], c["memory"]["latest"], c["actuation"]["follow"], first)
+
+
+@inner_kernel
 def spatial_tick(record, m, first):
     """The law for one tick; u or Q_d is left in the record.
 
@@ -231,14 +256,7 @@ def spatial_tick(record, m, first):
         first: Whether this is the run's first tick.
     """
     c = record[0]
-    sense_places(c, m)
-    believe_contacts(c, first)
-    leg_states(c)
-    desired_forces(c, m)
-    if c["actuation"]["learning"]:
-        learn_losses(c, m, first)
-    passive_forces(c)
+    decide(c, m, first)
     if c["actuation"]["generalized"] == 0:
         point_motion(c, m)
-        c["tick"]["limited"] = pushing_torques(c, m)
-        smooth(c["tick"]["u"], c["memory"]["latest"], c["actuation"]["follow"], first)
+        allocate(c, m, first)

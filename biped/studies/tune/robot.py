@@ -30,8 +30,9 @@ from biped.studies.tune import tune
 from biped.studies.tune.evaluate import earned
 
 SCENARIO = "tune/any"
-GAITS = tuple(f"any/{name}" for name in ("sure", "quick", "short", "long", "g1", "h1", "apollo", "berkeley", "t1"))
-"""Gaits in units of any walker: four of the human, and those that were found for other robots."""
+_NAMES = "sure", "quick", "short", "long", "steady", "g1", "h1", "apollo", "berkeley", "t1", "xbot"
+GAITS = tuple(f"any/{name}" for name in _NAMES)
+"""Gaits in units of any walker: five of the human, and those that were found for other robots."""
 POSTURES = ("heel_toe", "flat", "single")
 ASSISTS = (1.0, 0.0)
 """Shares of Q_d itself in what acts; the search begins at gaits that come furthest with none."""
