@@ -194,10 +194,10 @@ class Randomise(Section, frozen=True):
 
     Attributes:
         runs: Number of runs (at each point of a sweep), each with its own seed.
-        controller_mass_matrix: Relative standard deviation, elementwise, of the controller's M. In space, of the mass of
-            each body, with its moments of inertia, from which the controller's M follows.
-        controller_constraints: The same of its A. In space, of the three numbers that place each body in its parent, from
-            which M and the Jacobians follow.
+        controller_mass_matrix: Relative standard deviation, elementwise, of the controller's M. In space, of the mass
+            of each body, with its moments of inertia, from which the controller's M follows.
+        controller_constraints: The same of its A. In space, of the three numbers that place each body in its parent,
+            from which M and the Jacobians follow.
         controller_errors: Whether these two are drawn once for a `run`, or anew at every `tick`.
         masses: Share by which the mass of each body may differ from the file's, either way: a factor of it is drawn for
             every run and body, and moments of inertia follow; of a robot of any kind.

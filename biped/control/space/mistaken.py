@@ -1,7 +1,7 @@
-"""A law in space that is mistaken about its robot: joint torques from masses and lengths that are not those of the file.
+"""A law in space that is mistaken about its robot: joint torques from masses and lengths other than those of the file.
 
-Leg states and Q_d follow from what is sensed, as ever. M, and the Jacobians of the contact points with their J̇v, by which
-Q_d becomes torques, are those of the mistaken tree.
+Leg states and Q_d follow from what is sensed, as ever. M, and the Jacobians of the contact points with their J̇v, by
+which Q_d becomes torques, are those of the mistaken tree.
 """
 
 import numpy as np
@@ -18,8 +18,8 @@ from biped.scenario.vary import stream
 def mistaken_own(c: np.void, setup: Setup, q: np.ndarray, v: np.ndarray) -> Own | None:
     """Mechanics of masses and lengths that are drawn for the run; None where the scenario asks for no mistakes.
 
-    Masses and moments of inertia of a body are multiplied by one factor, the three numbers that place it in its parent by
-    one each.
+    Mass and moments of inertia of a body are multiplied by one factor, the numbers that place it in its parent by one
+    each.
 
     Args:
         c: The controller record.

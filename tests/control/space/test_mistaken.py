@@ -47,7 +47,7 @@ def test_the_mechanics_are_those_of_a_model_with_other_masses_and_lengths(walk):
         mujoco.mj_step1(other, data)
         compute(*own)
         mujoco.mj_fullM(other, data, M)
-        assert own.mechanics.M == pytest.approx(M[np.nonzero(np.tril(pattern(own.tree)))], rel=1e-9, abs=1e-9)
+        assert pytest.approx(M[np.nonzero(np.tril(pattern(own.tree)))], rel=1e-9, abs=1e-9) == own.mechanics.M
         assert own.mechanics.axes == pytest.approx(data.cdof, rel=1e-9, abs=1e-9)
 
 
@@ -67,8 +67,7 @@ def pattern(tree) -> np.ndarray:
 @WALKS
 def test_torques_are_others_but_leg_states_and_springs_are_not(walk):
     right, wrong, hardly = (
-        AnyScene(*walk, *changes)
-        for changes in ((), WRONG, [change.replace("0.1", "1e-10") for change in WRONG])
+        AnyScene(*walk, *changes) for changes in ((), WRONG, [change.replace("0.1", "1e-10") for change in WRONG])
     )
     for q, v in right.states(5):
         torques = []
