@@ -386,8 +386,8 @@ def test_a_card_brings_its_robot(tmp_path, monkeypatch):
 
 
 def test_what_needs_a_gait_is_not_asked_of_a_law():
-    """A posture or another gait that takes over would be dropped, and the row would say what was not run."""
-    needs = {f"any/cells/{name}" for name in ("rest", "stop", "damping", "postures")}
+    """A posture, another gait that takes over or a mistake would be dropped, and the row would say what was not run."""
+    needs = {f"any/cells/{name}" for name in ("rest", "stop", "damping", "postures", "errors")}
     stander = entrant_of("stand")
     for trial in trials_of(["any/cells/"]):
         asked = study._required_of(trial, stander, ["model=h1"])
