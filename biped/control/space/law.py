@@ -10,7 +10,7 @@ from biped.base.jit import bound
 from biped.control.blending import blend, changes_in, step_type
 from biped.control.law import Setup
 from biped.control.observation import Observation
-from biped.control.space.mistaken import mistaken_own, mistaken_tick
+from biped.control.space.mistaken import is_mistaken, mistaken_own, mistaken_tick
 from biped.control.space.own import Own, Pinocchio, check_kernels, compute, own_of
 from biped.control.space.places import Mechanics
 from biped.control.space.record import GAIT
@@ -66,8 +66,7 @@ class Spatial:
         mode = setup.scenario.actuation.mode
         self._assist = 1.0 if mode == "generalized" else setup.scenario.actuation.assist
         self._setup, self.source = setup, _source(setup)
-        random = setup.scenario.randomise
-        self.mistaken = random.controller_mass_matrix > 0.0 or random.controller_constraints > 0.0
+        self.mistaken = is_mistaken(setup.scenario)
         self._mechanics: Mechanics | None = None
         self._tick_once: Callable[..., None] = spatial_tick
         self._given: tuple[Any, ...] = ()

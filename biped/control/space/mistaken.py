@@ -11,8 +11,17 @@ from biped.control.law import Setup
 from biped.control.space.dynamics import compute_mechanics
 from biped.control.space.own import Own, own_of
 from biped.control.space.places import heights, mass_blocks, point_motion
-from biped.control.space.tick import allocate, decide
+from biped.control.space.tick import allocate, decide_forces
+from biped.scenario.keys import Scenario
 from biped.scenario.vary import stream
+
+LEAST = 0.01
+"""Of a mass of the file: no body is believed to be lighter."""
+
+
+def is_mistaken(s: Scenario) -> bool:
+    """Whether a scenario asks for mistakes."""
+    return s.randomise.controller_mass_matrix > 0.0 or s.randomise.controller_constraints > 0.0
 
 
 def mistaken_own(c: np.void, setup: Setup, q: np.ndarray, v: np.ndarray) -> Own | None:
@@ -30,10 +39,9 @@ def mistaken_own(c: np.void, setup: Setup, q: np.ndarray, v: np.ndarray) -> Own 
     Raises:
         InputError: The model has parts that only MuJoCo computes with.
     """
-    random = setup.scenario.randomise
-    if random.controller_mass_matrix == random.controller_constraints == 0.0:
+    if not is_mistaken(setup.scenario):
         return None
-    own = own_of(c, setup.model, q, v)
+    own, random = own_of(c, setup.model, q, v), setup.scenario.randomise
     bodies = own.tree.bodies
     heavier, longer = (
         1.0 + deviation * stream(setup.seed, name).standard_normal(shape)
@@ -49,10 +57,6 @@ def mistaken_own(c: np.void, setup: Setup, q: np.ndarray, v: np.ndarray) -> Own 
     return own
 
 
-LEAST = 0.01
-"""Of a mass of the file: no body is believed to be lighter."""
-
-
 @entry_kernel
 def mistaken_tick(record, m, tree, wrong, first):
     """The law for one tick, as `biped.control.space.tick.spatial_tick`, of a law that is mistaken.
@@ -65,11 +69,11 @@ def mistaken_tick(record, m, tree, wrong, first):
         first: Whether this is the run's first tick.
     """
     c = record[0]
-    decide(c, m, first)
+    decide_forces(c, m, first)
     if c["actuation"]["generalized"] == 0:
         compute_mechanics(tree, wrong)
         mass_blocks(c, wrong)
         heights(c, wrong)
         point_motion(c, wrong)
-        heights(c, m)
+        heights(c, m)  # those of the ground are sensed
         allocate(c, m, first)

@@ -222,7 +222,7 @@ def leg_states(c):
 
 
 @inner_kernel
-def decide(c, m, first):
+def decide_forces(c, m, first):
     """The first half of a tick: leg states, Q_d, and what makes up for the joints' losses.
 
     Args:
@@ -256,7 +256,7 @@ def spatial_tick(record, m, first):
         first: Whether this is the run's first tick.
     """
     c = record[0]
-    decide(c, m, first)
+    decide_forces(c, m, first)
     if c["actuation"]["generalized"] == 0:
         point_motion(c, m)
         allocate(c, m, first)

@@ -36,7 +36,7 @@ def own_pushing(pushing, gains, unit):
     return si_pushing(pushing, structs.replace(gains, unit=MGL), Inverse(unit))
 
 
-@pytest.mark.parametrize("controller", ["human3d", "human3d_sure"])
+@pytest.mark.parametrize("controller", ["human3d", "human3d_sure", "human3d_steady"])
 def test_the_humans_gait_gives_the_same_torques_in_its_own_units(controller):
     scene = Scene(f'controller="{controller}"', "gains.pace={speed=0.9,slope=2.0,side=0.1,swing=0.2,stance=0.1}")
     setup = scene.setup
