@@ -134,9 +134,19 @@ def fraction(time_constant: float, tick: float) -> float:
     return 1.0 - math.exp(-tick / time_constant) if time_constant > 0.0 else 1.0
 
 
+def most_in_a_tick(slew: float, tick: float) -> float:
+    """The largest change of a torque in a tick [N m].
+
+    Args:
+        slew: Largest rate [N m/s]; 0: any.
+        tick: [s].
+    """
+    return slew * tick if slew > 0.0 else math.inf
+
+
 @kernel
-def smooth(u, latest, follow, first):
-    """Takes torques a fraction of the way from the latest ones to those asked for, in place.
+def smooth(u, latest, follow, most, first):
+    """Takes torques a fraction of the way from the latest ones to those asked for, no further than they can, in place.
 
     Both are within the torque limits, so what lies between is.
 
@@ -144,11 +154,17 @@ def smooth(u, latest, follow, first):
         u: (n,) torques asked for [N m].
         latest: (n,) of the tick before; remembers the new ones.
         follow: The fraction, from `fraction`.
+        most: Largest change [N m], from `most_in_a_tick`.
         first: Whether this is the run's first tick, in which torques are those asked for.
     """
     for j in range(u.size):
-        if follow < 1.0 and not first:
-            u[j] = latest[j] + follow * (u[j] - latest[j])
+        if not first:
+            change = u[j] - latest[j]
+            if follow < 1.0:
+                change *= follow
+                u[j] = latest[j] + change
+            if abs(change) > most:
+                u[j] = latest[j] + math.copysign(most, change)
         latest[j] = u[j]
 
 

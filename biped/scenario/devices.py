@@ -118,6 +118,8 @@ class Pushing(Section, frozen=True):
         regularisation: ε [1/(kg m²)], the price of torques.
         stops: Whether torques count on the knees' stops; without, a knee's own torque does what its stop would.
         smoothing: Time constant [s] with which torques go to what is asked for; 0: at once.
+        slew: Largest rate [N m/s] at which a torque changes, as the voltage of a motor's supply bounds the rate of its
+            current; 0: any.
         compensation: Share of the joints' damping and dry friction, as the model file says them, that motors make up
             for; of a biped in space.
         learning: Whether that share is only where it begins, and legs in the air show what their joints really lose; of
@@ -132,6 +134,7 @@ class Pushing(Section, frozen=True):
     regularisation: Positive = 1e-3
     stops: bool = True
     smoothing: Hold = 0.0
+    slew: NonNegative = 0.0
     compensation: Annotated[float, Meta(ge=0, le=2)] = 1.0
     learning: bool = False
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from biped.base.jit import kernel
-from biped.control.blending import Changes, blend, changes_in, fraction, step_type
+from biped.control.blending import Changes, blend, changes_in, fraction, most_in_a_tick, step_type
 from biped.control.observer import observer_type, set_observer
 from biped.control.pace import PARTS, parts
 from biped.control.planar.allocation import EXACT, FOREIGN
@@ -141,7 +141,8 @@ _PUSH = np.dtype(
         ("friction", "f8"), ("approach", "f8"), ("braking", "f8"), ("reach", "f8"), ("yielding", "f8"),
         ("regularisation", "f8"),
         ("counted", "i8"),  # forces that torques count on: those of points, and perhaps of stops
-        ("follow", "f8"), ("latest", "f8", NU),  # fraction of the way that torques go in a tick, and where they are
+        # Fraction of the way that torques go in a tick, their largest change in it [N m], and where they are.
+        ("follow", "f8"), ("most", "f8"), ("latest", "f8", NU),
         # The sets of the latest tick, with which the next one begins: forces of the wanted motion and of the torques'
         # problem that may be positive, and torques at a limit (-1, 1).
         ("held", "u1", N_ROWS), ("pressed", "u1", N_ROWS), ("side", "i8", NU),
@@ -289,6 +290,7 @@ def _set_pushing(push: np.void, s: Scenario, believed: Tree) -> None:
     push["braking"] = keys.braking
     push["counted"] = N_ROWS if keys.stops else STOP_ROW
     push["follow"] = fraction(keys.smoothing, 1.0 / s.simulation.control_rate)
+    push["most"] = most_in_a_tick(keys.slew, 1.0 / s.simulation.control_rate)
     push["scale"] = 1.0
     push["scale"][0, STOP_ROW:N_ROWS] = [np.hypot(*believed.joint[foot]) for foot in FOOT]
 

@@ -212,7 +212,7 @@ def _decide(record, M, q, v, log, k, time, pushing):
         redraw(c["belief"])
     if len(pushing) > 0:
         pushing_torques(c, M, q, v)
-        smooth(c["tick"]["u"], c["push"]["latest"], c["push"]["follow"], k == 0)
+        smooth(c["tick"]["u"], c["push"]["latest"], c["push"]["follow"], c["push"]["most"], k == 0)
     elif c["actuation"]["generalized"] == 0:
         c["tick"]["over"] = joint_torques(c, M, q) if c["belief"]["perturbed"] else floating_torques(c, M, q)
         if c["tick"]["over"] and c["actuation"]["bounded"] == EXACT:

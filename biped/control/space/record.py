@@ -118,7 +118,7 @@ def _actuation(driven: int) -> np.dtype:
         [
             ("generalized", "u1"), ("limit", "f8", driven),
             ("friction", "f8"), ("approach", "f8"), ("reach", "f8"), ("yielding", "f8"), ("regularisation", "f8"),
-            ("braking", "f8"), ("stops", "u1"), ("compensation", "f8"), ("follow", "f8"),
+            ("braking", "f8"), ("stops", "u1"), ("compensation", "f8"), ("follow", "f8"), ("most", "f8"),
             ("learning", "u1"), ("tick", "f8"), ("worth", "f8"),
         ],
         align=True,

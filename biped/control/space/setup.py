@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 from msgspec.structs import replace
 
-from biped.control.blending import fraction
+from biped.control.blending import fraction, most_in_a_tick
 from biped.control.law import Setup
 from biped.control.pace import parts
 from biped.control.space import record
@@ -93,7 +93,7 @@ def si_pushing(pushing: Pushing, gains: Gains, unit: Unit) -> Pushing:
     return replace(
         pushing, approach=pushing.approach * unit.time, reach=pushing.reach * unit.length,
         yielding=pushing.yielding * unit.acceleration, regularisation=pushing.regularisation / unit.inertia,
-        smoothing=pushing.smoothing * unit.time,
+        smoothing=pushing.smoothing * unit.time, slew=pushing.slew * unit.moment / unit.time,
     )  # fmt: skip
 
 
@@ -264,6 +264,7 @@ def _set_actuation(actuation: np.void, setup: Setup, order: LawOrder, unit: Unit
                  "learning"):  # fmt: skip
         actuation[name] = getattr(pushing, name)
     actuation["follow"] = fraction(pushing.smoothing, 1.0 / s.simulation.control_rate)
+    actuation["most"] = most_in_a_tick(pushing.slew, 1.0 / s.simulation.control_rate)
     seconds, moment = WORTH
     actuation["tick"], actuation["worth"] = setup.tick, seconds * (moment * unit.moment) ** 2
 

@@ -243,7 +243,7 @@ def decide_forces(c, m, first):
 def allocate(c, m, first):
     """The second half: joint torques that do Q_d as well as ground that only pushes allows; arguments as before."""
     c["tick"]["limited"] = pushing_torques(c, m)
-    smooth(c["tick"]["u"], c["memory"]["latest"], c["actuation"]["follow"], first)
+    smooth(c["tick"]["u"], c["memory"]["latest"], c["actuation"]["follow"], c["actuation"]["most"], first)
 
 
 @inner_kernel

@@ -157,6 +157,21 @@ def test_smoothed_torques_go_a_fraction_of_the_way(scene):
     assert apart > 1.0, "torques hardly changed: the test would not see that they are smoothed"
 
 
+def test_torques_change_no_faster_than_their_slew(scene):
+    actuation, before, bound = scene.c["actuation"], np.zeros(12), 0
+    actuation["most"] = 2.0
+    for k, (q, v) in enumerate(some_states(scene)):
+        scene.put(q, v)
+        spatial_tick(scene.record, scene.mechanics, k == 0)
+        u = scene.c["tick"]["u"].copy()
+        if k > 0:
+            assert np.abs(u - before).max() <= 2.0 + 1e-9
+            bound += int((np.abs(u - before) > 2.0 - 1e-9).sum())
+        before = u
+    actuation["most"] = np.inf
+    assert bound > 20, "torques hardly change: the test would not see that they may not jump"
+
+
 def test_a_walker_that_ground_holds_moves_as_q_d_would(scene):
     """One flat foot, nothing at a limit: twelve torques do what Q_d does to all that the ground leaves free."""
     scene.sensed(scene.q, scene.v)

@@ -77,10 +77,11 @@ def test_units_are_those_of_the_dimensions():
     assert other.pace.slope / other.pace.speed == pytest.approx(gains.pace.slope / gains.pace.speed)
     assert other.pace.swing * other.pace.speed == pytest.approx(gains.pace.swing * gains.pace.speed)
     assert other.pace.stance * other.pace.speed == pytest.approx(gains.pace.stance * gains.pace.speed)
-    before = scene.setup.scenario.actuation.pushing
+    before = structs.replace(scene.setup.scenario.actuation.pushing, slew=1000.0)
     after = si_pushing(own_pushing(before, gains, small), own_gains(gains, small), large)
     assert after.approach == pytest.approx(2.0**0.5 * before.approach)
     assert after.reach == pytest.approx(2.0 * before.reach)
     assert after.yielding == pytest.approx(before.yielding)
+    assert after.slew == pytest.approx(16.0 / 2.0**0.5 * before.slew)
     # ε |u|² against accelerations' work: 1/(kg m²).
     assert after.regularisation == pytest.approx(before.regularisation / 32.0)
