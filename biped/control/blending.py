@@ -158,13 +158,11 @@ def smooth(u, latest, follow, most, first):
         first: Whether this is the run's first tick, in which torques are those asked for.
     """
     for j in range(u.size):
-        if not first:
-            change = u[j] - latest[j]
-            if follow < 1.0:
-                change *= follow
-                u[j] = latest[j] + change
-            if abs(change) > most:
-                u[j] = latest[j] + math.copysign(most, change)
+        change = 0.0 if first else follow * (u[j] - latest[j])
+        if abs(change) > most:
+            u[j] = latest[j] + math.copysign(most, change)
+        elif follow < 1.0 and not first:
+            u[j] = latest[j] + change
         latest[j] = u[j]
 
 
