@@ -62,6 +62,8 @@ _ALL = (
     Metric("doubtful", "", "runs with a sentinel that failed: they may have fallen, but count as neither walking, "
            "standing nor sitting", "count", better="less"),
     Metric("walked", "", _WALKED, "count", table="engines", better="more"),
+    Metric("straight", "", "runs that walked and went straight: veering and heading within 5 degrees of "
+           "the x axis; in the plane all that walked", "count", better="more"),
     Metric("stood", "", "runs that stood still in a window of at least 1 s: no foot strike, torso within 0.1 m of its "
            "mean place, upright, on feet that bear the weight", "count"),
     Metric("sat", "", "runs that sat still in a window of at least 1 s: at least half the weight on the seat, the rest "
@@ -98,13 +100,15 @@ _ALL = (
     Metric("cross_over", "", "share of foot strikes beyond the other foot; in space", show="share", better="less"),
     Metric("margin_of_stability", "m", "from the extrapolated centre of mass sideways to the edge of what it stands "
            "on, least of each step; in space", better="more"),
-    Metric("heading", "degrees", "change of heading over the run, to the left positive; in space"),
+    Metric("heading", "degrees", "mean heading of the last stride against the x axis, to the left positive; in space"),
     Metric("commanded", "m/s", "mean size of the commanded velocity; with [command]"),
     Metric("command_error", "m/s", "deviation of the mean velocity of each second from the command; with [command]",
            better="less"),
     Metric("yaw_error", "rad/s", "deviation of the mean turning rate of each second from the command; with [command]",
            better="less"),
-    Metric("drift", "m", "sideways distance from the line of the start's heading, to the left positive; in space"),
+    Metric("drift", "m", "sideways distance from the x axis through the start, to the left positive; in space"),
+    Metric("veering", "degrees", "of the way walked, from start to end, against the x axis, to the left positive, "
+           "where it is longer than a leg; in space"),
     Metric("peak_torque", "N m", "largest joint torque", table="run", better="less"),
     Metric("mean_torque", "N m", "mean of |joint torque|", table="run", better="less"),
     Metric("rms_torque", "N m", "largest root mean square of a joint's torque", better="less"),

@@ -21,9 +21,12 @@ _NOTE = (
     "The table counts runs that walked, and where they stop runs that stood in the end, on seeds that no search has "
     "used. The brackets have 95 % intervals (Wilson)."
 )
-_COLUMNS = "speed, m/s", "absolute cost of transport", "ticks at a limit", "gait", "runs of the search", "CPU s"
-_LEVEL = "level"
-"""Name of the test whose metrics are shown."""
+_COLUMNS = (
+    "speed, m/s", "absolute cost of transport", "ticks at a limit", "walk straight for 60 s", "gait",
+    "runs of the search", "CPU s",
+)  # fmt: skip
+_LEVEL, _LONG = "level", "long"
+"""Names of the tests whose metrics are shown."""
 
 
 def document_of(found: Sequence[Mapping[str, Any]]) -> Document:
@@ -50,9 +53,13 @@ def _count(one: Mapping[str, Any], title: str) -> str:
 
 
 def _walk(one: Mapping[str, Any]) -> tuple[str, ...]:
-    level = next(test for test in one["tests"] if test["name"].endswith(_LEVEL))["numbers"]
-    shares = (f"{level['speed']:.2f}", f"{level['cost_of_transport_absolute']:.2f}", f"{level['saturation']:.1%}")
-    return *shares, one["gait"]
+    tests = {test["name"].rpartition("/")[2]: test for test in one["tests"]}
+    level, long = tests[_LEVEL]["numbers"], tests.get(_LONG, {})
+    straight = long.get("numbers", {}).get("straight")
+    return (
+        f"{level['speed']:.2f}", f"{level['cost_of_transport_absolute']:.2f}", f"{level['saturation']:.1%}",
+        "not run" if straight is None else f"{straight:.0f} of {long['runs']}", one["gait"],
+    )  # fmt: skip
 
 
 def _search(one: Mapping[str, Any]) -> tuple[str, str]:

@@ -24,7 +24,7 @@ def test_every_name_is_measured():
     pushes = ["pull", "push_impulse", "push_speed", "push_froude", "push_share", "recovery_time"]
     steps = ["first_step", "second_step", "third_step", "fourth_step"]
     command = ["commanded", "command_error", "yaw_error"]
-    space = ["step_width", "cross_over", "margin_of_stability", "heading", "drift"]
+    space = ["step_width", "cross_over", "margin_of_stability", "heading", "drift", "veering"]
     assert sorted(missing) == sorted(
         ["stopping_distance", "seat_load", *motors, "beyond_line", *posture, *pushes, *steps, *space, *command]
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from biped.engines.mujoco import simulate
 from biped.ensemble.plan import Plan
+from biped.measure.metrics import measure
 from biped.measure.metrics.gait import (
     bearing,
     courses,
@@ -18,6 +20,7 @@ from biped.measure.metrics.gait import (
     margin_of_stability,
     sideways,
 )
+from biped.measure.metrics.walking import outcome_of
 from biped.scenario.reading import read_scenario
 
 
@@ -49,6 +52,44 @@ def test_width_and_margin_are_across_the_way(walk):
     assert margin_of_stability(walk, span) == pytest.approx(
         np.mean([min(margin[a:b]) for a, b in pairwise(cuts)]), abs=0.01
     )
+
+
+def test_heading_is_that_of_the_last_stride_whenever_in_it_the_run_ends(walk):
+    """At the moments of one stride its torso faces from 4° to the right to 4° to the left."""
+    stride = 2 * round(np.median(np.diff([row for row, _ in walk.strikes])))
+    ends = range(len(walk) - stride, len(walk) + 1, stride // 8)
+    cut = [_until(walk, end) for end in ends]
+    faced = [np.degrees(headings(one)[-1]) for one in cut]
+    found = [sideways(one, slice(1500, len(one)))["heading"] for one in cut]
+    assert np.ptp(faced) > 8.0
+    assert np.ptp(found) < 2.0
+
+
+def test_veering_is_of_the_way_and_heading_of_the_torso(walk):
+    """Walked along another line by a walker that faces as before."""
+    span, before = slice(1500, 3900), sideways(walk, slice(1500, 3900))
+    turn = np.radians(10.0)
+    turned = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    log, (place, _) = walk.log.copy(), walk.columns["base"]
+    at = log[:, place : place + 2]
+    at[:] = at[0] + (at - at[0]) @ turned.T
+    aside = sideways(replace(walk, log=log), span)
+    assert aside["veering"] == pytest.approx(before["veering"] + 10.0, abs=1e-9)
+    assert aside["heading"] == before["heading"]
+    assert np.isnan(sideways(_until(walk, 1000), slice(500, 1000))["veering"]) == (walk.base[999, 0] < walk.robot.leg)
+
+
+@pytest.mark.parametrize("number", ["heading", "veering"])
+def test_straight_is_neither_turned_nor_aside(walk, number):
+    numbers = measure(walk, (2.0, 3.9))
+    assert (numbers["walked"], numbers["straight"]) == (1, 1)
+    for angle, straight in ((-5.1, 0), (-4.9, 1), (4.9, 1), (5.1, 0)):
+        found = outcome_of(walk, numbers | {number: angle}, "sound", 1.9)
+        assert (found["walked"], found["straight"]) == (1, straight)
+
+
+def _until(t, end):
+    return replace(t, log=t.log[:end], outside=t.outside[:end])
 
 
 def _margin(t, row, touching):

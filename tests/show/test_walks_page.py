@@ -9,7 +9,7 @@ from biped.show import walks
 
 def result(folder, reached):
     """Results of `biped standard` with one gait, and of the search that found it."""
-    numbers = {"speed": 0.634, "cost_of_transport_absolute": 0.751, "saturation": 0.0123}
+    numbers = {"speed": 0.634, "cost_of_transport_absolute": 0.751, "saturation": 0.0123, "straight": 3}
     tests = [{"name": "any/cells/level", "title": "10 s"}, {"name": "any/cells/long", "title": "60 s"}]
     standings = [{"tried": [{"value": None, "reached": one, "runs": 20, "numbers": numbers}]} for one in reached]
     folder.mkdir()
@@ -35,8 +35,8 @@ def test_results_are_taken_in(tmp_path, monkeypatch):
     assert "| test | First | Second |" in page
     assert "| 10 s | 19 of 20 (76 – 99 %) | 7 of 20 (18 – 57 %) |" in page
     assert "| 60 s | 20 of 20 (84 – 100 %) | 0 of 20 (0 – 16 %) |" in page
-    assert "| First | 0.63 | 0.75 | 1.2% | any/mine | 1,317 | 224 |" in page
-    assert "| Second | 0.63 | 0.75 | 1.2% | any/mine | – | – |" in page
+    assert "| First | 0.63 | 0.75 | 1.2% | 3 of 20 | any/mine | 1,317 | 224 |" in page
+    assert "| Second | 0.63 | 0.75 | 1.2% | 3 of 20 | any/mine | – | – |" in page
     walks.main([])
     assert (tmp_path / "PAGE").read_text(encoding="utf-8") == page
 

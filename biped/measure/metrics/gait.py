@@ -261,23 +261,28 @@ def courses(t: Trajectory) -> np.ndarray:
 
 
 def sideways(t: Trajectory, span: slice) -> dict[str, float]:
-    """Step width, cross-over, heading, drift and margin of stability over a span of rows.
+    """Step width, cross-over and margin of stability over a span of rows; heading, drift and veering of the whole run.
 
-    Widths are across the course at the strike; a foot that lands beyond the other's place has crossed over.
+    Widths are across the course at the strike; a foot that lands beyond the other's place has crossed over. A pelvis
+    turns to and fro by 20° in each stride, so where the walker heads in the end is the mean of its last stride, against
+    the x axis: a start in the middle of a stride faces aside. Which way it went is another number: one may walk
+    straight and face aside, or face ahead and drift.
     """
-    place, heading = foot_places(t)[span], courses(t)[span]
+    course = courses(t)
+    place, heading = foot_places(t)[span], course[span]
     # Which foot is the left one: the one that is left of the other over the window as a whole.
     aside = np.stack([-np.sin(heading), np.cos(heading)], axis=1)
     across = ((place[:, 1, :2] - place[:, 0, :2]) * aside).sum(axis=1)
     sign = 1.0 if float(np.median(across)) >= 0.0 else -1.0
     widths = [sign * float(across[row - span.start]) for row, _ in t.strikes_in(span)]
-    faced, way = headings(t), t.base[-1, :2] - t.base[0, :2]
-    first = faced[0]
+    ahead, drift = (t.base[-1, :2] - t.base[0, :2]).tolist()
+    went = math.hypot(ahead, drift) > t.robot.leg
     return {
         "step_width": mean_of(widths),
         "cross_over": mean_of([width < 0.0 for width in widths]),
-        "heading": math.degrees(float(faced[-1] - first)),
-        "drift": float(way @ np.array([-math.sin(first), math.cos(first)])),
+        "heading": math.degrees(float(course[-1])),
+        "drift": drift,
+        "veering": math.degrees(math.atan2(drift, ahead)) if went else math.nan,
         "margin_of_stability": margin_of_stability(t, span),
     }
 

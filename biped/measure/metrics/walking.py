@@ -33,6 +33,8 @@ LEANING = 60.0
 LOW = 0.4
 """Least height of the centre of mass of one that walks, stands or sits / leg length: whose knees and hips are in the
 ground, which bears its feet alone, is at 0.2."""
+STRAIGHT = 5.0
+"""[degrees] Most that a straight walk's way, and its heading in the end, differ from the x axis."""
 STILL = 0.1
 """[m] that a standing or sitting biped's torso may sway either way."""
 SETTLED = 1.0
@@ -63,6 +65,11 @@ def followed(numbers: Mapping[str, Any]) -> bool | None:
     if math.isnan(error):
         return None
     return error < max(STRAYING, STRAYED * _real(numbers["commanded"])) and yaw < TURNING
+
+
+def _straight(numbers: Mapping[str, Any]) -> bool:
+    """Whether a walk in space went along x, and still heads there."""
+    return abs(numbers["heading"]) <= STRAIGHT and abs(numbers["veering"]) <= STRAIGHT
 
 
 def stood(numbers: Mapping[str, Any], seconds: float) -> bool:
@@ -215,11 +222,13 @@ def outcome_of(t: Trajectory, numbers: dict[str, Any], verdict: str, seconds: fl
         seconds: Length of the window.
     """
     up = t.end == "completed" and verdict == SOUND
+    on_foot = up and walked(numbers, len(t) * t.tick, t.robot.walked)
     return {
         "falls": int(t.end == "fell" or verdict == DIVERGENT),
         "diverged": int(verdict == DIVERGENT),
         "doubtful": int(verdict == DOUBTFUL),
-        "walked": int(up and walked(numbers, len(t) * t.tick, t.robot.walked)),
+        "walked": int(on_foot),
+        "straight": int(on_foot and (t.robot.planar or _straight(numbers))),
         "stood": int(up and stood(numbers, seconds)),
         "sat": int(up and sat(numbers, seconds)),
     }
