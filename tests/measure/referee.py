@@ -113,7 +113,8 @@ def transport(t: Trajectory, whole: Motion, span: slice) -> dict[str, float]:
     power = u[:-1] * (rate[:-1] + rate[1:]) / 2.0
     step = np.diff(whole.point[span], axis=0)
     ground = (t.column("force")[span][:-1] * step).sum(axis=(1, 2)) / t.tick
-    jumps = np.abs(np.diff(t.u[span], axis=0)).max(axis=1)
+    acted = t.u[: -1 if t.end == "fell" else None][span]
+    jumps = np.abs(np.diff(acted, axis=0)).max(axis=1)
     return {
         "cost_of_transport": float(np.abs(power.sum(axis=1)).sum() / weight),
         "cost_of_transport_absolute": float(np.abs(power).sum() / weight),

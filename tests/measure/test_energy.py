@@ -93,6 +93,15 @@ def test_the_cost_is_that_of_the_work_done_where_torques_switch():
     assert before < 0.97 * done  # the rates at the beginning of a tick are not those within it
 
 
+@pytest.mark.parametrize(("name", "force"), [("spatial/gentle", [0.0, 400.0, 0.0]), ("gentle/level", [600.0, 0.0])])
+def test_torques_of_a_run_that_falls_jump_no_further_than_the_law_lets_them(name, force):
+    """In space the row of a fall has no torques: the change to nothing is none of the law's."""
+    changes = [f"push=[{{at=1.0,duration=0.2,force={force}}}]", "duration=4", "actuation.pushing.slew=10000.0"]
+    t = campaign.simulate(plan_of(name, changes).run(0))
+    assert t.end == "fell"
+    assert measure(t, (0.5, 4.0))["torque_jump"] == pytest.approx(10.0)
+
+
 def test_generalized_power_is_that_of_the_springs():
     """Q_d's power is the power of the seven spring-dampers: what flows into the joint coordinates, no more."""
     t = made("generalized")

@@ -25,7 +25,6 @@ class Driven(NamedTuple):
             and after the step.
         absolute: [W] sum of all |mean powers|.
         positive: [W] sum of the positive ones.
-        jumps: [N m] sum of the largest changes of a torque from row to row.
         saturated: Rows with a torque at its limit.
         torque: (nu,) [N m] sums of |torque|.
         squared: (nu,) [N² m²] sums of the torques' squares.
@@ -36,7 +35,6 @@ class Driven(NamedTuple):
     net: float
     absolute: float
     positive: float
-    jumps: float
     saturated: int
     torque: np.ndarray
     squared: np.ndarray
@@ -53,9 +51,9 @@ def driven(t: Trajectory, span: slice) -> Driven:
 
 @entry_kernel
 def _driven(u, v, columns, limit, torque, squared, most, power):
-    net, absolute, positive, jumps, saturated = 0.0, 0.0, 0.0, 0.0, 0
+    net, absolute, positive, saturated = 0.0, 0.0, 0.0, 0
     for k in range(u.shape[0]):
-        total, jump, over = 0.0, 0.0, False
+        total, over = 0.0, False
         for j in range(u.shape[1]):
             one, rate = u[k, j], v[k, columns[j]]
             size = abs(one)
@@ -69,12 +67,9 @@ def _driven(u, v, columns, limit, torque, squared, most, power):
                 total += mean
                 absolute += abs(mean)
                 positive += max(mean, 0.0)
-            if k > 0:
-                jump = max(jump, abs(one - u[k - 1, j]))
         net += abs(total)
-        jumps += jump
         saturated += over
-    return net, absolute, positive, jumps, saturated
+    return net, absolute, positive, saturated
 
 
 def transport(t: Trajectory, span: slice) -> dict[str, Any]:
@@ -88,7 +83,6 @@ def transport(t: Trajectory, span: slice) -> dict[str, Any]:
     if not t.has_torques:
         return {"cost_of_transport": float(np.abs(t.input_work[span][:-1]).sum() / weight), "per_joint": {}}
     sums, energy = driven(t, span), t.tick / weight
-    jumps = np.abs(np.diff(t.u[span], axis=0)).max(axis=1)
     rows, net, absolute, positive, peak = span.stop - span.start, sums.net, sums.absolute, sums.positive, sums.power
     if t.generalized:
         forces, rates = _springs(t, span)
@@ -102,11 +96,24 @@ def transport(t: Trajectory, span: slice) -> dict[str, Any]:
         "mean_torque": float(sums.torque.mean()) / rows,
         "rms_torque": math.sqrt(float(sums.squared.max()) / rows),
         "peak_power": float(peak.max()),
-        "torque_rate": sums.jumps / (rows - 1) * 1e-3 / t.tick,
-        "torque_rate_99": float(np.quantile(jumps, 0.99)) * 1e-3 / t.tick,
-        "torque_jump": float(jumps.max()),
+        **_jumps(t, span),
         "saturation": sums.saturated / rows,
         "per_joint": _per_joint(t, sums, rows),
+    }
+
+
+def _jumps(t: Trajectory, span: slice) -> dict[str, float]:
+    """How torques change from row to row; no torque acts in the row of a fall, and not every loop logs one there."""
+    decided = len(t) - (t.end in ("fell", "diverged"))
+    changes = np.abs(np.diff(t.u[span.start : min(span.stop, decided)], axis=0))
+    if not changes.size:
+        return dict.fromkeys(("torque_rate", "torque_rate_99", "torque_jump"), math.nan)
+    jumps = changes.max(axis=1)
+    each = 1e-3 / t.tick
+    return {
+        "torque_rate": float(jumps.mean()) * each,
+        "torque_rate_99": float(np.quantile(jumps, 0.99)) * each,
+        "torque_jump": float(jumps.max()),
     }
 
 
