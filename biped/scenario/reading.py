@@ -12,10 +12,19 @@ from msgspec.structs import replace
 from biped.base import typed
 from biped.base.errors import InputError, safe
 from biped.base.files import DEEPEST, canonical, layered, locate, merge, parse_toml
-from biped.scenario.gait import Settings, beside_gait, habits_of, lay_below, read_reading, read_settings
+from biped.scenario.gait import (
+    Settings,
+    beside_gait,
+    habits_of,
+    lay_below,
+    out_of_the_plane,
+    read_gains,
+    read_reading,
+    read_settings,
+)
 from biped.scenario.general import lay_under, make_general, taken
 from biped.scenario.keys import Scenario
-from biped.scenario.laws import is_card, own_law
+from biped.scenario.laws import SPATIAL, is_card, own_law
 from biped.scenario.possible import possible, suits_seven_links
 from biped.scenario.valid import COMMAND_LINE, Fail, Origin, convert, known_keys
 from biped.scenario.vary import ENTRY
@@ -218,6 +227,10 @@ def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path, looking: b
     known_keys(data, Scenario, "", fail)
     scenario = convert(data, Scenario, fail)
     possible(scenario, fail)
+    if scenario.law == SPATIAL and scenario.controller and kind is _ANY:
+        # Before its settings, which would be to blame for a gait that is of the plane.
+        gait = found("controllers", scenario.controller, "controller", beside.get("controller"))
+        out_of_the_plane(read_gains(gait, scenario.gains), scenario.model)
     kind.check(scenario, fail)
     named: dict[str, Any] = {
         key: canonical(f"{key}s", found(f"{key}s", getattr(scenario, key), key, beside.get(key)))

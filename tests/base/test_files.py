@@ -51,6 +51,15 @@ def test_echoes_are_short():
     assert echo("a\x1bb") == "'a\\x1bb'"
 
 
+@pytest.mark.parametrize(("kind", "written", "meant"), [
+    ("scenarios", "any/cels/level", "any/cells/level"), ("scenarios", "elsewhere/tune/robst.toml", "tune/robust"),
+    ("controllers", "any/g2", "any/g1"), ("controllers", "/nowhere/robst.toml", "robust"),
+])  # fmt: skip
+def test_a_path_is_like_a_name_as_a_whole_or_in_its_last_part(kind, written, meant):
+    with pytest.raises(InputError, match=f"did you mean '{meant}'"):
+        locate(kind, written, "")
+
+
 def test_a_model_where_a_scenario_is_asked_for(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError, match=r"no scenario 'r.urdf'; expected the path of a file \*.toml or a name: valid"):

@@ -197,6 +197,8 @@ def test_part_of_a_pace_is_refused_where_there_is_none():
 def test_a_gait_of_the_plane_is_refused_where_it_is_named():
     with pytest.raises(InputError, match=r"change\[0\]\.gains\.frontal: missing: model 'human3d' moves in space"):
         plan_of('change=[{at=0.1,controller="calm"}]')
+    with pytest.raises(InputError, match=r"^gains\.frontal: missing: model 'human3d' moves in space"):
+        plan_of('controller="robust"')  # not its settings, which have no meaning there either
     with pytest.raises(InputError, match=r"change\[0\]\.gains\.axial: expected none: model 'human' moves in the plane"):
         Plan(read_scenario("level_normal", ["change=[{at=0.1,gains.axial.theta_b=9.0}]"]))
 
