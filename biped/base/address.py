@@ -10,6 +10,8 @@ _CODE = "biped.base.address_code"
 
 call = intrinsic(_CODE, "call")
 """(function, first, second): calls `void function(void*, void*)`."""
+move = intrinsic(_CODE, "move")
+"""(function, first, second, third, number): calls `void function(void*, void*, void*, double)`."""
 int32_at = intrinsic(_CODE, "int32_at")
 """(address): the int32 there."""
 rows_at = intrinsic(_CODE, "rows_at")

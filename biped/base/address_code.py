@@ -27,6 +27,20 @@ def call(_, function, first, second):
 
 
 @intrinsic
+def move(_, function, first, second, third, number):
+    """See `biped.base.address.move`."""
+
+    def code(context, builder, signature, arguments):
+        kind = ir.FunctionType(ir.VoidType(), [_BYTE, _BYTE, _BYTE, ir.DoubleType()]).as_pointer()
+        address, *pointers, amount = arguments
+        given = [builder.inttoptr(pointer, _BYTE) for pointer in pointers]
+        builder.call(builder.inttoptr(address, kind), [*given, amount])
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int64, types.int64, types.int64, types.float64), code
+
+
+@intrinsic
 def int32_at(_, address):
     """See `biped.base.address.int32_at`."""
 

@@ -29,46 +29,59 @@ class CoordinateSensors:
     Attributes:
         model: As given.
         data: What is measured; with what `mj_step1` computes at it once `compute` has been called.
+        past_q: (kept, nq) true coordinates of the latest ticks; that of tick k is row k % kept.
+        past_v: (kept, nv) velocities likewise.
+        taken: (1,) how many ticks have been taken in.
+        zeros: (nv,) [rad] errors of the joints' zeros.
+        deviation: (nv,) [m, rad] standard deviation of the noise of every velocity's coordinate.
+        rate_deviation: (nv,) [m/s, rad/s] of its rate.
+        exact: Whether coordinates have neither.
+        places: (n,) the joints' coordinates.
+        resolution: [rad] of these; 0: exact.
+        gyro: Of the base; None without one.
     """
 
     def __init__(self, run: Run, model: mujoco.MjModel, robot: Robot, tick: float):
         sensors = run.scenario.sensors
         self.model, self.data = model, mujoco.MjData(model)
+        delay = min(round(sensors.delay / tick), run.ticks)
+        self.past_q, self.past_v = np.zeros((delay + 1, model.nq)), np.zeros((delay + 1, model.nv))
+        self.taken = np.zeros(1, np.int64)
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
         place, turning, self._joints = _coordinates(model, robot)
         self._about = np.array(robot.turning_columns)
-        # [m, rad] and [m/s, rad/s] of every velocity's coordinate and of its rate
-        self._deviation = np.where(place, sensors.height_noise, np.where(turning, sensors.angle_noise, 0.0))
-        self._rate_deviation = np.where(turning, sensors.rate_noise, 0.0)
+        self.deviation = np.where(place, sensors.height_noise, np.where(turning, sensors.angle_noise, 0.0))
+        self.rate_deviation = np.where(turning, sensors.rate_noise, 0.0)
         self._rng = stream(run.seed, "sensors")
-        self._zeros = np.where(self._joints, sensors.zero_error, 0.0) * stream(
+        self.zeros = np.where(self._joints, sensors.zero_error, 0.0) * stream(
             run.seed, "sensors.zeros"
         ).standard_normal(model.nv)
-        self._exact = not (self._deviation.any() or self._zeros.any())
+        self.exact = not (self.deviation.any() or self.zeros.any())
         self._columns = np.flatnonzero(self._joints)
-        self._places = np.array([model.jnt_qposadr[model.dof_jntid[column]] for column in self._columns], dtype=int)
-        self._resolution = float(sensors.quantisation)
-        self._past: list[tuple[np.ndarray, np.ndarray]] = []
-        self._delay = round(sensors.delay / tick)
+        self.places = np.array([model.jnt_qposadr[model.dof_jntid[column]] for column in self._columns], dtype=int)
+        self.resolution = float(sensors.quantisation)
         gyro, rate = sensors.gyro, run.scenario.simulation.control_rate
-        self._gyro = None if gyro is None else _Gyro(gyro, run.seed, rate, len(self._about))
+        self.gyro = None if gyro is None else _Gyro(gyro, run.seed, rate, len(self._about))
 
     def measure(self, q: np.ndarray, v: np.ndarray) -> None:
         """Takes in the true coordinates (nq,) and velocities (nv,) of a tick: late, noisy, rounded."""
-        self._past.append((q.copy(), v.copy()))
-        late_q, late_v = self._past[0]
-        if len(self._past) > self._delay:
-            self._past.pop(0)
-        model, data, rng = self.model, self.data, self._rng
-        noise, rate_noise = rng.standard_normal((2, model.nv))
-        data.qpos[:] = late_q
-        if not self._exact:
-            mujoco.mj_integratePos(model, data.qpos, self._zeros + self._deviation * noise, 1.0)
-        data.qvel[:] = late_v + self._rate_deviation * rate_noise
-        if self._resolution > 0.0:
-            data.qpos[self._places] = np.rint(data.qpos[self._places] / self._resolution) * self._resolution
-        if self._gyro is not None:
-            data.qvel[self._about] = self._gyro.read(v[self._about])
+        model, data, taken, kept = self.model, self.data, int(self.taken[0]), len(self.past_q)
+        self.past_q[taken % kept], self.past_v[taken % kept] = q, v
+        late = max(taken + 1 - kept, 0) % kept
+        self.taken[0] += 1
+        noise, rate_noise = self.noise(1)[0]
+        data.qpos[:] = self.past_q[late]
+        if not self.exact:
+            mujoco.mj_integratePos(model, data.qpos, self.zeros + self.deviation * noise, 1.0)
+        data.qvel[:] = self.past_v[late] + self.rate_deviation * rate_noise
+        if self.resolution > 0.0:
+            data.qpos[self.places] = np.rint(data.qpos[self.places] / self.resolution) * self.resolution
+        if self.gyro is not None:
+            data.qvel[self._about] = self.gyro.read(v[self._about])
+
+    def noise(self, ticks: int) -> np.ndarray:
+        """(ticks, 2, nv) noises of the next ticks, of coordinates and of rates, in their deviations."""
+        return self._rng.standard_normal((ticks, 2, self.model.nv))
 
     def compute(self) -> None:
         """Has MuJoCo compute the mechanics at what is measured: a law that does so itself has no use for them."""

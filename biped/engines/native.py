@@ -84,6 +84,7 @@ class Halves(NamedTuple):
         step1: Address of mj_step1.
         step2: Address of mj_step2.
         velocities: Address of mj_subtreeVel.
+        integrate: Address of mj_integratePos.
         nefc: As of `Native`.
         force: As of `Native`.
         count: As of `Native`.
@@ -94,6 +95,7 @@ class Halves(NamedTuple):
     step1: int
     step2: int
     velocities: int
+    integrate: int
     nefc: int
     force: int
     count: int  # pyright: ignore[reportIncompatibleMethodOverride]
@@ -141,11 +143,14 @@ def halves(model: mujoco.MjModel) -> Halves | None:
         address = ctypes.c_size_t.from_address(data._address + native.force).value
         if rows != data.nefc or (rows and address != data.efc_force.ctypes.data):
             return None
-        one, two, velocities = (ctypes.cast(step, ctypes.c_void_p).value or 0
-                                for step in (library.mj_step1, library.mj_step2, library.mj_subtreeVel))  # fmt: skip
+        one, two, velocities, integrate = (
+            ctypes.cast(function, ctypes.c_void_p).value or 0
+            for function in (library.mj_step1, library.mj_step2, library.mj_subtreeVel, library.mj_integratePos)
+        )
     except (_Unavailable, AttributeError):
         return None
-    return Halves(native.step, one, two, velocities, native.nefc, native.force, native.count, native.contacts)
+    functions = native.step, one, two, velocities, integrate
+    return Halves(*functions, native.nefc, native.force, native.count, native.contacts)
 
 
 def contact_layout(model: mujoco.MjModel, q: np.ndarray) -> ContactLayout | None:

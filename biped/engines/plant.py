@@ -89,8 +89,8 @@ class MujocoPlant:
         self.truth = self.observation = Observation(
             self.model, self.data, self.robot, self.profile, shared, self.state.point
         )
-        self.sensors = None
-        if known is not self.model or s.sensors != Sensors():
+        self.sensors, self.senses = None, s.sensors != Sensors()
+        if known is not self.model or self.senses:
             from biped.control.sensors import CoordinateSensors
 
             self.sensors = CoordinateSensors(run, copy.copy(known), self.robot, run.tick)
@@ -123,7 +123,7 @@ class MujocoPlant:
             from biped.engines.held import held_loop
 
             return None if self.sensors else held_loop(self)
-        if s.sensors != Sensors() or s.actuation.assist > 0.0 or self.latency is not None:
+        if s.actuation.assist > 0.0 or self.latency is not None:
             return None
         if self.sensors and self.law.law.source != COMPILED:
             return None  # another robot's mechanics, which MuJoCo computes at what is sensed

@@ -11,6 +11,7 @@ from biped.base.jit import inner_kernel, long_kernel
 from biped.control.blending import blend
 from biped.control.space.dynamics import compute_mechanics
 from biped.control.space.law import Spatial
+from biped.control.space.mistaken import mistaken_tick
 from biped.control.space.own import Own
 from biped.control.space.places import Mechanics
 from biped.control.space.record import BASE, KNEE, LEG, LEGS, N_POINTS
@@ -22,7 +23,7 @@ from biped.engines.native import halves, without_clock
 from biped.engines.row import CONTACT, FIGURE, FORCE, GIVEN, GROUND_FORCE, POINT, WORK, U, write_state
 from biped.engines.stepping import Stepped
 from biped.robot.robot import Robot
-from biped.scenario.keys import PINOCCHIO
+from biped.scenario.keys import COMPILED, PINOCCHIO
 
 
 class SpacePlant(NamedTuple):
@@ -124,7 +125,10 @@ def decide(record, m, own, first):
         spatial_tick(record, m, first)
         return
     compute_mechanics(own[0].tree, own[0].mechanics)
-    spatial_tick(record, own[0].mechanics, first)
+    if len(own) == 1:
+        spatial_tick(record, own[0].mechanics, first)
+    else:
+        mistaken_tick(record, own[0].mechanics, own[1].tree, own[1].mechanics, first)
 
 
 @inner_kernel
@@ -300,6 +304,11 @@ class SpaceLoop:
                         first, last)  # fmt: skip
 
 
+def compiles(law: Spatial) -> bool:
+    """Whether compiled code can tick a law: Pinocchio is called from Python, and so is one that is mistaken about M."""
+    return law.source != PINOCCHIO and (law.source == COMPILED or not law.mistaken)
+
+
 def space_loop(plant: Stepped) -> SpaceLoop | None:
     """The loop of a run, or None where it has no feet of eight spheres or must be stepped from Python.
 
@@ -308,7 +317,7 @@ def space_loop(plant: Stepped) -> SpaceLoop | None:
     """
     law: Spatial = plant.law.law
     model, data, robot = plant.model, plant.data, plant.robot
-    if law.mistaken or law.source == PINOCCHIO or model.opt.cone != mujoco.mjtCone.mjCONE_ELLIPTIC:
+    if not compiles(law) or plant.senses or model.opt.cone != mujoco.mjtCone.mjCONE_ELLIPTIC:
         return None
     strength, _, follow = plant.actuators()
     if strength != 1.0 or follow < 1.0:
@@ -320,13 +329,13 @@ def space_loop(plant: Stepped) -> SpaceLoop | None:
     generalized = bool(law.record["actuation"]["generalized"][0])
     mechanics = mechanics_of(law.record[0], model, data)
     points = np.array([geom for foot in robot.feet for geom in foot.geoms])
-    own, gravity = law.own(data.qpos, data.qvel), np.array(model.opt.gravity)
+    gravity = np.array(model.opt.gravity)
     fall, columns = plant.run.scenario.fall, plant.columns
     return SpaceLoop(plant, SpacePlant(
         step1=native.step1, step2=native.step2, model=model._address, data=data._address,
         nefc=data._address + native.nefc, force=data._address + native.force,
         substeps=plant.run.substeps, timestep=float(model.opt.timestep), mechanics=mechanics,
-        own=() if own is None else (own,),
+        own=law.owns(data.qpos, data.qvel),
         applied=data.qfrc_applied if generalized else data.ctrl, pushed=data.xfrc_applied[robot.base_number],
         driving=data.qfrc_actuator, holding=data.qfrc_constraint, com=data.subtree_com[robot.base_number],
         inertia=data.cinert, moving=data.cvel, centre=data.xipos, place=data.xpos,

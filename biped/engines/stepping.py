@@ -12,6 +12,7 @@ from biped.base.address import call, doubles_at, int32_at, int32_rows_at, rows_a
 from biped.base.jit import inner_kernel
 from biped.control.law import Commander
 from biped.control.observation import Observation
+from biped.control.sensors import CoordinateSensors
 from biped.engines.actuators import Account, Latency, actuate
 from biped.engines.forces import Contacts, GroundContacts, Solved, add_forces
 from biped.engines.native import ContactLayout, contact_layout, halves
@@ -115,6 +116,8 @@ class Stepped(Protocol):
     contacts: GroundContacts
     account: Account
     latency: Latency | None
+    sensors: CoordinateSensors | None
+    senses: bool
     observation: Observation
     columns: dict[str, tuple[int, tuple[int, ...]]]
     log: np.ndarray

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from biped.base.address import call
-from biped.base.jit import bound, long_kernel
+from biped.base.jit import bound, inner_kernel, long_kernel
 from biped.control.blending import blend
 from biped.control.space.law import Spatial
 from biped.control.space.own import Own
@@ -17,9 +17,10 @@ from biped.control.space.places import Mechanics
 from biped.control.space.setup import mechanics_of
 from biped.engines.loop import GOING, RAISED
 from biped.engines.native import without_clock
-from biped.engines.space import decide, write_signals
+from biped.engines.sensing import Sensing, sense, sensing_of
+from biped.engines.space import compiles, decide, write_signals
 from biped.engines.stepping import Stepped, Stepping, Works, judge, stepping_of, take_tick
-from biped.scenario.keys import PINOCCHIO
+from biped.scenario.keys import COMPILED
 
 
 class WalkingPlant(NamedTuple):
@@ -28,7 +29,8 @@ class WalkingPlant(NamedTuple):
     Attributes:
         physics: What is stepped.
         mechanics: What MuJoCo knows of the walker, live.
-        own: (`biped.control.space.own.Own`,) where the law computes its mechanics by itself, otherwise ().
+        own: As of `Spatial.owns`.
+        sensing: (`biped.engines.sensing.Sensing`,) where the law is not told the true state, otherwise ().
         driven: (n,) the law's torques that actuators have.
         drives: (n,) which actuators these are.
     """
@@ -36,6 +38,7 @@ class WalkingPlant(NamedTuple):
     physics: Stepping
     mechanics: Mechanics
     own: tuple[Own, ...]
+    sensing: tuple[Sensing, ...]
     driven: np.ndarray
     drives: np.ndarray
 
@@ -52,7 +55,12 @@ class WalkingLoop:
         law = plant.law.law
         self._plant, self._works, self._walking = plant, Works(plant), walking
         self._given = law.record, law.changes, walking, plant.log, plant.outside, plant.law.signals.values
-        self._walk = bound(walk, *self._given, self._works.rows, 0, 0)
+        self._walk = bound(walk, *self._given, self._works.rows, self._noises(0), 0, 0)
+
+    def _noises(self, ticks: int) -> np.ndarray:
+        """(ticks, 2, nv) of sensors in the next ticks; none where nothing is sensed."""
+        sensors = self._plant.sensors
+        return sensors.noise(ticks) if sensors and self._walking.sensing else np.zeros((0, 2, 0))
 
     def takes(self, forces: np.ndarray) -> bool:
         """Whether it can be pushed by forces (bodies, 3) [N]: by none."""
@@ -64,7 +72,8 @@ class WalkingLoop:
         with without_clock():
             while rows < last and status == GOING:
                 start = rows
-                status, rows = self._walk(*self._given, works.rows, start, min(last, start + works.most))
+                stop = min(last, start + works.most)
+                status, rows = self._walk(*self._given, works.rows, self._noises(stop - start), start, stop)
                 works.add_up(start, rows if status == GOING else rows - 1)
         if status == RAISED:
             self._plant.law.refuse(rows - 1, (rows - 1) * self._walking.physics.tick, self._walking.physics.command)
@@ -78,16 +87,29 @@ def walking_loop(plant: Stepped) -> WalkingLoop | None:
         plant: Of a run of the law.
     """
     law: Spatial = plant.law.law
-    if law.by_force or law.mistaken or law.source == PINOCCHIO or (physics := stepping_of(plant)) is None:
+    if law.by_force or not compiles(law) or (physics := stepping_of(plant)) is None:
         return None
-    data, own = plant.data, law.own(plant.data.qpos, plant.data.qvel)
+    data, sensing = plant.data, ()
+    told = data
+    if plant.senses and plant.sensors:
+        if law.source != COMPILED or (reads := sensing_of(plant.sensors)) is None:
+            return None
+        sensing, told = (reads,), plant.sensors.data
     mechanics = mechanics_of(law.record[0], plant.model, data)
-    walking = WalkingPlant(physics, mechanics, () if own is None else (own,), law.driven, law.drives)
-    return WalkingLoop(plant, walking)
+    own = law.owns(told.qpos, told.qvel)
+    return WalkingLoop(plant, WalkingPlant(physics, mechanics, own, sensing, law.driven, law.drives))
+
+
+@inner_kernel
+def _sense(sensing, state, noises, row):
+    """Has sensors measure the true state; only where there are any is it compiled, as in `decide`."""
+    if len(sensing) == 0:
+        return
+    sense(sensing[0], state.q, state.v, noises[row])
 
 
 @long_kernel
-def walk(record, changes, p, log, outside, signals, rows, first, last):
+def walk(record, changes, p, log, outside, signals, rows, noises, first, last):
     """Ticks first … last - 1 of a run in which nothing pushes.
 
     Args:
@@ -98,6 +120,7 @@ def walk(record, changes, p, log, outside, signals, rows, first, last):
         outside: (n, 9) of `Trajectory.outside`.
         signals: (n, 6) of `biped.control.space.law`.
         rows: Of `biped.engines.stepping.Works`.
+        noises: (last - first, 2, nv) of sensors.
         first: First tick.
         last: One past the last.
 
@@ -111,6 +134,7 @@ def walk(record, changes, p, log, outside, signals, rows, first, last):
         status = judge(physics, log[k], outside[k], k * physics.tick)
         if status != GOING:
             return status, k + 1
+        _sense(p.sensing, physics.state, noises, k - first)
         blend(changes, k)
         decide(record, p.mechanics, p.own, k == 0)
         write_signals(c, signals[k])

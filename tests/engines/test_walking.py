@@ -35,6 +35,10 @@ def both(scene):
     (*H1, "truth.strength=0.8"),
     (*H1, "simulation.cone=pyramidal"),
     (*H1, "control.mechanics=engine"),
+    (*H1, "sensors={angle_noise=0.001, rate_noise=0.02, height_noise=0.001}", "randomise.masses=0.05"),
+    (*H1, "sensors={zero_error=0.002, quantisation=0.001, delay=0.002}"),
+    (*H1, "sensors.delay=0.004", PUSH),
+    (*H1, "randomise.controller_mass_matrix=0.1"),
     (*H1, "change=[{at=0.5, over=0.2, controller='any/stand'}]"),
     (*HUMAN, "actuation.lag=0.004"),
     (*HUMAN, "truth.strength=0.9"),
@@ -49,6 +53,18 @@ def test_the_same_digits_as_in_python(scene):
     assert np.array_equal(compiled.outside, python.outside, equal_nan=True)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", [
+    (*H1, "sensors.angle_noise=0.001", "randomise.controller_constraints=0.05"),
+    (*HUMAN, "sensors.rate_noise=0.02"),
+], ids=["mistaken", "human"])  # fmt: skip
+def test_the_same_digits_with_noise_on(scene):
+    kind, compiled, python = both(scene)
+    assert isinstance(kind, WalkingLoop)
+    assert len(compiled) > 500
+    assert np.array_equal(compiled.log, python.log, equal_nan=True)
+
+
 def test_a_fall_is_the_same():
     kind, compiled, python = both(("any/cells/level", "controller=any/apollo"))
     assert isinstance(kind, WalkingLoop)
@@ -58,8 +74,7 @@ def test_a_fall_is_the_same():
 
 
 @pytest.mark.parametrize(("change", "compiled"), [
-    ("sensors.angle_noise=0.001", None),
-    ("sensors.delay=0.004", None),
+    ("sensors.gyro={noise=0.001}", None),
     ("actuation.delay=0.004", None),
     ("control.mechanics=pinocchio", None),
     ("actuation.assist=0.5", None),
@@ -73,12 +88,19 @@ def test_what_ticks_in_python(change, compiled):
 def test_eight_spheres_have_their_own_loop():
     """With masses of its own the true robot is walked there too, on the matrices of the file."""
     name, *changes = HUMAN
-    for change in ((), ("randomise.masses=0.05",), ("truth.joint_friction=0.5",)):
+    for change in (
+        (),
+        ("randomise.masses=0.05",),
+        ("truth.joint_friction=0.5",),
+        ("randomise.controller_constraints=0.1",),
+    ):
         run = Plan(read_scenario(name, [*changes, *change])).run(0)
         assert isinstance(MujocoPlant(run).compiled, SpaceLoop)
 
 
-@pytest.mark.parametrize("change", [(), ("randomise.masses=0.1",)], ids=["file", "masses"])
+@pytest.mark.parametrize("change", [
+    (), ("randomise.masses=0.1",), ("randomise.controller_constraints=0.1",),
+], ids=["file", "masses", "mistaken"])  # fmt: skip
 def test_what_is_measured_of_eight_spheres_is_the_robots_own(change):
     """Not what the law believes of its masses."""
     kind, compiled, python = both((*HUMAN, "duration=0.4", "window.end=0.4", *change))

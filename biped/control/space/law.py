@@ -46,7 +46,7 @@ class Spatial:
         changes: Of it, `biped.control.blending.Changes`.
         by_force: Whether it commands generalized forces, or a share of them.
         source: Who computes the mechanics: `compiled`, `pinocchio` or `engine`.
-        mistaken: Whether its torques follow from other masses or lengths than the file's; then it ticks in Python.
+        mistaken: Whether its torques follow from other masses or lengths than the file's.
         driven: (n,) which of the record's torques actuators have.
         drives: (n,) the actuators that have them.
         signals: As of the latest tick.
@@ -92,6 +92,17 @@ class Spatial:
         own = own_of(self.record[0], self._setup.model, q, v)
         check_kernels(self.record[0], self._setup.model, own.tree)
         return own
+
+    def owns(self, q: np.ndarray, v: np.ndarray) -> tuple[Own, ...]:
+        """What `own` returns, and after it that of a law that is mistaken; () where compiled code cannot tick the law.
+
+        Raises:
+            InputError: As of `own`.
+        """
+        if (own := self.own(q, v)) is None:
+            return ()
+        wrong = mistaken_own(self.record[0], self._setup, q, v)
+        return (own,) if wrong is None else (own, wrong)
 
     def _mechanics_at(self, sensed: Observation) -> tuple[Mechanics, Callable[[], Any]]:
         """The mechanics of what is sensed, and what brings them up to date."""
