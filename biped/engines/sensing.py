@@ -13,8 +13,8 @@ from biped.control.sensors import CoordinateSensors
 from biped.engines.native import halves
 
 
-class Sensing(NamedTuple):
-    """What is measured, and how.
+class CompiledSensors(NamedTuple):
+    """Sensors of a run, and what they measure.
 
     Attributes:
         q: (nq,) measured coordinates, live.
@@ -53,7 +53,7 @@ class Sensing(NamedTuple):
     error_at: int
 
 
-def sensing_of(sensors: CoordinateSensors) -> Sensing | None:
+def sensing_of(sensors: CoordinateSensors) -> CompiledSensors | None:
     """Sensors for compiled code, or None where they must be read from Python: those with a gyro.
 
     Args:
@@ -62,7 +62,7 @@ def sensing_of(sensors: CoordinateSensors) -> Sensing | None:
     if sensors.gyro is not None or (native := halves(sensors.model)) is None:
         return None
     q, error = sensors.data.qpos, np.zeros(sensors.model.nv)
-    return Sensing(
+    return CompiledSensors(
         q, sensors.data.qvel, sensors.past_q, sensors.past_v, sensors.taken, sensors.zeros, sensors.deviation,
         sensors.rate_deviation, sensors.exact, sensors.places, sensors.resolution, error, native.integrate,
         sensors.model._address, q.ctypes.data, error.ctypes.data,

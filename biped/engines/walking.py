@@ -17,7 +17,7 @@ from biped.control.space.places import Mechanics
 from biped.control.space.setup import mechanics_of
 from biped.engines.loop import GOING, RAISED
 from biped.engines.native import without_clock
-from biped.engines.sensing import Sensing, sense, sensing_of
+from biped.engines.sensing import CompiledSensors, sense, sensing_of
 from biped.engines.space import compiles, decide, write_signals
 from biped.engines.stepping import Stepped, Stepping, Works, judge, stepping_of, take_tick
 from biped.scenario.keys import COMPILED
@@ -30,7 +30,7 @@ class WalkingPlant(NamedTuple):
         physics: What is stepped.
         mechanics: What MuJoCo knows of the walker, live.
         own: As of `Spatial.owns`.
-        sensing: (`biped.engines.sensing.Sensing`,) where the law is not told the true state, otherwise ().
+        sensing: (`biped.engines.sensing.CompiledSensors`,) where the law is not told the true state, otherwise ().
         driven: (n,) the law's torques that actuators have.
         drives: (n,) which actuators these are.
     """
@@ -38,7 +38,7 @@ class WalkingPlant(NamedTuple):
     physics: Stepping
     mechanics: Mechanics
     own: tuple[Own, ...]
-    sensing: tuple[Sensing, ...]
+    sensing: tuple[CompiledSensors, ...]
     driven: np.ndarray
     drives: np.ndarray
 

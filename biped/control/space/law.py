@@ -94,7 +94,7 @@ class Spatial:
         return own
 
     def owns(self, q: np.ndarray, v: np.ndarray) -> tuple[Own, ...]:
-        """What `own` returns, and after it that of a law that is mistaken; () where compiled code cannot tick the law.
+        """Mechanics of `own`, and after it those of a law that is mistaken; () where there are none of the law's own.
 
         Raises:
             InputError: As of `own`.

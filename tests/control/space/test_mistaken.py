@@ -75,7 +75,6 @@ def test_every_run_has_mistakes_of_its_own():
     first, again, second = (drive(MujocoPlant(plan.run(i))).log for i in (0, 0, 1))
     assert np.array_equal(first, again, equal_nan=True)
     assert not np.array_equal(first, second, equal_nan=True)
-    assert MujocoPlant(plan.run(0)).compiled is None
 
 
 @pytest.mark.parametrize(("change", "words"), [
