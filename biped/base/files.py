@@ -40,7 +40,7 @@ def names(kind: str) -> list[str]:
 def nearest(word: str, known: list[str]) -> str:
     """A sentence that names what the user may have meant; of a path that no name is like, its last part counts."""
     for one in (word, word.rpartition("/")[2]):
-        close = difflib.get_close_matches(one, known, n=1, cutoff=0.6) if len(one) < 100 else []
+        close = difflib.get_close_matches(one, known, n=1, cutoff=0.5) if len(one) < 100 else []
         if close:
             return f"did you mean '{close[0]}'?"
     return f"valid: {short(', '.join(known), 500)}" if known else "there are none"
@@ -73,7 +73,7 @@ def locate(kind: str, name: str, asked_by: str, beside: Path | None = None) -> P
     elif kind == "scenarios" and name.endswith((SUFFIX["models"], URDF)) and is_file(Path(name)):
         hint = f"'{safe(name)}' is a model: biped model says what it is, and a scenario names it (docs/robots.md)"
     else:
-        hint = nearest(name.removesuffix(suffix), names(kind))
+        hint = nearest(name.removesuffix(Path(name).suffix), names(kind))
     files = f"*{suffix} or *{URDF}" if kind == "models" else f"*{suffix}"
     raise InputError(
         f"{f'{asked_by}: ' if asked_by else ''}no {kind[:-1]} '{safe(name)}'; expected the path of a "

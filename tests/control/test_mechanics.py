@@ -237,11 +237,16 @@ def of_the_file(run: Any, q: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize(("name", "source"), EVERY)
 def test_what_the_law_believes_is_the_file_at_what_it_senses(name, source, monkeypatch):
-    """Another robot walks, and sensors are noisy and late: no number of either is in the law's mass matrix."""
+    """Another robot walks, and sensors are noisy and late: no number of either is in the law's mass matrix.
+
+    In space the loop in Python is watched, whose every bit is that of the compiled one (tests/engines/test_walking.py).
+    """
+    from biped.engines.mujoco import simulate as in_mujoco
+
     robot, noted = ROBOTS[name], Noted(monkeypatch)
     sensors = "sensors={angle_noise=0.01, rate_noise=0.1, delay=0.01}"
     run = robot.run("duration=0.06", robot.wrong, sensors, f"control.mechanics={source}")
-    t = simulate(run)
+    t = simulate(run) if robot.planar else in_mujoco(run, watch=lambda model, data, forces: None)
     seen = noted.seen()
     assert len(seen) == (1 if robot.planar else len(t))
     for q, M in seen:
