@@ -20,7 +20,6 @@ from biped.engines.native import without_clock
 from biped.engines.sensing import CompiledSensors, sense, sensing_of
 from biped.engines.space import compiles, decide, write_signals
 from biped.engines.stepping import Stepped, Stepping, Works, judge, stepping_of, take_tick
-from biped.scenario.keys import COMPILED
 
 
 class WalkingPlant(NamedTuple):
@@ -89,13 +88,12 @@ def walking_loop(plant: Stepped) -> WalkingLoop | None:
     law: Spatial = plant.law.law
     if law.by_force or not compiles(law) or (physics := stepping_of(plant)) is None:
         return None
-    data, sensing = plant.data, ()
-    told = data
+    sensing, told = (), plant.data
     if plant.senses and plant.sensors:
-        if law.source != COMPILED or (reads := sensing_of(plant.sensors)) is None:
+        if (reads := sensing_of(plant.sensors)) is None:
             return None
         sensing, told = (reads,), plant.sensors.data
-    mechanics = mechanics_of(law.record[0], plant.model, data)
+    mechanics = mechanics_of(law.record[0], plant.model, plant.data)
     own = law.owns(told.qpos, told.qvel)
     return WalkingLoop(plant, WalkingPlant(physics, mechanics, own, sensing, law.driven, law.drives))
 
