@@ -259,6 +259,8 @@ class Tune(Section, frozen=True):
         begin: Places where it may begin: the first stage is tried from each, and the search goes on from where a
             re-check was best; default: it begins at the scenario's own gait.
         tries: Generations of each of these.
+        postures: Names of postures from which the gait that was found is tried in the end, on fresh seeds; the best is
+            its start from then on. Default: that of the search alone.
     """
 
     gains: tuple[str, ...] | None = None
@@ -286,3 +288,4 @@ class Tune(Section, frozen=True):
     stages: tuple[Stage, ...] = ()
     begin: tuple[Beginning, ...] = ()
     tries: Count = 8
+    postures: tuple[str, ...] = ()

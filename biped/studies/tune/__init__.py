@@ -28,7 +28,7 @@ from biped.studies.folders import folder_for
 from biped.studies.run import title_of
 from biped.studies.tune.search import Record, Search, SearchResult, Tally, strategy
 from biped.studies.tune.search_space import SearchSpace
-from biped.studies.tune.stages import Begun, beginnings, search_through, studies
+from biped.studies.tune.stages import Begun, beginnings, postured, search_through, studies
 
 
 def gait_text(title: str, search: Search, found: SearchResult, journal: Sequence[Record] | None = None) -> str:
@@ -55,7 +55,10 @@ def gait_text(title: str, search: Search, found: SearchResult, journal: Sequence
         *(_line(name, tally, found.start_tallies[name]) for name, tally in found.tallies.items()),
         f"objective {found.cost:.4f}, before {found.start_cost:.4f}",
     ]
-    settings = gait_settings(with_values(study.scenario, dict(candidate.keys), ChangeOrigin("tune.keys")))
+    keys = dict(candidate.keys) | ({"start.posture": found.posture} if found.posture else {})
+    if found.posture:
+        lines.append(f"Its walk begins in '{found.posture}', the best for it of {', '.join(tune.postures)}.")
+    settings = gait_settings(with_values(study.scenario, keys, ChangeOrigin("tune.keys")))
     others = [(key, value) for key, value in candidate.keys if not is_setting(key)]
     if others:
         lines += ["It was found together with these settings, which a scenario must have:"]
@@ -167,6 +170,7 @@ def tune(
     scenario = read_scenario(name, changes)
     stages = studies(scenario)  # complaints come before anything is written
     places = beginnings(scenario, name, changes)
+    list(postured(stages[0]))
     title = title_of(name)
     strategy(SearchSpace(stages[0].scenario, stages[0].gains), stages[0].tune, scenario.seed)
     began, cpu = time.perf_counter(), _cpu()

@@ -137,7 +137,7 @@ def search_of(
         trials.append(Trial(gait, assist, *zip(*found[i : i + len(postures)], strict=True)))
     best = sorted((one for one in trials if not one.assist), key=lambda one: -max(one.earned))[:PLACES]
     places = [{"controller": one.gait, "posture": postures[one.earned.index(max(one.earned))]} for one in best]
-    begin = setting("controller", best[0].gait), setting("tune.begin", places)
+    begin = setting("controller", best[0].gait), setting("tune.begin", places), setting("tune.postures", postures)
     return [model, *begin, pace, _stages(report.held), *changes], trials
 
 

@@ -5,7 +5,8 @@ its gaits share, so that gaits are compared and not their luck; no gait is ever 
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -47,6 +48,7 @@ class SearchResult(NamedTuple):
         tallies: By condition, on the same seeds.
         start_cost: The same for the gait that the search started at.
         start_tallies: Likewise.
+        posture: That its runs start from, if another suits it better than the search's own.
     """
 
     candidate: Candidate
@@ -55,6 +57,7 @@ class SearchResult(NamedTuple):
     tallies: dict[str, Tally]
     start_cost: float
     start_tallies: dict[str, Tally]
+    posture: str | None = None
 
 
 def strategy(space: SearchSpace, tune: Tune, seed: int):
@@ -197,17 +200,26 @@ class Search:
         _, generation, x = min(final)
         return x, generation
 
-    def finish(self, start: Candidate | None = None) -> SearchResult:
+    def finish(self, start: Candidate | None = None, others: Mapping[str, "Search"] = MappingProxyType({})
+               ) -> SearchResult:  # fmt: skip
         """The winner, scored on seeds never used before, beside the gait that it all started at.
 
         Args:
             start: That gait, if earlier stages have led here.
+            others: The same stage from other postures, by their names. The winner's is the one from which it is best.
         """
         x, generation = self.best()
-        unseen, runs = self.study.seed("unseen"), self.study.tune.unseen
-        cost, tallies = self._scored(x, unseen, runs)
+        winner, distance = self.space.candidate(x), _distance(x)
         origin = self.space.candidate([0.0] * len(self.space.axes)) if start is None else start
-        return SearchResult(self.space.candidate(x), generation, cost, tallies, *self.score(origin, unseen, runs))
+        searches, posture = {None: self, **others}, None
+        if others:
+            seed, runs = self.study.seed("posture"), self.study.tune.checks
+            costs = {name: search.score(winner, seed, runs, distance)[0] for name, search in searches.items()}
+            posture = min(costs, key=costs.__getitem__)
+        unseen, runs = self.study.seed("unseen"), self.study.tune.unseen
+        cost, tallies = searches[posture].score(winner, unseen, runs, distance)
+        start_cost, start_tallies = self.score(origin, unseen, runs)
+        return SearchResult(winner, generation, cost, tallies, start_cost, start_tallies, posture)
 
 
 def ended(journal: Sequence[Record], tune: Tune) -> bool:

@@ -4,7 +4,7 @@ Easy conditions come first, or a gain is led step by step to where a search woul
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from itertools import takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -230,10 +230,36 @@ def search_through(
             with course.searched(study, continues=candidate is not None) as search:
                 number = _next(stages, number, search.journal)
                 if number == len(stages):
-                    found = search.finish(None if candidate is None else origin)
+                    with _elsewhere(study, jobs) as others:
+                        found = search.finish(None if candidate is None else origin, others)
+                        course.made += sum(other.runs for other in others.values())
                     break
                 candidate = search.space.candidate(search.best()[0])
     return search, found, course.journal, course.made
+
+
+@contextmanager
+def _elsewhere(study: Study, jobs: Jobs) -> Iterator[dict[str, Search]]:
+    """A stage from the other postures in which its gait may begin, by their names."""
+    with ExitStack() as stack:
+        yield {name: Search(there, stack.enter_context(workers(there, jobs))) for name, there in postured(study)}
+
+
+def postured(study: Study) -> Iterator[tuple[str, Study]]:
+    """A stage from each of the other postures in which its gait may begin.
+
+    Raises:
+        InputError: The model has no such posture.
+    """
+    for i, name in enumerate(study.tune.postures):
+        if name == study.scenario.start.posture:
+            continue
+        where = f"tune.postures.{i}"
+        try:
+            there = Study(changed(study.scenario, {"start": {"posture": name}}, Path(where)))
+        except InputError as error:
+            raise InputError(f"{where}: {error}") from None
+        yield name, there
 
 
 def _tried(place: Begun) -> Study:

@@ -122,3 +122,35 @@ def test_mistakes_are_named_before_anything_is_written(scenario_file, tmp_path, 
         assert word in said, said
     assert "Traceback" not in said
     assert not out.exists()
+
+
+def test_a_gait_begins_in_the_posture_that_suits_it_best(scenario_file, tmp_path, capsys, monkeypatch):
+    def outcome(self, task):
+        mine = self.scenario.start.posture == "heel_toe"
+        return GainOutcome(0.1 if mine else 0.9, mine, 0.7, 0.3)
+
+    monkeypatch.setattr(Study, "outcome", outcome)
+    scenario_file.write_text(TEXT.replace("begin", 'postures = ["flat", "single", "heel_toe"]\nbegin'), "utf-8")
+    gait, _ = tuned(scenario_file, tmp_path / "out")
+    assert tomllib.loads(gait)["start"] == {"posture": "heel_toe"}
+    assert "Its walk begins in 'heel_toe', the best for it of flat, single, heel_toe." in gait
+    found = json.loads((tmp_path / "out" / "result.json").read_bytes())
+    assert (found["objective"], found["before"]) == (pytest.approx(0.1), pytest.approx(0.9))
+    capsys.readouterr()
+
+
+def test_a_posture_that_suits_no_better_is_not_taken(scenario_file, tmp_path, capsys, monkeypatch):
+    preferring(monkeypatch, "normal")
+    scenario_file.write_text(TEXT.replace("begin", 'postures = ["flat", "heel_toe"]\nbegin'), "utf-8")
+    gait, _ = tuned(scenario_file, tmp_path / "out")
+    assert tomllib.loads(gait)["start"] == {"posture": "single"}
+    assert "Its walk begins" not in gait
+    capsys.readouterr()
+
+
+def test_a_posture_that_the_model_lacks_is_refused_before_anything_is_made(scenario_file, tmp_path, capsys):
+    scenario_file.write_text(TEXT.replace("begin", 'postures = ["flat", "singel"]\nbegin'), "utf-8")
+    assert main(["tune", str(scenario_file), "--out", str(tmp_path / "out")]) == 2
+    assert "tune.postures.1" in (error := capsys.readouterr().err)
+    assert "'single'" in error
+    assert not (tmp_path / "out").exists()
