@@ -133,11 +133,13 @@ class Range(Section, frozen=True):
         min: Smallest value.
         max: Largest value.
         scale: Whether steps are differences (`linear`) or ratios (`log`).
+        start: The value at which the search begins if the scenario's own lies outside; default: that is refused.
     """
 
     min: Real
     max: Real
     scale: Literal["linear", "log"] = "linear"
+    start: Real | None = None
 
 
 class Weights(Section, frozen=True):
@@ -195,6 +197,7 @@ class Stage(Section, frozen=True):
         conditions: Names of the conditions that count; default: all.
         hold: Gains and the values that they keep in it, e.g. `hold = { theta_b = 80.0 }`.
         add: Gains that a gait may lack and that one without them has from here on, e.g. `add.theta_k`.
+        keys: Scenario keys that vary in it besides those of [tune].
         set: Part of a scenario that all of its conditions have.
         spread: First standard deviation; default: that of [tune].
         weights: Instead of those of [tune].
@@ -207,6 +210,7 @@ class Stage(Section, frozen=True):
     conditions: tuple[str, ...] | None = None
     hold: dict[str, Real] = field(default_factory=dict)
     add: LackedGains = LackedGains()
+    keys: dict[str, Range] = field(default_factory=dict)
     set: dict[str, Any] = field(default_factory=dict)
     spread: Positive | None = None
     weights: Weights | None = None

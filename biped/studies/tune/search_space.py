@@ -152,9 +152,11 @@ def _gain_axis(tune: Tune, name: str, value: float) -> Axis:
 def _key_axis(key: str, span: Range, value: Any) -> Axis:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InputError(f'tune.keys."{key}": expected a key that is one number, it is {value!r}')
+    own = "the scenario's own"
+    if span.start is not None and not span.min <= value <= span.max:
+        own, value = "start =", span.start
     if not span.min <= value <= span.max or span.min == span.max:
-        raise InputError(f'tune.keys."{key}": expected min < max around the scenario\'s own {value}, '
-                         f"got {span.min} … {span.max}")  # fmt: skip
+        raise InputError(f'tune.keys."{key}": expected min < max around {own} {value}, got {span.min} … {span.max}')
     if span.scale == "linear":
         unit = span.max - span.min
         return Axis(key, value, False, unit, (span.min - value) / unit, (span.max - value) / unit, False)

@@ -120,6 +120,7 @@ def _scenario_of(scenario: Scenario, number: int, stage: Stage) -> Scenario:
         tune,
         stages=(),
         conditions=conditions,
+        keys=tune.keys | stage.keys,
         gains=tuple(name for name in varied if name not in stage.hold),
         generations=stage.generations or tune.generations,
         spread=stage.spread or tune.spread,

@@ -43,6 +43,15 @@ def test_keys_vary_within_their_range(scenario_file):
     assert dict(space.candidate([0.0, -9.0, 9.0]).keys) == {"actuation.release_force": 50.0, "sensing.ahead": 0.2}
 
 
+def test_a_key_outside_its_range_begins_where_it_is_told_to(scenario_file):
+    for own, begun in ((0.1, 0.3), (0.25, 0.25)):
+        change = 'tune.keys={"sensing.ahead"={min=0.2,max=1.0,start=0.3}}'
+        study = study_of(scenario_file, 'tune.gains=["k_d1"]', change, f"sensing.ahead={own}")
+        space = SearchSpace(study.scenario, study.gains)
+        assert dict(space.candidate([0.0, 0.0]).keys) == {"sensing.ahead": begun}
+        assert dict(space.candidate([0.0, -9.0]).keys) == {"sensing.ahead": 0.2}
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -52,6 +61,7 @@ def test_keys_vary_within_their_range(scenario_file):
         ('tune.keys={"sensing.ahed"={min=0.0,max=1.0}}', ["sensing.ahed", "did you mean 'ahead'"]),
         ('tune.keys={"actuation.mode"={min=0.0,max=1.0}}', ["actuation.mode", "one number"]),
         ('tune.keys={"sensing.ahead"={min=0.2,max=1.0}}', ["sensing.ahead", "0.1"]),
+        ('tune.keys={"sensing.ahead"={min=0.2,max=1.0,start=0.1}}', ["sensing.ahead", "start", "0.1"]),
         ('tune.keys={"sensing.ahead"={min=0.0,max=1.0,scale="log"}}', ["sensing.ahead", "log"]),
         ("tune.conditions.level.set.ground.slop=1.0", ["tune.conditions.level.set", "slop", "slope"]),
         ("tune.conditions.level.set.gains.k_d1=1.0", ["tune.conditions.level.set", "gains"]),

@@ -213,6 +213,18 @@ def test_keys_that_were_found_go_on_too(scenario_file):
     assert space.candidate(np.zeros(len(space.axes))).keys == (("sensing.ahead", 0.15),)
 
 
+def test_a_key_may_vary_from_a_stage_on(scenario_file):
+    text = TEXT.replace("spread = 0.2", 'keys."sensing.ahead" = { min = 0.2, max = 0.4, start = 0.3 }')
+    scenario_file.write_text(text, encoding="utf-8")
+    scenario = read_scenario(str(scenario_file))
+    first, second = studies(scenario)
+    assert (first.tune.keys, list(second.tune.keys)) == ({}, ["sensing.ahead"])
+    space = SearchSpace(second.scenario, second.gains)
+    assert dict(space.candidate(np.zeros(len(space.axes))).keys) == {"sensing.ahead": 0.3}
+    went_on = study_from(scenario, 1, Candidate(second.gains, (("sensing.ahead", 0.25),)))
+    assert went_on.base.sensing.ahead == 0.25
+
+
 def test_whole_search_and_one_that_was_killed_in_its_second_stage(scenario_file, tmp_path, capsys):
     def tuned(out):
         assert main(["tune", str(scenario_file), "--out", str(out), "--jobs", "1"]) == 0
