@@ -250,8 +250,10 @@ def postured(study: Study) -> Iterator[tuple[str, Study]]:
     """A stage from each of the other postures in which its gait may begin.
 
     Raises:
-        InputError: The model has no such posture.
+        InputError: The model has no such posture, or the run does not begin with the gait.
     """
+    if study.tune.postures and study.tune.change is not None:
+        raise InputError("tune.postures: expected none with tune.change: the gait takes over later in a run")
     for i, name in enumerate(study.tune.postures):
         if name == study.scenario.start.posture:
             continue

@@ -154,3 +154,8 @@ def test_a_posture_that_the_model_lacks_is_refused_before_anything_is_made(scena
     assert "tune.postures.1" in (error := capsys.readouterr().err)
     assert "'single'" in error
     assert not (tmp_path / "out").exists()
+
+
+def test_a_gait_that_takes_over_later_begins_in_no_posture(capsys):
+    assert main(["tune", "tune/any_stop", "--set", 'tune.postures=["flat"]']) == 2
+    assert "tune.postures: expected none with tune.change" in capsys.readouterr().err
