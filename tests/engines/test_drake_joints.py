@@ -125,6 +125,27 @@ def test_a_servo_and_a_rotor_act_beside_friction():
     assert abs(stepper.torque[0] - MASS * 9.81 * LENGTH * np.sin(stepper.q[0])) <= FRICTION
 
 
+BESIDE = """<mujoco><option timestep="1e-3"/>
+  <worldbody><geom type="plane" size="0 0 1" pos="0 0 -9"/>
+    <body name="wheel"><joint name="free" axis="0 1 0" armature="0.4"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/>
+      <body name="rod"><joint name="hinge" axis="0 1 0" frictionloss="1.5"/>
+        <inertial pos="0 0 -0.5" mass="2" diaginertia="0.01 0.01 0.01"/></body></body></worldbody>
+  <actuator><position joint="hinge" kp="30" kv="8"/></actuator></mujoco>"""
+
+
+def test_a_rotor_that_nothing_holds_stands_beside_servos_and_friction():
+    """Drake has rows for it in what servos are told."""
+    model = mujoco.MjModel.from_xml_string(BESIDE)
+    stepper = Stepper(model, run_of("any/humanoid").robot, True, "rod")
+    stepper.target[0] = 0.3
+    for _ in range(500):
+        stepper.step()
+        assert stepper.torque[1] == pytest.approx(30.0 * (0.3 - stepper.q[1]) - 8.0 * stepper.v[1], abs=1e-7)
+        assert stepper.torque[0] == 0.0
+        assert np.abs(stepper.residual([0, 1])).max() < 1e-3
+
+
 @pytest.mark.parametrize("name", ["any/h1", "any/h1_walk"])
 def test_energy_and_momentum_of_a_robot_with_dry_friction_are_accounted_for(name):
     run = run_of(name, "truth.joint_friction=1.0", *SHORT)

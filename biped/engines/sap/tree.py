@@ -156,7 +156,8 @@ def _add_actuators(
         if j in servos:
             a = servos[j]
             last = plant.AddJointActuator(joint.name(), joint)
-            last.set_effort_limit(float(m.actuator_forcerange[a, 1]))
+            if m.actuator_forcelimited[a]:
+                last.set_effort_limit(float(m.actuator_forcerange[a, 1]))
             _, stiffness, damping = m.actuator_biasprm[a, :3]
             last.set_controller_gains(PdControllerGains(p=-stiffness, d=-damping))
             driven.append((a, j))
@@ -205,15 +206,15 @@ class JointTorques:
         self._zero = np.where(holds, m.qpos0[m.jnt_qposadr[self._joint]], 0.0)
         self._net = plant.get_net_actuation_output_port()
         first: dict[int, int] = {}  # actuator of each of Drake's columns; those of one joint have the same sum
-        order: list[int] = []  # which servo each row of the desired state is of; none of a brake
+        order: list[int] = []  # which servo each row of the desired state is of; none of a brake or a rotor
         by_joint = {j: i for i, (_, j) in enumerate(tree.servos)}
         number = {int(joint.index()): j for j, joint in enumerate(tree.joints)}
         for index in range(plant.num_actuators()):
             actuator = plant.get_joint_actuator(JointActuatorIndex(index))
             j = number[int(actuator.joint().index())]
             first.setdefault(int(tree.joints[j].velocity_start()), index)
-            if actuator.has_controller():
-                order.append(by_joint[j] if actuator.name() == tree.joints[j].name() and j in by_joint else -1)
+            # Rotors that nothing holds have rows there, too.
+            order.append(by_joint[j] if actuator.name() == tree.joints[j].name() and j in by_joint else -1)
         column = np.array([tree.joints[j].velocity_start() for j in self._joint], dtype=int)
         self._columns, self._index = column, np.array([first[int(c)] for c in column], dtype=int)
         rank = {servo: row for row, servo in enumerate(order) if servo >= 0}
