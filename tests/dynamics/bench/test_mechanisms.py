@@ -31,7 +31,7 @@ def test_a_ratio_is_taken_at_equal_error_or_less():
 @pytest.mark.parametrize(
     ("prepare", "setting", "bound"),
     [
-        (peers.mujoco_connect, 1e-3, 1e-2),
+        pytest.param(peers.mujoco_connect, 1e-3, 1e-2, marks=pytest.mark.slow),  # 50 s
         (peers.pinocchio_proximal, 1e-2, 1e-5),
         (lambda rtol: integrators.scipy_chain(2, rtol), 1e-9, 1e-4),
     ],
