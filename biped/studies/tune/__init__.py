@@ -55,8 +55,9 @@ def gait_text(title: str, search: Search, found: SearchResult, journal: Sequence
         *(_line(name, tally, found.start_tallies[name]) for name, tally in found.tallies.items()),
         f"objective {found.cost:.4f}, before {found.start_cost:.4f}",
     ]
-    keys = dict(candidate.keys) | ({"start.posture": found.posture} if found.posture else {})
+    keys: dict[str, float | str] = dict(candidate.keys)
     if found.posture:
+        keys["start.posture"] = found.posture
         lines.append(f"Its walk begins in '{found.posture}', the best for it of {', '.join(tune.postures)}.")
     settings = gait_settings(with_values(study.scenario, keys, ChangeOrigin("tune.keys")))
     others = [(key, value) for key, value in candidate.keys if not is_setting(key)]

@@ -5,8 +5,7 @@ its gaits share, so that gaits are compared and not their luck; no gait is ever 
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -48,6 +47,7 @@ class SearchResult(NamedTuple):
         tallies: By condition, on the same seeds.
         start_cost: The same for the gait that the search started at.
         start_tallies: Likewise.
+        distance: Of the gait from where its search began, as the objective counts it.
         posture: That its runs start from, if another suits it better than the search's own.
     """
 
@@ -57,6 +57,7 @@ class SearchResult(NamedTuple):
     tallies: dict[str, Tally]
     start_cost: float
     start_tallies: dict[str, Tally]
+    distance: float = 0.0
     posture: str | None = None
 
 
@@ -200,26 +201,18 @@ class Search:
         _, generation, x = min(final)
         return x, generation
 
-    def finish(self, start: Candidate | None = None, others: Mapping[str, "Search"] = MappingProxyType({})
-               ) -> SearchResult:  # fmt: skip
+    def finish(self, start: Candidate | None = None) -> SearchResult:
         """The winner, scored on seeds never used before, beside the gait that it all started at.
 
         Args:
             start: That gait, if earlier stages have led here.
-            others: The same stage from other postures, by their names. The winner's is the one from which it is best.
         """
         x, generation = self.best()
-        winner, distance = self.space.candidate(x), _distance(x)
-        origin = self.space.candidate([0.0] * len(self.space.axes)) if start is None else start
-        searches, posture = {None: self, **others}, None
-        if others:
-            seed, runs = self.study.seed("posture"), self.study.tune.checks
-            costs = {name: search.score(winner, seed, runs, distance)[0] for name, search in searches.items()}
-            posture = min(costs, key=costs.__getitem__)
         unseen, runs = self.study.seed("unseen"), self.study.tune.unseen
-        cost, tallies = searches[posture].score(winner, unseen, runs, distance)
-        start_cost, start_tallies = self.score(origin, unseen, runs)
-        return SearchResult(winner, generation, cost, tallies, start_cost, start_tallies, posture)
+        cost, tallies = self._scored(x, unseen, runs)
+        origin = self.space.candidate([0.0] * len(self.space.axes)) if start is None else start
+        started, before = self.score(origin, unseen, runs)
+        return SearchResult(self.space.candidate(x), generation, cost, tallies, started, before, _distance(x))
 
 
 def ended(journal: Sequence[Record], tune: Tune) -> bool:

@@ -4,7 +4,7 @@ Easy conditions come first, or a gain is led step by step to where a search woul
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from itertools import takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -231,19 +231,30 @@ def search_through(
             with course.searched(study, continues=candidate is not None) as search:
                 number = _next(stages, number, search.journal)
                 if number == len(stages):
-                    with _elsewhere(study, jobs) as others:
-                        found = search.finish(None if candidate is None else origin, others)
-                        course.made += sum(other.runs for other in others.values())
+                    found = search.finish(None if candidate is None else origin)
+                    found, runs = _from_best_posture(search, found, jobs)
+                    course.made += runs
                     break
                 candidate = search.space.candidate(search.best()[0])
     return search, found, course.journal, course.made
 
 
-@contextmanager
-def _elsewhere(study: Study, jobs: Jobs) -> Iterator[dict[str, Search]]:
-    """A stage from the other postures in which its gait may begin, by their names."""
-    with ExitStack() as stack:
-        yield {name: Search(there, stack.enter_context(workers(there, jobs))) for name, there in postured(study)}
+def _from_best_posture(search: Search, found: SearchResult, jobs: Jobs) -> tuple[SearchResult, int]:
+    """The result of a last stage from the posture that suits its gait best, and the runs made from others."""
+    study, made, least = search.study, 0, None
+    check, unseen = (study.seed("posture"), study.tune.checks), (study.seed("unseen"), study.tune.unseen)
+    for name, there in postured(study):
+        if least is None:
+            least, _ = search.score(found.candidate, *check, found.distance)
+        with workers(there, jobs) as evaluate:  # one after the other: every pool holds robots of its own
+            other = Search(there, evaluate)
+            cost, _ = other.score(found.candidate, *check, found.distance)
+            if cost < least:
+                least = cost
+                cost, tallies = other.score(found.candidate, *unseen, found.distance)
+                found = found._replace(cost=cost, tallies=tallies, posture=name)
+            made += other.runs
+    return found, made
 
 
 def postured(study: Study) -> Iterator[tuple[str, Study]]:
