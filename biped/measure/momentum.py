@@ -23,6 +23,9 @@ from biped.robot.ground import GRAVITY
 
 SHORT, LONG = 0.2, 2.0
 """[s] of the windows."""
+FALLING = 0.05
+"""[s] before the end of a run that fell which is left out: links that crash into the ends of their joints turn so fast
+that a step of the physics no longer changes momentum by the impulses of that step alone."""
 TURNING = 3
 """Number of the first axis that is turned about."""
 _FREE = {3: (0, 2, 4), 6: (0, 1, 2, 3, 4, 5)}
@@ -67,25 +70,27 @@ _NOTHING = Mean(0.0, 0.0, 0.0, "")
 
 def unexplained(t: Trajectory) -> Unexplained:
     """Returns force, moment and speed that nothing explains; nothing of a run whose angular momentum was not kept."""
-    if t.spin is None or t.wrench is None or len(t) < 2:
+    rows = len(t) - (round(FALLING / t.tick) if t.end == "fell" else 0)
+    if t.spin is None or t.wrench is None or rows < 2:
         return Unexplained((_NOTHING, _NOTHING), (_NOTHING, _NOTHING), (_NOTHING, _NOTHING))
     weight = t.mass * GRAVITY
     free = _FREE[len(t.robot.base_columns)]
     force, moment = ([column for column in free if (column < TURNING) == along] for along in (True, False))
-    left = {column: leftover(t, column) for column in free}
-    turning = 4.0 * _moving(t) / t.robot.leg
+    left = {column: leftover(t, column)[:rows] for column in free}
+    moved = {column: leap(t, column)[:rows] for column in force}
+    turning = 4.0 * _moving(t, rows) / t.robot.leg
     return Unexplained(
         _largest(t, left, force, (weight, turning)),
         _largest(t, left, moment, (weight * t.robot.leg, turning * t.robot.leg)),
-        _largest(t, {column: leap(t, column) for column in force}, force, (math.sqrt(GRAVITY * t.robot.leg), 0.0)),
+        _largest(t, moved, force, (math.sqrt(GRAVITY * t.robot.leg), 0.0)),
     )
 
 
-def _moving(t: Trajectory) -> float:
-    """[J] most energy of the links' motion about the centre of mass."""
+def _moving(t: Trajectory, rows: int) -> float:
+    """[J] most energy of the links' motion about the centre of mass in the first rows."""
     along = np.einsum("ij,ij->i", t.com_velocity, t.com_velocity)
     about = t.energy + t.mass * (t.com @ np.array(t.gravity) - 0.5 * along)
-    return max(0.0, float(about.max()))
+    return max(0.0, float(about[:rows].max()))
 
 
 def leftover(t: Trajectory, column: int) -> np.ndarray:
@@ -142,7 +147,7 @@ def _mean(t: Trajectory, left: np.ndarray, column: int, units: tuple[float, floa
 
     Units are that of a share, and what turning takes.
     """
-    rows = min(round(seconds / t.tick), len(t) - 1)
+    rows = min(round(seconds / t.tick), len(left) - 1)
     if rows < 0.5 * seconds / t.tick:
         return _NOTHING
     mean = left[rows:] - left[:-rows]

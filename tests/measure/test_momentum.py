@@ -77,6 +77,18 @@ def test_a_push_that_is_not_declared_is_found_in_all_directions():
     assert "something else holds or drives it: 30 N forward at 0.5" in judged["doubt"]
 
 
+@pytest.mark.parametrize(
+    ("at", "end", "found"), [(0.4, "fell", True), (0.955, "fell", False), (0.955, "completed", True)]
+)
+def test_the_last_moments_of_a_fall_are_not_asked_about(at, end, found):
+    """A robot that collapses crashes into the ends of its joints; what holds it up until then is found."""
+    t = ran("any/h1", f"push=[{{at={at},duration=0.045,force=[60,40,20],body='left_shank'}}]")
+    hidden = t.outside.copy()
+    hidden[round(1000 * at) : round(1000 * at) + 45, 3:6] = 0.0
+    left = unexplained(replace(t, outside=hidden, end=end))
+    assert (left.force[0].share > 0.01) == found
+
+
 def test_angular_momentum_is_that_of_mujoco():
     plan = plan_of(
         "any/h1",
