@@ -203,7 +203,8 @@ class Stage(Section, frozen=True):
         weights: Instead of those of [tune].
         limits: Likewise.
         floors: Likewise.
-        enough: Instead of that of [tune].
+        checks: Instead of those of [tune].
+        enough: Likewise.
     """
 
     generations: Count | None = None
@@ -216,6 +217,7 @@ class Stage(Section, frozen=True):
     weights: Weights | None = None
     limits: dict[str, Positive] | None = None
     floors: dict[str, Positive] | None = None
+    checks: Count | None = None
     enough: Share | None = None
 
 

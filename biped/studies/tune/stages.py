@@ -127,6 +127,7 @@ def _scenario_of(scenario: Scenario, number: int, stage: Stage) -> Scenario:
         weights=stage.weights or tune.weights,
         limits=tune.limits if stage.limits is None else stage.limits,
         floors=tune.floors if stage.floors is None else stage.floors,
+        checks=stage.checks or tune.checks,
         enough=stage.enough or tune.enough,
     )
     whole = replace(scenario, tune=part)

@@ -48,6 +48,7 @@ generations = 1
 
 [[tune.stages]]
 spread = 0.2
+checks = 2
 """
 
 
@@ -69,6 +70,7 @@ def test_each_stage_is_a_search_of_its_own(scenario_file):
     assert first.condition("level", True).actuation.release_force == 100.0
     assert list(second.tune.conditions) == ["level", "uphill"]
     assert second.tune.spread == 0.2
+    assert [stage.tune.checks for stage in (first, second)] == [1, 2]
     assert second.condition("level", True).actuation.release_force == 150.0
     assert "theta_b" in {axis.name for axis in SearchSpace(second.scenario, second.gains).axes}
 
