@@ -77,10 +77,16 @@ def tune_command(args: argparse.Namespace) -> int:
         walk = with_transitions(found.folder / found.gait.name, changes, jobs, common.progress, common.warn)
         stands = verdict(walk, changes, jobs, common.progress, common.warn)
     table, out = stands.table.as_dict(), found.folder / "page.html"
-    write(table, stands.tests)
-    write_page([stands.walk, stands.tests, found.folder], out, f"A walk for {Path(args.scenario).stem}")
-    document = (*search_document(found), *document_of(table), Paragraph(f"page in {label(out)}"))
-    common.answer(args, found.as_dict() | {"standard": table, "page": label(out)}, document)
+    elsewhere = {name: tested.as_dict() for name, (_, tested) in stands.elsewhere.items()}
+    folders = [stands.tests, *(folder for folder, _ in stands.elsewhere.values())]
+    document = [*search_document(found)]
+    for folder, tested in zip(folders, (table, *elsewhere.values()), strict=True):
+        write(tested, folder)
+        document += document_of(tested)
+    document += [Paragraph(f"not tested in {name}: it is not installed") for name in stands.absent]
+    write_page([stands.walk, *folders, found.folder], out, f"A walk for {Path(args.scenario).stem}")
+    answer = found.as_dict() | {"standard": table, "elsewhere": elsewhere, "page": label(out)}
+    common.answer(args, answer, (*document, Paragraph(f"page in {label(out)}")))
     return common.DONE
 
 

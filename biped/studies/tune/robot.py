@@ -17,9 +17,11 @@ from biped.base.files import URDF, locate
 from biped.ensemble import executor
 from biped.ensemble.backend import Jobs, Progress, Told, silent, unheard
 from biped.ensemble.campaign import measured
+from biped.ensemble.journal import installed
 from biped.ensemble.plan import Plan
 from biped.robot.ground import GRAVITY
 from biped.robot.report import look
+from biped.scenario.engines import ENGINES
 from biped.scenario.goals import Tune
 from biped.scenario.reading import read, read_scenario
 from biped.scenario.valid import COMMAND_LINE
@@ -83,11 +85,15 @@ class RobotVerdict(NamedTuple):
         table: Of its tests.
         tests: Their folder.
         walk: Folder of a walk on the level, to look at.
+        elsewhere: By the name of another engine, the folder and the table of its walk on the level there.
+        absent: Names of engines that are not installed.
     """
 
     table: StandardTable
     tests: Path
     walk: Path
+    elsewhere: dict[str, tuple[Path, StandardTable]]
+    absent: list[str]
 
 
 def is_model(name: str) -> bool:
@@ -188,6 +194,8 @@ def verdict(
 ) -> RobotVerdict:
     """Puts a gait that was found for a robot to the tests, and makes a walk to look at, all beside the gait.
 
+    Engines that move any robot, are not the tests' own and are installed see its walk on the level too.
+
     Args:
         gait: Its file, in the results folder of its search; what is there already of its tests is not made again.
         changes: Of the search; tests are made with those that say what the robot is.
@@ -200,7 +208,13 @@ def verdict(
     table = standard([str(gait)], [TESTS], own, jobs, tests, progress)
     alone = (f'controller="{gait}"', "randomise.runs=1", "randomise.draw={}")
     run(_LEVEL, [*own, *alone], jobs, walk, progress=progress, tell=tell)
-    return RobotVerdict(table, tests, walk)
+    others = [name for name, engine in ENGINES.items() if engine.any_robot and engine.library]
+    elsewhere = {}
+    for name in others:
+        if installed(ENGINES[name].library):
+            there = gait.parent / f"tests_in_{name}"
+            elsewhere[name] = there, standard([str(gait)], [_LEVEL], own, jobs, there, progress, [name])
+    return RobotVerdict(table, tests, walk, elsewhere, [name for name in others if name not in elsewhere])
 
 
 def _stages(joints: Sequence[str]) -> str:

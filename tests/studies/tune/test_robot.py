@@ -10,6 +10,7 @@ import pytest
 from biped.base.errors import InputError
 from biped.base.files import locate
 from biped.cli.main import main
+from biped.ensemble.journal import installed
 from biped.scenario.gains import MGL
 from biped.scenario.reading import read_scenario
 from biped.studies.tune import Tuned, robot
@@ -152,9 +153,27 @@ def test_from_a_model_file_to_a_page(tmp_path, monkeypatch, capsys):
         assert (gaits.get("transitions", {}).get(to) == f"{to}/gait.toml") == better
     begun = tomllib.loads((out / "stop" / "scenario.toml").read_text(encoding="utf-8"))
     assert begun["controller"] == str((out / "walk.toml").resolve())
+    assert sorted(found["elsewhere"]) == (["drake"] if installed("drake") else [])
     kept = (out / "tests" / "measured.json").read_bytes()
     assert main(argv) == 0, "it goes on where it was, and makes nothing again"
     assert (out / "tests" / "measured.json").read_bytes() == kept
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_other_engines_see_the_walk_where_they_are_installed(tmp_path, monkeypatch, there):
+    asked = []
+
+    def standard(gaits, tests, changes, jobs, out, progress, engines=()):
+        asked.append((tests, out.name, list(engines)))
+        return "table"
+
+    monkeypatch.setattr(robot, "standard", standard)
+    monkeypatch.setattr(robot, "run", lambda *_, **__: None)
+    monkeypatch.setattr(robot, "installed", lambda library: "1.51" if there and library == "drake" else "")
+    found = robot.verdict(tmp_path / "walk.toml", ["model=h1"], 1)
+    assert asked[0] == (["any/cells/"], "tests", [])
+    assert asked[1:] == ([(["any/cells/level"], "tests_in_drake", ["drake"])] if there else [])
+    assert (list(found.elsewhere), found.absent) == ((["drake"], []) if there else ([], ["drake"]))
 
 
 @pytest.mark.parametrize(("stops", "stands"), [(20, "stop/gait.toml"), (15, None)])
