@@ -5,6 +5,7 @@ What it finds is put to tests on seeds that no search has seen, as any other gai
 
 import math
 from collections.abc import Sequence
+from hashlib import blake2b
 from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,7 +14,7 @@ from msgspec import to_builtins
 from msgspec.structs import replace
 
 from biped.base.errors import InputError, safe
-from biped.base.files import URDF, locate
+from biped.base.files import URDF, label, locate
 from biped.ensemble import executor
 from biped.ensemble.backend import Jobs, Progress, Told, silent, unheard
 from biped.ensemble.campaign import measured
@@ -162,6 +163,9 @@ def with_transitions(
         jobs: Number of processes, or a cluster.
         progress: Told of every generation.
         tell: Told what of an interrupted search could not be used.
+
+    Raises:
+        InputError: The file of the walk is there and was edited.
     """
     walk, own, named = gait.with_name("walk.toml"), _own(changes), dict[str, Any]()
     for to, search in SEARCHES.items():
@@ -177,11 +181,29 @@ def with_transitions(
 
 
 def _write_walk(path: Path, gait: Path, named: dict[str, Any]) -> None:
-    """A gait file that adds to a walk the gaits by which it stops and sets off."""
+    """A gait file that adds to a walk the gaits by which it stops and sets off.
+
+    Raises:
+        InputError: There is a file of that name that this command did not write, or that was edited.
+    """
     import tomli_w
 
     text = tomli_w.dumps({"extends": gait.name} | ({"transitions": named} if named else {}))
-    path.write_text(f"# The walk and the gaits by which it stops and sets off.\n{text}", encoding="utf-8")
+    try:
+        old = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        old = ""
+    except (OSError, ValueError):
+        old = "something else"
+    if old and old != _walk_text(old.partition("\n")[2]):
+        raise InputError(f"{label(path)}: was edited; rename it, so that the same command can write it anew")
+    path.write_text(_walk_text(text), encoding="utf-8")
+
+
+def _walk_text(text: str) -> str:
+    """The text of a walk's file under a head that tells whether it was edited."""
+    mark = blake2b(text.encode(), digest_size=8).hexdigest()
+    return f"# The walk and the gaits by which it stops and sets off; edit a copy of it ({mark}).\n{text}"
 
 
 def _own(changes: Sequence[str]) -> list[str]:

@@ -196,6 +196,18 @@ def test_who_stops_a_walk_stands_by_that_gait(tmp_path, monkeypatch, stops, stan
     assert (begun["stop"], begun["stop_after_landing"], begun.get("stand")) == ("stop/gait.toml", 0.1, stands)
 
 
+@pytest.mark.parametrize("edited", ["stop_after_landing = 0.2", "", "k_d1 = 3.0"])
+def test_a_walk_that_was_edited_is_not_overwritten(tmp_path, edited):
+    path, gait = tmp_path / "walk.toml", tmp_path / "gait.toml"
+    robot._write_walk(path, gait, {})
+    robot._write_walk(path, gait, {"stop": "stop/gait.toml", "stop_after_landing": 0.1})
+    text = path.read_text(encoding="utf-8").replace("stop_after_landing = 0.1", edited)
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match="was edited; rename it"):
+        robot._write_walk(path, gait, {})
+    assert path.read_text(encoding="utf-8") == text
+
+
 def test_a_search_alone_is_a_robots(capsys):
     assert main(["tune", "tune/any", "--search-only"]) == 2
     assert "--search-only: expected a robot's model file" in capsys.readouterr().err
