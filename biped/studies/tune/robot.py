@@ -15,6 +15,7 @@ from msgspec.structs import replace
 
 from biped.base.errors import InputError, safe
 from biped.base.files import URDF, label, locate
+from biped.base.writing import write_text
 from biped.ensemble import executor
 from biped.ensemble.backend import Jobs, Progress, Told, silent, unheard
 from biped.ensemble.campaign import measured
@@ -197,7 +198,7 @@ def _write_walk(path: Path, gait: Path, named: dict[str, Any]) -> None:
         old = "something else"
     if old and old != _walk_text(old.partition("\n")[2]):
         raise InputError(f"{label(path)}: was edited; rename it, so that the same command can write it anew")
-    path.write_text(_walk_text(text), encoding="utf-8")
+    write_text(path, _walk_text(text))
 
 
 def _walk_text(text: str) -> str:
