@@ -47,7 +47,7 @@ def lines_of(test: Mapping[str, Any], standing: Mapping[str, Any]) -> list[str]:
         return ["–"]
     if found is None:
         one = tried[0]
-        return [f"{one['reached']} of {one['runs']}", *_unsound(one), *_metrics_of(test, one)]
+        return [f"{one['reached']} of {one['runs']}", *_failed(one), *_unsound(one), *_metrics_of(test, one)]
     if found["holds_to"] is None:
         one = tried[0]
         at = _value(test, standing, one["value"])
@@ -60,6 +60,12 @@ def lines_of(test: Mapping[str, Any], standing: Mapping[str, Any]) -> list[str]:
     if _OF[test["of"]]:
         lines.append(f"{best['value']:.3g} {_OF[test['of']]}".replace("-", "−"))
     return [*lines, *_metrics_of(test, best)]
+
+
+def _failed(one: Mapping[str, Any]) -> list[str]:
+    """How many runs fell where some failed without a fall, such as a policy that is slower than it was told to be."""
+    falls = one.get("falls")
+    return [f"{falls} fell"] if falls is not None and falls < one["runs"] - one["reached"] else []
 
 
 def _unsound(one: Mapping[str, Any]) -> list[str]:

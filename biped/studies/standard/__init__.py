@@ -288,7 +288,7 @@ def _measure(
     shows = dict.fromkeys((*test.shows, "speed"))
     numbers = {name: _real(summary[name]) for name in shows if name in METRICS}
     unsound = int(summary["doubtful"]) + int(summary["diverged"])
-    tried = TriedValue(value, int(summary[test.goal]), int(summary["runs"]), numbers, unsound)
+    tried = TriedValue(value, int(summary[test.goal]), int(summary["runs"]), numbers, unsound, int(summary["falls"]))
     kept.keep(plan, test.goal, tried)
     return tried
 

@@ -34,6 +34,7 @@ class TriedValue(NamedTuple):
         runs: All runs.
         numbers: Means of metrics over them.
         unsound: Runs whose numbers are doubtful or diverged: they reach nothing.
+        falls: Runs that fell; None: results of an earlier version did not keep it.
     """
 
     value: float
@@ -41,6 +42,7 @@ class TriedValue(NamedTuple):
     runs: int
     numbers: Mapping[str, Any]
     unsound: int = 0
+    falls: int | None = None
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -145,6 +147,7 @@ class _Entry(msgspec.Struct):
     runs: int
     numbers: dict[str, float | None]
     unsound: int = 0
+    falls: int | None = None
 
 
 class StoredMeasurements:

@@ -270,6 +270,10 @@ def test_a_table_says_which_runs_cannot_be_believed():
     assert lines == ["none", "1 of 10 at 2", "8 doubtful"]
     one = TriedValue(None, 0, 10, {"speed": 0.7}, 10)._asdict()
     assert lines_of(level, FOUND["standings"][2] | {"tried": [one]}) == ["0 of 10", "10 doubtful", "0.7 m/s"]
+    one = TriedValue(None, 4, 10, {"speed": 0.7}, 0, 1)._asdict()  # five were as slow as their command does not allow
+    assert lines_of(level, FOUND["standings"][2] | {"tried": [one]}) == ["4 of 10", "1 fell", "0.7 m/s"]
+    one = TriedValue(None, 4, 10, {"speed": 0.7}, 0, 6)._asdict()
+    assert lines_of(level, FOUND["standings"][2] | {"tried": [one]}) == ["4 of 10", "0.7 m/s"]
     assert "doubtful" not in markdown(document_of(FOUND))
     doubted = FOUND | {"standings": [one | {"tried": [try_ | {"unsound": 1} for try_ in one["tried"]]}
                                      for one in FOUND["standings"]]}  # fmt: skip
@@ -283,6 +287,7 @@ def test_runs_whose_numbers_are_doubtful_are_counted_and_kept(here):
     for _ in range(2):  # made, and read again
         table = standard(["stand"], ["space_level"], sets, 1, Path("kept"))
         assert table.standings[0].tried[0].unsound == 2
+        assert table.standings[0].tried[0].falls == 2
 
 
 def test_the_page(here):
