@@ -414,9 +414,9 @@ def test_the_command(capsys, tmp_path, monkeypatch):
     assert main(["model", "humanoid"]) == 0
     told = capsys.readouterr().out
     assert "laws law = 'stand'," in " ".join(told.split())
-    assert "not law = 'spatial': foot 'right_shin' hangs on 4 joints" in " ".join(told.split())
+    assert "not law = 'thesis': foot 'right_shin' hangs on 4 joints" in " ".join(told.split())
     assert main(["model", "human3d"]) == 0
-    assert "law = 'spatial', law = 'stand'" in capsys.readouterr().out
+    assert "law = 'thesis', law = 'stand'" in capsys.readouterr().out
     assert main(["model", "human"]) == 0
     assert "planar biped of seven links" in capsys.readouterr().out
     monkeypatch.chdir(tmp_path)
