@@ -433,6 +433,6 @@ def test_a_planar_model_says_all_that_it_lacks(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     path = write("r.xml", model(actuators=MOTORS))
     with pytest.raises(
-        InputError, match=r"body 'torso': missing.*missing too: body 'right_thigh'.*law = 'path.py:Class'"
+        InputError, match=r"body 'torso': missing.*missing too: body 'right_thigh'.*law = 'thesis'.*'path.py:Class'"
     ):
         tree_at(Path(path))
