@@ -30,7 +30,7 @@ from biped.robot.unmodelled import patches_of, torques_at, unmodelled_of
 from biped.scenario.devices import COMMANDED, Sensors
 from biped.scenario.general import SPLIT
 from biped.scenario.keys import COMPILED
-from biped.scenario.laws import SPATIAL, own_law
+from biped.scenario.laws import THESIS, own_law
 from biped.scenario.pushing import pieces
 
 if TYPE_CHECKING:
@@ -119,7 +119,7 @@ class MujocoPlant:
         s = self.s
         if not self.split or self.uneven or self.watch or self.unmodelled or self.patched:
             return None
-        if s.law != SPATIAL:
+        if s.law != THESIS:
             from biped.engines.held import held_loop
 
             return None if self.sensors else held_loop(self)
@@ -296,7 +296,7 @@ class MujocoPlant:
             force = self.pushing[body - 1]
             out[:3] += force
             out[3:] += np.cross(data.xipos[body] - com, force)
-        if self.s.law == SPATIAL and self.command == "generalized":
+        if self.s.law == THESIS and self.command == "generalized":
             columns = list(self.robot.base_columns)
             force = target[columns[:3]]
             out[:3] += force

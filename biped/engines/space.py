@@ -1,4 +1,4 @@
-"""The compiled loop of a biped with a free base under the law `spatial`: which runs it suits, and its plant."""
+"""The compiled loop of a biped with a free base under the law `thesis`: which runs it suits, and its plant."""
 
 import math
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""The compiled loop of the law `spatial` on any robot, whatever its feet are.
+"""The compiled loop of the law `thesis` on any robot, whatever its feet are.
 
 The same digits as tick by tick in Python (`biped.engines.plant`). Robots on eight spheres have a shorter loop of their
 own (`biped.engines.space`).

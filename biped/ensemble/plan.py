@@ -21,7 +21,7 @@ from biped.robot.run import Factory, Run, visual_model
 from biped.scenario.gains import Gains
 from biped.scenario.gait import Gaits, Settings, read_reading, read_settings, resettled, settings_on
 from biped.scenario.keys import Scenario
-from biped.scenario.laws import SPATIAL
+from biped.scenario.laws import THESIS
 from biped.scenario.randomise import Normals
 from biped.scenario.robot import Described
 from biped.scenario.transitions import TRANSITIONS, Transitions, timed, transitions_of
@@ -212,9 +212,9 @@ def _begins_beyond(s: Scenario, starts: RobotStarts) -> None:
     profile = profile_of(s.ground, 0)
     if profile.level:
         return
-    if s.law == SPATIAL:
+    if s.law == THESIS:
         which = first_of(s.ground)
-        raise InputError(f"ground.{which}: expected none: the law 'spatial' walks on level ground and slopes",
+        raise InputError(f"ground.{which}: expected none: the law 'thesis' walks on level ground and slopes",
                          f"ground.{which}")  # fmt: skip
     begin_beyond(s.ground, profile, starts.foremost(s))
 

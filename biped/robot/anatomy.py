@@ -159,7 +159,7 @@ def _beside(model: mujoco.MjModel, joint: int, legs: list[JointedLeg]) -> str:
 
 
 def _fault(robot: Robot, what: str) -> InputError:
-    return InputError(f"law: 'spatial' is not for model '{robot.name}': {what}", "law")
+    return InputError(f"law: 'thesis' is not for model '{robot.name}': {what}", "law")
 
 
 def _between(model: mujoco.MjModel, base: int, foot: FootParts) -> list[int]:

@@ -21,7 +21,7 @@ from biped.scenario.gains import Gains
 from biped.scenario.gait import in_the_plane, out_of_the_plane
 from biped.scenario.general import taken
 from biped.scenario.keys import Scenario
-from biped.scenario.laws import BUILT_IN, SPATIAL
+from biped.scenario.laws import THESIS
 from biped.scenario.possible import suits_seven_links
 from biped.scenario.robot import Described
 from biped.scenario.valid import fault
@@ -177,7 +177,7 @@ def check_gait(s: Scenario, gains: Gains, at: str, complete: bool) -> None:
     """
     if s.robot is None:
         in_the_plane(gains, s.model, at)
-    elif complete and s.law == SPATIAL:
+    elif complete and s.law == THESIS:
         out_of_the_plane(gains, s.model, at)
 
 
@@ -190,8 +190,8 @@ def check_keys(s: Scenario, robot: Robot) -> None:
     if s.robot is not None:
         if s.law is None:
             raise InputError(
-                "law: expected one: the thesis's law needs a planar biped of seven links; write law = "
-                f"'path.py:Class', or one of {', '.join(BUILT_IN)}", "law",
+                "law: expected one: only a planar biped of seven links walks without; write law = 'thesis', which "
+                "walks bipeds with a free base, 'stand', 'path.py:Class' or a policy's 'card.toml'", "law",
             )  # fmt: skip
         taken(s, fault)  # draws and points of a sweep say what no file did
     else:

@@ -22,7 +22,7 @@ from biped.robot.recognise import robot_of
 from biped.robot.robot import Robot
 from biped.robot.spec import no_keyframe, parsed
 from biped.scenario.keys import Scenario
-from biped.scenario.laws import SPATIAL
+from biped.scenario.laws import THESIS
 from biped.scenario.robot import Described, Foot
 from biped.scenario.world import Ground
 
@@ -279,8 +279,8 @@ class Starts:
         mujoco.mj_resetData(model, data)
         name = start.posture or robot.start
         if name and name not in robot.starts:
-            if s.law != SPATIAL or name not in borrowed_names():
-                valid = (*robot.starts, *(borrowed_names() if s.law == SPATIAL else ()))
+            if s.law != THESIS or name not in borrowed_names():
+                valid = (*robot.starts, *(borrowed_names() if s.law == THESIS else ()))
                 raise no_keyframe(self._path, name, valid)
             if robot.start:
                 mujoco.mj_resetDataKeyframe(model, data, robot.starts.index(robot.start))

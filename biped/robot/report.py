@@ -15,7 +15,7 @@ from biped.robot.robot import Robot
 from biped.robot.spec import parsed
 from biped.scenario.general import KIND, differing
 from biped.scenario.keys import Simulation
-from biped.scenario.laws import BUILT_IN, SPATIAL
+from biped.scenario.laws import BUILT_IN, THESIS
 from biped.scenario.robot import Described
 from biped.scenario.valid import convert, known_keys
 
@@ -29,7 +29,7 @@ class ModelReport(NamedTuple):
         robot: What it is; None if it cannot be run.
         faults: All that is wrong, and what to write.
         not_planar: Why the thesis's law cannot walk it in the plane; empty if it can.
-        laws: The laws of this package that it runs with, beside a law of one's own.
+        laws: The laws of this package that it runs with as a robot of any kind, beside a law of one's own.
         notes: What of the file was left out, without harm.
         physics: What the file asks for and a run does otherwise by default; empty where they agree.
         parts: Torso, thighs, shanks, feet, soles and hinges of a biped in space, in words; empty of any other.
@@ -85,7 +85,7 @@ def look(name: str) -> ModelReport:
         known_keys(data, Described, "", fail)
         table = convert(data, Described, fail)
     robot, faults, notes = looked_at(path, table)
-    laws, parts, not_spatial, held, leg = tuple(name for name in BUILT_IN if name != SPATIAL), {}, "", (), 0.0
+    laws, parts, not_spatial, held, leg = tuple(name for name in BUILT_IN if name != THESIS), {}, "", (), 0.0
     physics = "" if robot is None else differing(path, Simulation())
     if robot is None:
         laws = ()
@@ -95,7 +95,7 @@ def look(name: str) -> ModelReport:
             anatomy = anatomy_of(model, robot)
             parts = _parts(model, anatomy)
             held = tuple(model.joint(joint).name for joint in anatomy.trunk[: len(anatomy.trunk) - anatomy.shared])
-            laws, leg = (SPATIAL, *laws), anatomy.leg
+            laws, leg = (THESIS, *laws), anatomy.leg
         except InputError as error:
             not_spatial = str(error)
     return ModelReport(
@@ -120,7 +120,7 @@ def _parts(model: mujoco.MjModel, anatomy: Anatomy) -> dict[str, str]:
     out = {
         "torso": f"{model.body(anatomy.torso).name}; a straight leg is {anatomy.leg:.3g} m long from the last hip "
                  "joint to the sole",
-        "held": f"law = 'spatial' holds these joints by springs: {above}" if above else "no other joints",
+        "held": f"law = 'thesis' holds these joints by springs: {above}" if above else "no other joints",
     }  # fmt: skip
     for side, leg in zip(("right", "left"), anatomy.legs, strict=True):
         names = [model.joint(joint).name if joint >= 0 else "" for joint in leg.joints]

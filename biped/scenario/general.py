@@ -1,7 +1,8 @@
 """Scenarios of robots of any kind: when one is, what it and its model file say besides, and which keys hold, by law.
 
 A scenario with `[robot]` is one of these; so is one whose model is described with `kind = "general"`, is a URDF, or
-lacks the parts of the human while a law of one's own is there to move it, and one whose law is for any robot. A
+lacks the parts of the human while a law of one's own is there to move it, and one whose law is for any robot. The law
+`thesis` is for any robot, too, but on a planar biped of seven links it is the law of a scenario that names none. A
 scenario that says a key which nobody takes notice of is refused, by name.
 """
 
@@ -15,7 +16,7 @@ from biped.base.files import MOST_BYTES, URDF, folder, is_file, label, locate, m
 from biped.base.typed import LARGEST
 from biped.scenario.engines import ENGINES
 from biped.scenario.keys import Scenario, Simulation
-from biped.scenario.laws import BUILT_IN, SPATIAL, Keys, is_card
+from biped.scenario.laws import BUILT_IN, THESIS, Keys, is_card, named_now
 from biped.scenario.valid import Fail
 
 FILE = "file"
@@ -115,6 +116,32 @@ FROM_FILE: dict[str, Any] = {"ground": {"friction": None, "contact_time": None, 
 """Keys that the model file answers, where the physics is the file's."""
 
 
+def name_law(data: dict[str, Any], origin: dict[str, Path]) -> None:
+    """Names a scenario's law as the code knows it, in place: `thesis` on a planar biped of seven links is no law.
+
+    Args:
+        data: The scenario as plain data.
+        origin: Where each of its keys was written.
+    """
+    if "law" in data:
+        data["law"] = named_now(data["law"])
+    if data.get("law") != THESIS or "robot" in data or (model := model_of(data, origin)) is None:
+        return
+    own = model.with_suffix(".toml")
+    description = read_toml(own) if is_file(own) else {}
+    if description.get("kind") != KIND and model.suffix != URDF and ("base" in description or _in_plane(model)):
+        del data["law"]
+
+
+def model_of(data: dict[str, Any], origin: dict[str, Path]) -> Path | None:
+    """The model file of a scenario; None if it is not there, or no name at all: the scenario's check says so."""
+    name = data.get("model", Scenario().model)
+    try:
+        return locate("models", name, "", origin["model"].parent if "model" in origin else None)
+    except (InputError, AttributeError):
+        return None
+
+
 def make_general(data: dict[str, Any], origin: dict[str, Path]) -> bool:
     """Completes a scenario of a robot of any kind, in place; says whether it is one.
 
@@ -125,13 +152,9 @@ def make_general(data: dict[str, Any], origin: dict[str, Path]) -> bool:
     Raises:
         InputError: The description is of no known kind.
     """
-    name, law = data.get("model", Scenario().model), data.get("law")
-    if not isinstance(name, str):
-        return False  # the conversion says so
-    try:
-        model = locate("models", name, "", origin["model"].parent if "model" in origin else None)
-    except InputError:
-        return False  # it is refused where the scenario is checked
+    model, law = model_of(data, origin), data.get("law")
+    if model is None:
+        return False
     own = model.with_suffix(".toml")
     description = read_toml(own) if is_file(own) else {}
     kind = description.pop("kind", None)
@@ -145,6 +168,8 @@ def make_general(data: dict[str, Any], origin: dict[str, Path]) -> bool:
     habits = description.pop("scenario", {}) if kind == KIND else {}
     if not isinstance(habits, dict):
         raise InputError(f"{label(own)}: scenario: expected a table, [scenario], got {echo(habits)}")
+    if "law" in habits:
+        habits["law"] = named_now(habits["law"])
     habits = noticed_of(habits, data.get("law", habits.get("law")))
     data.setdefault("robot", {})
     if kind == KIND and isinstance(data["robot"], dict):
@@ -160,14 +185,27 @@ def make_general(data: dict[str, Any], origin: dict[str, Path]) -> bool:
 
 def _has_parts(model: Path) -> bool:
     """Whether a file names all bodies of the human, as every variant of it does."""
-    human = read_toml(folder("models") / "human.toml")
-    wanted = {human["base"]["link"], *(link for leg in human["leg"] for link in leg["links"])}
+    human = _human()
+    return _names("body", {human["base"]["link"], *(link for leg in human["leg"] for link in leg["links"])}, model)
+
+
+def _in_plane(model: Path) -> bool:
+    """Whether a file names the joints of the human's base in the plane, as every planar variant of it does."""
+    return _names("joint", set(_human()["base"]["joints"]), model)
+
+
+def _human() -> dict[str, Any]:
+    return read_toml(folder("models") / "human.toml")
+
+
+def _names(element: str, wanted: set[str], model: Path) -> bool:
+    """Whether a file has elements of all these names."""
     try:
         with open(model, encoding="utf-8", errors="replace") as file:
             text = file.read(4 * MOST_BYTES)
     except OSError:
         return True  # whoever reads it says why it cannot be read
-    return wanted <= set(re.findall(r"<body\b[^>]*?\bname\s*=\s*[\"']([^\"']*)[\"']", text))
+    return wanted <= set(re.findall(rf"<{element}\b[^>]*?\bname\s*=\s*[\"']([^\"']*)[\"']", text))
 
 
 def lay_under(data: dict[str, Any], below: dict[str, Any], origin: dict[str, Path], path: Path, at: str = "") -> None:
@@ -260,7 +298,7 @@ def taken(s: Scenario, fail: Fail) -> None:
         )
         raise fail(first.dotted, f"expected {_written(first.default)}: {who} takes no notice of it on a robot of any "
                    f"kind{nor}{reads}")  # fmt: skip
-    if s.law == SPATIAL and s.actuation.mode == "joint" and s.actuation.contacts != "pushing":
+    if s.law == THESIS and s.actuation.mode == "joint" and s.actuation.contacts != "pushing":
         raise fail("actuation.contacts", f"expected 'pushing', got '{s.actuation.contacts}': out of the plane, joint "
                    "torques are those for ground that only pushes")  # fmt: skip
 

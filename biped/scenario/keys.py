@@ -187,9 +187,10 @@ class Scenario(Section, frozen=True):
         controller: Name in controllers/ or path of a gait file.
         reading: Name in readings/ or path of a reading of the thesis ([readings.md](readings.md)): settings that lie
             below this file's own keys; default: none.
-        law: A control law of the user's own, `path.py:Class`, looked for beside this file first; default: the thesis's.
-            It runs only if it is trusted ([security.md](security.md)). Or one for any robot, by its name: `stand`; or a
-            policy's card, `card.toml` ([your-policy.md](your-policy.md)).
+        law: `thesis`: the thesis's law, for planar bipeds of seven links and for bipeds with a free base. `stand`: for
+            any robot. `path.py:Class`: a law of the user's own, looked for beside this file first; it runs only if it
+            is trusted ([security.md](security.md)). `card.toml`: a policy's card ([your-policy.md](your-policy.md)).
+            Default: `thesis` for planar bipeds of seven links, for others what the description beside the model says.
         law_sha256: What the law was when results were made; written with them, so that a changed law is noticed.
         engine: `mujoco`; `home`: the thesis's own rigid contacts; or `drake` ([engines.md](engines.md)).
         duration: [s] of a run.

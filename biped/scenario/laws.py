@@ -8,7 +8,7 @@ import re
 import warnings
 from hashlib import sha256
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from biped.base.errors import InputError, safe
 from biped.base.files import folder, is_file, nearest
@@ -33,7 +33,7 @@ class BuiltIn(NamedTuple):
     reads: Keys
 
 
-_SPATIAL: Keys = {
+_THESIS: Keys = {
     "": ("controller", "gains", "change"),
     "start": ("walking",),
     "ground": ("angles",),
@@ -53,11 +53,20 @@ _SPATIAL: Keys = {
     "randomise": ("controller_mass_matrix", "controller_constraints"),
 }
 
-SPATIAL = "spatial"
+THESIS = "thesis"
+"""On a planar biped of seven links it is the law of scenarios that name none, and naming it is as good as none."""
 BUILT_IN: dict[str, BuiltIn] = {
-    SPATIAL: BuiltIn("biped.control.space.law:Spatial", "the thesis's law for a biped in space", _SPATIAL),
+    THESIS: BuiltIn("biped.control.space.law:Spatial", "the thesis's law for a biped in space", _THESIS),
     "stand": BuiltIn("biped.control.stand:stand", "stands, and balances what pushes it", {}),
 }
+
+
+_EARLIER = {"spatial": THESIS}
+
+
+def named_now(law: Any) -> Any:
+    """The name that a law has now; scenarios and results of earlier versions may have an earlier one."""
+    return _EARLIER.get(law, law) if isinstance(law, str) else law
 
 
 CARD = ".toml"
@@ -78,11 +87,19 @@ LONGEST = 255
 """Letters of a file's name."""
 
 
+def check_form(text: str, fail: Fail) -> None:
+    """Rejects a law that is neither the name of one nor has the form of a file's."""
+    file, _, name = text.rpartition(":")
+    if own_law(text) and not is_card(text) and not (file.endswith(".py") and name.isidentifier()):
+        raise fail("law", f"expected 'path.py:Class', a policy's card 'card.toml' or one of {', '.join(BUILT_IN)}, got "
+                   f"'{safe(text)}'; {nearest(text, list(BUILT_IN))}")  # fmt: skip
+
+
 def find_law(text: str, beside: Path | None, fail: Fail) -> str:
     """The law that `path.py:Class` names, with the whole path of its file.
 
     Args:
-        text: What the scenario says.
+        text: What the scenario says, of the right form (`check_form`).
         beside: Folder of the file that says so: the law is looked for there first. None: the command line, whose
             paths are the working folder's, and which is the user's own word.
         fail: Makes the error.
@@ -91,10 +108,7 @@ def find_law(text: str, beside: Path | None, fail: Fail) -> str:
         InputError: There is no such file, or it is not trusted.
     """
     card = is_card(text)
-    file, colon, name = (text, ":", "") if card else text.rpartition(":")
-    if not card and (not colon or not file.endswith(".py") or not name.isidentifier()):
-        raise fail("law", f"expected 'path.py:Class', a policy's card 'card.toml' or one of {', '.join(BUILT_IN)}, got "
-                   f"'{safe(text)}'; {nearest(text, list(BUILT_IN))}")  # fmt: skip
+    file, _, name = (text, ":", "") if card else text.rpartition(":")
     places = [Path()] if beside is None else [beside, Path()]
     if card:
         places.append(folder("controllers"))  # those that are shipped

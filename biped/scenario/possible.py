@@ -7,7 +7,7 @@ from biped.base.files import nearest
 from biped.scenario.engines import ENGINES
 from biped.scenario.goals import check_bounds
 from biped.scenario.keys import ENGINE, Scenario
-from biped.scenario.laws import SPATIAL, own_law
+from biped.scenario.laws import THESIS, own_law
 from biped.scenario.metrics import METRICS
 from biped.scenario.pushing import MOST_PIECES, PIECE, count
 from biped.scenario.valid import Fail
@@ -82,8 +82,8 @@ def possible(s: Scenario, fail: Fail) -> None:
         raise fail("actuation.null_torque", "expected mode = 'joint': generalized forces leave nothing free")
     if s.actuation.motors and s.actuation.mode != "joint":
         raise fail("actuation.motors", "expected mode = 'joint': generalized forces come from no motor")
-    if s.actuation.assist and (s.law != SPATIAL or s.actuation.mode != "joint"):
-        raise fail("actuation.assist", "expected 0.0 but of joint torques of a biped in space (law = 'spatial')")
+    if s.actuation.assist and (s.law != THESIS or s.actuation.mode != "joint"):
+        raise fail("actuation.assist", "expected 0.0 but of joint torques of a biped in space (law = 'thesis')")
     if s.actuation.observer > 0.0:
         _observer(s, fail)
     if own_law(s.law) and s.actuation.mode != "joint":

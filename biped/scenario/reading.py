@@ -22,9 +22,9 @@ from biped.scenario.gait import (
     read_reading,
     read_settings,
 )
-from biped.scenario.general import lay_under, make_general, taken
+from biped.scenario.general import lay_under, make_general, model_of, name_law, taken
 from biped.scenario.keys import Scenario
-from biped.scenario.laws import SPATIAL, is_card, own_law
+from biped.scenario.laws import THESIS, check_form, is_card, own_law
 from biped.scenario.possible import possible, suits_seven_links
 from biped.scenario.valid import COMMAND_LINE, Fail, Origin, convert, known_keys
 from biped.scenario.vary import ENTRY
@@ -42,8 +42,14 @@ def about(data: Mapping[str, Any], origin: Mapping[str, Path]) -> dict[str, floa
     """
     files = {origin[f"thesis.{name}"] for name in data.get("thesis", {})}
     mine = _about(data)
-    apart = {file for file in files if file.is_file() and _about(layered(file, "scenarios")[0]) != mine}
+    apart = {file for file in files if file.is_file() and _about(_layered(file)) != mine}
     return {name: value for name, value in data.get("thesis", {}).items() if origin[f"thesis.{name}"] not in apart}
+
+
+def _layered(file: Path) -> dict[str, Any]:
+    data, origin = layered(file, "scenarios")
+    name_law(data, origin)
+    return data
 
 
 def _about(data: Mapping[str, Any]) -> list[Any]:
@@ -116,16 +122,13 @@ def _lay_habits(data: dict[str, Any], origin: dict[str, Path], settings: Setting
     if isinstance(data.get("reading"), str):
         below, theirs = read_reading(find("reading"))
         lay_below(data, origin, beside_gait(below, settings), theirs)
-    name = data.get("model", Scenario().model)
-    beside = origin["model"].parent if "model" in origin else None
-    try:
-        model = locate("models", name, "", beside)
-    except (InputError, AttributeError):
-        return  # a model that is not there, or no name at all, is refused where the scenario is checked
+    if (model := model_of(data, origin)) is None:
+        return
     habits, path = habits_of(model)
     if "backstep" not in data:
         habits.pop("backstep", None)
     lay_under(data, habits, origin, path)
+    name_law(data, origin)
 
 
 _SEVEN_LINKS = _Kind(("model", "controller"), _lay_habits, suits_seven_links)
@@ -195,11 +198,14 @@ def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path, looking: b
     origin = Origin(path, keys)
     fail = origin.fault
     known_keys(data, Scenario, "", fail)
+    name_law(data, keys)
     law = data.get("law")
-    if isinstance(law, str) and is_card(law) and not looking:
-        from biped.scenario.card import lay_card
+    if isinstance(law, str) and not looking:
+        check_form(law, fail)
+        if is_card(law):
+            from biped.scenario.card import lay_card
 
-        lay_card(data, keys, path, fail)
+            lay_card(data, keys, path, fail)
     # A controller or model named in a file is looked for beside that file too.
     beside = {key: keys[key].parent for key in ("model", "controller", "reading") if key in keys}
 
@@ -227,7 +233,7 @@ def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path, looking: b
     known_keys(data, Scenario, "", fail)
     scenario = convert(data, Scenario, fail)
     possible(scenario, fail)
-    if scenario.law == SPATIAL and scenario.controller and kind is _ANY:
+    if scenario.law == THESIS and scenario.controller and kind is _ANY:
         # Before its settings, which would be to blame for a gait that is of the plane.
         gait = found("controllers", scenario.controller, "controller", beside.get("controller"))
         out_of_the_plane(read_gains(gait, scenario.gains), scenario.model)

@@ -261,12 +261,12 @@ def _use(found: ModelReport, robot: Robot) -> list[Block]:
     laws = [f"law = '{name}'" for name in found.laws] + ["a policy's card (law = 'card.toml')"]
     general = f"{', '.join(laws)}, or a law of your own (law = 'path.py:Class')"
     rows: list[tuple[Line, str]] = [("laws", general)] if found.not_planar else [
-        ("laws", "the law of the thesis, which needs no key, for this is a planar biped of seven links"),
+        ("laws", "law = 'thesis', which needs no key, for this is a planar biped of seven links"),
         ("", f"with robot = {{}} in the scenario also {general}"),
     ]  # fmt: skip
-    if found.not_spatial:
+    if found.not_planar and found.not_spatial:
         reason = found.not_spatial.partition(f"model '{robot.name}': ")[2] or found.not_spatial
-        rows.append(("", f"not law = 'spatial': {reason}"))
+        rows.append(("", f"not law = 'thesis': {reason}"))
     if found.physics:
         rows.append(("physics", found.physics))
     start = [f'law = "{found.laws[-1]}"']

@@ -151,7 +151,7 @@ def test_tiles_begin_beyond_the_feet_and_the_law_in_space_refuses_them():
     with pytest.raises(InputError, match=r"ground.tiles.start: expected a place beyond the feet, the foremost point .*"
                        r"got 0$"):  # fmt: skip
         plan_of(named("h1"), ("ground.tiles={height=0.01,start=0.0}",))
-    with pytest.raises(InputError, match=r"ground.steps: expected none: the law 'spatial' walks on level ground"):
+    with pytest.raises(InputError, match=r"ground.steps: expected none: the law 'thesis' walks on level ground"):
         plan_of("spatial/level", ("ground.steps={rise=0.01,start=2.0}",))
 
 

@@ -107,7 +107,7 @@ def commanded(r: random.Random) -> Case:
     """A velocity that is commanded of a policy, or of a law that knows none."""
     values = {"law": '"card.toml"', "duration": "0.05", "window.start": "0.0"} | _command(r)
     if r.random() < 0.2:
-        values |= {"law": quoted(r.choice(("stand", "spatial", "nope"))), "model": quoted(r.choice(ROBOTS))}
+        values |= {"law": quoted(r.choice(("stand", "thesis", "nope"))), "model": quoted(r.choice(ROBOTS))}
     return Case(
         ("run", "s.toml", "--trust", *ALONE), parts_of_policy() | {"s.toml": toml_of(values).encode("utf-8", "replace")}
     )

@@ -239,7 +239,7 @@ def test_another_robot_is_refused_in_a_sentence_that_names_the_part(tmp_path, ed
     with pytest.raises(InputError, match=words) as refused:
         built(tmp_path, edit)
     said = str(refused.value)
-    assert said.startswith("law: 'spatial' is not for model 'changed': "), said
+    assert said.startswith("law: 'thesis' is not for model 'changed': "), said
     assert "\n" not in said
 
 

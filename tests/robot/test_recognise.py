@@ -414,9 +414,9 @@ def test_the_command(capsys, tmp_path, monkeypatch):
     assert main(["model", "humanoid"]) == 0
     told = capsys.readouterr().out
     assert "laws law = 'stand'," in " ".join(told.split())
-    assert "not law = 'spatial': foot 'right_shin' hangs on 4 joints" in " ".join(told.split())
+    assert "not law = 'thesis': foot 'right_shin' hangs on 4 joints" in " ".join(told.split())
     assert main(["model", "human3d"]) == 0
-    assert "law = 'spatial', law = 'stand'" in capsys.readouterr().out
+    assert "law = 'thesis', law = 'stand'" in capsys.readouterr().out
     assert main(["model", "human"]) == 0
     assert "planar biped of seven links" in capsys.readouterr().out
     monkeypatch.chdir(tmp_path)
@@ -433,6 +433,6 @@ def test_a_planar_model_says_all_that_it_lacks(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     path = write("r.xml", model(actuators=MOTORS))
     with pytest.raises(
-        InputError, match=r"body 'torso': missing.*missing too: body 'right_thigh'.*law = 'path.py:Class'"
+        InputError, match=r"body 'torso': missing.*missing too: body 'right_thigh'.*law = 'thesis'.*'path.py:Class'"
     ):
         tree_at(Path(path))

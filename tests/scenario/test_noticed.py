@@ -83,7 +83,7 @@ def base_of(law: str) -> Scenario:
                     unmodelled=UnmodelledKeys(torque=0.02, friction=0.1, softness=0.1)),
         disturbance=Disturbance(force=(5.0, 3.0, 2.0), correlation=0.05, at=0.006),
     )  # fmt: skip
-    if law == "spatial":
+    if law == "thesis":
         return replace(s, change=(Change(at=0.006, over=0.01, gains=Gains(k_d1=9.0)),))
     s = replace(s, law="stand", controller="", actuation=Actuation(torque_limit=150.0))
     return s if law == "stand" else with_law(s, factory_of(Still))
@@ -147,10 +147,10 @@ def changed(s: Scenario, key: str, value: Any) -> Scenario:
 
 def done(s: Scenario) -> str:
     """What a run is and came to."""
-    run = Plan(s, law=None if s.law in ("spatial", "stand") else factory_of(Still)).run(0)
+    run = Plan(s, law=None if s.law in ("thesis", "stand") else factory_of(Still)).run(0)
     plant = MujocoPlant(run)
     found = hashlib.sha256()
-    if s.law == "spatial":
+    if s.law == "thesis":
         law: Any = plant.law.law
         for part in ("gait", "belief", "sensing", "actuation"):
             found.update(law.record[0][part].tobytes())
@@ -187,7 +187,7 @@ def names(key: str, complaint: str) -> bool:
     return any(f"{part}: " in complaint for part in parts)
 
 
-@pytest.mark.parametrize("law", ["spatial", "stand", "own"])
+@pytest.mark.parametrize("law", ["thesis", "stand", "own"])
 def test_every_key_is_read_or_refused(law):
     s, keys = base_and_keys(law)
     before = done(s)
@@ -212,7 +212,7 @@ def test_every_key_is_read_or_refused(law):
 
 
 @pytest.mark.parametrize(("changes", "words"), [
-    (["sensing.knee_angle=0.1"], r"--set: sensing.knee_angle: expected 0.02: law 'spatial' takes .* \[sensing\]"),
+    (["sensing.knee_angle=0.1"], r"--set: sensing.knee_angle: expected 0.02: law 'thesis' takes .* \[sensing\]"),
     (["actuation.solver=daqp", "backstep={}"], r"backstep: expected none: .* nor of actuation.solver"),
     (["actuation.single_tangential=true"], r"actuation.single_tangential: expected false"),
     (["actuation.contacts=released"], r"actuation.contacts: expected 'pushing', got 'released'"),

@@ -1,4 +1,4 @@
-"""The thesis's law for a biped with a free base, as a law of a robot of any kind: `law = "spatial"`."""
+"""The thesis's law for a biped with a free base, as a law of a robot of any kind: `law = "thesis"`."""
 
 from collections.abc import Callable
 from functools import partial

@@ -23,7 +23,10 @@ from biped.robot.safety import examine, packaged, tried
 from biped.robot.spec import check_sizes, compiled_spec, no_keyframe
 
 _SLACK = 1e-9
-ANY_ROBOT = "others run with [robot] and law = 'path.py:Class' or 'stand' (biped model FILE; docs/robots.md)"
+ANY_ROBOT = (
+    "others run with law = 'thesis', if they are bipeds with a free base, or with [robot] and law = 'stand' or "
+    "'path.py:Class' (biped model FILE; docs/robots.md)"
+)
 
 
 def check_parts(spec: mujoco.MjSpec, name: str, robot: PlanarParts) -> None:

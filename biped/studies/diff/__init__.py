@@ -18,7 +18,7 @@ from biped.ensemble.backend import Jobs, Progress, Told, silent, unheard
 from biped.ensemble.folder import Folder, result_in
 from biped.ensemble.guard import new_folder
 from biped.measure.metrics.walking import outcome
-from biped.scenario.laws import BUILT_IN
+from biped.scenario.laws import BUILT_IN, named_now
 from biped.scenario.metrics import METRICS
 from biped.scenario.vary import setting
 from biped.studies.diff import changes as changed
@@ -340,7 +340,7 @@ def _check_sequential(jobs: Jobs, rates: Rates, most: int) -> None:
 
 def _setting(word: str, own: bool) -> str:
     """The `--set` change that takes a gait or a law; "stand" is a law where the scenario has one of its `own`."""
-    if ".py:" in word or word.endswith(".onnx") or (own and word in BUILT_IN):
+    if ".py:" in word or word.endswith(".onnx") or (own and named_now(word) in BUILT_IN):
         return setting("law", word)
     path = locate("controllers", word, "diff")
     return setting("controller", f"{path.resolve()}" if word.endswith(".toml") else word)

@@ -9,6 +9,7 @@ from biped.base.errors import InputError
 from biped.base.files import label, read_toml
 from biped.base.statistics import UNKNOWN, Estimate, holm, means, shares
 from biped.ensemble.rows import LOST
+from biped.scenario.laws import named_now
 from biped.scenario.metrics import METRICS, Metric
 
 Row = Mapping[str, Any]
@@ -47,7 +48,10 @@ def side(name: str, folder: Path, result: Mapping[str, Any]) -> ComparedSide:
     Raises:
         InputError: Its scenario cannot be read.
     """
-    return ComparedSide(name, folder, result, read_toml(folder / "scenario.toml"))
+    scenario = read_toml(folder / "scenario.toml")
+    if "law" in scenario:
+        scenario["law"] = named_now(scenario["law"])
+    return ComparedSide(name, folder, result, scenario)
 
 
 def pairs_of(first: ComparedSide, second: ComparedSide) -> Pairs:

@@ -11,7 +11,7 @@ from biped.base.trust import grant
 from biped.scenario.gains import Gains
 from biped.scenario.gait import read_gains, speeds_of
 from biped.scenario.general import read_by
-from biped.scenario.laws import BUILT_IN, is_card
+from biped.scenario.laws import BUILT_IN, THESIS, is_card, named_now
 from biped.scenario.reading import read_scenario
 from biped.scenario.vary import setting
 from biped.studies.run import plan_of
@@ -74,6 +74,8 @@ def entrant_of(word: str) -> Entrant:
     """
     if any(mark in word for mark in "\"'\\\n"):
         raise InputError(f"{safe(word)}: a gait's name or path with quotes cannot be used here")
+    if named_now(word) == THESIS:
+        raise InputError(f"{word}: expected a gait, by which this law walks: its name or path, such as normal")
     if word in BUILT_IN:
         return Entrant(word, word, law=True)
     file, colon, name = word.rpartition(":")

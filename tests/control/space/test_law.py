@@ -99,6 +99,6 @@ def test_another_robot_is_refused_in_words():
     feet = tuple(structs.replace(foot, geoms=foot.geoms[:2]) for foot in s.robot.foot)
     other = Plan(structs.replace(s, robot=structs.replace(s.robot, foot=feet))).run(0)
     with pytest.raises(
-        InputError, match="law: 'spatial' is not for model 'human3d': foot 'right' touches the ground along a line"
+        InputError, match="law: 'thesis' is not for model 'human3d': foot 'right' touches the ground along a line"
     ):
         simulate(other)

@@ -352,6 +352,11 @@ def test_laws_for_any_robot_are_put_to_the_tests(here, word, name):
     assert [(one.reached, one.runs) for one in standing.tried] == [(0, 2)], "neither walks"
 
 
+def test_the_law_of_the_thesis_is_put_to_them_by_a_gait():
+    with pytest.raises(InputError, match="thesis: expected a gait, by which this law walks"):
+        entrant_of("thesis")
+
+
 def test_laws_move_robots_in_the_plane_or_in_space():
     stander = entrant_of("stand")
     assert not stander.in_space(["model=walker2d"])
