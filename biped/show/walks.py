@@ -2,7 +2,8 @@
 
 `python -m biped.show.walks ROBOT=FOLDER[,SEARCH]…` takes results folders of `biped standard`, and of the `biped tune`
 that found the gait, into the page. They replace what it had of these tests; tests that a folder has not are kept if
-they are of the same gait. Without any folder the page is written anew.
+they are of the same gait. `policy:ROBOT=FOLDER` takes results of a learned policy of the robot, which stand beside
+those of the law. Without any folder the page is written anew.
 """
 
 import json
@@ -16,17 +17,19 @@ from biped.show.document import DOCS, Document, Paragraph, Table, markdown, shar
 from biped.show.standing import FILE as STANDARD
 
 PAGE, TEMPLATE, DATA = DOCS / "any-biped.md", DOCS / "any-biped.in.md", DOCS / "any-biped.json"
-MARK = "<!-- tables -->"
+MARK, POLICIES = "<!-- tables -->", "<!-- policies -->"
 _NOTE = (
     "The table counts runs that walked, and where they stop runs that stood in the end, on seeds that no search has "
     "used. The brackets have 95 % intervals (Wilson)."
 )
 _COLUMNS = (
-    "speed, m/s", "absolute cost of transport", "ticks at a limit", "walk straight for 60 s", "gait",
-    "runs of the search", "CPU s",
+    "speed, m/s", "absolute cost of transport", "ticks at a limit", "walk straight for 60 s", "torque rate, N m/ms",
+    "largest force of a foot, N", "gait", "runs of the search", "CPU s",
 )  # fmt: skip
 _LEVEL, _LONG = "level", "long"
 """Names of the tests whose metrics are shown."""
+_POLICY = "policy:"
+"""Begins the name of a robot whose results are those of a learned policy."""
 
 
 def document_of(found: Sequence[Mapping[str, Any]]) -> Document:
@@ -45,11 +48,39 @@ def document_of(found: Sequence[Mapping[str, Any]]) -> Document:
     )  # fmt: skip
 
 
-def _count(one: Mapping[str, Any], title: str) -> str:
-    test = next((test for test in one["tests"] if test["title"] == title), None)
+def beside(found: Sequence[Mapping[str, Any]], policies: Sequence[Mapping[str, Any]]) -> Document:
+    """One table: what the law and a learned policy walk through on the same robots.
+
+    Args:
+        found: Of the law, as `document_of` has it.
+        policies: Of policies, one for each robot at most.
+    """
+    law = {one["robot"]: one for one in found}
+    pairs = [(law[one["robot"]], one) for one in policies if one["robot"] in law]
+    titles = dict.fromkeys(test["title"] for _, policy in pairs for test in policy["tests"])
+    rows = [(title, *(f"{_bare(ours, title)}, {_bare(theirs, title)}" for ours, theirs in pairs)) for title in titles]
+    for words, i in (("speed on the level, m/s", 0), ("absolute cost of transport on the level", 1)):
+        rows.append((words, *(f"{_walk(ours)[i]}, {_walk(theirs)[i]}" for ours, theirs in pairs)))
+    return (Table(("test: law, policy", *(ours["robot"] for ours, _ in pairs)), tuple(rows)),)
+
+
+def _test(one: Mapping[str, Any], title: str) -> Mapping[str, Any] | None:
+    return next((test for test in one["tests"] if test["title"] == title), None)
+
+
+def _bare(one: Mapping[str, Any], title: str) -> str:
+    """How many runs walked, and how many fell if others failed without a fall."""
+    test = _test(one, title)
     if test is None:
         return "not run"
-    return share(test["reached"], test["runs"])
+    falls = test.get("falls")
+    slow = falls is not None and falls < test["runs"] - test["reached"]
+    return f"{test['reached']} of {test['runs']}" + (f" ({falls} fell)" if slow else "")
+
+
+def _count(one: Mapping[str, Any], title: str) -> str:
+    test = _test(one, title)
+    return "not run" if test is None else share(test["reached"], test["runs"])
 
 
 def _walk(one: Mapping[str, Any]) -> tuple[str, ...]:
@@ -58,8 +89,14 @@ def _walk(one: Mapping[str, Any]) -> tuple[str, ...]:
     straight = long.get("numbers", {}).get("straight")
     return (
         f"{level['speed']:.2f}", f"{level['cost_of_transport_absolute']:.2f}", f"{level['saturation']:.1%}",
-        "not run" if straight is None else f"{straight:.0f} of {long['runs']}", one["gait"],
+        "not run" if straight is None else f"{straight:.0f} of {long['runs']}", _number(level, "torque_rate", ".2f"),
+        _number(level, "peak_foot_force", ".0f"), one["gait"],
     )  # fmt: skip
+
+
+def _number(numbers: Mapping[str, Any], name: str, form: str) -> str:
+    value = numbers.get(name)
+    return "–" if value is None else format(value, form)
 
 
 def _search(one: Mapping[str, Any]) -> tuple[str, str]:
@@ -77,7 +114,14 @@ def stored() -> list[dict[str, Any]]:
 
 def page(found: Sequence[Mapping[str, Any]]) -> str:
     """The text of docs/any-biped.md."""
-    return TEMPLATE.read_text(encoding="utf-8").replace(MARK, markdown(document_of(found)).rstrip())
+    policies = [one for one in found if one["robot"].startswith(_POLICY)]
+    ours = [one for one in found if one not in policies]
+    theirs = [{**one, "robot": one["robot"].removeprefix(_POLICY)} for one in policies]
+    tables = {MARK: document_of(ours), POLICIES: beside(ours, theirs)}
+    text = TEMPLATE.read_text(encoding="utf-8")
+    for mark, table in tables.items():
+        text = text.replace(mark, markdown(table).rstrip())
+    return text
 
 
 def taken(robot: str, folder: Path, search: Path | None) -> dict[str, Any]:
@@ -91,8 +135,10 @@ def taken(robot: str, folder: Path, search: Path | None) -> dict[str, Any]:
     found = json.loads((folder / STANDARD).read_bytes())
     tests = []
     for test, standing in zip(found["tests"], found["standings"], strict=True):
+        if not standing["tried"]:
+            continue  # a test that is not for a policy
         tried = standing["tried"][0]
-        numbers = {key: tried[key] for key in ("reached", "runs", "numbers")}
+        numbers = {key: tried[key] for key in ("reached", "runs", "numbers", "falls") if key in tried}
         tests.append({"name": test["name"], "title": test["title"], **numbers})
     of_search = None if search is None else json.loads((search / "result.json").read_bytes())
     kept = None if of_search is None else {key: of_search.get(key) for key in ("runs", "cpu_seconds")}
