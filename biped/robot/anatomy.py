@@ -210,7 +210,8 @@ def _leg(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, side: int, jo
     pitch = max(joints[:HIP], key=lambda joint: abs(data.xaxis[joint, 1]))
     lateral = data.xaxis[joints[KNEE]] * math.copysign(1.0, data.xaxis[joints[KNEE], 1])
     hip, knee, low = (data.xanchor[joint] for joint in (pitch, joints[KNEE], ankle))
-    for part, upper, lower, way in (("thigh", pitch, joints[KNEE], hip - knee), ("shank", joints[KNEE], ankle, knee - low)):
+    links = ("thigh", pitch, joints[KNEE], hip - knee), ("shank", joints[KNEE], ankle, knee - low)
+    for part, upper, lower, way in links:
         if np.linalg.norm(np.cross(way, lateral)) < _POINT:
             raise _fault(robot, f"joint '{model.joint(lower).name}' has the axis of joint '{model.joint(upper).name}'; "
                                 f"expected a {part} between them")  # fmt: skip
@@ -240,7 +241,8 @@ def _leg(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, side: int, jo
     length = float(np.linalg.norm(_offset(model, joints[KNEE], ankle)))
     above_sole = float((low - data.xpos[foot.on[0]] - (sole @ turn.T).mean(axis=0)) @ up)
     if above_sole <= 0.0:
-        raise _fault(robot, f"foot '{foot.name}' has its sole above joint '{model.joint(ankle).name}'; expected it below")
+        raise _fault(robot, f"foot '{foot.name}' has its sole above joint '{model.joint(ankle).name}'; expected it "
+                            "below")  # fmt: skip
     straight = float(np.linalg.norm(np.cross(hip - knee, lateral)))
     return JointedLeg(
         joints=order, sign=sign, zero=zero, thigh=body, shank=int(model.jnt_bodyid[joints[KNEE]]), foot=foot.on[0],
