@@ -142,7 +142,7 @@ class Signals(NamedTuple):
     names: tuple[str, ...]
     values: np.ndarray
 
-    def given_up(self, rows: int) -> int:
+    def unsolved(self, rows: int) -> int:
         """The number of ticks, of the first so many, in which a law says by `given_up` that it solved no problem."""
         return int((self.values[:rows, self.names.index(_GIVEN_UP)] > 0.0).sum()) if _GIVEN_UP in self.names else 0
 

@@ -23,7 +23,7 @@ from biped.engines.row import log_state, state_of
 from biped.engines.uneven import PatchedContacts, Uneven, beginning, own
 from biped.engines.untouched import Untouched
 from biped.measure.trajectory import Trajectory
-from biped.measure.verdict import given_up
+from biped.measure.verdict import unsolved
 from biped.robot.columns import columns_of, width_of
 from biped.robot.ground import frame, gravity3
 from biped.robot.run import Run
@@ -338,7 +338,7 @@ class MujocoPlant:
             end=ending.end,
             cause=ending.cause,
             warnings=ending.warnings
-            | given_up(signals.given_up(rows))
+            | unsolved(signals.unsolved(rows))
             | ({} if self.untouched is None else self.untouched.found()),
             robot=self.run.true_robot,
             outside=self.outside[:rows],

@@ -174,7 +174,7 @@ def verdict_on(t: Trajectory, numbers: Mapping[str, float], left: Unexplained) -
     return Verdict(DIVERGENT if diverged else DOUBTFUL, "; ".join([*diverged, *doubtful]))
 
 
-def given_up(ticks: int) -> dict[str, int]:
+def unsolved(ticks: int) -> dict[str, int]:
     """The warning of a run in which a law gave up a problem in so many ticks; nothing where there are none."""
     return {GIVEN_UP: ticks} if ticks else {}
 
