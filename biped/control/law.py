@@ -128,6 +128,9 @@ def load_law(law: str, sha256: str | None = None) -> type:
     return kind
 
 
+_GIVEN_UP = "given_up"
+
+
 class Signals(NamedTuple):
     """A signal that a law logs of its own.
 
@@ -138,6 +141,10 @@ class Signals(NamedTuple):
 
     names: tuple[str, ...]
     values: np.ndarray
+
+    def unsolved(self, rows: int) -> int:
+        """The number of ticks, of the first so many, in which a law says by `given_up` that it solved no problem."""
+        return int((self.values[:rows, self.names.index(_GIVEN_UP)] > 0.0).sum()) if _GIVEN_UP in self.names else 0
 
 
 NO_SIGNALS = Signals((), np.empty((0, 0)))

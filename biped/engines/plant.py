@@ -23,6 +23,7 @@ from biped.engines.row import log_state, state_of
 from biped.engines.uneven import PatchedContacts, Uneven, beginning, own
 from biped.engines.untouched import Untouched
 from biped.measure.trajectory import Trajectory
+from biped.measure.verdict import unsolved
 from biped.robot.columns import columns_of, width_of
 from biped.robot.ground import frame, gravity3
 from biped.robot.run import Run
@@ -336,7 +337,9 @@ class MujocoPlant:
             pushes=tuple((p.start, p.end, *_in_space(p.force), p.body) for p in pieces(s)),
             end=ending.end,
             cause=ending.cause,
-            warnings=ending.warnings | ({} if self.untouched is None else self.untouched.found()),
+            warnings=ending.warnings
+            | unsolved(signals.unsolved(rows))
+            | ({} if self.untouched is None else self.untouched.found()),
             robot=self.run.true_robot,
             outside=self.outside[:rows],
             ground=self.profile,

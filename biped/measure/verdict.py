@@ -47,6 +47,9 @@ HELD_WORDS = "something else holds or drives it"
 CHANGED = "changed by its law: "
 """How warnings begin of what a law changed in the simulator behind what it is given."""
 
+GIVEN_UP = "given_up_ticks"
+"""The warning that counts ticks in which a law gave up a problem that it had to solve."""
+
 SOUND, DOUBTFUL, DIVERGENT = "sound", "doubtful", "diverged"
 """The verdicts."""
 
@@ -164,9 +167,16 @@ def verdict_on(t: Trajectory, numbers: Mapping[str, float], left: Unexplained) -
     ticks = t.warnings.get("chattering_steps", 0)
     if ticks > CHATTERING * len(t):
         doubtful.append(f"contacts chattering {when}: in {ticks} of {len(t)} ticks, at most {100.0 * CHATTERING:g} %")
+    if ticks := t.warnings.get(GIVEN_UP, 0):
+        doubtful.append(f"its law gave up {when}: in {ticks} of {len(t)} ticks its torques are no solution, at most 0")
     if not diverged and not doubtful:
         return Verdict(SOUND, "")
     return Verdict(DIVERGENT if diverged else DOUBTFUL, "; ".join([*diverged, *doubtful]))
+
+
+def unsolved(ticks: int) -> dict[str, int]:
+    """The warning of a run in which a law gave up a problem in so many ticks; nothing where there are none."""
+    return {GIVEN_UP: ticks} if ticks else {}
 
 
 def _held(left: Unexplained, bounds: tuple[float, float]) -> str:

@@ -31,6 +31,8 @@ _POINT = 1e-5
 """[m] radius of a sphere that is a point: its centre."""
 _CORNERS = 3
 """That a sole has at least."""
+_BENDS = 0.1
+"""[rad] that a knee bends at least."""
 _LIFT = 0.002
 """[m] above the ground up to which it may bear a sole, by margins of contacts: the law sees a contact by its height."""
 _HINGE = mujoco.mjtJoint.mjJNT_HINGE
@@ -208,6 +210,11 @@ def _leg(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, side: int, jo
     pitch = max(joints[:HIP], key=lambda joint: abs(data.xaxis[joint, 1]))
     lateral = data.xaxis[joints[KNEE]] * math.copysign(1.0, data.xaxis[joints[KNEE], 1])
     hip, knee, low = (data.xanchor[joint] for joint in (pitch, joints[KNEE], ankle))
+    links = ("thigh", pitch, joints[KNEE], hip - knee), ("shank", joints[KNEE], ankle, knee - low)
+    for part, upper, lower, way in links:
+        if np.linalg.norm(np.cross(way, lateral)) < _POINT:
+            raise _fault(robot, f"joint '{model.joint(lower).name}' has the axis of joint '{model.joint(upper).name}'; "
+                                f"expected a {part} between them")  # fmt: skip
     thigh, shank = _square(hip - knee, lateral), _square(knee - low, lateral)
     sole = _sole(model, data, robot, side)
     turn = data.xmat[foot.on[0]].reshape(3, 3)
@@ -233,6 +240,9 @@ def _leg(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, side: int, jo
     own = data.xmat[body].reshape(3, 3)
     length = float(np.linalg.norm(_offset(model, joints[KNEE], ankle)))
     above_sole = float((low - data.xpos[foot.on[0]] - (sole @ turn.T).mean(axis=0)) @ up)
+    if above_sole <= 0.0:
+        raise _fault(robot, f"foot '{foot.name}' has its sole above joint '{model.joint(ankle).name}'; expected it "
+                            "below")  # fmt: skip
     straight = float(np.linalg.norm(np.cross(hip - knee, lateral)))
     return JointedLeg(
         joints=order, sign=sign, zero=zero, thigh=body, shank=int(model.jnt_bodyid[joints[KNEE]]), foot=foot.on[0],
@@ -245,6 +255,9 @@ def _bends_back(model: mujoco.MjModel, robot: Robot, knee: int, sign: float, zer
     """Makes sure that a knee has more room to flex than to stretch, as that of a robot has that faces x."""
     if model.jnt_limited[knee]:
         back, ahead = sorted(sign * (model.jnt_range[knee] - zero))  # flexion is negative
+        if ahead - back < _BENDS:
+            raise _fault(robot, f"joint '{model.joint(knee).name}' bends the shank by {math.degrees(ahead - back):.2g} "
+                                "degrees; expected a knee that bends")  # fmt: skip
         if ahead > -back:
             raise _fault(
                 robot,

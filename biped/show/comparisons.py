@@ -191,7 +191,7 @@ def _ending(c: Comparison, engine: str) -> str:
     if len(runs) > 1:
         summary = c.results[engine]["summary"]
         return f"walked {summary['walked']} of {len(runs)}, {failures(summary)}"
-    return outcome(runs[0]) + (f"; engine warnings {runs[0]['warnings']}" if runs[0]["warnings"] else "")
+    return outcome(runs[0]) + (f"; warnings {runs[0]['warnings']}" if runs[0]["warnings"] else "")
 
 
 def draw(comparison: Comparison, folder: Path) -> None:

@@ -161,7 +161,7 @@ def push_words(numbers: Mapping[str, Any]) -> str:
 
 
 def warnings_of(runs: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Which runs the engine warned of: the first few, and how many there are besides."""
+    """The warnings of the first few runs that have some, and how many there are besides."""
     lines: list[str] = []
     more = 0
     for columns in batches(runs, ("index", "warnings")):
@@ -169,8 +169,8 @@ def warnings_of(runs: Sequence[Mapping[str, Any]]) -> list[str]:
             if warnings not in ({}, "{}"):
                 more += 1
                 if more <= WARNED:
-                    lines.append(f"run {index}: engine warnings {warnings}")
-    return [*lines, f"{more - WARNED} more runs with engine warnings"] if more > WARNED else lines
+                    lines.append(f"run {index}: warnings {warnings}")
+    return [*lines, f"{more - WARNED} more runs with warnings"] if more > WARNED else lines
 
 
 def causes_of(runs: Sequence[Mapping[str, Any]], goal: str = "walked") -> list[tuple[str, int]]:

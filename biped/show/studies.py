@@ -81,13 +81,20 @@ def throughput_document(measured: Throughput) -> Document:
     return tuple(blocks)
 
 
+def _costs(cost: Mapping[str, Any]) -> tuple[float, ...]:
+    """µs a tick, and ratios."""
+    ratio = cost["closed_loop"] / cost["physics"]
+    return (*(cost[key] for key in ("physics", "steps", "closed_loop", "metrics")), ratio, cost["with_metrics"],
+            cost["strict"])  # fmt: skip
+
+
 def costs_document(title: str, column: str, costs: Mapping[str, Mapping[str, Any]]) -> Document:
     """Prices of runs beside those of bare steps."""
-    heads = (column, "physics", "steps", "loop", "metrics", "x physics", "x steps", "ticks are looped over")
-    keys = ("physics", "steps", "closed_loop", "metrics", "with_metrics", "strict")
-    rows = tuple((name, *(number(cost[key]) for key in keys), cost["loop"]) for name, cost in costs.items())
+    heads = (column, "physics", "steps", "loop", "metrics", "loop / physics", "with metrics / physics", "/ steps",
+             "ticks are looped over")  # fmt: skip
+    rows = tuple((name, *map(number, _costs(cost)), cost["loop"]) for name, cost in costs.items())
     return (
-        Heading(f"{title}: µs a tick, and ratios; strict: to steps in compiled code"),
+        Heading(f"{title}: µs a tick, and ratios; steps: those in compiled code"),
         Table(heads, rows, (0, len(heads) - 1)),
     )
 

@@ -11,6 +11,7 @@ import pytest
 
 from biped.base.errors import InputError
 from biped.base.files import locate
+from biped.cli.main import main
 from biped.ensemble.campaign import simulate
 from biped.robot.anatomy import ANKLE, INVERSION, KNEE, anatomy_of
 from biped.robot.parts import own_masses
@@ -212,6 +213,24 @@ def backward(spec: mujoco.MjSpec) -> None:
     spec.body("pelvis").quat = [0.0, 0.0, 0.0, 1.0]
 
 
+def ball(spec: mujoco.MjSpec) -> None:
+    """The right hip is a ball."""
+    without("right_hip_yaw", "right_hip_roll", "right_hip_pitch")(spec)
+    spec.body("right_thigh").add_joint(name="right_hip", type=BALL)
+
+
+def no_thigh(spec: mujoco.MjSpec) -> None:
+    """The right knee is where the hip is."""
+    spec.body("right_shank").pos = [0.0, 0.0, 0.0]
+    spec.body("right_hip_yaw").pos += [0.0, 0.0, -0.4]
+
+
+def high_soles(spec: mujoco.MjSpec) -> None:
+    """It stands on plates above its hips."""
+    for side in SIDES:
+        spec.geom(f"{side}_sole").pos = [0.05, 0.0, 0.9]
+
+
 @pytest.mark.parametrize(("edit", "words"), [
     (without("right_ankle"), "foot 'right_foot' hangs on 4 joints .* expected three of the hip, a knee"),
     (without("right_hip_yaw", "left_hip_yaw"), "foot 'right_foot' hangs on 4 joints"),
@@ -234,6 +253,12 @@ def backward(spec: mujoco.MjSpec) -> None:
     (sole(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.015, 0.0, 0.0]), "touches the ground along a line or at a point"),
     (sole(type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[0.02, 0.08, 0.0], quat=[0.7071, 0.0, 0.7071, 0.0]),
      "touches the ground along a line or at a point"),
+    (sole(size=[0.1, 1e-9, 0.015]), "foot 'right_foot' touches the ground along a line or at a point"),
+    (ball, "joint 'right_hip' of foot 'right_foot' is no hinge"),
+    (joint("right_knee", range=[-2.05, 0.26]), "joint 'right_knee' brings the shank 117 degrees forward"),
+    (joint("right_knee", range=[-0.001, 0.001]), "joint 'right_knee' bends the shank by 0.11 degrees"),
+    (no_thigh, "joint 'right_knee' has the axis of joint 'right_hip_pitch'; expected a thigh between them"),
+    (high_soles, "foot 'right_foot' has its sole above joint 'right_ankle'; expected it below"),
 ])  # fmt: skip
 def test_another_robot_is_refused_in_a_sentence_that_names_the_part(tmp_path, edit, words):
     with pytest.raises(InputError, match=words) as refused:
@@ -241,6 +266,102 @@ def test_another_robot_is_refused_in_a_sentence_that_names_the_part(tmp_path, ed
     said = str(refused.value)
     assert said.startswith("law: 'thesis' is not for model 'changed': "), said
     assert "\n" not in said
+
+
+def without_keys(spec: mujoco.MjSpec) -> None:
+    """Takes postures away: they fit no robot of other joints."""
+    for key in list(spec.keys):
+        spec.delete(key)
+
+
+def one_leg(spec: mujoco.MjSpec) -> None:
+    """It has the right leg alone."""
+    without(*(f"left_{name}" for name in ("hip_yaw", "hip_roll", "hip_pitch", "knee", "ankle")))(spec)
+    spec.delete(spec.body("left_hip_yaw"))
+
+
+def third_leg(spec: mujoco.MjSpec) -> None:
+    """It has a third foot, on a leg of its own."""
+    without_keys(spec)
+    leg = spec.body("pelvis").add_body(name="middle_leg", pos=[-0.3, 0.0, -0.1742])
+    leg.add_joint(name="middle_hip", axis=[0.0, 1.0, 0.0])
+    leg.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.1, 0.04, 0.015], pos=[0.0, 0.0, -0.855], contype=1,
+                 conaffinity=1)  # fmt: skip
+    spec.add_actuator(name="middle_hip", target="middle_hip", trntype=mujoco.mjtTrn.mjTRN_JOINT)
+
+
+def bare(spec: mujoco.MjSpec) -> None:
+    """Nothing of its feet touches the ground."""
+    for side in SIDES:
+        geom = spec.geom(f"{side}_sole")
+        geom.contype = geom.conaffinity = 0
+
+
+def unequal(spec: mujoco.MjSpec) -> None:
+    """Its right leg is shorter."""
+    spec.body("right_shank").pos = [0.0, 0.0, -0.3]
+
+
+def held(spec: mujoco.MjSpec) -> None:
+    """Its pelvis is fixed to the world."""
+    without_keys(spec)
+    spec.delete(spec.joint("root"))
+
+
+def limp(spec: mujoco.MjSpec) -> None:
+    """It has no motors."""
+    without_keys(spec)
+    for one in list(spec.actuators):
+        spec.delete(one)
+
+
+def idle(spec: mujoco.MjSpec) -> None:
+    """The motor of the right knee has no gear."""
+    next(one for one in spec.actuators if one.target == "right_knee").gear = [0.0] * 6
+
+
+def twice(spec: mujoco.MjSpec) -> None:
+    """The right knee has two motors."""
+    without_keys(spec)
+    spec.add_actuator(name="second", target="right_knee", trntype=mujoco.mjtTrn.mjTRN_JOINT)
+
+
+@pytest.mark.parametrize(("edit", "words"), [
+    (one_leg, "feet: expected two, recognised 1 (right_foot)"),
+    (third_leg, "feet: expected two, recognised 3 (left_foot, right_foot, middle_leg)"),
+    (bare, "feet: no geom can touch the ground"),
+    (unequal, "feet: expected two, recognised 1 (left_foot)"),
+    (held, "base: nothing moves freely; write <freejoint/> in body 'pelvis'"),
+    (limp, "actuators: none"),
+    (idle, "actuator 'right_knee': gear 0 moves nothing"),
+    (twice, "actuators: joint 'right_knee' has several"),
+])  # fmt: skip
+def test_what_is_no_biped_is_refused_by_every_command(tmp_path, capsys, edit, words):
+    spec, path = mujoco.MjSpec.from_file(str(locate("models", "h1", "model"))), tmp_path / "changed.xml"
+    edit(spec)
+    path.write_text(spec.to_xml())
+    refused_by_every_command(path, capsys, words)
+
+
+@pytest.mark.parametrize(("old", "new", "words"), [
+    ('mass="1.721"', 'mass="0"', "mass and inertia of moving bodies must be larger"),
+    ('size="0.1 0.04 0.015"', 'size="0 0 0"', "size 0 must be positive in geom"),
+])  # fmt: skip
+def test_shanks_without_mass_and_soles_without_size_are_refused_in_mujocos_words(tmp_path, capsys, old, new, words):
+    path = tmp_path / "changed.xml"
+    path.write_text(locate("models", "h1", "model").read_text().replace(old, new))
+    refused_by_every_command(path, capsys, words)
+
+
+def refused_by_every_command(path: Path, capsys, words: str) -> None:
+    """In one sentence, whoever asks."""
+    assert main(["run", "any/cells/level", "--set", f'model="{path}"']) == 2
+    said = capsys.readouterr().err.strip()
+    assert words in said
+    assert "\n" not in said
+    assert main(["model", str(path)]) in (1, 2)
+    out, err = capsys.readouterr()
+    assert words in " ".join(f"{out} {err}".split())
 
 
 def shoe(spec: mujoco.MjSpec) -> None:

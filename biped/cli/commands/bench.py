@@ -8,6 +8,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from biped.base.errors import InputError
 from biped.base.writing import may_add
 from biped.cli import common
 
@@ -40,6 +41,9 @@ def add_bench(commands: common.Commands) -> None:
         "shipped policy)"
     )
     parser.add_argument("--file", type=Path, help=file)
+    common.take_changes(
+        parser, "mechanics: walk any/cells/level with this change, e.g. model=robot.xml (VALUE is TOML; repeatable)"
+    )
     common.take_json(parser)
 
 
@@ -47,6 +51,8 @@ def bench_command(args: argparse.Namespace) -> int:
     """Measures one thing."""
     if args.out is not None:
         may_add(args.out, "--out")
+    if args.changes and args.what != "mechanics":
+        raise InputError(f"--set: expected none for {args.what}; mechanics takes it")
     if args.what in CHAPTER_2:
         options = [*(["--quick"] if args.quick else []), *(["--json"] if args.json else [])]
         folder = [] if args.out is None else ["--out", str(args.out)]
@@ -111,7 +117,7 @@ def _mechanics(args: argparse.Namespace) -> Measured:
     from biped.show.studies import costs_document
     from biped.studies.bench.scenes import mechanics_costs
 
-    costs = mechanics_costs()
+    costs = mechanics_costs(args.changes)
     return costs, costs_document("by who computes the law's mechanics", "run", costs), True
 
 

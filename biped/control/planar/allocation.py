@@ -20,7 +20,7 @@ from biped.base.errors import InputError
 from biped.base.jit import kernel
 from biped.control.planar.constraints import believed_mass, constraint_rows, factor_constraints, imposed_constraints
 from biped.numerics.factor import BLOCK, minimum_norm, reflect_block, solve_transposed_block
-from biped.numerics.quadratic import solve_in_box
+from biped.numerics.quadratic import MOST_STEPS, solve_in_box
 from biped.robot.planar.topology import BASE, NQ, NU
 
 
@@ -144,9 +144,11 @@ def bounded_torques(c, M):
     _problem(c, M)
     for i in range(NU):
         work["lower"][i] = -limit[i]
-    solve_in_box(
+    steps = solve_in_box(
         work["P"], work["r"], work["lower"], limit, c["memory"]["side"], c["tick"]["u"], work["root"], work["x"]
     )
+    if steps == MOST_STEPS:
+        c["tick"]["given_up"] = 1
 
 
 @kernel
@@ -192,5 +194,6 @@ def foreign_torques(record: np.ndarray, M: np.ndarray, solver: str) -> np.ndarra
         warnings.simplefilter("ignore")
         u = qpsolvers.solve_qp(P, -r, lb=-limit, ub=limit, solver=solver, **settings)
     if u is None:  # the clipped closed form is feasible, merely not optimal
+        c["memory"]["given_up"] += 1
         return clipped
     return np.clip(u, -limit, limit)

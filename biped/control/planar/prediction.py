@@ -28,7 +28,7 @@ from biped.control.planar.constraints import perturbed_mass
 from biped.control.planar.estimator import ground_under, sensed_posture
 from biped.control.planar.pushing import Q_LANE, cone_edges, gram
 from biped.numerics.lanes import LANES, load, times, total
-from biped.numerics.quadratic import nonnegative
+from biped.numerics.quadratic import MOST, nonnegative
 from biped.robot.ground import height_below
 from biped.robot.planar.kinematics import PLACES, bias_forces, forward, mass_matrix
 from biped.robot.planar.topology import BASE, KNEE, N_POINTS, N_ROWS, NQ, NU, PITCH, STOP_ROW, X, Z
@@ -142,7 +142,8 @@ def step(c, p, q, v, force):
         for j in range(NQ):
             speed += A[j, k] * v[j]
         f[0, k] = (_least_speed(c, p, q, k) - speed) / dt - H[k, Q_LANE]
-    nonnegative(H, f, N_ROWS, p["held"], p["order"], p["U"], p["W"], left, p["left"])
+    if nonnegative(H, f, N_ROWS, p["held"], p["order"], p["U"], p["W"], left, p["left"]) == MOST:
+        c["tick"]["given_up"] = 1
     pushed = load(left, 0)
     for j in range(NQ):
         x[j] = C[j, Q_LANE] + total(times(pushed, load(C, j)))

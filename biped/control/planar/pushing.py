@@ -23,7 +23,7 @@ from biped.base.jit import kernel
 from biped.control.blending import downward
 from biped.control.planar.constraints import believed_bias, perturb_row, perturbed_mass
 from biped.numerics.lanes import added, everywhere, load, plus, squared, store, times, total
-from biped.numerics.quadratic import nonnegative
+from biped.numerics.quadratic import MOST, nonnegative
 from biped.robot.planar.kinematics import point_row
 from biped.robot.planar.topology import (
     BASE,
@@ -239,11 +239,17 @@ def pushing_torques(c, M, q, v):
     unilateral_rows(c, q, v)
     wanted_motion(c)
     _prices(c)
+    solved = push["changes"][0] < MOST
     for _ in range(_MOST_CHANGES):
         _forces_wanted(c)
         _nearest_forces(c)
+        solved = solved and push["changes"][1] < MOST
         if not _change_limits(c):
             break
+    else:
+        solved = False
+    if not solved:
+        tick["given_up"] = 1
     limited = False
     for j in range(NU):
         limit = c["actuation"]["limit"][j]

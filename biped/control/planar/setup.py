@@ -89,10 +89,12 @@ _MEMORY = np.dtype(
     [
         ("believed", "u1", N_POINTS), ("waiting", "i8", N_POINTS), ("phase", "i8", LEGS), ("back", "u1"),
         ("side", "i8", NU),  # limits that torques were last at, where the bounded problem begins
+        ("given_up", "i8"),
     ],
     align=True,
 )  # fmt: skip
-"""Memory from tick to tick: contacts, ticks that a change has lasted, leg states, whether it is falling back."""
+"""Memory from tick to tick: contacts, ticks that a change has lasted, leg states, whether it is falling back, and the
+number of ticks by now whose problem was given up."""
 
 _TICK = np.dtype(
     [
@@ -101,6 +103,7 @@ _TICK = np.dtype(
         # given: h is somebody else's, and not computed here
         ("rows", "i8"), ("rank", "i8"),  # of A after the release test, and of C
         ("u", "f8", NU), ("over", "u1"),  # over: a torque limit was exceeded and the bounded solution is wanted
+        ("given_up", "u1"),  # a problem was not solved, since the latest tick ended
     ],
     align=True,
 )  # fmt: skip

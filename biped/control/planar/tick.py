@@ -220,6 +220,8 @@ def _decide(record, M, q, v, log, k, time, pushing):
     if observing:
         observe(c, c["work"]["M"] if c["belief"]["perturbed"] else M, q, v, k == 0)
         compensate(c["observer"], c["tick"]["u"], c["actuation"]["limit"])
+    c["memory"]["given_up"] += c["tick"]["given_up"]
+    c["tick"]["given_up"] = 0
     log_tick(record, q, v, log, k, time)
     return status
 

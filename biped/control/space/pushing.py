@@ -323,6 +323,8 @@ def pushing_torques(c, m):
         tick["changes"][2] = turn
         if not _change_limits(c):
             break
+    else:
+        tick["given_up"] += 1
     for k in range(tick["force"].size):
         tick["force"][k] = 0.0
     for i in range(c["work"]["knees"]):

@@ -17,6 +17,7 @@ from biped.control.planar.prediction import believe, prediction_of, predicts
 from biped.engines.loop import GOING, LOW, NOT_FINITE, TILTED, Ending, fall_words, in_python
 from biped.measure.seven_links import PlanarTrajectory
 from biped.measure.trajectory import Trajectory
+from biped.measure.verdict import unsolved
 from biped.robot.columns import Q_D, WIDTH, Q, U, V
 from biped.robot.ground import GROUND, height_below, set_ground
 from biped.robot.planar.topology import LEGS, NQ, PITCH, TORSO, X, Z
@@ -248,7 +249,7 @@ class PlanarPlant:
             pushes=tuple((p.start, p.end, p.force[0], p.force[1], p.body) for p in pieces(s)),
             end=ending.end,
             cause=ending.cause,
-            warnings=ending.warnings,
+            warnings=ending.warnings | unsolved(int(law.record["memory"]["given_up"][0]) + law.signals.unsolved(rows)),
             robot=with_tree(self.run.robot, self.physics.tree),
             inferred=None if self.senses is None else self.senses.noted[:rows],
             signal_names=law.signals.names,

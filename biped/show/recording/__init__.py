@@ -236,7 +236,7 @@ def result(run: Recorded) -> str:
     if trajectory.warnings:
         lines += [
             "",
-            "MuJoCo warned: " + ", ".join(f"{literal(n)} ({k} times)" for n, k in trajectory.warnings.items()),
+            "Warnings: " + ", ".join(f"{literal(n)} ({k} times)" for n, k in trajectory.warnings.items()),
         ]
     shown = [name for name in FIVE if name in run.metrics]
     if shown:

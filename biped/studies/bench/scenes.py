@@ -3,7 +3,7 @@
 Least times of many interleaved repeats: what else runs on the machine can only add to a time.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -58,13 +58,15 @@ ROBOTS: dict[str, tuple[str, ...]] = {
     "h1 stands, 500 Hz": ("any/h1", "simulation.control_rate=500"),
 }
 """Scenario and changes."""
+OWN = "any/cells/level"
+"""The scenario in which any robot walks by itself."""
 MECHANICS: dict[str, tuple[str, ...]] = {
     f"{name}, {by}": (scenario, f"control.mechanics={by}", *changes)
     for name, scenario, whom, *changes in (
         ("human", "level_normal", (COMPILED, PINOCCHIO)),
         ("human, ground that only pushes", "calm/own", (COMPILED, PINOCCHIO)),
         ("human in space", "spatial/level", (COMPILED, ENGINE, PINOCCHIO)),
-        ("h1", "any/cells/level", (COMPILED, ENGINE, PINOCCHIO), "controller=any/apollo"),
+        ("h1", OWN, (COMPILED, ENGINE, PINOCCHIO), "controller=any/apollo"),
     )
     for by in whom
 }
@@ -179,9 +181,10 @@ def robot_costs(repeats: int = ROBOTS_REPEATS) -> dict[str, dict[str, Any]]:
     )
 
 
-def mechanics_costs(repeats: int = ROBOTS_REPEATS) -> dict[str, dict[str, Any]]:
-    """Costs of each of `MECHANICS`, by name."""
-    return costs_of(MECHANICS, scene_cost, repeats)
+def mechanics_costs(changes: Sequence[str] = (), repeats: int = ROBOTS_REPEATS) -> dict[str, dict[str, Any]]:
+    """Costs of each of `MECHANICS`, by name; or of `OWN` with changes, by who computes the mechanics."""
+    own = {by: (OWN, f"control.mechanics={by}", *changes) for by in (COMPILED, ENGINE, PINOCCHIO)}
+    return costs_of(own if changes else MECHANICS, scene_cost, repeats)
 
 
 def costs_of(

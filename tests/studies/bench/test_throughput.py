@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from biped.cli.main import main
 from biped.engines import home
 from biped.engines import mujoco as general
 from biped.engines.native import native
@@ -177,3 +178,19 @@ def test_every_scene_is_valid_and_in_mujoco():
 def test_every_feature_is_a_valid_scene():
     for changes in FEATURES.values():
         Plan(read_scenario(BASE, list(changes)))
+
+
+def test_a_robot_of_ones_own_is_timed_at_the_rate_that_is_asked_for(monkeypatch, capsys):
+    timed = []
+    cost = scenes.SceneCost("compiled", "completed", 1, 2.0, 1.0, 3.0, 1.0, 2.0, 4.0)
+    monkeypatch.setattr(scenes, "scene_cost", lambda run, repeats: timed.append(run.scenario) or cost)
+    given = ["model=h1", "controller=any/apollo", "simulation.control_rate=1000", "simulation.timestep=0.001"]
+    assert main(["bench", "mechanics", *(word for change in given for word in ("--set", change))]) == 0
+    assert [s.control.mechanics for s in timed] == ["compiled", "engine", "pinocchio"]
+    assert {(s.simulation.control_rate, s.controller) for s in timed} == {(1000.0, "any/apollo")}
+    assert "1.5" in capsys.readouterr().out, "closed loop / physics"
+
+
+def test_changes_of_what_takes_none_are_refused(capsys):
+    assert main(["bench", "walking", "--set", "duration=1"]) == 2
+    assert "--set: expected none for walking; mechanics takes it" in capsys.readouterr().err
