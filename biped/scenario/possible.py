@@ -156,7 +156,7 @@ def _sensed(s: Scenario, fail: Fail) -> None:
 def _mechanics(s: Scenario, fail: Fail) -> None:
     """Rejects mechanics that a law in the plane does not read."""
     asked = s.control.mechanics
-    if s.law == SPATIAL:
+    if s.law == THESIS:
         return  # what is wrong then is the model
     if s.law is not None and asked is not None:
         raise fail("control.mechanics", f"expected none with a law of one's own: it is the thesis's law's; got "
