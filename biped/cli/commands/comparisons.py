@@ -115,7 +115,7 @@ def add_diff(commands: common.Commands) -> None:
         "them. Runs are paired by seed, and every metric has its change with an interval. Exit code 1: something "
         "became worse.",
     )  # fmt: skip
-    first = "before: a results folder, a gait (name or path) or a law (path.py:Class)"
+    first = "before: a results folder, a gait (name or path), a law (path.py:Class) or a policy's card"
     parser.add_argument("first", help=first)
     parser.add_argument("second", help="after: the same kind of thing")
     parser.add_argument("--scenario", help="the scenario to run with both gaits or laws: name in scenarios/ or path")

@@ -12,16 +12,18 @@ from typing import Any, NamedTuple
 import msgspec
 
 from biped.base.errors import InputError
-from biped.base.files import label, locate, nearest
+from biped.base.files import is_file, label, locate, nearest
 from biped.base.statistics import BETTER, UNDECIDED, Rates, SequentialTest, decided
 from biped.ensemble.backend import Jobs, Progress, Told, silent, unheard
 from biped.ensemble.folder import Folder, result_in
 from biped.ensemble.guard import new_folder
 from biped.measure.metrics.walking import outcome
-from biped.scenario.laws import BUILT_IN, named_now
+from biped.scenario.general import read_by
+from biped.scenario.laws import BUILT_IN, is_card, named_now
 from biped.scenario.metrics import METRICS
 from biped.scenario.vary import setting
 from biped.studies.diff import changes as changed
+from biped.studies.entrants import entrant_of
 from biped.studies.folders import RUNS
 from biped.studies.run import plan_of, run, run_first, title_of, write_results
 
@@ -223,7 +225,7 @@ def of_controllers(
     """Runs a scenario with each of two gaits or laws and compares.
 
     Args:
-        first: What is compared with: a gait's name or path, or a law, `path.py:Class`.
+        first: What is compared with: a gait's name or path, a law, `path.py:Class`, or a policy's card.
         second: What is judged.
         scenario: Name or path of the scenario.
         changes: `--set` changes.
@@ -259,8 +261,8 @@ def _named(
     Raises:
         InputError: They are one.
     """
-    own = plan_of(scenario, changes).scenario.law is not None
-    named = [[*changes, _setting(word, own)] for word in (first, second)]
+    law = plan_of(scenario, changes).scenario.law
+    named = [_changes(word, law, scenario, changes) for word in (first, second)]
     if named[0] == named[1]:
         raise InputError(f"{second}: is what it is compared with; expected two gaits or laws")
     where = new_folder(RUNS, f"diff-{Path(first).stem}-{Path(second).stem}") if out is None else out
@@ -338,9 +340,15 @@ def _check_sequential(jobs: Jobs, rates: Rates, most: int) -> None:
         raise InputError(f"--most {most}: expected at least {2 * BATCH} pairs")
 
 
-def _setting(word: str, own: bool) -> str:
-    """The `--set` change that takes a gait or a law; "stand" is a law where the scenario has one of its `own`."""
-    if ".py:" in word or word.endswith(".onnx") or (own and named_now(word) in BUILT_IN):
-        return setting("law", word)
+def _changes(word: str, law: str | None, scenario: str, changes: Sequence[str]) -> list[str]:
+    """All `--set` changes that put a gait or a law into a scenario of this law.
+
+    A policy's card takes the place of a gait as in `biped standard`. "stand" is a law where the scenario has one.
+    """
+    if is_card(word) and is_file(Path(word)) and (entrant := entrant_of(word)).law:
+        of_gaits = "controller" in read_by(law)[""]
+        return entrant.all_changes(scenario, changes) if of_gaits else [*changes, setting("law", entrant.word)]
+    if ".py:" in word or word.endswith(".onnx") or (law is not None and named_now(word) in BUILT_IN):
+        return [*changes, setting("law", word)]
     path = locate("controllers", word, "diff")
-    return setting("controller", f"{path.resolve()}" if word.endswith(".toml") else word)
+    return [*changes, setting("controller", f"{path.resolve()}" if word.endswith(".toml") else word)]

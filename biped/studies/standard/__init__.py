@@ -18,8 +18,8 @@ from biped.robot.ground import GRAVITY
 from biped.scenario.goals import Standard
 from biped.scenario.metrics import METRICS
 from biped.scenario.reading import read_scenario
+from biped.studies.entrants import Entrant, entrant_of
 from biped.studies.run import plan_of, run_plan, title_of
-from biped.studies.standard.entrants import Entrant, entrant_of
 from biped.studies.standard.search import Limit, StoredMeasurements, TriedValue, limit, try_values
 
 TABLE = "standard.json"

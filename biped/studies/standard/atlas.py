@@ -9,10 +9,10 @@ from typing import Any
 from biped.base.errors import RunError
 from biped.base.writing import dumps, write_text
 from biped.ensemble.backend import Jobs, Progress, silent
+from biped.studies.entrants import PLAIN, Entrant, entrant_of
 from biped.studies.run import plan_of
 from biped.studies.stability.disturbances import growth, sensitivity
 from biped.studies.standard import FAMILY, standard
-from biped.studies.standard.entrants import PLAIN, Entrant, entrant_of
 from biped.studies.standard.search import digest_of
 
 SEARCHED = (

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from biped.base.errors import InputError
+from biped.base.files import locate
 from biped.base.writing import dumps
 from biped.cli.main import main
 from biped.ensemble.plan import Plan
@@ -282,6 +283,20 @@ def test_gaits_are_run_with_the_same_seeds(capsys):
     again, told = command(capsys, "diff", "d/first", "d/second")
     assert again == code
     assert told["metrics"] == said["metrics"]
+
+
+def test_a_policys_card_takes_the_place_of_a_gait(capsys):
+    """Scenarios of gaits have keys that no policy reads; they are left out for it, and kept for the gait."""
+    pytest.importorskip("onnxruntime")
+    card = str(locate("controllers", "policy/h1.toml", "card"))
+    sets = [f"--set={change}" for change in ("model=h1", "duration=0.3", "window.start=0.1", "randomise.runs=2")]
+    argv = ("diff", "any/h1", card, "--scenario", "any/cells/level", *sets, "--jobs", "1", "--out", "d")
+    code, said = command(capsys, *argv)
+    assert code in (0, 1)
+    assert said["pairs"] == 2
+    assert {"key": "law", "first": "thesis", "second": card} in said["settings"]
+    texts = [Path("d", which, "scenario.toml").read_text() for which in ("first", "second")]
+    assert all("jitter = 0.02" in text for text in texts)
 
 
 def test_pairs_are_made_until_it_is_decided(capsys):

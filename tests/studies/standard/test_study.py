@@ -17,9 +17,9 @@ from biped.show.document import markdown
 from biped.show.page import write_page
 from biped.show.standing import document_of, lines_of
 from biped.studies import standard as study
+from biped.studies.entrants import entrant_of
 from biped.studies.run import plan_of
 from biped.studies.standard import standard, trials_of
-from biped.studies.standard.entrants import entrant_of
 from biped.studies.standard.search import TriedValue
 from tests.cases import command
 

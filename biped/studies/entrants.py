@@ -1,4 +1,4 @@
-"""Who is put to standard tests: a gait, or a law for any robot by its name, its class or its policy's card."""
+"""Who is tested or compared: a gait, or a law for any robot by its name, its class or its policy's card."""
 
 from collections.abc import Sequence
 from functools import cache
