@@ -8,7 +8,7 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from biped.base.errors import InputError
+from biped.base.errors import InputError, safe
 from biped.base.files import label
 from biped.base.writing import may_fill
 from biped.cli import common
@@ -41,6 +41,10 @@ def add_tune(commands: common.Commands) -> None:
     parser.add_argument("--least", metavar="GAIT", help=least)
     alone = "of a robot's model file: end with the gait, without the tests in scenarios/any/cells and their page"
     parser.add_argument("--search-only", action="store_true", help=alone)
+    left = "of a robot's model file: a shipped gait that is not tried, such as the robot's own (repeatable)"
+    parser.add_argument("--without", metavar="GAIT", action="append", default=[], help=left)
+    first = "of a robot's model file: the first stages of the search alone (the first four are of level ground)"
+    parser.add_argument("--stages", metavar="N", type=common.whole, help=first)
     common.take_json(parser)
 
 
@@ -56,8 +60,9 @@ def tune_command(args: argparse.Namespace) -> int:
         return _least(args)
     from biped.studies.tune.robot import SCENARIO, is_model, search_of, verdict, with_transitions
 
-    if args.search_only and not is_model(args.scenario):
-        raise InputError("--search-only: expected a robot's model file; searches of scenarios end with the gait anyway")
+    for option, given in (("--search-only", args.search_only), ("--without", args.without), ("--stages", args.stages)):
+        if given and not is_model(args.scenario):
+            raise InputError(f"{option}: expected a robot's model file, got '{safe(args.scenario)}'")
 
     with common.workers_of(args) as jobs:
         name, changes = args.scenario, args.changes
@@ -66,7 +71,7 @@ def tune_command(args: argparse.Namespace) -> int:
 
             if args.out is not None:  # trials take a minute
                 may_fill(args.out, "--out", ("runs.jsonl", "scenario.toml", "result.json"))
-            changes, trials = search_of(name, changes, jobs, common.progress)
+            changes, trials = search_of(name, changes, jobs, common.progress, args.without, args.stages)
             if not args.json:
                 common.show(trials_document(trials, changes))
             name = SCENARIO

@@ -14,7 +14,7 @@ from msgspec import to_builtins
 from msgspec.structs import replace
 
 from biped.base.errors import InputError, safe
-from biped.base.files import URDF, label, locate
+from biped.base.files import URDF, label, locate, nearest
 from biped.base.writing import write_text
 from biped.ensemble import executor
 from biped.ensemble.backend import Jobs, Progress, Told, silent, unheard
@@ -104,8 +104,9 @@ def is_model(name: str) -> bool:
 
 
 def search_of(
-    name: str, changes: Sequence[str], jobs: Jobs, progress: Progress = silent
-) -> tuple[list[str], list[Trial]]:
+    name: str, changes: Sequence[str], jobs: Jobs, progress: Progress = silent, without: Sequence[str] = (),
+    stages: int | None = None,
+) -> tuple[list[str], list[Trial]]:  # fmt: skip
     """The changes that make `tune/any` a search for a robot, and how far gaits came on it from each posture.
 
     The search is tried from the gaits that come furthest with joint torques alone, each from its best posture. A gait
@@ -116,21 +117,28 @@ def search_of(
         changes: `--set` changes, which come last.
         jobs: Number of processes, or a cluster.
         progress: Told of every run.
+        without: Shipped gaits that are not tried, such as the robot's own.
+        stages: How many of the search's stages are run; default: all.
 
     Raises:
-        InputError: The law is not for this robot: the part that is another.
+        InputError: The law is not for this robot: the part that is another. There is no such gait, or no such stage.
     """
+    for gait in without:
+        if gait not in GAITS:
+            raise InputError(f"--without {safe(gait)}: expected a gait that is tried; {nearest(gait, GAITS)}")
     report = look(name)
     if report.faults:
         raise InputError(f"{name}: {report.faults[0]}", "model")
     if report.not_spatial:
         raise InputError(report.not_spatial, "law")
+    asked = _stages(report.held, stages)
     model = f'model="{locate("models", name, "model").resolve()}"'
     pace = f"tune.pace={_PACE * math.sqrt(GRAVITY * report.leg):.3g}"
     if any(change.partition("=")[0].strip() == "model" for change in changes):
         raise InputError(f"model: expected no change of it: {safe(name)} takes its place")
     own, origin = read(SCENARIO, [model, *changes])
-    gaits = (own.controller,) if origin.keys["controller"] == COMMAND_LINE else GAITS
+    tried = tuple(gait for gait in GAITS if gait not in without)
+    gaits = (own.controller,) if origin.keys["controller"] == COMMAND_LINE else tried
     postures = (own.start.posture,) if origin.keys.get("start.posture") == COMMAND_LINE else POSTURES
     cases = list(product(ASSISTS, gaits, postures))
     shipped = _Shipped((model, pace, *changes))
@@ -146,7 +154,7 @@ def search_of(
     best = sorted((one for one in trials if not one.assist), key=lambda one: -max(one.earned))[:PLACES]
     places = [{"controller": one.gait, "posture": postures[one.earned.index(max(one.earned))]} for one in best]
     begin = setting("controller", best[0].gait), setting("tune.begin", places), setting("tune.postures", postures)
-    return [model, *begin, pace, _stages(report.held), *changes], trials
+    return [model, *begin, pace, asked, *changes], trials
 
 
 def with_transitions(
@@ -240,15 +248,17 @@ def verdict(
     return RobotVerdict(table, tests, walk, elsewhere, [name for name in others if name not in elsewhere])
 
 
-def _stages(joints: Sequence[str]) -> str:
-    """The change that has arms, waist and head stiff where a stage asks for it."""
+def _stages(joints: Sequence[str], count: int | None) -> str:
+    """The change that has arms, waist and head stiff where one of so many stages asks for it."""
     tune = read_scenario(SCENARIO).tune
     stages = [] if tune is None else [{key: value for key, value in to_builtins(stage).items() if value}
                                       for stage in tune.stages]  # fmt: skip
     for stage in stages:
         if "robot" in stage.get("set", {}):
             stage["set"]["robot"] = {"rigid": list(joints)}
-    return setting("tune.stages", stages)
+    if count is not None and not 1 <= count <= len(stages):
+        raise InputError(f"--stages {count}: expected 1 … {len(stages)}")
+    return setting("tune.stages", stages[:count])
 
 
 class _Shipped:

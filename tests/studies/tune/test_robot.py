@@ -208,6 +208,26 @@ def test_a_walk_that_was_edited_is_not_overwritten(tmp_path, edited):
     assert path.read_text(encoding="utf-8") == text
 
 
-def test_a_search_alone_is_a_robots(capsys):
-    assert main(["tune", "tune/any", "--search-only"]) == 2
-    assert "--search-only: expected a robot's model file" in capsys.readouterr().err
+@pytest.mark.parametrize("argv", [["--search-only"], ["--without", "any/g1"], ["--stages", "4"]])
+def test_what_is_asked_of_a_robots_search_is_refused_of_a_scenarios(capsys, argv):
+    assert main(["tune", "tune/any", *argv]) == 2
+    assert f"{argv[0]}: expected a robot's model file, got 'tune/any'" in capsys.readouterr().err
+
+
+def test_a_robots_own_gait_and_later_stages_are_left_out():
+    """How often a search finds a walk is told by searches that do not begin at the walk that was found before."""
+    path = str(locate("models", "h1", "model"))
+    changes, trials = search_of(path, ["duration=0.1"], 1, without=["any/h1", "any/sure"], stages=4)
+    assert {one.gait for one in trials} == {*GAITS} - {"any/h1", "any/sure"}
+    tune = read_scenario(SCENARIO, [one for one in changes if not one.startswith("duration")]).tune
+    assert tune is not None
+    assert len(tune.stages) == 4
+
+
+@pytest.mark.parametrize(("argv", "words"), [
+    (["--without", "any/h2"], "--without any/h2: expected a gait that is tried; did you mean 'any/h1'?"),
+    (["--stages", "7"], "--stages 7: expected 1 … 6"),
+])  # fmt: skip
+def test_gaits_and_stages_that_are_not_there(capsys, argv, words):
+    assert main(["tune", str(locate("models", "h1", "model")), *argv]) == 2
+    assert words in capsys.readouterr().err
