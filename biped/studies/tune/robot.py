@@ -125,7 +125,7 @@ def search_of(
     """
     for gait in without:
         if gait not in GAITS:
-            raise InputError(f"--without {safe(gait)}: expected a gait that is tried; {nearest(gait, GAITS)}")
+            raise InputError(f"--without {safe(gait)}: expected a gait that is tried; {nearest(gait, list(GAITS))}")
     report = look(name)
     if report.faults:
         raise InputError(f"{name}: {report.faults[0]}", "model")
