@@ -32,7 +32,7 @@ def test_a_ratio_is_taken_at_equal_error_or_less():
     ("prepare", "setting", "bound"),
     [
         pytest.param(peers.mujoco_connect, 1e-3, 1e-2, marks=pytest.mark.slow),  # 50 s
-        (peers.pinocchio_proximal, 1e-2, 1e-5),
+        pytest.param(peers.pinocchio_proximal, 1e-2, 1e-5, marks=pytest.mark.slow),  # 50 s
         (lambda rtol: integrators.scipy_chain(2, rtol), 1e-9, 1e-4),
     ],
 )
