@@ -47,7 +47,7 @@ def lines_of(test: Mapping[str, Any], standing: Mapping[str, Any]) -> list[str]:
         return ["–"]
     if found is None:
         one = tried[0]
-        return [f"{one['reached']} of {one['runs']}", *_failed(one), *_unsound(one), *_metrics_of(test, one)]
+        return [f"{one['reached']} of {one['runs']}", *falls_of(one), *_unsound(one), *_metrics_of(test, one)]
     if found["holds_to"] is None:
         one = tried[0]
         at = _value(test, standing, one["value"])
@@ -62,7 +62,7 @@ def lines_of(test: Mapping[str, Any], standing: Mapping[str, Any]) -> list[str]:
     return [*lines, *_metrics_of(test, best)]
 
 
-def _failed(one: Mapping[str, Any]) -> list[str]:
+def falls_of(one: Mapping[str, Any]) -> list[str]:
     """How many runs fell where some failed without a fall, such as a policy that is slower than it was told to be."""
     falls = one.get("falls")
     return [f"{falls} fell"] if falls is not None and falls < one["runs"] - one["reached"] else []

@@ -13,11 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from biped.base.writing import dumps, write_text
-from biped.show.document import DOCS, Document, Paragraph, Table, markdown, share
+from biped.show.document import DOCS, Document, Paragraph, Table, filled, markdown, share
 from biped.show.standing import FILE as STANDARD
+from biped.show.standing import falls_of
 
 PAGE, TEMPLATE, DATA = DOCS / "any-biped.md", DOCS / "any-biped.in.md", DOCS / "any-biped.json"
-MARK, POLICIES = "<!-- tables -->", "<!-- policies -->"
 _NOTE = (
     "The table counts runs that walked, and where they stop runs that stood in the end, on seeds that no search has "
     "used. The brackets have 95 % intervals (Wilson)."
@@ -73,9 +73,7 @@ def _bare(one: Mapping[str, Any], title: str) -> str:
     test = _test(one, title)
     if test is None:
         return "not run"
-    falls = test.get("falls")
-    slow = falls is not None and falls < test["runs"] - test["reached"]
-    return f"{test['reached']} of {test['runs']}" + (f" ({falls} fell)" if slow else "")
+    return f"{test['reached']} of {test['runs']}" + "".join(f" ({words})" for words in falls_of(test))
 
 
 def _count(one: Mapping[str, Any], title: str) -> str:
@@ -115,13 +113,10 @@ def stored() -> list[dict[str, Any]]:
 def page(found: Sequence[Mapping[str, Any]]) -> str:
     """The text of docs/any-biped.md."""
     policies = [one for one in found if one["robot"].startswith(_POLICY)]
-    ours = [one for one in found if one not in policies]
+    ours = [one for one in found if not one["robot"].startswith(_POLICY)]
     theirs = [{**one, "robot": one["robot"].removeprefix(_POLICY)} for one in policies]
-    tables = {MARK: document_of(ours), POLICIES: beside(ours, theirs)}
-    text = TEMPLATE.read_text(encoding="utf-8")
-    for mark, table in tables.items():
-        text = text.replace(mark, markdown(table).rstrip())
-    return text
+    tables = {"tables": document_of(ours), "policies": beside(ours, theirs)}
+    return filled(TEMPLATE, {name: markdown(table).rstrip() for name, table in tables.items()})
 
 
 def taken(robot: str, folder: Path, search: Path | None) -> dict[str, Any]:

@@ -32,7 +32,7 @@ def test_results_are_taken_in(tmp_path, monkeypatch):
     walks.main([f"First={tmp_path / 'two'}", f"Second={tmp_path / 'two'}"])
     walks.main([f"First={tmp_path / 'one'},{tmp_path / 'one'}"])  # in the place of what was there; the other stays
     page = (tmp_path / "PAGE").read_text(encoding="utf-8")
-    assert walks.MARK not in page
+    assert "<!-- tables -->" not in page
     assert "| test | First | Second |" in page
     assert "| 10 s | 19 of 20 (76 – 99 %) | 7 of 20 (18 – 57 %) |" in page
     assert "| 60 s | 20 of 20 (84 – 100 %) | 0 of 20 (0 – 16 %) |" in page
@@ -51,7 +51,7 @@ def test_a_policy_stands_beside_the_law(tmp_path, monkeypatch):
     told["standings"].append({"tried": []})  # a test that is not for a policy
     (tmp_path / "policy/standard.json").write_text(json.dumps(told), encoding="utf-8")
     (tmp_path / "DATA").write_text("[]", encoding="utf-8")
-    (tmp_path / "TEMPLATE").write_text(f"{walks.MARK}\n{walks.POLICIES}\n", encoding="utf-8")
+    (tmp_path / "TEMPLATE").write_text("<!-- tables -->\n<!-- policies -->\n", encoding="utf-8")
     for name in ("DATA", "PAGE", "TEMPLATE"):
         monkeypatch.setattr(walks, name, tmp_path / name)
     walks.main([f"First={tmp_path / 'law'}", f"policy:First={tmp_path / 'policy'}"])
