@@ -299,9 +299,10 @@ class MujocoPlant:
             out[3:] += np.cross(data.xipos[body] - com, force)
         if self.s.law == THESIS and self.command == "generalized":
             columns = list(self.robot.base_columns)
-            force = target[columns[:3]]
-            out[:3] += force
-            out[3:] += data.xmat[base].reshape(3, 3) @ target[columns[3:]] + np.cross(data.xpos[base] - com, force)
+            # Moment and force about the centre of mass that do the same along the base's coordinates, and no more.
+            wrench = np.linalg.lstsq(data.cdof[columns], target[columns], rcond=None)[0]
+            out[:3] += wrench[3:]
+            out[3:] += wrench[:3]
 
     def fall(self, status: int, row: int) -> str:
         """How the base fell at a row of the log."""

@@ -13,7 +13,7 @@ import numpy as np
 from biped.base.errors import InputError, echo, safe
 from biped.base.files import locate, nearest
 from biped.robot.ground import GRAVITY, begin_beyond, first_of, profile_of
-from biped.robot.load import RobotStarts, check_force, check_gait, check_keys, load_robot, starts_of, walks_by_gait
+from biped.robot.load import RobotStarts, check_gait, check_keys, force_on, load_robot, starts_of, walks_by_gait
 from biped.robot.planar.model import check_home
 from biped.robot.planar.topology import N_ROWS, NQ
 from biped.robot.robot import Robot
@@ -68,7 +68,7 @@ class Runs:
         if not s.controller and not walks_by_gait(s):
             return s.gains
         gains = self._gaits[s.controller, s.gains]
-        check_gait(s, gains, at, complete=True)
+        check_gait(s, self.robot(s), gains, at, complete=True)
         return gains
 
     def transitions(self, controller: str) -> Transitions:
@@ -182,10 +182,12 @@ def _on_body(s: Scenario, robot: Robot, acting: _Acting, at: str) -> _Acting:
     if body not in robot.bodies:
         hint = nearest(body, list(robot.bodies))
         raise InputError(f"{at}.body: model '{s.model}' has no body '{safe(body)}'; {hint}", f"{at}.body")
-    check_force(robot, acting.force, f"{at}.force", s.model)
+    force = force_on(robot, acting.force, f"{at}.force", s.model)
     if isinstance(acting, Push) and acting.of == "weight":
-        force = tuple(robot.mass * GRAVITY * one for one in acting.force)
+        force = tuple(robot.mass * GRAVITY * one for one in force)
         acting = msgspec.structs.replace(acting, force=force, of="si")
+    elif force != acting.force:
+        acting = msgspec.structs.replace(acting, force=force)
     return acting if body == acting.body else msgspec.structs.replace(acting, body=body)
 
 
@@ -373,6 +375,6 @@ class Plan:
                 asked = msgspec.structs.replace(s, controller=controller, gains=change.gains)
                 change = msgspec.structs.replace(change, gains=self._runs.gains(asked, at))  # noqa: PLW2901
             else:
-                check_gait(s, change.gains, at, complete=False)
+                check_gait(s, self._runs.robot(s), change.gains, at, complete=False)
             changes.append(change)
         return msgspec.structs.replace(s, change=tuple(changes))

@@ -1,8 +1,8 @@
-"""Torso, thighs, shanks, feet and soles of a biped in space, and how its joints turn them: by geometry alone.
+"""Torso, thighs, shanks, feet and soles of a biped, and how its joints turn them: by geometry alone.
 
 Legs hang on the bodies that both share: three hinges of the hip in any order and tilt, a knee across, and one or two
-hinges of the ankle. Angles count from geometry: a knee is straight where hip, knee and ankle are in line, an ankle is
-at zero where the sole is square to the shank.
+hinges of the ankle; in the plane one hinge of each. Angles count from geometry: a knee is straight where hip, knee and
+ankle are in line, an ankle is at zero where the sole is square to the shank.
 """
 
 import math
@@ -23,6 +23,8 @@ SIDE = (-1.0, 1.0)
 """Sign of y on the right and left."""
 _ACROSS = 0.7
 """Share of an axis along y from which it turns a leg in the plane of walking."""
+_IN_PLANE = 1.0 - 1e-6
+"""The same of a robot that moves in the plane."""
 _ALONG = 0.7
 """The same along x, of the axis that turns a sole inward."""
 _SPANNED = 0.2
@@ -44,7 +46,8 @@ class JointedLeg(NamedTuple):
     """A leg: what turns it, and which way.
 
     Attributes:
-        joints: (6,) numbers of its joints: three of the hip, knee, ankle, inversion; -1 where there is none.
+        joints: (6,) numbers of its joints: three of the hip, knee, ankle, inversion; -1 where there is none, as in the
+            plane of the second and third of the hip.
         sign: (6,) +1.0 where knee and ankle turn as flexion does (about -y) and the sole inward, else -1.0.
         zero: (6,) [rad] coordinate at which a joint's angle is zero.
         thigh: Number of the body.
@@ -69,9 +72,14 @@ class JointedLeg(NamedTuple):
     length: float
     height: float
 
+    @property
+    def hips(self) -> list[int]:
+        """Numbers of the hip's joints."""
+        return [joint for joint in self.joints[:HIP] if joint >= 0]
+
 
 class Anatomy(NamedTuple):
-    """A biped in space.
+    """A biped in space or in the plane.
 
     Attributes:
         torso: Number of its base's body.
@@ -103,8 +111,6 @@ def anatomy_of(model: mujoco.MjModel, robot: Robot) -> Anatomy:
     Raises:
         InputError: It is no biped of this kind; names the joint, the body or the foot that is another.
     """
-    if robot.planar:
-        raise _fault(robot, "it moves in the plane; expected a free base")
     key = robot, *(part.tobytes() for part in _geometry(model))
     if key not in _known:
         if len(_known) >= _MOST_KNOWN:
@@ -131,14 +137,17 @@ def _anatomy_of(model: mujoco.MjModel, robot: Robot) -> Anatomy:
     base = robot.base_number
     chains = [_between(model, base, foot) for foot in robot.feet]
     common = [joint for joint in chains[0] if joint in chains[1]]
-    if data.xpos[robot.feet[0].bodies[0], 1] >= data.xpos[robot.feet[1].bodies[0], 1]:
+    if not robot.planar and data.xpos[robot.feet[0].bodies[0], 1] >= data.xpos[robot.feet[1].bodies[0], 1]:
         raise _fault(robot, f"foot '{robot.feet[0].name}' is to the left of foot '{robot.feet[1].name}'; expected the "
                             "right foot first")  # fmt: skip
     legs = [_leg(model, data, robot, side, [joint for joint in chain if joint not in common])
             for side, chain in enumerate(chains)]  # fmt: skip
     ours = {joint for leg in legs for joint in leg.joints}
-    first = int(model.body_jntadr[base])
-    trunk = [j for j in reversed(range(model.njnt)) if j not in ours and j != first and j not in common]
+    own = [int(joint) for joint in model.dof_jntid[list(robot.base_columns)]]
+    if robot.planar and own[2] != max(own):
+        raise _fault(robot, f"joint '{model.joint(max(own)).name}' of the base turns with joint "
+                            f"'{model.joint(own[2]).name}'; expected slides first")  # fmt: skip
+    trunk = [j for j in reversed(range(model.njnt)) if j not in ours and j not in own and j not in common]
     for joint in trunk + common:
         if mujoco.mjtJoint(model.jnt_type[joint]) not in (_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
             raise _fault(robot, f"joint '{model.joint(joint).name}' is a ball; expected hinges")
@@ -147,7 +156,7 @@ def _anatomy_of(model: mujoco.MjModel, robot: Robot) -> Anatomy:
                                 "hinges from hip to foot alone")  # fmt: skip
     driven = {drive.joint for drive in robot.drives}
     for joint in range(model.njnt):
-        if joint != first and model.joint(joint).name not in driven:
+        if joint not in own and model.joint(joint).name not in driven:
             raise _fault(robot, f"joint '{model.joint(joint).name}' has no actuator; expected one on every joint")
     turn = data.xmat[base].reshape(3, 3)
     return Anatomy(base, turn.T.copy(), (*trunk, *reversed(common)), len(common), (legs[0], legs[1]))
@@ -177,23 +186,29 @@ def _leg(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, side: int, jo
     for joint in joints:
         if mujoco.mjtJoint(model.jnt_type[joint]) != _HINGE:
             raise _fault(robot, f"joint '{model.joint(joint).name}' of foot '{foot.name}' is no hinge")
-    if len(joints) not in (JOINTS - 1, JOINTS):
-        raise _fault(robot, f"foot '{foot.name}' hangs on {len(joints)} joints ({names}); expected three of the hip, a "
-                            "knee, and one or two of the ankle")  # fmt: skip
+    if robot.planar:
+        wanted, words = (3,), "one of the hip, a knee and an ankle: it moves in the plane"
+    else:
+        wanted, words = (JOINTS - 1, JOINTS), "three of the hip, a knee, and one or two of the ankle"
+    if len(joints) not in wanted:
+        raise _fault(robot, f"foot '{foot.name}' hangs on {len(joints)} joints ({names}); expected {words}")
     closing = np.flatnonzero(np.isin(model.eq_type, _CLOSING) & (model.eq_active0 != 0))
     if len(closing):
         name = model.equality(int(closing[0])).name
         which = f"'{name}'" if name else f"number {closing[0] + 1}"
         raise _fault(robot, f"<equality> {which} closes a linkage; expected a tree of joints")
-    axes = data.xaxis[joints]
-    if abs(np.linalg.det(axes[:HIP])) < _SPANNED:
-        hip = ", ".join(f"'{model.joint(joint).name}'" for joint in joints[:HIP])
+    hips = joints[: 1 if robot.planar else HIP]
+    knee, ankle, *more = joints[len(hips) :]
+    inversion = more[0] if more else -1
+    if robot.planar:
+        _across(model, robot, hips[0], data.xaxis[hips[0]], "a hip")
+    elif abs(np.linalg.det(data.xaxis[hips])) < _SPANNED:
+        hip = ", ".join(f"'{model.joint(joint).name}'" for joint in hips)
         raise _fault(robot, f"the hip's joints {hip} do not turn the thigh every way")
-    _across(model, robot, joints[KNEE], axes[KNEE], "a knee")
-    ankle, inversion = joints[ANKLE], -1
-    if len(joints) == JOINTS:
-        first = abs(axes[ANKLE, 1]) >= abs(axes[INVERSION, 1])
-        ankle, inversion = joints[ANKLE:] if first else (joints[INVERSION], joints[ANKLE])
+    _across(model, robot, knee, data.xaxis[knee], "a knee")
+    if more:
+        if abs(data.xaxis[ankle, 1]) < abs(data.xaxis[inversion, 1]):
+            ankle, inversion = inversion, ankle
         if abs(data.xaxis[inversion, 0]) < _ALONG:
             raise _fault(robot, f"joint '{model.joint(inversion).name}' does not turn the sole inward")
     _across(model, robot, ankle, data.xaxis[ankle], "an ankle")
@@ -207,46 +222,46 @@ def _leg(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, side: int, jo
             name = model.geom(geom).name or geom
             raise _fault(robot, f"geom '{name}' of foot '{foot.name}' has a margin by which the ground bears it from "
                                 f"{lift:g} m above on; expected at most {_LIFT:g} m")  # fmt: skip
-    pitch = max(joints[:HIP], key=lambda joint: abs(data.xaxis[joint, 1]))
-    lateral = data.xaxis[joints[KNEE]] * math.copysign(1.0, data.xaxis[joints[KNEE], 1])
-    hip, knee, low = (data.xanchor[joint] for joint in (pitch, joints[KNEE], ankle))
-    links = ("thigh", pitch, joints[KNEE], hip - knee), ("shank", joints[KNEE], ankle, knee - low)
+    pitch = max(hips, key=lambda joint: abs(data.xaxis[joint, 1]))
+    lateral = data.xaxis[knee] * math.copysign(1.0, data.xaxis[knee, 1])
+    high, middle, low = (data.xanchor[joint] for joint in (pitch, knee, ankle))
+    links = ("thigh", pitch, knee, high - middle), ("shank", knee, ankle, middle - low)
     for part, upper, lower, way in links:
         if np.linalg.norm(np.cross(way, lateral)) < _POINT:
             raise _fault(robot, f"joint '{model.joint(lower).name}' has the axis of joint '{model.joint(upper).name}'; "
                                 f"expected a {part} between them")  # fmt: skip
-    thigh, shank = _square(hip - knee, lateral), _square(knee - low, lateral)
+    thigh, shank = _square(high - middle, lateral), _square(middle - low, lateral)
     sole = _sole(model, data, robot, side)
     turn = data.xmat[foot.on[0]].reshape(3, 3)
-    up = _normal(sole @ turn.T, side)
+    up = _normal(sole @ turn.T, side, robot.planar)
     corners = (data.xpos[foot.on[0]] + sole @ turn.T) @ up
     deeper = float(corners.min()) + max(furthest(model, data, geom, -up) for geom in foot.geoms)
     if deeper > _POINT:  # what is round touches elsewhere when the foot is flat
         sole = sole - deeper * up @ turn
-    order = (*joints[: KNEE + 1], ankle, inversion)
+    order = (*hips, *[-1] * (HIP - len(hips)), knee, ankle, inversion)
     sign, zero = np.ones(JOINTS), np.zeros(JOINTS)
     bent = _angle(shank, lateral) - _angle(thigh, lateral)
     across = data.xaxis[ankle] * math.copysign(1.0, data.xaxis[ankle, 1])
     tilted = _angle(up, across) - _angle(shank, across)
     inward = -SIDE[side] * (math.atan2(-up[1], up[2]) - math.atan2(-shank[1], shank[2]))
-    for place, angle, along in ((KNEE, bent, -axes[KNEE, 1]), (ANKLE, tilted, -data.xaxis[ankle, 1]),
+    for place, angle, along in ((KNEE, bent, -data.xaxis[knee, 1]), (ANKLE, tilted, -data.xaxis[ankle, 1]),
                                 (INVERSION, inward, -SIDE[side] * data.xaxis[inversion, 0])):  # fmt: skip
         joint = order[place]
         if joint >= 0:
             sign[place] = math.copysign(1.0, along)
             zero[place] = data.qpos[model.jnt_qposadr[joint]] - sign[place] * angle
-    _bends_back(model, robot, order[KNEE], sign[KNEE], zero[KNEE])
-    body = int(model.jnt_bodyid[joints[HIP - 1]])
+    _bends_back(model, robot, knee, sign[KNEE], zero[KNEE])
+    body = int(model.jnt_bodyid[hips[-1]])
     own = data.xmat[body].reshape(3, 3)
-    length = float(np.linalg.norm(_offset(model, joints[KNEE], ankle)))
+    length = float(np.linalg.norm(_offset(model, knee, ankle)))
     above_sole = float((low - data.xpos[foot.on[0]] - (sole @ turn.T).mean(axis=0)) @ up)
     if above_sole <= 0.0:
         raise _fault(robot, f"foot '{foot.name}' has its sole above joint '{model.joint(ankle).name}'; expected it "
                             "below")  # fmt: skip
-    straight = float(np.linalg.norm(np.cross(hip - knee, lateral)))
+    straight = float(np.linalg.norm(np.cross(high - middle, lateral)))
     return JointedLeg(
-        joints=order, sign=sign, zero=zero, thigh=body, shank=int(model.jnt_bodyid[joints[KNEE]]), foot=foot.on[0],
-        axes=own.T @ np.column_stack([np.cross(lateral, thigh), lateral, thigh]), sole=sole, knee=knee.copy(),
+        joints=order, sign=sign, zero=zero, thigh=body, shank=int(model.jnt_bodyid[knee]), foot=foot.on[0],
+        axes=own.T @ np.column_stack([np.cross(lateral, thigh), lateral, thigh]), sole=sole, knee=middle.copy(),
         length=length, height=straight + length + above_sole,
     )  # fmt: skip
 
@@ -262,12 +277,12 @@ def _bends_back(model: mujoco.MjModel, robot: Robot, knee: int, sign: float, zer
             raise _fault(
                 robot,
                 f"joint '{model.joint(knee).name}' brings the shank {math.degrees(ahead):.0f} degrees forward "
-                f"and {-math.degrees(back):.0f} back; expected a knee of a robot that faces along x",
+                f"and {0.0 - math.degrees(back):.0f} back; expected a knee of a robot that faces along x",
             )
 
 
 def _across(model: mujoco.MjModel, robot: Robot, joint: int, axis: np.ndarray, what: str) -> None:
-    if abs(axis[1]) < _ACROSS:
+    if abs(axis[1]) < (_IN_PLANE if robot.planar else _ACROSS):
         raise _fault(robot, f"joint '{model.joint(joint).name}' turns about {np.round(axis, 2).tolist()} where {what} "
                             "turns about the lateral axis, y")  # fmt: skip
 
@@ -295,7 +310,7 @@ def _offset(model: mujoco.MjModel, knee: int, ankle: int) -> np.ndarray:
 
 
 def _sole(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, side: int) -> np.ndarray:
-    """(4, 3) [m] inner and outer toe, inner and outer heel, in the foot's frame."""
+    """(4, 3) [m] inner and outer toe, inner and outer heel, in the foot's frame; in the plane each end twice."""
     foot = robot.feet[side]
     geoms = list(foot.geoms)
     tiny = (model.geom_type[geoms] == mujoco.mjtGeom.mjGEOM_SPHERE) & (model.geom_size[geoms, 0] <= _POINT)
@@ -309,6 +324,10 @@ def _sole(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, side: int) -
     even = height_over_rest(there) < EVEN  # a toe or an edge that is higher is not what the foot stands on
     places, flat = places[even], there[even, :2]
     extent = np.ptp(flat, axis=0)
+    if robot.planar:
+        if extent[0] < 2.0 * _POINT:
+            raise _fault(robot, f"foot '{foot.name}' touches the ground at a point; expected a toe and a heel")
+        return places[np.repeat([np.argmax(flat[:, 0]), np.argmin(flat[:, 0])], 2)]
     if extent.min() < 2.0 * _POINT:
         raise _fault(robot, f"foot '{foot.name}' touches the ground along a line or at a point; expected a sole with "
                             "four corners")  # fmt: skip
@@ -321,9 +340,9 @@ def _sole(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, side: int) -
     return places[corners]
 
 
-def _normal(sole: np.ndarray, side: int) -> np.ndarray:
+def _normal(sole: np.ndarray, side: int, planar: bool) -> np.ndarray:
     """(3,) upward normal of a sole whose corners are given in the world's axes."""
     forward = sole[:2].mean(axis=0) - sole[2:].mean(axis=0)
     left = -SIDE[side] * (sole[[0, 2]].mean(axis=0) - sole[[1, 3]].mean(axis=0))
-    out = np.cross(forward, left)
+    out = np.cross(forward, [0.0, 1.0, 0.0] if planar else left)
     return out / np.linalg.norm(out)

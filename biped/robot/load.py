@@ -163,11 +163,12 @@ def walks_by_gait(s: Scenario) -> bool:
     return s.robot is None
 
 
-def check_gait(s: Scenario, gains: Gains, at: str, complete: bool) -> None:
+def check_gait(s: Scenario, robot: Robot, gains: Gains, at: str, complete: bool) -> None:
     """Makes sure that gains are of a walker in the plane or in space, as the scenario's is.
 
     Args:
         s: The scenario.
+        robot: Its robot.
         gains: Some of the gains of a gait, or all.
         at: What the gait's key begins with: `change[0].` of one that a change goes over to.
         complete: Whether they are all.
@@ -177,7 +178,7 @@ def check_gait(s: Scenario, gains: Gains, at: str, complete: bool) -> None:
     """
     if s.robot is None:
         in_the_plane(gains, s.model, at)
-    elif complete and s.law == THESIS:
+    elif complete and s.law == THESIS and not robot.planar:
         out_of_the_plane(gains, s.model, at)
 
 
@@ -209,20 +210,25 @@ def check_keys(s: Scenario, robot: Robot) -> None:
         in_plane = f"model '{s.model}' moves in the plane"
         if s.ground.side_slope != 0.0:
             raise InputError(f"ground.side_slope: expected 0: {in_plane}", "ground.side_slope")
-        if s.start.upright:
+        if s.start.upright and s.robot is None:
             raise InputError(f"start.upright: expected false: {in_plane}", "start.upright")
-        if s.start.walking:
+        if s.start.walking and s.robot is None:
             raise InputError(f"start.walking: expected 0: {in_plane}", "start.walking")
     check_truth(s.truth, robot)
 
 
-def check_force(robot: Robot, force: tuple[float, ...], key: str, model: str) -> None:
-    """Makes sure that a push has as many components as the robot has directions to move in.
+def force_on(robot: Robot, force: tuple[float, ...], key: str, model: str) -> tuple[float, ...]:
+    """A push with as many components as the robot has directions to move in.
+
+    In the plane one of three, forward, left and up, will do if nothing of it is to the left.
 
     Raises:
-        InputError: It has not.
+        InputError: It has others.
     """
+    if robot.planar and len(force) == SPACE and force[1] == 0.0:
+        return force[0], force[2]
     size, words, where = (PLANE, "[forward, up]", "in the plane") if robot.planar else (
         SPACE, "[forward, left, up]", "in space")  # fmt: skip
     if len(force) != size:
         raise InputError(f"{key}: expected {words} N: model '{model}' moves {where}; got {list(force)}", key)
+    return force

@@ -1,8 +1,8 @@
 """Start postures: a keyframe or the human's, disturbed if asked for, set down on the ground, upright on a slope.
 
 A posture of the human in space is taken over by another biped: torso and thighs are turned as the human's are, knees
-and ankles bent as far, within their ranges; rates are multiplied by the root of the ratio of leg lengths, and the base
-moves so that the foot that stands moves as the human's does.
+and ankles bent as far, within the ranges of the joints; rates are multiplied by the root of the ratio of leg lengths,
+and the base moves so that the foot that stands moves as the human's does.
 """
 
 import math
@@ -43,7 +43,7 @@ def stand_upright(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, fram
     Args:
         model: Of the robot.
         data: A posture of level ground; changed in place.
-        robot: What it is; its base is free.
+        robot: What it is.
         frame: (3, 3) from the world, whose z is up, to the ground's frame.
 
     Raises:
@@ -53,12 +53,18 @@ def stand_upright(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, fram
     wanted = contact_points(data, robot)
     middle = wanted.mean(axis=0)
     middle[2] = wanted[:, 2].min()
-    first = int(model.jnt_qposadr[model.body_jntadr[robot.base_number]])
-    data.qpos[first : first + 3] = middle + frame @ (data.qpos[first : first + 3] - middle)
-    turn, out = np.empty(4), np.empty(4)
-    mujoco.mju_mat2Quat(turn, frame.ravel())
-    mujoco.mju_mulQuat(out, turn, data.qpos[first + 3 : first + 7])
-    data.qpos[first + 3 : first + 7] = out
+    if robot.planar:
+        pitch = int(model.dof_jntid[robot.pitch_column])
+        axis, place = data.xaxis[pitch], data.xanchor[pitch]
+        data.qpos[_along(model, robot)] += (middle + frame @ (place - middle) - place)[::2]
+        data.qpos[model.jnt_qposadr[pitch]] += axis[1] * math.atan2(frame[0, 2], frame[0, 0])
+    else:
+        first = int(model.jnt_qposadr[model.body_jntadr[robot.base_number]])
+        data.qpos[first : first + 3] = middle + frame @ (data.qpos[first : first + 3] - middle)
+        turn, out = np.empty(4), np.empty(4)
+        mujoco.mju_mat2Quat(turn, frame.ravel())
+        mujoco.mju_mulQuat(out, turn, data.qpos[first + 3 : first + 7])
+        data.qpos[first + 3 : first + 7] = out
     _reach(model, data, robot, wanted, frame[:, 2])
     if float(np.linalg.norm(contact_points(data, robot) - wanted, axis=1).max()) > _FURTHEST:
         raise InputError(
@@ -75,18 +81,19 @@ def contact_points(data: mujoco.MjData, robot: Robot) -> np.ndarray:
 def _reach(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, wanted: np.ndarray, up: np.ndarray) -> None:
     """Least squares in the legs' joints and the base's place (Gauss-Newton), within the joints' ranges."""
     bodies = [body for foot in robot.feet for body in foot.on]
-    column = int(model.jnt_dofadr[model.body_jntadr[robot.base_number]])
-    base = int(model.jnt_qposadr[model.body_jntadr[robot.base_number]])
-    joints = [j for j in range(model.njnt) if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_HINGE]
-    places, columns = model.jnt_qposadr[joints], [*range(column, column + 3), *model.jnt_dofadr[joints]]
-    limited = np.r_[np.zeros(3, bool), model.jnt_limited[joints] > 0]
-    low, high = (np.r_[np.zeros(3), end] for end in model.jnt_range[joints].T)
+    base, own = _along(model, robot), {int(joint) for joint in model.dof_jntid[list(robot.base_columns)]}
+    n = len(base)
+    joints = [j for j in range(model.njnt) if j not in own and model.jnt_type[j] == mujoco.mjtJoint.mjJNT_HINGE]
+    places, columns = model.jnt_qposadr[joints], [*robot.moving_columns, *model.jnt_dofadr[joints]]
+    limited = np.r_[np.zeros(n, bool), model.jnt_limited[joints] > 0]
+    low, high = (np.r_[np.zeros(n), end] for end in model.jnt_range[joints].T)
     cost = np.diag(np.full(len(columns), _STIFFNESS))
-    cost[:3, :3] = _TRAVEL * (np.eye(3) - np.outer(up, up)) + _LIFT * np.outer(up, up)
-    start, rows = np.r_[data.qpos[base : base + 3], data.qpos[places]], np.empty((3, model.nv))
+    travel = _TRAVEL * (np.eye(3) - np.outer(up, up)) + _LIFT * np.outer(up, up)
+    cost[:n, :n] = travel[::2, ::2] if robot.planar else travel
+    start, rows = np.r_[data.qpos[base], data.qpos[places]], np.empty((3, model.nv))
     at = start.copy()
     for _ in range(_MOST_CHANGES):
-        data.qpos[base : base + 3], data.qpos[places] = at[:3], at[3:]
+        data.qpos[base], data.qpos[places] = at[:n], at[n:]
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
         now = contact_points(data, robot)
@@ -105,6 +112,14 @@ def _reach(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, wanted: np.
         at = after
         if steady:
             break
+
+
+def _along(model: mujoco.MjModel, robot: Robot) -> list[int]:
+    """Where the coordinates of the base's place stand in q: along x, y and z, in the plane along x and z."""
+    first = int(model.jnt_qposadr[model.body_jntadr[robot.base_number]])
+    if not robot.planar:
+        return [first, first + 1, first + 2]
+    return [int(model.jnt_qposadr[model.dof_jntid[column]]) for column in robot.moving_columns]
 
 
 _CLEAR = 0.01
@@ -163,19 +178,27 @@ def borrow(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, name: str) 
     pupil = _Walker(model, data, anatomy_of(model, robot))
     pace = math.sqrt(teacher.anatomy.leg / pupil.anatomy.leg)
     base, their_base = robot.base_number, who.base_number
-    first, column = int(model.jnt_qposadr[model.body_jntadr[base]]), robot.base_columns[0]
-    turn = _axes(theirs, their_base, teacher.anatomy.axes) @ pupil.anatomy.axes.T
-    mujoco.mju_mat2Quat(data.qpos[first + 3 : first + 7], turn.ravel())
     data.qvel[:] = 0.0
-    data.qvel[column + 3 : column + 6] = turn.T @ (pace * _spin(human, theirs, their_base))
+    turned = _axes(theirs, their_base, teacher.anatomy.axes)
+    spin = pace * _spin(human, theirs, their_base)
+    if robot.planar:
+        pitch = [int(model.dof_jntid[robot.pitch_column])]
+        _turn(pupil, pitch, base, pupil.anatomy.axes, turned)
+        data.qvel[robot.pitch_column] = data.xaxis[pitch[0]] @ spin
+    else:
+        first, column = int(model.jnt_qposadr[model.body_jntadr[base]]), robot.base_columns[0]
+        turn = turned @ pupil.anatomy.axes.T
+        mujoco.mju_mat2Quat(data.qpos[first + 3 : first + 7], turn.ravel())
+        data.qvel[column + 3 : column + 6] = turn.T @ spin
     for mine, other in zip(pupil.anatomy.legs, teacher.anatomy.legs, strict=True):
         _bend(pupil, mine, teacher, other)
-        _turn_thigh(pupil, mine, _axes(theirs, other.thigh, other.axes))
+        _turn(pupil, mine.hips, mine.thigh, mine.axes, _axes(theirs, other.thigh, other.axes))
     _computed(model, data)
     for mine, other in zip(pupil.anatomy.legs, teacher.anatomy.legs, strict=True):
-        hips = list(mine.joints[:HIP])
         wanted = pace * _spin(human, theirs, other.thigh) - _spin(model, data, base)
-        data.qvel[model.jnt_dofadr[hips]] = np.linalg.solve(data.xaxis[hips].T, wanted)
+        axes = data.xaxis[mine.hips]
+        rates = axes @ wanted if robot.planar else np.linalg.solve(axes.T, wanted)
+        data.qvel[model.jnt_dofadr[mine.hips]] = rates
         for i in range(HIP, JOINTS):
             joint = mine.joints[i]
             if joint >= 0:
@@ -185,7 +208,8 @@ def borrow(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, name: str) 
     low = [_sole(walker)[:, :, 2].mean(axis=1) for walker in (teacher, pupil)]
     stands = int(np.argmin(low[0]))
     theirs_moves, mine_moves = (_moving(walker, stands) for walker in (teacher, pupil))
-    data.qvel[column : column + 3] = theirs_moves / pace - mine_moves
+    along = theirs_moves / pace - mine_moves
+    data.qvel[list(robot.moving_columns)] = along[::2] if robot.planar else along
 
 
 def _bend(pupil: _Walker, mine: JointedLeg, teacher: _Walker, other: JointedLeg) -> None:
@@ -197,26 +221,33 @@ def _bend(pupil: _Walker, mine: JointedLeg, teacher: _Walker, other: JointedLeg)
         theirs = teacher.data.qpos[teacher.model.jnt_qposadr[other.joints[i]]]
         angle = other.sign[i] * (theirs - other.zero[i])
         value = mine.zero[i] + mine.sign[i] * angle
-        if pupil.model.jnt_limited[joint]:
-            low, high = pupil.model.jnt_range[joint]
-            value = min(max(value, low + _NEAR_END), high - _NEAR_END)
-        pupil.data.qpos[pupil.model.jnt_qposadr[joint]] = value
+        pupil.data.qpos[pupil.model.jnt_qposadr[joint]] = _within(pupil.model, joint, float(value))
 
 
-def _turn_thigh(walker: _Walker, leg: JointedLeg, wanted: np.ndarray) -> None:
-    """Turns the hip's three joints until the thigh's own axes are as wanted (Newton)."""
+def _within(model: mujoco.MjModel, joint: int, value: float) -> float:
+    """A coordinate, or the next one within its joint's range."""
+    if not model.jnt_limited[joint]:
+        return value
+    low, high = model.jnt_range[joint]
+    return min(max(value, float(low) + _NEAR_END), float(high) - _NEAR_END)
+
+
+def _turn(walker: _Walker, joints: list[int], body: int, own: np.ndarray, wanted: np.ndarray) -> None:
+    """Turns joints until a body's own axes are as wanted, or as near as its joints allow (Gauss-Newton)."""
     model, data = walker.model, walker.data
-    hips = list(leg.joints[:HIP])
     for _ in range(_STEPS):
         mujoco.mj_kinematics(model, data)
-        rest = wanted @ _axes(data, leg.thigh, leg.axes).T
+        rest = wanted @ _axes(data, body, own).T
         quat, away = np.empty(4), np.empty(3)
         mujoco.mju_mat2Quat(quat, rest.ravel())
         mujoco.mju_quat2Vel(away, quat, 1.0)
-        step = np.linalg.lstsq(data.xaxis[hips].T, away, rcond=1e-3)[0]
-        data.qpos[model.jnt_qposadr[hips]] += np.clip(step, -0.5, 0.5)
+        step = np.linalg.lstsq(data.xaxis[joints].T, away, rcond=1e-3)[0]
+        data.qpos[model.jnt_qposadr[joints]] += np.clip(step, -0.5, 0.5)
         if np.abs(step).max() < _CLOSE:
             break
+    for joint in joints:
+        place = model.jnt_qposadr[joint]
+        data.qpos[place] = _within(model, joint, float(data.qpos[place]))
 
 
 def _axes(data: mujoco.MjData, body: int, own: np.ndarray) -> np.ndarray:
@@ -314,8 +345,8 @@ class Starts:
         row = next((row for row in rows if self._on_one_foot(q[row])), len(q) - 1)
         mujoco.mj_resetData(model, data)
         data.qpos[:], data.qvel[:] = q[row], v[row]
-        base = int(model.jnt_qposadr[model.body_jntadr[robot.base_number]])
-        data.qpos[base : base + 2] = 0.0
+        across = _along(model, robot)[:-1]
+        data.qpos[across] = model.qpos0[across] if robot.planar else 0.0
         if s.start.upright:
             self._stand_upright(s.ground)
         self._set_down()
@@ -354,11 +385,7 @@ def lowest(data: mujoco.MjData, robot: Robot) -> float:
 
 def height_of(model: mujoco.MjModel, robot: Robot) -> int:
     """Which coordinate lifts the base."""
-    first = int(model.body_jntadr[robot.base_number])
-    if not robot.planar:
-        return int(model.jnt_qposadr[first]) + 2
-    column = robot.base_columns[1]
-    return int(model.jnt_qposadr[model.dof_jntid[column]])
+    return _along(model, robot)[-1]
 
 
 def _turns(model: mujoco.MjModel, column: int) -> bool:

@@ -33,7 +33,7 @@ class ModelReport(NamedTuple):
         notes: What of the file was left out, without harm.
         physics: What the file asks for and a run does otherwise by default; empty where they agree.
         parts: Torso, thighs, shanks, feet, soles and hinges of a biped in space, in words; empty of any other.
-        not_spatial: Why the thesis's law in space cannot walk it; empty if it can.
+        not_spatial: Why the thesis's law for any biped cannot walk it; empty if it can.
         held: Joints of such a biped that neither base nor legs need: arms, waist, head.
         leg: [m] length of its straight leg; 0 of any other.
     """
@@ -50,6 +50,11 @@ class ModelReport(NamedTuple):
     not_spatial: str
     held: tuple[str, ...] = ()
     leg: float = 0.0
+
+    @property
+    def in_the_plane(self) -> bool:
+        """Whether nothing can push it to the side."""
+        return self.robot is not None and self.robot.planar
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data, as `--json` prints it."""
@@ -93,7 +98,7 @@ def look(name: str) -> ModelReport:
         model = parsed(path, table)[1]
         try:
             anatomy = anatomy_of(model, robot)
-            parts = _parts(model, anatomy)
+            parts = _parts(model, anatomy, robot.planar)
             held = tuple(model.joint(joint).name for joint in anatomy.trunk[: len(anatomy.trunk) - anatomy.shared])
             laws, leg = (THESIS, *laws), anatomy.leg
         except InputError as error:
@@ -114,8 +119,8 @@ def look(name: str) -> ModelReport:
     )
 
 
-def _parts(model: mujoco.MjModel, anatomy: Anatomy) -> dict[str, str]:
-    """Parts of a biped in space, by what they are."""
+def _parts(model: mujoco.MjModel, anatomy: Anatomy, planar: bool) -> dict[str, str]:
+    """Parts of a biped, by what they are."""
     above = ", ".join(model.joint(joint).name for joint in reversed(anatomy.trunk))
     out = {
         "torso": f"{model.body(anatomy.torso).name}; a straight leg is {anatomy.leg:.3g} m long from the last hip "
@@ -127,17 +132,23 @@ def _parts(model: mujoco.MjModel, anatomy: Anatomy) -> dict[str, str]:
         toe, heel = leg.sole[:2], leg.sole[2:]
         length = np.linalg.norm(toe.mean(axis=0) - heel.mean(axis=0))
         breadth = [float(np.linalg.norm(end[0] - end[1])) for end in (toe, heel)]
-        straight = np.degrees(leg.zero)
+        straight = np.degrees(leg.zero) + 0.0
         inversion = f"; {names[INVERSION]} tilts the sole inward" if names[INVERSION] else ""
         out |= {
-            f"{side} thigh": f"{model.body(leg.thigh).name}; {', '.join(names[:HIP])} turn it",
+            f"{side} thigh": f"{model.body(leg.thigh).name}; {_joined([name for name in names[:HIP] if name])} it",
             f"{side} shank": f"{model.body(leg.shank).name}, {leg.length:.3g} m long; {names[KNEE]} turns it, and the "
-                             f"leg is straight at {straight[KNEE]:.3g} degrees",
+                             f"leg is straight at {straight[KNEE]:.2f} degrees",
             f"{side} foot": f"{model.body(leg.foot).name}; {names[ANKLE]} turns it, and the sole is at a right angle "
-                            f"to the shank at {straight[ANKLE]:.3g} degrees{inversion}",
-            f"{side} sole": f"{length:.3g} m long, {breadth[0]:.3g} m wide at the toe, {breadth[1]:.3g} m at the heel",
+                            f"to the shank at {straight[ANKLE]:.2f} degrees{inversion}",
+            f"{side} sole": f"{length:.3g} m long" + ("" if planar else f", {breadth[0]:.3g} m wide at the toe, "
+                            f"{breadth[1]:.3g} m at the heel"),
         }  # fmt: skip
     return out
+
+
+def _joined(names: list[str]) -> str:
+    """Names of joints and what they do."""
+    return f"{', '.join(names)} turn{'s' if len(names) == 1 else ''}"
 
 
 def _planar(path: Path, general: bool) -> str:

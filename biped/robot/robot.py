@@ -184,6 +184,11 @@ class Robot(Section, frozen=True):
         ]  # fmt: skip
 
     @property
+    def base_axes(self) -> tuple[int, ...]:
+        """Which of the motions along x, y, z and about them the base has, in the order of `base_columns`."""
+        return (0, 2, 4) if self.planar else (0, 1, 2, 3, 4, 5)
+
+    @property
     def moving_columns(self) -> tuple[int, ...]:
         """Where the velocities that move the base along stand in v; the last is up."""
         return self.base_columns[: 2 if self.planar else 3]

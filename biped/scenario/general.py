@@ -30,7 +30,7 @@ MOST_FILES = 32
 """Of includes within includes; a file that has more is refused where it is examined."""
 
 _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
-_ELEMENT = re.compile(r"<(option|include)\b([^>]*)>")
+_ELEMENT = re.compile(r"<(option|include|freejoint|joint)\b([^>]*)>")
 _ATTRIBUTE = re.compile(r"""\b([a-z_]+)\s*=\s*["']([^"']*)["']""")
 
 
@@ -43,9 +43,10 @@ def options_of(model: Path) -> dict[str, Any]:
         model: The file.
     """
     out = dict(DEFAULTS)
-    for name, value in _attributes(model, model.parent, [0]):
-        if name in out:
-            out[name] = _typed(value, out[name])
+    for element, attributes in _elements(model, model.parent, [0]):
+        for name, value in attributes.items():
+            if element == "option" and name in out:
+                out[name] = _typed(value, out[name])
     step = out["timestep"]
     rate = {"control_rate": 1.0 / step} if isinstance(step, float) and step > 0.0 else {}
     return out | rate
@@ -75,23 +76,23 @@ def _text(name: str, value: Any) -> str:
     return f"{name} {value}" if isinstance(value, str) else f"{name} {value:g}"
 
 
-def _attributes(path: Path, beside: Path, count: list[int]) -> list[tuple[str, str]]:
-    """Attributes of all options of a file and of what it includes, in their order."""
+def _elements(path: Path, beside: Path, count: list[int]) -> list[tuple[str, dict[str, str]]]:
+    """Options and joints of a file and of what it includes, with their attributes, in their order."""
     count[0] += 1
     try:
         with open(path, encoding="utf-8", errors="replace") as file:
             text = _COMMENT.sub("", file.read(4 * MOST_BYTES))
     except OSError:
         return []  # whoever compiles it says why it cannot be read
-    out = []
-    for element, attributes in _ELEMENT.findall(text):
-        pairs = _ATTRIBUTE.findall(attributes)
-        if element == "option":
-            out += pairs
+    out: list[tuple[str, dict[str, str]]] = []
+    for element, text_of in _ELEMENT.findall(text):
+        attributes = dict(_ATTRIBUTE.findall(text_of))
+        if element != "include":
+            out.append((element, attributes))
         elif count[0] < MOST_FILES:
-            name = dict(pairs).get("file", "")
+            name = attributes.get("file", "")
             found = next((place / name for place in (path.parent, beside) if name and (place / name).is_file()), None)
-            out += _attributes(found, beside, count) if found else []
+            out += _elements(found, beside, count) if found else []
     return out
 
 
@@ -140,6 +141,18 @@ def model_of(data: dict[str, Any], origin: dict[str, Path]) -> Path | None:
         return locate("models", name, "", origin["model"].parent if "model" in origin else None)
     except (InputError, AttributeError):
         return None
+
+
+def is_free(model: Path) -> bool:
+    """Whether a model file has a joint of six coordinates, as every robot in space has; to a URDF it is added.
+
+    Args:
+        model: The file.
+    """
+    return model.suffix == URDF or any(
+        element == "freejoint" or attributes.get("type") == "free"
+        for element, attributes in _elements(model, model.parent, [0])
+    )
 
 
 def make_general(data: dict[str, Any], origin: dict[str, Path]) -> bool:
@@ -299,8 +312,8 @@ def taken(s: Scenario, fail: Fail) -> None:
         raise fail(first.dotted, f"expected {_written(first.default)}: {who} takes no notice of it on a robot of any "
                    f"kind{nor}{reads}")  # fmt: skip
     if s.law == THESIS and s.actuation.mode == "joint" and s.actuation.contacts != "pushing":
-        raise fail("actuation.contacts", f"expected 'pushing', got '{s.actuation.contacts}': out of the plane, joint "
-                   "torques are those for ground that only pushes")  # fmt: skip
+        raise fail("actuation.contacts", f"expected 'pushing', got '{s.actuation.contacts}': on a robot of any kind, "
+                   "joint torques are those for ground that only pushes")  # fmt: skip
 
 
 def _in_vain(s: Scenario, read: Keys) -> Iterator[_Vain]:

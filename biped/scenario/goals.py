@@ -101,6 +101,7 @@ class Standard(Section, frozen=True):
         gaits: Which gaits it is for; default: all.
         gaits_only: Whether it is for gaits alone: a policy or a law of one's own has no gait that takes over, say.
         space: Whether it is for gaits of bipeds that move in space ([frontal] and [axial]); or of those in the plane.
+        sideways: Whether it pushes or tilts to the side: no robot that moves in the plane is put to it.
     """
 
     title: Name
@@ -121,6 +122,7 @@ class Standard(Section, frozen=True):
     gaits: tuple[Name, ...] = ()
     gaits_only: bool = False
     space: bool = False
+    sideways: bool = False
 
 
 Share = Annotated[float, Meta(gt=0, le=1)]

@@ -34,7 +34,7 @@ class Start(Section, frozen=True):
             where the feet were; of robots with a free base.
         walking: [s] of a walk on level ground from this posture, without pushes and changes of the gait. The run
             begins in the state in which that walk next stands on one foot, up to a second later; 0: it begins in the
-            posture. Of the thesis's law in space.
+            posture. Of the thesis's law on a robot of any kind.
     """
 
     posture: Name = "flat"

@@ -22,7 +22,7 @@ from biped.scenario.gait import (
     read_reading,
     read_settings,
 )
-from biped.scenario.general import lay_under, make_general, model_of, name_law, taken
+from biped.scenario.general import is_free, lay_under, make_general, model_of, name_law, taken
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import THESIS, check_form, is_card, own_law
 from biped.scenario.possible import possible, suits_seven_links
@@ -236,7 +236,8 @@ def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path, looking: b
     if scenario.law == THESIS and scenario.controller and kind is _ANY:
         # Before its settings, which would be to blame for a gait that is of the plane.
         gait = found("controllers", scenario.controller, "controller", beside.get("controller"))
-        out_of_the_plane(read_gains(gait, scenario.gains), scenario.model)
+        if (model := model_of(data, keys)) is not None and is_free(model):
+            out_of_the_plane(read_gains(gait, scenario.gains), scenario.model)
     kind.check(scenario, fail)
     named: dict[str, Any] = {
         key: canonical(f"{key}s", found(f"{key}s", getattr(scenario, key), key, beside.get(key)))

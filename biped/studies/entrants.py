@@ -10,7 +10,7 @@ from biped.base.files import canonical, is_file, locate, read_toml
 from biped.base.trust import grant
 from biped.scenario.gains import Gains
 from biped.scenario.gait import read_gains, speeds_of
-from biped.scenario.general import read_by
+from biped.scenario.general import is_free, read_by
 from biped.scenario.laws import BUILT_IN, THESIS, is_card, named_now
 from biped.scenario.reading import read_scenario
 from biped.scenario.vary import setting
@@ -43,6 +43,10 @@ class Entrant(NamedTuple):
     def in_space(self, changes: Sequence[str]) -> bool:
         """Whether it moves a robot in space, under `--set` changes."""
         return _in_space(self, tuple(changes))
+
+    def moves_freely(self, test: str, changes: Sequence[str]) -> bool:
+        """Whether the robot of a test has a free base; arguments as of `all_changes`."""
+        return is_free(locate("models", read_scenario(test, self.all_changes(test, changes)).model, "model"))
 
     def all_changes(self, test: str, changes: Sequence[str]) -> list[str]:
         """All `--set` changes of a test with this in the place of its gait.

@@ -519,7 +519,6 @@ def test_what_rests_on_a_plane_has_no_height_over_it(tilt):
 
 @pytest.mark.parametrize(("model", "words"), [
     ("humanoid", "foot 'right_shin' hangs on 4 joints"),
-    ("walker2d", "it moves in the plane; expected a free base"),
     ("scenarios/any/small.urdf", "'right_hip_roll', 'right_hip_pitch', 'right_knee' do not turn the thigh every way"),
 ])  # fmt: skip
 def test_shipped_robots_of_another_kind_are_refused(model, words):

@@ -39,6 +39,15 @@ def turn_of(q):
     ])  # fmt: skip
 
 
+def turn_of_base(run):
+    """(3, 3) of the planar human's torso."""
+    model = mujoco.MjModel.from_xml_path(str(locate("models", "human", "model")))
+    data = mujoco.MjData(model)
+    data.qpos[:] = run.q
+    mujoco.mj_kinematics(model, data)
+    return data.xmat[1].reshape(3, 3).copy()
+
+
 @pytest.mark.parametrize(("slope", "side"), SLOPES)
 @pytest.mark.parametrize("posture", ["heel_toe", "flat", "single"])
 def test_the_body_is_as_upright_and_feet_are_where_they_were(slope, side, posture):
@@ -55,10 +64,31 @@ def test_on_level_ground_nothing_changes():
     assert np.array_equal(start(0.0, 0.0, "flat", True).q, start(0.0, 0.0, "flat", False).q)
 
 
-@pytest.mark.parametrize(("scenario", "more"), [("level_normal", []), ("any/human", ["ground.slope=2.0"])])
-def test_it_is_for_free_bases(scenario, more):
+def test_the_law_of_the_plane_alone_has_none():
     with pytest.raises(InputError, match=r"start\.upright: expected false.*plane"):
-        Plan(read_scenario(scenario, ["start.upright=true", *more])).run(0)
+        Plan(read_scenario("level_normal", ["start.upright=true"])).run(0)
+
+
+@pytest.mark.parametrize("slope", [3.0, -5.0])
+@pytest.mark.parametrize("posture", ["heel_toe", "flat", "single"])
+def test_a_robot_in_the_plane_stands_up_too(slope, posture):
+    level, stood = (
+        Plan(read_scenario("any/plane", [f"start.posture={posture}", "start.jitter=0.0", f"ground.slope={at}",
+                                         "start.upright=true"])).run(0)
+        for at in (0.0, slope)
+    )  # fmt: skip
+    model = mujoco.MjModel.from_xml_path(str(locate("models", "human", "model")))
+    places = []
+    for run in (level, stood):
+        data = mujoco.MjData(model)
+        data.qpos[:] = run.q
+        mujoco.mj_kinematics(model, data)
+        places.append(data.site_xpos[[model.site(f"{leg}_{end}").id for leg in ("right", "left")
+                                      for end in ("toe", "heel")]].copy())  # fmt: skip
+        turn = data.xmat[1].reshape(3, 3)
+        np.testing.assert_allclose(frame(run.scenario.ground.slope, 0.0).T @ turn, turn_of_base(level), atol=1e-12)
+    assert np.abs(places[1] - places[0]).max() < 0.03
+    assert places[1][:, 2].min() == pytest.approx(0.0, abs=2e-6)
 
 
 def test_a_slope_beyond_reach_is_said_so():

@@ -8,7 +8,17 @@ import math
 
 from biped.base.jit import inner_kernel, kernel
 from biped.control.blending import downward
-from biped.control.space.record import BASE, DIRECTIONS, EDGES, LEG, LEG_POINTS, LEGS, N_EDGES, N_POINTS
+from biped.control.space.record import (
+    BASE,
+    DIRECTIONS,
+    EDGES,
+    LEG,
+    LEG_POINTS,
+    LEGS,
+    N_EDGES,
+    N_POINTS,
+    PLANE_EDGES,
+)
 from biped.control.space.reduced import (
     STOPS,
     factor,
@@ -34,19 +44,19 @@ def unilateral_rows(c, m):
     """Lists the forces that count: least accelerations along them, and how far what exerts them is from pushing.
 
     Returns:
-        Their number: four edges of each point that is near the ground, then the knees' stops, then those that are near
-        of the other joints.
+        Their number: four edges of each point that is near the ground, in the plane two, then the knees' stops, then
+        those that are near of the other joints.
     """
     at, work, act, memory, belief = c["at"], c["work"], c["actuation"], c["memory"], c["belief"]
     upper = work["R_base"].shape[0]
     tau, mu = act["approach"], act["friction"]
-    n = 0
+    edges, n = belief["edges"], 0
     for p in range(N_POINTS):
         leg = p // LEG_POINTS
         if p % LEG_POINTS == 0:
             work["standing"][leg] = 0
         gap = downward(at["speed"][p], at["height"][p], tau, act["braking"])
-        work["near"][p] = 1 if gap < FAR else 0
+        work["near"][p] = 1 if gap < FAR and not belief["twin"][p] else 0
         if work["near"][p] == 0:
             for k in range(EDGES * p, EDGES * p + EDGES):
                 memory["held"][k] = 0
@@ -54,7 +64,7 @@ def unilateral_rows(c, m):
             continue
         work["standing"][leg] = 1
         bias = at["bias"][p]
-        for e in range(EDGES):
+        for e in range(edges):
             slope = mu if e % 2 == 0 else -mu
             work["least"][n] = -bias[0] - slope * bias[1 + e // 2] - gap
             work["away"][n] = max(0.0, at["height"][p])
@@ -90,6 +100,7 @@ def _reduce(c, n):
     H, f, D, row, x, stop = work["H"], work["f"], work["D"], work["row"][0], work["forces"], work["stop"]
     up, across, slope, edges, mu = work["up"], work["across"], work["slope"], work["edges"], c["actuation"]["friction"]
     kept, of_leg, of_joint = work["kept"], c["belief"]["stop_leg"], c["belief"]["stop_joint"]
+    of_point = c["belief"]["edges"]
     upper, reach, all_forces = work["R_base"].shape[0], work["W"].shape[2], STOPS + stop.shape[0]
     factor(c, work["soft"])
     weigh_points(c)
@@ -102,13 +113,14 @@ def _reduce(c, n):
             if work["standing"][leg]:
                 s = added(load(D, LEGS * up[i] + leg), slope[i], load(D, LEGS * across[i] + leg))
                 store(work["row"], leg, s)
-        for j in range(0, i + 1, EDGES):  # the four edges of a point; those after i are written again
+        for j in range(0, i + 1, of_point):  # the edges of a point; those after i are written again
             lane = up[j]
             rise, x_part, y_part = row[lane], mu * row[lane + 1], mu * row[lane + 2]
             H[i, j] = H[j, i] = rise + x_part
             H[i, j + 1] = H[j + 1, i] = rise - x_part
-            H[i, j + 2] = H[j + 2, i] = rise + y_part
-            H[i, j + 3] = H[j + 3, i] = rise - y_part
+            if of_point == EDGES:
+                H[i, j + 2] = H[j + 2, i] = rise + y_part
+                H[i, j + 3] = H[j + 3, i] = rise - y_part
         top = max(top, H[i, i])
         f[0, i] = D[all_forces, up[i]] + slope[i] * D[all_forces, across[i]]
     for i in range(edges, n):
@@ -182,12 +194,12 @@ def _rigid_factor(c):
 
 
 @kernel
-def _inverse_mass(c, lane):
-    """ρ: the inverse mass that a push in a direction finds in a walker with rigid joints."""
+def _inverse_mass(c, lane, across, slope):
+    """ρ: the inverse mass that a push along two directions finds in a walker with rigid joints."""
     A, R, z = c["at"]["A"], c["work"]["L"], c["work"]["row"][0]
     shared, total = A.shape[0] - LEG - BASE, 0.0
     for i in range(BASE):
-        s = A[shared + i, lane]
+        s = A[shared + i, lane] + slope * A[shared + i, across]
         for k in range(i):
             s -= R[k, i] * z[k]
         z[i] = s * R[i, i]
@@ -200,13 +212,15 @@ def _prices(c, n):
     """Fills what a force's square costs where its point is above the ground or is lifted."""
     work, act = c["work"], c["actuation"]
     _rigid_factor(c)
-    last, rho = -1, 0.0
+    last, rho, plane = -1, 0.0, c["belief"]["edges"] == PLANE_EDGES
     for i in range(n):
         if i < work["edges"]:
             scale = 1.0
-            if work["up"][i] != last:
+            if plane:  # along the edge itself; in space along the vertical alone, once for four edges
+                rho = _inverse_mass(c, work["up"][i], work["across"][i], work["slope"][i])
+            elif work["up"][i] != last:
                 last = work["up"][i]
-                rho = _inverse_mass(c, last)
+                rho = _inverse_mass(c, last, last, 0.0)
         else:
             scale = c["belief"]["shank"]  # its angle counts as a distance
             rho = act["regularisation"]

@@ -44,6 +44,8 @@ DIRECTIONS = 3
 """A point can be pushed up, forward and to the left."""
 EDGES = 4
 """Of a point's friction pyramid: up with friction forward, backward, to the left and to the right."""
+PLANE_EDGES = 2
+"""Of these, the first ones, which are those in the plane."""
 LEG_EDGES = LEG_POINTS * EDGES
 N_EDGES = LEGS * LEG_EDGES
 
@@ -104,6 +106,7 @@ def _belief(upper: int, stops: int) -> np.dtype:
             ("column", "i8", number), ("place", "i8", number), ("damping", "f8", number), ("dry", "f8", number),
             ("upright", "f8", upper), ("root", "i8"), ("link", "i8", 1 + LEGS), ("foot", "i8", LEGS),
             ("across", "f8", (1 + LEGS, 3)), ("along", "f8", (1 + LEGS, 3)), ("sole", "f8", (N_POINTS, 3)),
+            ("twin", "u1", N_POINTS), ("edges", "i8"),  # points in another's place; of a point, those that count
             ("sign", "f8", (LEGS, LEG)), ("zero", "f8", (LEGS, LEG)),
             ("stop_leg", "i8", stops), ("stop_joint", "i8", stops),
             ("stop_way", "f8", stops), ("stop_end", "f8", stops),

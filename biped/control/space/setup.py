@@ -18,15 +18,26 @@ from biped.control.law import Setup
 from biped.control.pace import parts
 from biped.control.space import record
 from biped.control.space.places import Mechanics
-from biped.control.space.record import ANKLE, BASE, INVERSION, KNEE, LEG, LEGS, Sizes
+from biped.control.space.record import (
+    ANKLE,
+    BASE,
+    EDGES,
+    INVERSION,
+    KNEE,
+    LEG,
+    LEG_POINTS,
+    LEGS,
+    N_POINTS,
+    PLANE_EDGES,
+    Sizes,
+)
 from biped.control.space.tick import WORTH
 from biped.robot.anatomy import Anatomy, anatomy_of
 from biped.robot.ground import GRAVITY
 from biped.robot.parts import own_masses
 from biped.robot.robot import Robot
 from biped.scenario.devices import Pushing
-from biped.scenario.gains import MGL, STRAIGHT, Axial, Frontal, Gains
-from biped.scenario.gait import out_of_the_plane
+from biped.scenario.gains import MGL, STRAIGHT, Axial, Frontal, Gains, Placement
 from biped.scenario.keys import Scenario
 
 
@@ -136,7 +147,7 @@ def order_of(model: mujoco.MjModel, robot: Robot, anatomy: Anatomy) -> LawOrder:
     joints = np.array([*anatomy.trunk, *[-1] * BASE, *(joint for leg in anatomy.legs for joint in leg.joints)])
     column, place = (np.where(joints >= 0, of[joints], -1) for of in (model.jnt_dofadr, model.jnt_qposadr))
     trunk = len(anatomy.trunk)
-    column[trunk : trunk + BASE] = robot.base_columns
+    column[[trunk + axis for axis in robot.base_axes]] = robot.base_columns
     drives = [drive.column for drive in robot.drives]
     driven = np.delete(column, slice(trunk, trunk + BASE))
     drive = np.array([drives.index(one) if one >= 0 else -1 for one in driven])
@@ -175,10 +186,9 @@ def controller_record(setup: Setup) -> np.ndarray:
         Array (1,) of `biped.control.space.record.control_type`.
 
     Raises:
-        InputError: The gait lacks a table, or the robot is of another kind.
+        InputError: The robot is of another kind.
     """
     s, model, robot = setup.scenario, setup.model, setup.robot
-    out_of_the_plane(setup.gains, s.model)
     anatomy = anatomy_of(model, robot)
     order, stops = order_of(model, robot, anatomy), _stops(model, anatomy)
     out = record.new(Sizes(len(anatomy.trunk), anatomy.shared, len(stops)))
@@ -188,20 +198,33 @@ def controller_record(setup: Setup) -> np.ndarray:
     _set_joints(c["belief"], model, robot, order)
     for name, values in zip(("leg", "joint", "way", "end"), zip(*stops, strict=True), strict=True):
         c["belief"][f"stop_{name}"] = values
-    for leg in range(LEGS):
-        for i in range(LEG):
-            if anatomy.legs[leg].joints[i] < 0:
-                c["at"]["M_leg"][leg, i, i] = 1.0
+    _without(c["at"], order, len(anatomy.trunk))
     _set_sensing(c["sensing"], s, setup.tick)
     _set_actuation(c["actuation"], setup, order, unit_of(robot, anatomy))
     c["memory"]["factor"] = c["actuation"]["compensation"]
     return out
 
 
+def _without(at: np.void, order: LawOrder, trunk: int) -> None:
+    """Gives each coordinate that a walker has not a mass of its own, which nothing moves."""
+    base, missing = trunk + BASE, order.column < 0
+    for i in np.flatnonzero(missing[:base]):
+        at["M_base"][i, i] = 1.0
+    for leg in range(LEGS):
+        for i in np.flatnonzero(missing[base + LEG * leg : base + LEG * (leg + 1)]):
+            at["M_leg"][leg, i, i] = 1.0
+
+
+_NONE = 0.0, 0.0, 0.0, 0.0
+_NO_FRONTAL: Any = Frontal(0.0, _NONE, _NONE, 0.0, _NONE, _NONE, _NONE, _NONE, Placement(0.0, 0.0))
+_NO_AXIAL: Any = Axial(0.0, _NONE, 0.0, _NONE, 0.0, _NONE)
+"""Of a gait in the plane."""
+
+
 def set_gains(gait: np.void, gains: Gains) -> None:
     """Writes a gait into the gait of a controller record."""
     g: Any = gains  # `read_gains` has seen to it that it is complete
-    frontal, axial = g.frontal, g.axial
+    frontal, axial = g.frontal or _NO_FRONTAL, g.axial or _NO_AXIAL
     gait["k_torso"] = g.k_d1, frontal.k_d1, axial.k_d1
     gait["b_torso"] = g.b_d1, frontal.b_d1, axial.b_d1
     gait["rest_torso"] = math.radians(g.theta_b), 0.0, 0.0
@@ -231,7 +254,11 @@ def _set_beliefs(
     axes = anatomy.axes, *(leg.axes for leg in legs)
     belief["across"], belief["along"] = [own[:, 1] for own in axes], [own[:, 2] for own in axes]
     belief["foot"] = [leg.foot for leg in legs]
-    belief["sole"] = np.concatenate([leg.sole for leg in legs])
+    belief["sole"] = sole = np.concatenate([leg.sole for leg in legs])
+    for p in range(N_POINTS):
+        belief["twin"][p] = any(np.array_equal(sole[p], sole[other]) for other in range(p - p % LEG_POINTS, p))
+    flat = 2 * int(belief["twin"].sum()) == N_POINTS  # soles without width: a walker in the plane
+    belief["edges"] = PLANE_EDGES if flat else EDGES
     belief["sign"], belief["zero"] = [leg.sign for leg in legs], [leg.zero for leg in legs]
 
 

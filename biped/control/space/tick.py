@@ -47,6 +47,15 @@ def _excess(c):
     return excess(gait["pace"], velocity[0] * cos + velocity[1] * sin, rise)
 
 
+@kernel
+def _moment(m, column, x, y, z):
+    """[N m] of a couple (x, y, z) about a coordinate's axis; of one that the walker has not, none."""
+    if column < 0:
+        return 0.0
+    axis = m.axes[column]
+    return axis[0] * x + axis[1] * y + axis[2] * z
+
+
 @inner_kernel
 def desired_forces(c, m):
     """Writes Q_d [N, N m] into the record from link angles, leg states and gains.
@@ -100,18 +109,15 @@ def desired_forces(c, m):
             lz += z
             first = upper + LEG * leg
             for j in range(first, first + HIP_JOINTS):
-                axis = m.axes[column[j]]
-                Q[j] = axis[0] * x + axis[1] * y + axis[2] * z
+                Q[j] = _moment(m, column[j], x, y, z)
             s = memory["phase"][leg]
             for i in range(HIP_JOINTS, LEG):
                 couple = -k[s, i] * (at["joint"][leg, i] - rest[s, i]) - b[s, i] * at["joint_rate"][leg, i]
                 Q[first + i] = c["belief"]["sign"][leg, i] * couple if column[first + i] >= 0 else 0.0
     for j in range(upper - reach, trunk):
-        axis = m.axes[column[j]]
-        Q[j] += axis[0] * lx + axis[1] * ly + axis[2] * lz
+        Q[j] += _moment(m, column[j], lx, ly, lz)
     for j in range(trunk + 3, upper):
-        axis = m.axes[column[j]]
-        Q[j] = axis[0] * tx + axis[1] * ty + axis[2] * tz
+        Q[j] = _moment(m, column[j], tx, ty, tz)
 
 
 _CREEP = 0.05

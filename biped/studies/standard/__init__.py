@@ -220,6 +220,8 @@ def _required_of(trial: StandardTrial, entrant: Entrant, changes: Sequence[str])
     ours = trial.scenario.startswith(FAMILY) or not entrant.law  # a test of one's own is for any law
     if ours and test.space != entrant.in_space(changes):
         return None
+    if test.sideways and not entrant.moves_freely(trial.scenario, changes):
+        return None
     if not test.family:
         return test
     speeds = entrant.speeds()

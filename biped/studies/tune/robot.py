@@ -58,6 +58,14 @@ _KEYS = {
 """Their keys, and what they are called beside the walk's gait."""
 _STANDS = 0.8
 """Share of stops, and of pushes after them, from which on the gait that stops a walk is that of its stand too."""
+_SIDEWAYS = {"half": "push.0.force.1", "pushed": "push.0.force.1", "slope": "ground.side_slope"}
+"""What pushes or tilts a robot to the side, by the condition that draws it."""
+_IN_PLANE = tuple(
+    f'tune.conditions.{name}.set.randomise.draw."{key}"={value}'
+    for name, key in _SIDEWAYS.items()
+    for value in ("{}", "{grid=[0.0]}")
+)
+"""Changes that leave it out of the search."""
 _KEPT = "robot", "simulation", "fall", "truth", "sensors", "sensing"
 """Tables of changes that are no matter of a search: tests are made with them too."""
 
@@ -131,7 +139,7 @@ def search_of(
         raise InputError(f"{name}: {report.faults[0]}", "model")
     if report.not_spatial:
         raise InputError(report.not_spatial, "law")
-    asked = _stages(report.held, stages)
+    asked = [_stages(report.held, stages), *(_IN_PLANE if report.in_the_plane else ())]
     model = f'model="{locate("models", name, "model").resolve()}"'
     pace = f"tune.pace={_PACE * math.sqrt(GRAVITY * report.leg):.3g}"
     if any(change.partition("=")[0].strip() == "model" for change in changes):
@@ -154,7 +162,7 @@ def search_of(
     best = sorted((one for one in trials if not one.assist), key=lambda one: -max(one.earned))[:PLACES]
     places = [{"controller": one.gait, "posture": postures[one.earned.index(max(one.earned))]} for one in best]
     begin = setting("controller", best[0].gait), setting("tune.begin", places), setting("tune.postures", postures)
-    return [model, *begin, pace, asked, *changes], trials
+    return [model, *begin, pace, *asked, *changes], trials
 
 
 def with_transitions(

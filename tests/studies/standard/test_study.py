@@ -334,6 +334,15 @@ def test_a_robot_of_any_kind_in_units_of_its_own(here):
     assert standing.limit.fails_at is not None, "a push of the robot's weight is not"
 
 
+def test_a_robot_in_the_plane_is_not_pushed_or_tilted_to_the_side(here):
+    changes = ["model=walker2d", "duration=6.0", "randomise.runs=1", "start.walking=0.0"]
+    asked = [f"any/cells/{name}" for name in ("level", "slope_up", "pushes", "slopes", "push_left")]
+    found = standard(["any/long"], asked, changes, 1, Path("out")).standings
+    assert {one.test.rpartition("/")[2]: len(one.tried) for one in found} == {
+        "level": 1, "slope_up": 1, "pushes": 0, "slopes": 0, "push_left": 0
+    }  # fmt: skip
+
+
 LAW = """class Still:
     def __init__(self, setup):
         self.number = len(setup.robot.drives)

@@ -11,6 +11,7 @@ from biped.base.errors import InputError
 from biped.base.files import locate
 from biped.cli.main import main
 from biped.ensemble.journal import installed
+from biped.ensemble.plan import Plan
 from biped.scenario.gains import MGL
 from biped.scenario.reading import read_scenario
 from biped.studies.tune import Tuned, robot
@@ -84,6 +85,18 @@ def test_a_gait_that_the_user_names_is_the_only_one_tried(monkeypatch, posture, 
     assert [(one.controller, one.posture) for one in s.tune.begin] == [("any/long", posture or "single")]
 
 
+def test_nothing_pushes_or_tilts_a_robot_in_the_plane_to_the_side(monkeypatch):
+    monkeypatch.setattr(_Shipped, "__call__", lambda self, case: (2.0, 1.0, 0.5))
+    changes, _ = search_of(str(locate("models", "walker2d", "model")), ["controller=any/long"], 1)
+    s = read_scenario(SCENARIO, changes)
+    pushed = Plan(studies(s)[-1].condition("pushed", True))
+    forces = [pushed.run_from(seed).scenario.push[0].force for seed in range(3)]
+    assert [len(force) for force in forces] == [2, 2, 2]
+    assert len(set(forces)) == 3
+    with pytest.raises(InputError, match=r"expected \[forward, up\] N: model .* moves in the plane"):
+        studies(read_scenario(SCENARIO, [one for one in changes if "push.0" not in one]))
+
+
 def test_another_robot_cannot_take_the_place_of_the_one_that_is_named():
     with pytest.raises(InputError, match=r"model: expected no change of it: models/h1\.xml takes its place"):
         search_of("models/h1.xml", ["model=human3d"], 1)
@@ -103,14 +116,11 @@ def test_a_trial_earns_what_the_search_pays_for_time_and_distance():
 
 @pytest.mark.parametrize("gait", GAITS)
 def test_shipped_gaits_are_in_units_of_their_walker(gait):
-    from biped.ensemble.plan import Plan
-
     assert Plan(read_scenario(SCENARIO, [f'controller="{gait}"'])).run(0).gains.unit == MGL
 
 
-@pytest.mark.parametrize(("model", "words"), [("humanoid", "hangs on 4 joints"), ("walker2d", "moves in the plane")])
-def test_what_the_law_is_not_for_is_refused_in_a_sentence(model, words, capsys):
-    path = str(locate("models", model, "model"))
+def test_what_the_law_is_not_for_is_refused_in_a_sentence(capsys):
+    path, words = str(locate("models", "humanoid", "model")), "hangs on 4 joints"
     with pytest.raises(InputError, match=words):
         search_of(path, [], 1)
     assert main(["tune", path]) == 2
