@@ -56,9 +56,7 @@ _THESIS: Keys = {
 THESIS = "thesis"
 """On a planar biped of seven links it is the law of scenarios that name none, and naming it is as good as none."""
 BUILT_IN: dict[str, BuiltIn] = {
-    THESIS: BuiltIn(
-        "biped.control.space.law:Spatial", "the thesis's law, for any biped", _THESIS
-    ),
+    THESIS: BuiltIn("biped.control.space.law:Spatial", "the thesis's law, for any biped", _THESIS),
     "stand": BuiltIn("biped.control.stand:stand", "stands, and balances what pushes it", {}),
 }
 
