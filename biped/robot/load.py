@@ -220,12 +220,12 @@ def check_keys(s: Scenario, robot: Robot) -> None:
 def force_on(robot: Robot, force: tuple[float, ...], key: str, model: str) -> tuple[float, ...]:
     """A push with as many components as the robot has directions to move in.
 
-    In the plane one of three, forward, left and up, will do if nothing of it is to the left.
+    A planar robot of any kind takes one of three, forward, left and up, if nothing of it is to the left.
 
     Raises:
         InputError: It has others.
     """
-    if robot.planar and len(force) == SPACE and force[1] == 0.0:
+    if robot.planar and robot.seven_links is None and len(force) == SPACE and force[1] == 0.0:
         return force[0], force[2]
     size, words, where = (PLANE, "[forward, up]", "in the plane") if robot.planar else (
         SPACE, "[forward, left, up]", "in space")  # fmt: skip
