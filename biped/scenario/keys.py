@@ -31,7 +31,7 @@ class Start(Section, frozen=True):
         settle: Project the posture onto the ground: the least change of the angles.
         jitter: Standard deviation [rad] on the seven angles, after settling; the biped is then set down.
         upright: On a slope, the body of a posture of level ground is as upright as there and the legs reach down to
-            where the feet were; of robots with a free base.
+            where the feet were; of robots of any kind.
         walking: [s] of a walk on level ground from this posture, without pushes and changes of the gait. The run
             begins in the state in which that walk next stands on one foot, up to a second later; 0: it begins in the
             posture. Of the thesis's law on a robot of any kind.

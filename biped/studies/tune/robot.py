@@ -59,13 +59,13 @@ _KEYS = {
 _STANDS = 0.8
 """Share of stops, and of pushes after them, from which on the gait that stops a walk is that of its stand too."""
 _SIDEWAYS = {"half": "push.0.force.1", "pushed": "push.0.force.1", "slope": "ground.side_slope"}
-"""What pushes or tilts a robot to the side, by the condition that draws it."""
+"""Draws that push or tilt a robot to the side, by their condition."""
 _IN_PLANE = tuple(
     f'tune.conditions.{name}.set.randomise.draw."{key}"={value}'
     for name, key in _SIDEWAYS.items()
     for value in ("{}", "{grid=[0.0]}")
 )
-"""Changes that leave it out of the search."""
+"""Changes that leave them out of the search."""
 _KEPT = "robot", "simulation", "fall", "truth", "sensors", "sensing"
 """Tables of changes that are no matter of a search: tests are made with them too."""
 
