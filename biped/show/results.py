@@ -54,8 +54,8 @@ def document_of(result: Mapping[str, Any], description: str, setting: Line | Non
         blocks.append(Paragraph(f"{goal} {share}, {failures(summary)}"))
         blocks += _items([f"{count} × {cause}" for cause, count in causes_of(runs, goal)])
     blocks += _items(warnings_of(runs))
-    if "points" not in result and push_words(summary):  # a sweep's pushes differ
-        blocks.append(Paragraph(push_words(summary)))
+    if "points" not in result and (pushes := push_words({**summary, **sizes_of_pushes(runs)})):  # a sweep's differ
+        blocks.append(Paragraph(pushes))
     blocks.append(_numbers(result))
     if nowhere(summary):
         blocks.append(Paragraph(NOWHERE, note=True))
@@ -146,11 +146,15 @@ def signals_of(runs: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, float]]
     }
 
 
+PUSH_NAMES = ("push_impulse", "push_speed", "push_froude")
+"""Metrics of how hard a push is, with the sign of its way."""
+
+
 def push_words(numbers: Mapping[str, Any]) -> str:
     """A push and what came after it, in one line; empty where nobody pushed."""
     if not real(numbers["push_impulse"]):
         return ""
-    impulse, speed, share = (number(numbers[name]) for name in ("push_impulse", "push_speed", "push_froude"))
+    impulse, speed, share = (number(numbers[name]) for name in PUSH_NAMES)
     told = f"pushed with {impulse} N s, {speed} m/s of the whole robot, {share} sqrt(g leg)"
     if real(numbers["push_share"]):
         told += f", {100.0 * numbers['push_share']:.0f} % of the most that steps of a leg length could catch"
@@ -158,6 +162,18 @@ def push_words(numbers: Mapping[str, Any]) -> str:
     if real(numbers["recovery_time"]):
         told += f"; recovered in {number(numbers['recovery_time'])} s"
     return f"{told}; next steps {', '.join(number(step) for step in steps)} m" if steps else told
+
+
+def sizes_of_pushes(runs: Sequence[Mapping[str, Any]]) -> dict[str, float]:
+    """Mean sizes of pushes that go both ways in an ensemble, by metric: their signed mean says nothing of any of them."""
+    told: dict[str, list[float]] = {name: [] for name in PUSH_NAMES}
+    for columns in batches(runs, PUSH_NAMES):
+        for name, values in told.items():
+            values += [value for value in columns[name] if real(value)]
+    ways = told[PUSH_NAMES[0]]
+    if not ways or min(ways) >= 0.0 or max(ways) <= 0.0:
+        return {}
+    return {name: float(np.mean(np.abs(values))) for name, values in told.items() if values}
 
 
 def warnings_of(runs: Sequence[Mapping[str, Any]]) -> list[str]:

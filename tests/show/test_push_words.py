@@ -6,7 +6,7 @@ import math
 
 from biped.scenario.metrics import METRICS
 from biped.show.document import leg_words
-from biped.show.results import push_words
+from biped.show.results import PUSH_NAMES, push_words, sizes_of_pushes
 
 
 def test_a_push_is_told_in_the_fields_units():
@@ -26,3 +26,11 @@ def test_legs_are_called_by_their_side():
     assert leg_words("left") == "left leg"
     assert leg_words("foot_a") == "foot a leg"
     assert leg_words("bright_sole") == "bright sole leg"
+
+
+def test_pushes_either_way_are_told_by_their_size():
+    either = sizes_of_pushes([dict(zip(PUSH_NAMES, (way * 40.0, way * 0.5, way * 0.2), strict=True)) for way in (1, -1)])
+    assert either == {"push_impulse": 40.0, "push_speed": 0.5, "push_froude": 0.2}
+    one_way = [dict(zip(PUSH_NAMES, (-size, -0.1, -0.1), strict=True)) for size in (20.0, 40.0)]
+    assert sizes_of_pushes(one_way) == {}
+    assert sizes_of_pushes([dict.fromkeys(PUSH_NAMES, math.nan)]) == {}
