@@ -29,7 +29,9 @@ def test_legs_are_called_by_their_side():
 
 
 def test_pushes_either_way_are_told_by_their_size():
-    either = sizes_of_pushes([dict(zip(PUSH_NAMES, (way * 40.0, way * 0.5, way * 0.2), strict=True)) for way in (1, -1)])
+    either = sizes_of_pushes(
+        [dict(zip(PUSH_NAMES, (way * 40.0, way * 0.5, way * 0.2), strict=True)) for way in (1, -1)]
+    )
     assert either == {"push_impulse": 40.0, "push_speed": 0.5, "push_froude": 0.2}
     one_way = [dict(zip(PUSH_NAMES, (-size, -0.1, -0.1), strict=True)) for size in (20.0, 40.0)]
     assert sizes_of_pushes(one_way) == {}
