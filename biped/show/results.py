@@ -165,7 +165,7 @@ def push_words(numbers: Mapping[str, Any]) -> str:
 
 
 def sizes_of_pushes(runs: Sequence[Mapping[str, Any]]) -> dict[str, float]:
-    """Mean sizes of pushes that go both ways in an ensemble, by metric: their signed mean says nothing of any of them."""
+    """Mean sizes of pushes that go both ways in an ensemble, by metric: a signed mean says nothing of any of them."""
     told: dict[str, list[float]] = {name: [] for name in PUSH_NAMES}
     for columns in batches(runs, PUSH_NAMES):
         for name, values in told.items():
