@@ -54,8 +54,8 @@ def document_of(result: Mapping[str, Any], description: str, setting: Line | Non
         blocks.append(Paragraph(f"{goal} {share}, {failures(summary)}"))
         blocks += _items([f"{count} × {cause}" for cause, count in causes_of(runs, goal)])
     blocks += _items(warnings_of(runs))
-    if "points" not in result and (pushes := push_words({**summary, **sizes_of_pushes(runs)})):  # a sweep's differ
-        blocks.append(Paragraph(pushes))
+    if "points" not in result and real(summary["push_impulse"]):  # a sweep's pushes differ
+        blocks.append(Paragraph(push_words({**summary, **sizes_of_pushes(runs)})))
     blocks.append(_numbers(result))
     if nowhere(summary):
         blocks.append(Paragraph(NOWHERE, note=True))
