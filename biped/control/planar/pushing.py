@@ -21,6 +21,7 @@ in lanes, and in lane `Q_LANE` the forces that both problems weigh.
 
 from biped.base.jit import kernel
 from biped.control.blending import downward
+from biped.control.limits import MOST_CHANGES, change_limits
 from biped.control.planar.constraints import believed_bias, perturb_row, perturbed_mass
 from biped.numerics.lanes import added, everywhere, load, plus, squared, store, times, total
 from biped.numerics.quadratic import MOST, nonnegative
@@ -46,9 +47,6 @@ _LEG = (*(POINT_LEG[row // 2] for row in range(STOP_ROW)), *range(N_STOPS))
 """Whose leg's a row is: those of the other are not in it."""
 _TIE = 1e-12
 """Raises the diagonals by this fraction: where forces share a load in many ways, the shortest share is taken."""
-_MOST_CHANGES = 30
-_SLACK_OF_LIMIT = 1e-9
-"""[N m] by which a torque may pass its limit before it is held there."""
 
 
 @kernel
@@ -199,26 +197,6 @@ def _nearest_forces(c):
 
 
 @kernel
-def _change_limits(c):
-    """Writes the torques and moves the worst offender to or from its limit; returns whether there was one."""
-    push, u, limit, x = c["push"], c["tick"]["u"], c["actuation"]["limit"], c["work"]["a"]
-    worst, which, side = _SLACK_OF_LIMIT, -1, 0
-    for j in range(NU):
-        wanted = x[BASE + j] / push["regularisation"]
-        if push["side"][j] == 0:
-            u[j] = wanted
-            beyond, to = abs(wanted) - limit[j], (1 if wanted > 0.0 else -1)
-        else:
-            u[j] = push["side"][j] * limit[j]
-            beyond, to = limit[j] - push["side"][j] * wanted, 0
-        if beyond > worst:
-            worst, which, side = beyond, j, to
-    if which >= 0:
-        push["side"][which] = side
-    return which >= 0
-
-
-@kernel
 def pushing_torques(c, M, q, v):
     """Writes the joint torques u (6,) [N m] for the record's Q_d; returns whether one of them is at its limit.
 
@@ -240,11 +218,12 @@ def pushing_torques(c, M, q, v):
     wanted_motion(c)
     _prices(c)
     solved = push["changes"][0] < MOST
-    for _ in range(_MOST_CHANGES):
+    limits, weight = c["actuation"]["limit"], push["regularisation"]
+    for turn in range(MOST_CHANGES):
         _forces_wanted(c)
         _nearest_forces(c)
         solved = solved and push["changes"][1] < MOST
-        if not _change_limits(c):
+        if not change_limits(turn, work["a"], 0, BASE, weight, limits, push["side"], tick["u"]):
             break
     else:
         solved = False
@@ -252,9 +231,8 @@ def pushing_torques(c, M, q, v):
         tick["given_up"] = 1
     limited = False
     for j in range(NU):
-        limit = c["actuation"]["limit"][j]
         limited = limited or push["side"][j] != 0
-        tick["u"][j] = min(max(tick["u"][j], -limit), limit)
+        tick["u"][j] = min(max(tick["u"][j], -limits[j]), limits[j])
     force = push["force"]
     for i in range(N_POINTS):
         tick["active"][i] = 1 if force[0, 2 * i] + force[0, 2 * i + 1] > 0.0 else 0

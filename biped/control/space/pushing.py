@@ -8,6 +8,7 @@ import math
 
 from biped.base.jit import inner_kernel, kernel
 from biped.control.blending import downward
+from biped.control.limits import MOST_CHANGES, WORST_FIRST, change_limits
 from biped.control.space.record import (
     BASE,
     DIRECTIONS,
@@ -35,8 +36,6 @@ _TIE = 1e-9
 """Raises the diagonals by this fraction: sixteen forces share what six could do, and the shortest share is taken."""
 FAR = 300.0
 """[m/s²] A point with a larger gap is left out: a force there would cost a thousand times what it does."""
-_MOST_CHANGES = 30
-_SLACK_OF_LIMIT = 1e-9
 
 
 @inner_kernel
@@ -94,8 +93,17 @@ def unilateral_rows(c, m):
 
 
 @kernel
-def _reduce(c, n):
-    """Fills H (n, n) of the forces that count and breaks its ties; f holds what the weighed `forces` do along them."""
+def _reduce(c, n, top):
+    """Fills H (n, n) of the forces that count and breaks its ties; f holds what the weighed `forces` do along them.
+
+    Args:
+        c: Controller record.
+        n: Number of forces.
+        top: By what ties are broken, 0: by the largest diagonal. It changes torques by up to 3e-4 of them.
+
+    Returns:
+        By what ties were broken.
+    """
     work = c["work"]
     H, f, D, row, x, stop = work["H"], work["f"], work["D"], work["row"][0], work["forces"], work["stop"]
     up, across, slope, edges, mu = work["up"], work["across"], work["slope"], work["edges"], c["actuation"]["friction"]
@@ -107,7 +115,7 @@ def _reduce(c, n):
     weigh_stops(c)
     weigh_forces(c, x)
     products(c, x)
-    top = 0.0
+    largest = 0.0
     for i in range(edges):
         for leg in range(up[i] // LANES + 1):
             if work["standing"][leg]:
@@ -121,7 +129,7 @@ def _reduce(c, n):
             if of_point == EDGES:
                 H[i, j + 2] = H[j + 2, i] = rise + y_part
                 H[i, j + 3] = H[j + 3, i] = rise - y_part
-        top = max(top, H[i, i])
+        largest = max(largest, H[i, i])
         f[0, i] = D[all_forces, up[i]] + slope[i] * D[all_forces, across[i]]
     for i in range(edges, n):
         one = kept[i] - N_EDGES
@@ -142,9 +150,12 @@ def _reduce(c, n):
                 s += stop[one, k] * stop[other, k]
             H[i, j] = s
             H[j, i] = s
-        top = max(top, H[i, i])
+        largest = max(largest, H[i, i])
+    if top == 0.0:
+        top = largest
     for i in range(n):
         H[i, i] += _TIE * top
+    return top
 
 
 @kernel
@@ -170,7 +181,7 @@ def wanted_motion(c, m, n):
         work["forces"][j] = tick["Q_d"][j] - m.h[column[j]] if column[j] >= 0 else 0.0
     for j in range(work["soft"].size):
         work["soft"][j] = 0.0
-    _reduce(c, n)
+    _reduce(c, n, 0.0)
     for i in range(n):
         work["f"][0, i] = work["least"][i] - work["f"][0, i]
     tick["changes"][0] = _solve(c, n, c["memory"]["held"])
@@ -266,8 +277,11 @@ def _coordinate(trunk, j):
 
 
 @kernel
-def _nearest_forces(c, n):
-    """The second problem in the ground forces c: leaves them in work x, and P (M q̈_d + h - Gᵀc) in `forces`."""
+def _nearest_forces(c, n, top):
+    """The second problem in the ground forces c: leaves them in work x, and P (M q̈_d + h - Gᵀc) in `forces`.
+
+    `top`, which it returns, is as in `_reduce`.
+    """
     work, act, memory = c["work"], c["actuation"], c["memory"]
     F, C = work["forces"], work["C"]
     upper, reach = work["R_base"].shape[0], work["W"].shape[2]
@@ -278,7 +292,7 @@ def _nearest_forces(c, n):
         work["soft"][j] = 1.0 / act["regularisation"] if free else 0.0
         if not free:
             F[_coordinate(upper - BASE, j)] -= memory["side"][j] * act["limit"][j]
-    _reduce(c, n)
+    top = _reduce(c, n, top)
     for i in range(n):
         work["H"][i, i] += work["price"][i]
     for i in range(work["edges"], n):
@@ -295,27 +309,7 @@ def _nearest_forces(c, n):
             for j in range(joint, LEG):
                 F[upper + LEG * leg + j] -= s * work["stop"][one, reach + j]
     motion(c, F)
-
-
-@kernel
-def _change_limits(c):
-    """Writes the torques and moves the worst offender to or from its limit; returns whether there was one."""
-    u, limit, side_of, x = c["tick"]["u"], c["actuation"]["limit"], c["memory"]["side"], c["work"]["forces"]
-    worst, which, side = _SLACK_OF_LIMIT, -1, 0
-    trunk = u.size - LEGS * LEG
-    for j in range(u.size):
-        wanted = x[_coordinate(trunk, j)] / c["actuation"]["regularisation"]
-        if side_of[j] == 0:
-            u[j] = wanted
-            beyond, to = abs(wanted) - limit[j], (1 if wanted > 0.0 else -1)
-        else:
-            u[j] = side_of[j] * limit[j]
-            beyond, to = limit[j] - side_of[j] * wanted, 0
-        if beyond > worst:
-            worst, which, side = beyond, j, to
-    if which >= 0:
-        side_of[which] = side
-    return which >= 0
+    return top
 
 
 @inner_kernel
@@ -332,10 +326,12 @@ def pushing_torques(c, m):
     wanted_motion(c, m, n)
     _prices(c, n)
     _wanted_forces(c, n)
-    for turn in range(_MOST_CHANGES):
-        _nearest_forces(c, n)
+    shared, weight = limit.size - LEGS * LEG, c["actuation"]["regularisation"]
+    top = 0.0
+    for turn in range(MOST_CHANGES):
+        top = _nearest_forces(c, n, top if turn > WORST_FIRST else 0.0)  # a descent needs the same ties throughout
         tick["changes"][2] = turn
-        if not _change_limits(c):
+        if not change_limits(turn, c["work"]["forces"], shared, BASE, weight, limit, c["memory"]["side"], tick["u"]):
             break
     else:
         tick["given_up"] += 1
