@@ -20,7 +20,7 @@ class PartialGains(Section, frozen=True):
     def missing(self) -> list[str]:
         """Names of those that are not there."""
         out = []
-        for name in self._names():
+        for name in (name for name in self._names() if name not in self.may_lack()):
             value = getattr(self, name)
             out += [name] if value is None else []
             out += [f"{name}.{inner}" for inner in value.missing()] if isinstance(value, PartialGains) else []
@@ -29,6 +29,11 @@ class PartialGains(Section, frozen=True):
     @classmethod
     def _names(cls) -> tuple[str, ...]:
         return cls.__struct_fields__
+
+    @classmethod
+    def may_lack(cls) -> tuple[str, ...]:
+        """Names of those without which it is complete."""
+        return ()
 
 
 def _replaced(old: Any, new: Any) -> Any:
@@ -51,8 +56,8 @@ class Placement(PartialGains, frozen=True):
     velocity: Real | None = None
 
 
-class Pace(PartialGains, frozen=True):
-    """How thighs follow the walker's speed v forward, a leg being flexed further by so much times v - v0, and slopes.
+class Pace(PartialGains, frozen=True, omit_defaults=True):
+    """How legs follow the walker's speed v forward, a thigh being flexed further by so much times v - v0, and slopes.
 
     A walker that is too fast puts its swinging foot further forward, and its standing leg pushes less. Where it goes
     down it is to be faster: v0 = `speed` - `slope` α on ground that rises by α ahead. What it makes of slopes, it does
@@ -65,6 +70,10 @@ class Pace(PartialGains, frozen=True):
             of a biped that moves in the plane.
         swing: [rad s/m] of a leg in the air (leg states 3 and 4).
         stance: [rad s/m] of a leg on the ground (1 and 2).
+        lean: [rad/rad] The torso leans forward by so much times the angle by which the ground rises ahead; default: 0.
+            Downhill it does not lean back.
+        knee: [N m s²/m²] The knee of a leg in the air is straightened by so much times (v - v0)² where v is more than
+            v0; default: 0.
     """
 
     speed: Real | None = None
@@ -72,6 +81,13 @@ class Pace(PartialGains, frozen=True):
     side: Real | None = None
     swing: Real | None = None
     stance: Real | None = None
+    lean: Real | None = None
+    knee: NonNegative | None = None
+
+    @classmethod
+    def may_lack(cls) -> tuple[str, ...]:
+        """Without them the torso does not know slopes, and knees no speed."""
+        return "lean", "knee"
 
 
 class Frontal(PartialGains, frozen=True):

@@ -391,4 +391,6 @@ def _between(a: Any, b: Any, share: float) -> Any:
         return tuple(_between(x, y, share) for x, y in zip(a, b, strict=True))
     if isinstance(a, PartialGains):
         return type(a)(**{name: _between(getattr(a, name), getattr(b, name), share) for name in a.__struct_fields__})
-    return a + share * (b - a)
+    if a is None and b is None:  # a part that both may lack
+        return None
+    return (a or 0.0) + share * ((b or 0.0) - (a or 0.0))

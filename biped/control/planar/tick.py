@@ -10,7 +10,7 @@ import math
 from biped.base.jit import inner_kernel, kernel
 from biped.control.blending import smooth
 from biped.control.observer import compensate, remember
-from biped.control.pace import excess, flexed
+from biped.control.pace import excess, flexed, leaned, straightened
 from biped.control.planar.allocation import EXACT, bounded_torques, joint_torques
 from biped.control.planar.floating import floating_torques
 from biped.control.planar.observer import observe
@@ -87,7 +87,8 @@ def desired_forces(c, q, v):
     faster = excess(gait["pace"], speed_of_mass(c["tree"], at, v), c["belief"]["tilt"])
     Q[X] = 0.0
     Q[Z] = 0.0
-    pitch = -gait["k_d1"] * (angle[TORSO] + upright - gait["theta_b"]) - gait["b_d1"] * rate[TORSO]
+    rest = gait["theta_b"] - leaned(gait["pace"], c["belief"]["tilt"])
+    pitch = -gait["k_d1"] * (angle[TORSO] + upright - rest) - gait["b_d1"] * rate[TORSO]
     for leg in range(LEGS):
         s = memory["phase"][leg]
         thigh, hip, knee, ankle = THIGH[leg], HIP[leg], KNEE[leg], ANKLE[leg]
@@ -98,7 +99,7 @@ def desired_forces(c, q, v):
             couple = -k[s, 0] * (angle[thigh] + upright - rest) - b[s, 0] * rate[thigh]
         pitch += couple
         Q[hip] = couple
-        Q[knee] = -k[s, 1] * (q[knee] - gait["theta_k"][s]) - b[s, 1] * v[knee]
+        Q[knee] = -k[s, 1] * (q[knee] - gait["theta_k"][s]) - b[s, 1] * v[knee] + straightened(gait["pace"], s, faster)
         Q[ankle] = -k[s, 2] * (q[ankle] - gait["theta_a"][s]) - b[s, 2] * v[ankle]
     Q[PITCH] = pitch
 

@@ -11,7 +11,7 @@ import math
 
 from biped.base.jit import inner_kernel, kernel
 from biped.control.blending import smooth
-from biped.control.pace import excess, flexed
+from biped.control.pace import excess, flexed, leaned, straightened
 from biped.control.space.places import believe_contacts, point_motion, sense_places
 from biped.control.space.pushing import pushing_torques
 from biped.control.space.record import BASE, HEEL_END, HIP_JOINTS, KNEE, LEG, LEG_POINTS, LEGS, SIDE, TOE_END
@@ -39,11 +39,17 @@ def _placed(c, leg):
 
 
 @kernel
-def _excess(c):
+def _rise(c):
+    """[rad] by which the ground rises ahead, as the law knows it."""
+    tilt, heading = c["belief"]["tilt"], c["gait"]["heading"]
+    return tilt[0] * math.cos(heading) + tilt[1] * math.sin(heading)
+
+
+@kernel
+def _excess(c, rise):
     """[m/s] by which the walker is faster forward than its gait's pace."""
-    gait, velocity, tilt = c["gait"], c["at"]["com_velocity"], c["belief"]["tilt"]
+    gait, velocity = c["gait"], c["at"]["com_velocity"]
     cos, sin = math.cos(gait["heading"]), math.sin(gait["heading"])
-    rise = tilt[0] * cos + tilt[1] * sin
     return excess(gait["pace"], velocity[0] * cos + velocity[1] * sin, rise)
 
 
@@ -74,13 +80,15 @@ def desired_forces(c, m):
         Q[j] = -M * _HOLD * (_HOLD * away + 2.0 * _DAMPED * at["v"][j])
     for j in range(3):
         Q[trunk + j] = 0.0
-    faster = _excess(c)
+    rise = _rise(c)
+    faster = _excess(c, rise)
     tx, ty, tz = 0.0, 0.0, 0.0  # moment on the whole walker
     lx, ly, lz = 0.0, 0.0, 0.0  # on its thighs
     for link in range(1 + LEGS):
         leg = link - 1
         if link == 0:
-            pitch = -gait["k_torso"][0] * (at["torso"][0] - gait["rest_torso"][0])
+            upright = gait["rest_torso"][0] - leaned(gait["pace"], rise)
+            pitch = -gait["k_torso"][0] * (at["torso"][0] - upright)
             roll = -gait["k_torso"][1] * (at["torso"][1] - gait["rest_torso"][1])
             yaw = -gait["k_torso"][2] * (at["torso"][2] - gait["rest_torso"][2])
             pitch -= gait["b_torso"][0] * at["torso_rate"][0]
@@ -113,6 +121,8 @@ def desired_forces(c, m):
             s = memory["phase"][leg]
             for i in range(HIP_JOINTS, LEG):
                 couple = -k[s, i] * (at["joint"][leg, i] - rest[s, i]) - b[s, i] * at["joint_rate"][leg, i]
+                if i == KNEE:
+                    couple += straightened(gait["pace"], s, faster)
                 Q[first + i] = c["belief"]["sign"][leg, i] * couple if column[first + i] >= 0 else 0.0
     for j in range(upper - reach, trunk):
         Q[j] += _moment(m, column[j], lx, ly, lz)

@@ -23,7 +23,9 @@ DEGREES = 20.0
 PLACEMENT = 0.3
 """[rad/m, rad s/m; m/s] per unit of the coordinates of foot placement and of pace."""
 SLOPE = 5.0
-"""[m/s per rad, rad/rad] likewise, of what pace makes of slopes."""
+"""[m/s per rad, rad/rad] likewise, of what thighs make of slopes."""
+LEAN = 1.0
+"""[rad/rad] likewise, of what the torso makes of them."""
 
 _SPRING = {"theta_l": "k_d2", KNEES: "k_d3", "theta_a": "k_d4"}
 """Angles that mean something only where their spring has stiffness."""
@@ -124,12 +126,14 @@ def _gain_axes(tune: Tune, gains: Gains) -> list[Axis]:
 def _means_something(gains: Gains, name: str) -> bool:
     """Whether a single number is more than the rest angle of a spring without stiffness, or the heading asked for.
 
-    Or what a walker in the plane makes of slopes to the side.
+    Or what a walker in the plane makes of slopes to the side, or parts of a pace that it lacks.
     """
     way, _, state = name.rpartition(".")
     table, _, whole = way.rpartition(".")
     if name == "axial.theta_b" or (name == f"{PACE}.side" and gains.frontal is None):
         return False
+    if gains.pace is not None and name.removeprefix(f"{PACE}.") in gains.pace.may_lack():
+        return number(gains, name) is not None
     spring = _SPRING.get(whole)
     if spring is None or not state.isdigit():
         return True
@@ -143,7 +147,9 @@ def _gain_axis(tune: Tune, name: str, value: float) -> Axis:
         return Axis(name, value, False, unit, -most, most, True)
     if name in (f"{PACE}.slope", f"{PACE}.side"):
         return Axis(name, value, False, SLOPE, -1.0, 1.0, True)
-    if ".placement." in name or name.startswith(f"{PACE}."):
+    if name == f"{PACE}.lean":
+        return Axis(name, value, False, LEAN, -1.0, 1.0, True)
+    if ".placement." in name or (name.startswith(f"{PACE}.") and name != f"{PACE}.knee"):
         return Axis(name, value, False, PLACEMENT, -tune.angle / DEGREES, tune.angle / DEGREES, True)
     most = math.log(tune.factor)
     return Axis(name, value, True, 1.0, -most, most, True)

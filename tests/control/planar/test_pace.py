@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -19,9 +20,9 @@ from biped.scenario.reading import read_scenario
 from biped.scenario.world import Ground
 from tests.ticks import Bench, dynamics, states
 
-PACE = Pace(speed=0.6, slope=1.5, side=0.0, swing=0.3, stance=-0.2)
-ON = "gains.pace={speed=0.6,slope=1.5,side=0.0,swing=0.3,stance=-0.2}"
-HIPS = (3, 6)
+PACE = Pace(speed=0.6, slope=1.5, side=0.0, swing=0.3, stance=-0.2, knee=9.0)
+ON = "gains.pace={speed=0.6,slope=1.5,side=0.0,swing=0.3,stance=-0.2,knee=9.0}"
+HIPS, KNEES = (3, 6), (4, 7)
 
 
 def bench(gains: Gains, slope: float, angles: str) -> Bench:
@@ -32,7 +33,7 @@ def bench(gains: Gains, slope: float, angles: str) -> Bench:
 @pytest.mark.parametrize(
     ("slope", "angles", "rise"), [(0.0, "gravity", 0.0), (5.0, "gravity", 5.0), (5.0, "slope", 0.0)]
 )
-def test_thighs_follow_the_speed_of_the_centre_of_mass(slope, angles, rise):
+def test_legs_follow_the_speed_of_the_centre_of_mass(slope, angles, rise):
     """The speed is that of MuJoCo's mass matrix, whose first row is the momentum forward."""
     plain, paced = bench(Gains(), slope, angles), bench(Gains(pace=PACE), slope, angles)
     k, seen = plain.run.gains.k_d2, set()
@@ -46,10 +47,23 @@ def test_thighs_follow_the_speed_of_the_centre_of_mass(slope, angles, rise):
             couple = k[s] * (0.3 if s >= 2 else -0.2) * faster
             added[2] += couple
             added[HIPS[leg]] = couple
+            added[KNEES[leg]] = 9.0 * max(faster, 0.0) ** 2 if s >= 2 else 0.0
             seen.add(int(s))
         found = paced.c["tick"]["Q_d"] - plain.c["tick"]["Q_d"]
         np.testing.assert_allclose(found, added, atol=1e-9 * max(1.0, np.abs(added).max()))
     assert seen == {0, 1, 2, 3}
+
+
+@pytest.mark.parametrize(
+    ("slope", "angles", "leaned"), [(5.0, "gravity", 6.0), (-5.0, "gravity", 0.0), (5.0, "slope", 0.0)]
+)
+def test_the_torso_leans_uphill_as_if_its_spring_rested_further_forward(slope, angles, leaned):
+    leans = bench(Gains(pace=msgspec.structs.replace(PACE, lean=1.2)), slope, angles)
+    rests = bench(Gains(pace=PACE, theta_b=leans.run.gains.theta_b - leaned), slope, angles)
+    for q, v in states(10, 32):
+        leans.tick(q, v)
+        rests.tick(q, v)
+        np.testing.assert_allclose(leans.c["tick"]["Q_d"], rests.c["tick"]["Q_d"], atol=1e-9)
 
 
 def couples(run: Run, t, late: int = 0) -> tuple[np.ndarray, np.ndarray]:

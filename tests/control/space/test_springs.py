@@ -30,6 +30,7 @@ def wanted(scene: Scene, q: np.ndarray, v: np.ndarray, phase: tuple[int, int]) -
     k, b, rest = gait["k"], gait["b"], gait["rest"]
     x, y, z = np.eye(3)
     Q = np.zeros(18)
+    excess = scene.c["at"]["com_velocity"][0] - gait["pace"][0] + gait["pace"][1] * scene.c["belief"]["tilt"][0]
     for link in range(3):
         body = (1, 2, 5)[link]
         J = np.zeros((3, 18))
@@ -44,7 +45,6 @@ def wanted(scene: Scene, q: np.ndarray, v: np.ndarray, phase: tuple[int, int]) -
             leg, s = link - 1, phase[link - 1]
             sign = np.array([1.0, SIDE[leg], SIDE[leg]])
             goal = rest[s, :3].copy()
-            excess = scene.c["at"]["com_velocity"][0] - gait["pace"][0] + gait["pace"][1] * scene.c["belief"]["tilt"][0]
             goal[0] += gait["pace"][3 if s >= 2 else 4] * excess
             if s >= 2:
                 stance = data.geom_xpos[list(scene.robot.feet[1 - leg].geoms)].mean(axis=0)
@@ -58,10 +58,11 @@ def wanted(scene: Scene, q: np.ndarray, v: np.ndarray, phase: tuple[int, int]) -
         for i in range(3, 6):
             j = 6 + 6 * leg + i
             Q[j] += -k[s, i] * (q[j + 1] - rest[s, i]) - b[s, i] * v[j]
+            Q[j] += gait["pace"][6] * max(excess, 0.0) ** 2 if s >= 2 and i == 3 else 0.0
     return Q
 
 
-@pytest.mark.parametrize("pace", [(0.0, 0.0, 0.0, 0.0, 0.0), (0.7, 0.0, 0.0, 0.4, -0.3)])
+@pytest.mark.parametrize("pace", [(0.0,) * 7, (0.7, 0.0, 0.0, 0.4, -0.3, 1.2, 9.0)])
 @pytest.mark.parametrize("phase", [(0, 1), (1, 2), (2, 0), (3, 3)])
 def test_moments_on_bodies_are_projected(scene, phase, pace):
     scene.c["gait"]["pace"] = pace
@@ -80,12 +81,30 @@ def test_pace_is_less_where_the_ground_rises_ahead(rise, heading):
     q, v = states(scene, 1)[0]
     scene.sensed(q, v)
     scene.c["gait"]["heading"] = heading
-    for pace in ((0.7, 2.0, 0, 0.4, -0.3), (0.7 - 2.0 * np.radians(3.0), 0, 0, 0.4, -0.3), (0.7, 0, 0, 0.4, -0.3)):
+    less = 0.7 - 2.0 * np.radians(3.0)
+    for pace in ((0.7, 2.0, 0, 0.4, -0.3, 0, 5), (less, 0, 0, 0.4, -0.3, 0, 5), (0.7, 0, 0, 0.4, -0.3, 0, 5)):
         scene.c["gait"]["pace"] = pace
         desired_forces(scene.c, scene.mechanics)
         found.append(scene.c["tick"]["Q_d"].copy())
     assert found[0] == pytest.approx(found[1], abs=1e-9 * np.abs(found[1]).max())
     assert np.abs(found[0] - found[2]).max() > 1.0
+
+
+@pytest.mark.parametrize(("rise", "heading", "leaned"), [
+    ("ground.slope=3.0", 0.0, 3.6), ("ground.slope=-3.0", 0.0, 0.0), ("ground.side_slope=3.0", 0.5 * np.pi, 3.6),
+    ("ground.side_slope=3.0", 0.0, 0.0),
+])  # fmt: skip
+def test_the_torso_leans_uphill_as_if_its_spring_rested_further_forward(rise, heading, leaned):
+    scene, found = Scene(rise), []
+    q, v = states(scene, 1)[0]
+    scene.sensed(q, v)
+    gait = scene.c["gait"]
+    gait["heading"] = heading
+    for lean, further in ((1.2, 0.0), (0.0, leaned)):
+        gait["pace"], gait["rest_torso"][0] = (0.0, 0.0, 0.0, 0.0, 0.0, lean, 0.0), np.radians(85.0 - further)
+        desired_forces(scene.c, scene.mechanics)
+        found.append(scene.c["tick"]["Q_d"].copy())
+    assert found[0] == pytest.approx(found[1], abs=1e-9 * np.abs(found[1]).max())
 
 
 @pytest.mark.parametrize(("rise", "heading"), [("ground.side_slope=3.0", 0.0), ("ground.slope=-3.0", 0.5 * np.pi)])
@@ -97,7 +116,7 @@ def test_a_leg_in_the_air_is_abducted_where_the_ground_rises_on_its_side(rise, h
     scene.c["gait"]["heading"] = heading
     placed = []
     for side in (0.0, 0.5):
-        scene.c["gait"]["pace"] = 0.0, 0.0, side, 0.0, 0.0
+        scene.c["gait"]["pace"] = 0.0, 0.0, side, 0.0, 0.0, 0.0, 0.0
         desired_forces(scene.c, scene.mechanics)
         placed.append(scene.c["tick"]["placed"].copy())
     assert placed[1] - placed[0] == pytest.approx([-0.5 * np.radians(3.0), 0.5 * np.radians(3.0)])
