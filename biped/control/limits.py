@@ -10,7 +10,7 @@ minimum of the free ones until one meets its limit, and at the minimum the one t
 Every such change lowers the cost, so that ends.
 """
 
-from biped.base.jit import kernel
+from biped.base.jit import inner_kernel, kernel
 
 MOST_CHANGES = 60
 """Changes after which the problem is given up; random problems of six torques take 23 at most."""
@@ -18,6 +18,12 @@ WORST_FIRST = 12
 """Changes of the torque that is furthest on the wrong side."""
 _SLACK, _ROUNDING = 1e-9, 1e-6
 """[N m] Distances from a limit that do not count; and in a descent, where rounding of that size was seen."""
+
+
+@inner_kernel
+def coordinate(j, above, below):
+    """The number of a driven joint's coordinate; the base's stand behind those of the joints above the legs."""
+    return j if j < above else j + below
 
 
 @kernel
@@ -43,7 +49,7 @@ def change_limits(turn, x, above, below, regularisation, limit, side, u):
             return True
     worst, which, to = (_ROUNDING if turn >= WORST_FIRST else _SLACK), -1, 0
     for j in range(u.size):
-        wanted = x[j if j < above else j + below] / regularisation
+        wanted = x[coordinate(j, above, below)] / regularisation
         if side[j] == 0:
             u[j] = wanted
             beyond, way = abs(wanted) - limit[j], (1 if wanted > 0.0 else -1)
@@ -62,7 +68,7 @@ def _met_limit(x, above, below, regularisation, limit, side, u):
     """Moves the free u towards the minimum as far as a limit, which is then kept; returns whether there is one."""
     part, met, way = 1.0, -1, 0
     for j in range(u.size):
-        wanted = x[j if j < above else j + below] / regularisation
+        wanted = x[coordinate(j, above, below)] / regularisation
         if side[j] == 0 and abs(wanted) > limit[j] + _ROUNDING:
             to = 1 if wanted > 0.0 else -1
             share = (to * limit[j] - u[j]) / (wanted - u[j])
@@ -72,7 +78,7 @@ def _met_limit(x, above, below, regularisation, limit, side, u):
         return False
     for j in range(u.size):
         if side[j] == 0:
-            u[j] += part * (x[j if j < above else j + below] / regularisation - u[j])
+            u[j] += part * (x[coordinate(j, above, below)] / regularisation - u[j])
     side[met] = way
     u[met] = way * limit[met]
     return True

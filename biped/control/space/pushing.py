@@ -8,7 +8,7 @@ import math
 
 from biped.base.jit import inner_kernel, kernel
 from biped.control.blending import downward
-from biped.control.limits import MOST_CHANGES, WORST_FIRST, change_limits
+from biped.control.limits import MOST_CHANGES, WORST_FIRST, change_limits, coordinate
 from biped.control.space.record import (
     BASE,
     DIRECTIONS,
@@ -271,12 +271,6 @@ def _wanted_forces(c, n):
 
 
 @kernel
-def _coordinate(trunk, j):
-    """Where the law counts driven joint j: the base's coordinates stand between those above the legs and the legs'."""
-    return j if j < trunk else j + BASE
-
-
-@kernel
 def _nearest_forces(c, n, top):
     """The second problem in the ground forces c: leaves them in work x, and P (M q̈_d + h - Gᵀc) in `forces`.
 
@@ -291,7 +285,7 @@ def _nearest_forces(c, n, top):
         free = memory["side"][j] == 0
         work["soft"][j] = 1.0 / act["regularisation"] if free else 0.0
         if not free:
-            F[_coordinate(upper - BASE, j)] -= memory["side"][j] * act["limit"][j]
+            F[coordinate(j, upper - BASE, BASE)] -= memory["side"][j] * act["limit"][j]
     top = _reduce(c, n, top)
     for i in range(n):
         work["H"][i, i] += work["price"][i]

@@ -87,8 +87,8 @@ def desired_forces(c, m):
     for link in range(1 + LEGS):
         leg = link - 1
         if link == 0:
-            upright = gait["rest_torso"][0] - leaned(gait["pace"], rise)
-            pitch = -gait["k_torso"][0] * (at["torso"][0] - upright)
+            at_rest = gait["rest_torso"][0] - leaned(gait["pace"], rise)
+            pitch = -gait["k_torso"][0] * (at["torso"][0] - at_rest)
             roll = -gait["k_torso"][1] * (at["torso"][1] - gait["rest_torso"][1])
             yaw = -gait["k_torso"][2] * (at["torso"][2] - gait["rest_torso"][2])
             pitch -= gait["b_torso"][0] * at["torso_rate"][0]

@@ -12,7 +12,7 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import nearest
-from biped.scenario.gains import GAINS, KNEES, LACKED, OUT_OF_PLANE, PACE, Gains, number, single, with_numbers
+from biped.scenario.gains import GAINS, KNEES, LACKED, OUT_OF_PLANE, PACE, Gains, Pace, number, single, with_numbers
 from biped.scenario.goals import Range, Tune
 from biped.scenario.keys import Scenario
 from biped.scenario.vary import ChangeOrigin, lookup
@@ -132,7 +132,7 @@ def _means_something(gains: Gains, name: str) -> bool:
     table, _, whole = way.rpartition(".")
     if name == "axial.theta_b" or (name == f"{PACE}.side" and gains.frontal is None):
         return False
-    if gains.pace is not None and name.removeprefix(f"{PACE}.") in gains.pace.may_lack():
+    if way == PACE and state in Pace.may_lack():
         return number(gains, name) is not None
     spring = _SPRING.get(whole)
     if spring is None or not state.isdigit():
