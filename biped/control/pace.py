@@ -6,11 +6,11 @@ Springs and dampers alone do not know how fast the walker is, so that it runs aw
 from typing import Any
 
 from biped.base.jit import inner_kernel
-from biped.robot.leg_states import EXTENDED, SWING
+from biped.robot.leg_states import EXTENDED, PUSH_OFF, SWING
 from biped.scenario.gains import Pace
 
 PARTS = len(Pace.__struct_fields__)
-"""Numbers of a pace in a controller record: speed, slope, side, swing, stance, lean, knee."""
+"""Numbers of a pace in a controller record: speed, slope, side, swing, stance, lean, knee, ankle."""
 
 
 def parts(pace: Pace | None) -> tuple[Any, ...]:
@@ -23,7 +23,7 @@ def excess(pace, speed, rise):
     """[m/s] by which a walker is faster forward than its pace v0.
 
     Args:
-        pace: (7,) as `parts` has it.
+        pace: (8,) as `parts` has it.
         speed: [m/s] of the centre of mass, forward.
         rise: [rad] by which the ground rises ahead, as the law knows it.
     """
@@ -51,4 +51,17 @@ def straightened(pace, state, faster):
     if state in (SWING, EXTENDED):
         above = max(faster, 0.0)
         return pace[6] * above * above
+    return 0.0
+
+
+@inner_kernel
+def extended(pace, state, faster, rise):
+    """[N m] that extend a leg's ankle in a state (0 … 3): of one that pushes off, where the walker is too slow.
+
+    They are largest where it has nearly come to a stand, and vanish at the pace v0 and, so that a walker that is pushed
+    back is not helped over backward, at -v0.
+    """
+    v0 = pace[0] - pace[1] * rise
+    if state == PUSH_OFF and -2.0 * v0 < faster < 0.0:
+        return pace[7] * faster * faster * (2.0 + faster / v0)
     return 0.0

@@ -74,6 +74,8 @@ class Pace(PartialGains, frozen=True, omit_defaults=True):
             Downhill it does not lean back.
         knee: [N m s²/m²] The knee of a leg in the air is straightened by so much times (v - v0)² where v is more than
             v0; default: 0.
+        ankle: [N m s²/m²] The ankle of a leg that pushes off (2) is extended by so much times (v - v0)² (1 + v/v0) more
+            where v is between -v0 and v0; default: 0.
     """
 
     speed: Real | None = None
@@ -83,11 +85,12 @@ class Pace(PartialGains, frozen=True, omit_defaults=True):
     stance: Real | None = None
     lean: Real | None = None
     knee: NonNegative | None = None
+    ankle: NonNegative | None = None
 
     @classmethod
     def may_lack(cls) -> tuple[str, ...]:
-        """Without them the torso does not know slopes, and knees no speed."""
-        return "lean", "knee"
+        """Without them the torso does not know slopes, and knees and ankles no speed."""
+        return "lean", "knee", "ankle"
 
 
 class Frontal(PartialGains, frozen=True):

@@ -50,7 +50,7 @@ def test_a_pace_is_interpolated_too(tmp_path):
     assert isinstance(pace, Pace)
     assert (pace.speed, pace.slope, pace.side) == pytest.approx((0.6, 1.6, 0.0))
     assert (pace.swing, pace.stance) == pytest.approx((0.12, 0.1))
-    assert (pace.lean, pace.knee) == (None, None)
+    assert (pace.lean, pace.knee, pace.ankle) == (None, None, None)
     path.write_text(PACED.replace("swing = 0.2,", "swing = 0.2, lean = 2.0,"), encoding="utf-8")
     pace = read_gains(path, Gains(speed=0.6)).pace
     assert pace is not None

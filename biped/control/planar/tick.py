@@ -10,7 +10,7 @@ import math
 from biped.base.jit import inner_kernel, kernel
 from biped.control.blending import smooth
 from biped.control.observer import compensate, remember
-from biped.control.pace import excess, flexed, leaned, straightened
+from biped.control.pace import excess, extended, flexed, leaned, straightened
 from biped.control.planar.allocation import EXACT, bounded_torques, joint_torques
 from biped.control.planar.floating import floating_torques
 from biped.control.planar.observer import observe
@@ -101,6 +101,7 @@ def desired_forces(c, q, v):
         Q[hip] = couple
         Q[knee] = -k[s, 1] * (q[knee] - gait["theta_k"][s]) - b[s, 1] * v[knee] + straightened(gait["pace"], s, faster)
         Q[ankle] = -k[s, 2] * (q[ankle] - gait["theta_a"][s]) - b[s, 2] * v[ankle]
+        Q[ankle] -= extended(gait["pace"], s, faster, c["belief"]["tilt"])
     Q[PITCH] = pitch
 
 

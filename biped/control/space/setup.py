@@ -93,7 +93,8 @@ def si_gains(gains: Gains, unit: Unit) -> Gains:
     if pace is not None:
         speeds = {name: _times(getattr(pace, name), 1.0 / second) for name in ("speed", "slope")}
         shares = {name: _times(getattr(pace, name), second) for name in ("swing", "stance")}
-        pace = replace(pace, **speeds, **shares, knee=_times(pace.knee, unit.moment * second**2))
+        moments = {name: _times(getattr(pace, name), unit.moment * second**2) for name in ("knee", "ankle")}
+        pace = replace(pace, **speeds, **shares, **moments)
     return replace(_parts(gains, unit), frontal=frontal, axial=axial, pace=pace, unit=None)
 
 

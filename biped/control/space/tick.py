@@ -11,10 +11,10 @@ import math
 
 from biped.base.jit import inner_kernel, kernel
 from biped.control.blending import smooth
-from biped.control.pace import excess, flexed, leaned, straightened
+from biped.control.pace import excess, extended, flexed, leaned, straightened
 from biped.control.space.places import believe_contacts, point_motion, sense_places
 from biped.control.space.pushing import pushing_torques
-from biped.control.space.record import BASE, HEEL_END, HIP_JOINTS, KNEE, LEG, LEG_POINTS, LEGS, SIDE, TOE_END
+from biped.control.space.record import ANKLE, BASE, HEEL_END, HIP_JOINTS, KNEE, LEG, LEG_POINTS, LEGS, SIDE, TOE_END
 from biped.robot.leg_states import EXTENDED, SWING, leg_state
 
 _HOLD = 20.0
@@ -123,6 +123,8 @@ def desired_forces(c, m):
                 couple = -k[s, i] * (at["joint"][leg, i] - rest[s, i]) - b[s, i] * at["joint_rate"][leg, i]
                 if i == KNEE:
                     couple += straightened(gait["pace"], s, faster)
+                elif i == ANKLE:
+                    couple -= extended(gait["pace"], s, faster, rise)
                 Q[first + i] = c["belief"]["sign"][leg, i] * couple if column[first + i] >= 0 else 0.0
     for j in range(upper - reach, trunk):
         Q[j] += _moment(m, column[j], lx, ly, lz)

@@ -149,7 +149,7 @@ def _gain_axis(tune: Tune, name: str, value: float) -> Axis:
         return Axis(name, value, False, SLOPE, -1.0, 1.0, True)
     if name == f"{PACE}.lean":
         return Axis(name, value, False, LEAN, -1.0, 1.0, True)
-    if ".placement." in name or (name.startswith(f"{PACE}.") and name != f"{PACE}.knee"):
+    if ".placement." in name or (name.startswith(f"{PACE}.") and name not in (f"{PACE}.knee", f"{PACE}.ankle")):
         return Axis(name, value, False, PLACEMENT, -tune.angle / DEGREES, tune.angle / DEGREES, True)
     most = math.log(tune.factor)
     return Axis(name, value, True, 1.0, -most, most, True)

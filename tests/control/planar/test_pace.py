@@ -20,9 +20,9 @@ from biped.scenario.reading import read_scenario
 from biped.scenario.world import Ground
 from tests.ticks import Bench, dynamics, states
 
-PACE = Pace(speed=0.6, slope=1.5, side=0.0, swing=0.3, stance=-0.2, knee=9.0)
-ON = "gains.pace={speed=0.6,slope=1.5,side=0.0,swing=0.3,stance=-0.2,knee=9.0}"
-HIPS, KNEES = (3, 6), (4, 7)
+PACE = Pace(speed=0.6, slope=1.5, side=0.0, swing=0.3, stance=-0.2, knee=9.0, ankle=50.0)
+ON = "gains.pace={speed=0.6,slope=1.5,side=0.0,swing=0.3,stance=-0.2,knee=9.0,ankle=50.0}"
+HIPS, KNEES, ANKLES = (3, 6), (4, 7), (5, 8)
 
 
 def bench(gains: Gains, slope: float, angles: str) -> Bench:
@@ -48,10 +48,13 @@ def test_legs_follow_the_speed_of_the_centre_of_mass(slope, angles, rise):
             added[2] += couple
             added[HIPS[leg]] = couple
             added[KNEES[leg]] = 9.0 * max(faster, 0.0) ** 2 if s >= 2 else 0.0
-            seen.add(int(s))
+            v0 = 0.6 - 1.5 * np.radians(rise)
+            slow = s == 1 and -2.0 * v0 < faster < 0.0
+            added[ANKLES[leg]] = -50.0 * faster**2 * (1.0 + (v0 + faster) / v0) if slow else 0.0
+            seen.add((int(s), slow))
         found = paced.c["tick"]["Q_d"] - plain.c["tick"]["Q_d"]
         np.testing.assert_allclose(found, added, atol=1e-9 * max(1.0, np.abs(added).max()))
-    assert seen == {0, 1, 2, 3}
+    assert seen == {(0, False), (1, False), (1, True), (2, False), (3, False)}
 
 
 @pytest.mark.parametrize(

@@ -59,10 +59,13 @@ def wanted(scene: Scene, q: np.ndarray, v: np.ndarray, phase: tuple[int, int]) -
             j = 6 + 6 * leg + i
             Q[j] += -k[s, i] * (q[j + 1] - rest[s, i]) - b[s, i] * v[j]
             Q[j] += gait["pace"][6] * max(excess, 0.0) ** 2 if s >= 2 and i == 3 else 0.0
+            v0 = gait["pace"][0] - gait["pace"][1] * scene.c["belief"]["tilt"][0]
+            if s == 1 and i == 4 and -2.0 * v0 < excess < 0.0:
+                Q[j] -= gait["pace"][7] * excess**2 * (2.0 + excess / v0)
     return Q
 
 
-@pytest.mark.parametrize("pace", [(0.0,) * 7, (0.7, 0.0, 0.0, 0.4, -0.3, 1.2, 9.0)])
+@pytest.mark.parametrize("pace", [(0.0,) * 8, (0.7, 0.0, 0.0, 0.4, -0.3, 1.2, 9.0, 50.0)])
 @pytest.mark.parametrize("phase", [(0, 1), (1, 2), (2, 0), (3, 3)])
 def test_moments_on_bodies_are_projected(scene, phase, pace):
     scene.c["gait"]["pace"] = pace
@@ -82,7 +85,7 @@ def test_pace_is_less_where_the_ground_rises_ahead(rise, heading):
     scene.sensed(q, v)
     scene.c["gait"]["heading"] = heading
     less = 0.7 - 2.0 * np.radians(3.0)
-    for pace in ((0.7, 2.0, 0, 0.4, -0.3, 0, 5), (less, 0, 0, 0.4, -0.3, 0, 5), (0.7, 0, 0, 0.4, -0.3, 0, 5)):
+    for pace in ((0.7, 2.0, 0, 0.4, -0.3, 0, 5, 7), (less, 0, 0, 0.4, -0.3, 0, 5, 7), (0.7, 0, 0, 0.4, -0.3, 0, 5, 7)):
         scene.c["gait"]["pace"] = pace
         desired_forces(scene.c, scene.mechanics)
         found.append(scene.c["tick"]["Q_d"].copy())
@@ -101,7 +104,7 @@ def test_the_torso_leans_uphill_as_if_its_spring_rested_further_forward(rise, he
     gait = scene.c["gait"]
     gait["heading"] = heading
     for lean, further in ((1.2, 0.0), (0.0, leaned)):
-        gait["pace"], gait["rest_torso"][0] = (0.0, 0.0, 0.0, 0.0, 0.0, lean, 0.0), np.radians(85.0 - further)
+        gait["pace"], gait["rest_torso"][0] = (0.0, 0.0, 0.0, 0.0, 0.0, lean, 0.0, 0.0), np.radians(85.0 - further)
         desired_forces(scene.c, scene.mechanics)
         found.append(scene.c["tick"]["Q_d"].copy())
     assert found[0] == pytest.approx(found[1], abs=1e-9 * np.abs(found[1]).max())
@@ -116,7 +119,7 @@ def test_a_leg_in_the_air_is_abducted_where_the_ground_rises_on_its_side(rise, h
     scene.c["gait"]["heading"] = heading
     placed = []
     for side in (0.0, 0.5):
-        scene.c["gait"]["pace"] = 0.0, 0.0, side, 0.0, 0.0, 0.0, 0.0
+        scene.c["gait"]["pace"] = 0.0, 0.0, side, 0.0, 0.0, 0.0, 0.0, 0.0
         desired_forces(scene.c, scene.mechanics)
         placed.append(scene.c["tick"]["placed"].copy())
     assert placed[1] - placed[0] == pytest.approx([-0.5 * np.radians(3.0), 0.5 * np.radians(3.0)])

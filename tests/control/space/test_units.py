@@ -39,7 +39,8 @@ def own_pushing(pushing, gains, unit):
 @pytest.mark.parametrize("controller", ["human3d", "human3d_sure", "human3d_steady"])
 def test_the_humans_gait_gives_the_same_torques_in_its_own_units(controller):
     scene = Scene(
-        f'controller="{controller}"', "gains.pace={speed=0.9,slope=2.0,side=0.1,swing=0.2,stance=0.1,knee=9.0}"
+        f'controller="{controller}"',
+        "gains.pace={speed=0.9,slope=2.0,side=0.1,swing=0.2,stance=0.1,knee=9.0,ankle=50.0}",
     )
     setup = scene.setup
     unit = unit_of(scene.robot, anatomy_of(scene.model, scene.robot))
@@ -62,7 +63,7 @@ def test_the_humans_gait_gives_the_same_torques_in_its_own_units(controller):
 def test_units_are_those_of_the_dimensions():
     """A walker of twice the length and eight times the mass: moments grow 16-fold, times by the root of 2."""
     scene = Scene()
-    gains = structs.replace(scene.setup.gains, pace=Pace(0.9, 2.0, 0.1, 0.2, 0.1, 1.2, 9.0))
+    gains = structs.replace(scene.setup.gains, pace=Pace(0.9, 2.0, 0.1, 0.2, 0.1, 1.2, 9.0, 50.0))
     small, large = Unit(10.0, 0.5), Unit(80.0, 1.0)
     one, other = (si_gains(own_gains(gains, small), unit) for unit in (small, large))
     assert one.k_d1 == pytest.approx(gains.k_d1)
@@ -80,6 +81,7 @@ def test_units_are_those_of_the_dimensions():
     assert other.pace.swing * other.pace.speed == pytest.approx(gains.pace.swing * gains.pace.speed)
     assert other.pace.stance * other.pace.speed == pytest.approx(gains.pace.stance * gains.pace.speed)
     assert other.pace.lean == gains.pace.lean
+    assert other.pace.ankle * speed[0] ** 2 == pytest.approx(16.0 * gains.pace.ankle * speed[1] ** 2)
     assert other.pace.knee * speed[0] ** 2 == pytest.approx(16.0 * gains.pace.knee * speed[1] ** 2)
     before = structs.replace(scene.setup.scenario.actuation.pushing, slew=1000.0)
     after = si_pushing(own_pushing(before, gains, small), own_gains(gains, small), large)

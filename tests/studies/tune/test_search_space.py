@@ -102,8 +102,11 @@ def test_a_pace_varies_in_the_plane_but_for_its_side(scenario_file):
     assert {name for name in names if name.startswith("pace")} == {
         f"pace.{one}" for one in ("speed", "slope", "swing", "stance")
     }
-    study = study_of(scenario_file, "gains.pace={speed=0.7,slope=0.0,side=0.0,swing=0.1,stance=0.1,lean=1.3,knee=10.0}")
+    pace = "speed=0.7,slope=0.0,side=0.0,swing=0.1,stance=0.1,lean=1.3,knee=10.0,ankle=75.0"
+    study = study_of(scenario_file, f"gains.pace={{{pace}}}")
     space = SearchSpace(study.scenario, study.gains)
-    lean, knee = (next(axis for axis in space.axes if axis.name == f"pace.{one}") for one in ("lean", "knee"))
+    axes = {axis.name: axis for axis in space.axes}
+    lean, knee, ankle = (axes[f"pace.{one}"] for one in ("lean", "knee", "ankle"))
     assert (lean.start, lean.log) == (1.3, False)
     assert (knee.start, knee.log) == (10.0, True)  # which has a sign
+    assert (ankle.start, ankle.log) == (75.0, True)
