@@ -118,8 +118,8 @@ def _check(name: str, bound: Bound, value: float, runs: int) -> Check:
     high = math.inf if bound.max is None else float(bound.max)
     if METRICS[name].kind == "count" and low > runs:
         why = f'{_runs(runs)} cannot decide it; a share such as "97 %" can be expected of any number of runs'
-        return Check(name, value, _words(bound), None, why)
-    return Check(name, value, _words(bound), bool(low <= value <= high))
+        return Check(name, value, words_of(bound), None, why)
+    return Check(name, value, words_of(bound), bool(low <= value <= high))
 
 
 def _share(name: str, bound: Bound, count: int, runs: int) -> Check:
@@ -143,7 +143,7 @@ def _share(name: str, bound: Bound, count: int, runs: int) -> Check:
     if holds is None:
         most = max(needed, default=None, key=lambda one: math.inf if one is None else one)
         why += ", too few runs to tell" + ("" if most is None else f"; at this rate it takes {most}")
-    return Check(name, count, _words(bound), holds, why)
+    return Check(name, count, words_of(bound), holds, why)
 
 
 def _implied(said: set[str], summary: Mapping[str, float], rows: Sequence[Mapping[str, Any]]) -> list[Check]:
@@ -168,7 +168,8 @@ def _runs(count: int) -> str:
     return "one run" if count == 1 else f"{count} runs"
 
 
-def _words(bound: Bound) -> str:
+def words_of(bound: Bound) -> str:
+    """A bound in words."""
     low, high = ("" if one is None else one if isinstance(one, str) else f"{one:g}" for one in (bound.min, bound.max))
     if not low:
         return f"<= {high}"

@@ -1,39 +1,86 @@
-"""Results of gaits in the standard tests: one table, on a terminal, in Markdown, and in docs/standard.md.
+"""Results of gaits in the standard tests: one table, on a terminal, in Markdown, and in pages of docs/.
 
-`python -m biped.show.standing FOLDER…` writes the tables of results folders into docs/standard.md.
+`python -m biped.show.standing PAGE TITLE=FOLDER…` takes the tables of results folders into docs/PAGE.md, in place of
+those of the same titles. Without any it writes all such pages anew.
 """
 
 import json
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from biped.base.writing import dumps, write_into, write_text
 from biped.scenario.metrics import METRICS
-from biped.show.document import DOCS, Document, Paragraph, Table, filled, markdown
+from biped.show.document import DOCS, Document, Line, Paragraph, Table, Words, markdown, replaced
 
 FILE = "standard.json"
-PAGE, TEMPLATE, DATA = DOCS / "standard.md", DOCS / "standard.in.md", DOCS / "standard.json"
+PAGES = "standard", "pushing", "robot", "three-d"
+"""Pages of docs/ that have tables of this kind; their data are beside them."""
+_TABLES = "tables"
+"""The name of the part of a page that holds them."""
 _OF = {"weight": "m g", "leg": "l", "si": ""}
 
 
 def document_of(found: Mapping[str, Any]) -> Document:
-    """The table and how to read it, as a document."""
-    lines = tuple((title, *("\n".join(cell) for cell in cells)) for title, cells in rows(found))
-    return (Table(("test", *found["gaits"]), lines), *(Paragraph(note, note=True) for note in notes(found)))
+    """The table and how to read it, as a document.
+
+    Args:
+        found: As `biped.studies.standard.StandardTable.as_dict` gives it.
+    """
+    lines = rows(found)
+    wanted = ("wanted",) if any(words for _, words, _ in lines) else ()
+    table = tuple((title, *([words] if wanted else []), *cells) for title, words, cells in lines)
+    words = (0, 1) if wanted else (0,)
+    texts = tuple(Paragraph(note, note=True) for note in notes(found))
+    return (Table(("test", *wanted, *found["gaits"]), table, words), *texts)
 
 
-def rows(found: Mapping[str, Any]) -> list[tuple[str, list[list[str]]]]:
-    """Titles of the tests, and what to say of each gait, line by line.
+def rows(found: Mapping[str, Any]) -> list[tuple[str, str, list[Line]]]:
+    """Titles of the tests, what is wanted, and what to say of each gait; bold where it is not what is wanted.
+
+    What a test shows that is not searched has rows of its own.
 
     Args:
         found: As `biped.studies.standard.StandardTable.as_dict` gives it.
     """
     by = {(one["test"], one["gait"]): one for one in found["standings"]}
-    return [
-        (_title(test), [lines_of(test, by[test["name"], gait]) for gait in found["gaits"]]) for test in found["tests"]
-    ]
+    lines = []
+    for test in found["tests"]:
+        standings = [by[test["name"], gait] for gait in found["gaits"]]
+        bound = test.get("expect", {}).get(test["goal"]) if test["key"] is None else None
+        cells = [_judged("\n".join(lines_of(test, one)), _reached(one, bound), bound) for one in standings]
+        lines.append((_title(test), bound["words"] if bound else "", cells))
+        if test["key"] is None:
+            lines += _shown(test, standings)
+    return lines
+
+
+def _shown(test: Mapping[str, Any], standings: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str, list[Line]]]:
+    """Rows of the metrics that a test shows, by gait."""
+    for name in test["shows"]:
+        metric, bound = METRICS[name], test.get("expect", {}).get(name)
+        values = [standing["tried"][0]["numbers"].get(name) if standing["tried"] else None for standing in standings]
+        if any(value is not None for value in values):
+            title = f"– {metric.words} [{metric.unit}]" if metric.unit else f"– {metric.words}"
+            words = bound["words"] if bound else ""
+            yield title, words, [_judged(metric.text(value).replace("-", "−"), value, bound) for value in values]
+
+
+def _reached(standing: Mapping[str, Any], bound: Mapping[str, Any] | None) -> float | None:
+    """The runs of an ensemble that reached the goal, or their share where the bound is one."""
+    if not standing["tried"]:
+        return None
+    one = standing["tried"][0]
+    return one["reached"] / one["runs"] if bound and bound["share"] else one["reached"]
+
+
+def _judged(text: str, value: float | None, bound: Mapping[str, Any] | None) -> Line:
+    """A cell's text, which stands out if its value is not within a bound."""
+    if bound is None or value is None:
+        return text
+    low = bound["min"] is not None and value < bound["min"]
+    return Words(text, "bad") if low or (bound["max"] is not None and value > bound["max"]) else text
 
 
 def _title(test: Mapping[str, Any]) -> str:
@@ -47,7 +94,7 @@ def lines_of(test: Mapping[str, Any], standing: Mapping[str, Any]) -> list[str]:
         return ["–"]
     if found is None:
         one = tried[0]
-        return [f"{one['reached']} of {one['runs']}", *falls_of(one), *_unsound(one), *_metrics_of(test, one)]
+        return [f"{one['reached']} of {one['runs']}", *falls_of(one), *_unsound(one)]
     if found["holds_to"] is None:
         one = tried[0]
         at = _value(test, standing, one["value"])
@@ -119,33 +166,44 @@ def write(found: Mapping[str, Any], folder: Path) -> None:
     write_into(folder, {FILE: dumps(found, indent=1), "standard.md": markdown(document_of(found))})
 
 
-def page(stored: Sequence[Mapping[str, Any]]) -> str:
-    """The text of docs/standard.md."""
-    tables = "\n".join(f"## {one['title']}\n\n`{one['command']}`\n\n{markdown(document_of(one))}" for one in stored)
-    return filled(TEMPLATE, {"tables": tables.rstrip()})
+def page(name: str) -> str:
+    """The text of a page with the tables that its data make.
+
+    Args:
+        name: One of `PAGES`.
+    """
+    tables = "\n".join(
+        f"## {one['title']}\n\n`{one['command']}`\n\n{markdown(document_of(one))}" for one in stored(name)
+    )
+    return replaced((DOCS / f"{name}.md").read_text(encoding="utf-8"), _TABLES, tables.rstrip())
 
 
-def stored() -> list[dict[str, Any]]:
-    """The generated parts of docs/standard.md."""
-    return json.loads(DATA.read_bytes()) if DATA.exists() else []
+def stored(name: str) -> list[dict[str, Any]]:
+    """The results of which a page's tables are made."""
+    data = DOCS / f"{name}.json"
+    return json.loads(data.read_bytes()) if data.exists() else []
 
 
 def main(argv: Sequence[str]) -> None:
-    """Takes results folders, `TITLE=FOLDER` each, into the page, in place of those of the same titles.
+    """Takes results folders, `TITLE=FOLDER` each, into a page, in place of those of the same titles.
 
-    Without any, it writes the page anew.
+    Args:
+        argv: The page, then the folders. Without any, all pages are written anew.
     """
     if argv:
-        found = stored()
-        for word in argv:
+        name, *words = argv
+        found = stored(name)
+        for word in words:
             title, _, folder = word.partition("=")
             one = json.loads((Path(folder) / FILE).read_bytes())
             sets = "".join(f" --set {change}" for change in one["changes"])
+            tests = "".join(f" --test {test}" for test in one.get("asked_tests", ()))
             engines = f" --engines {','.join(one['engines'])}" if one.get("engines") else ""
             gaits = " ".join(one.get("asked", one["gaits"]))
-            found.append(one | {"title": title, "command": f"biped standard {gaits}{sets}{engines}"})
-        write_text(DATA, dumps(list({one["title"]: one for one in found}.values())))
-    write_text(PAGE, page(stored()))
+            found.append(one | {"title": title, "command": f"biped standard {gaits}{tests}{sets}{engines}"})
+        write_text(DOCS / f"{name}.json", dumps(list({one["title"]: one for one in found}.values())))
+    for name in argv[:1] or PAGES:
+        write_text(DOCS / f"{name}.md", page(name))
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,10 +12,11 @@ from msgspec.structs import replace
 from biped.base.errors import InputError, RunError, safe
 from biped.base.files import label, names
 from biped.ensemble.backend import Jobs, Progress, silent
+from biped.ensemble.checks import words_of
 from biped.ensemble.plan import Plan
 from biped.ensemble.rows import LOST
 from biped.robot.ground import GRAVITY
-from biped.scenario.goals import Standard
+from biped.scenario.goals import Bound, Standard, share_of
 from biped.scenario.metrics import METRICS
 from biped.scenario.reading import read_scenario
 from biped.studies.entrants import Entrant, entrant_of
@@ -37,6 +38,7 @@ class StandardTrial(NamedTuple):
         standard: What is searched and shown.
         rate: Share of runs that must reach the goal.
         description: Of its scenario.
+        expect: What its scenario expects.
     """
 
     name: str
@@ -44,6 +46,7 @@ class StandardTrial(NamedTuple):
     standard: Standard
     rate: float
     description: str
+    expect: Mapping[str, Bound]
 
 
 class StandardResult(NamedTuple):
@@ -91,6 +94,7 @@ class StandardTable(NamedTuple):
         standings: By test, then by gait.
         asked: Gaits as they were named.
         engines: In which each was tested; none: in the tests' own.
+        asked_tests: Tests as they were named; none: the shipped family.
     """
 
     tests: list[StandardTrial]
@@ -99,6 +103,7 @@ class StandardTable(NamedTuple):
     standings: list[StandardResult]
     asked: list[str]
     engines: list[str]
+    asked_tests: list[str]
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data, as `--json` prints it and standard.json holds it."""
@@ -107,16 +112,25 @@ class StandardTable(NamedTuple):
             "changes": self.changes,
             "asked": self.asked,
             "engines": self.engines,
+            "asked_tests": self.asked_tests,
             "tests": [
                 {
                     "name": test.name, "title": test.standard.title, "description": test.description,
                     "goal": test.standard.goal, "rate": test.rate, "key": test.standard.key, "of": test.standard.of,
                     "times": test.standard.times, "unit": test.standard.unit, "shows": list(test.standard.shows),
+                    "expect": {name: _bound(bound) for name, bound in test.expect.items()},
                 }
                 for test in self.tests
             ],
             "standings": [standing.as_dict() for standing in self.standings],
         }  # fmt: skip
+
+
+def _bound(bound: Bound) -> dict[str, Any]:
+    """A bound as plain data: in words, and its ends, which of a share lie between 0 and 1; None where it has none."""
+    ends = {name: None if one is None else float(share if (share := share_of(one)) is not None else one)
+            for name, one in (("min", bound.min), ("max", bound.max))}  # fmt: skip
+    return {"words": words_of(bound), "share": any(isinstance(one, str) for one in (bound.min, bound.max)), **ends}
 
 
 def trials_of(asked: Sequence[str]) -> list[StandardTrial]:
@@ -140,7 +154,8 @@ def _test(name: str) -> StandardTrial:
     scenario = read_scenario(word)
     if scenario.standard is None:
         raise InputError(f"{safe(name)}: not a standard test; expected a scenario with a table [standard]")
-    return StandardTrial(title_of(word), word, scenario.standard, scenario.threshold.rate, scenario.description)
+    asked, rate = scenario.standard, scenario.threshold.rate
+    return StandardTrial(title_of(word), word, asked, rate, scenario.description, scenario.expect)
 
 
 def standard(
@@ -191,7 +206,8 @@ def standard(
         for test in tests
         for entrant, name, own in columns
     ]
-    return StandardTable(tests, [name for _, name, _ in columns], list(changes), standings, list(gaits), list(engines))
+    shown = [name for _, name, _ in columns]
+    return StandardTable(tests, shown, list(changes), standings, list(gaits), list(engines), list(asked))
 
 
 def _add_to(out: Path, tests: Sequence[str], columns: Sequence[str], changes: Sequence[str]) -> None:

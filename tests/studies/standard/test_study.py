@@ -259,9 +259,22 @@ def test_words_of_a_table():
     push, level = FOUND["tests"]
     assert lines_of(push, FOUND["standings"][0]) == ["6", "(2 … 8)", "0.3 m g", "J/(m√(g l)) 0.3"]
     assert lines_of(push, FOUND["standings"][1]) == ["none", "1 of 10 at 2"]
-    assert lines_of(level, FOUND["standings"][2]) == ["9 of 10", "0.7 m/s"]
+    assert lines_of(level, FOUND["standings"][2]) == ["9 of 10"]
     assert lines_of(level, FOUND["standings"][3]) == ["–"]
     assert "\\<b\\>" in markdown(document_of(FOUND))
+
+
+def test_what_is_shown_has_rows_of_its_own_and_what_is_missed_is_bold():
+    assert "| – speed \\[m/s\\] | 0.7 | – |" in markdown(document_of(FOUND))
+    expect = {"walked": {"words": ">= 95 %", "share": True, "min": 0.95, "max": None},
+              "speed": {"words": "<= 0.6", "share": False, "min": None, "max": 0.6}}  # fmt: skip
+    push, level = FOUND["tests"]
+    text = markdown(document_of(FOUND | {"tests": [push, level | {"expect": expect}]}))
+    assert "| test | wanted | a |" in text
+    assert "| level | \\>= 95 % | **9 of 10** | – |" in text
+    assert "| – speed \\[m/s\\] | \\<= 0.6 | **0.7** | – |" in text
+    expect["walked"]["min"], expect["speed"]["max"] = 0.9, 0.7
+    assert "**" not in markdown(document_of(FOUND | {"tests": [push, level | {"expect": expect}]}))
 
 
 def test_a_table_says_which_runs_cannot_be_believed():
@@ -269,11 +282,11 @@ def test_a_table_says_which_runs_cannot_be_believed():
     lines = lines_of(push, FOUND["standings"][1] | {"tried": [TriedValue(0.1, 1, 10, {}, 8)._asdict()]})
     assert lines == ["none", "1 of 10 at 2", "8 doubtful"]
     one = TriedValue(None, 0, 10, {"speed": 0.7}, 10)._asdict()
-    assert lines_of(level, FOUND["standings"][2] | {"tried": [one]}) == ["0 of 10", "10 doubtful", "0.7 m/s"]
+    assert lines_of(level, FOUND["standings"][2] | {"tried": [one]}) == ["0 of 10", "10 doubtful"]
     one = TriedValue(None, 4, 10, {"speed": 0.7}, 0, 1)._asdict()  # five were as slow as their command does not allow
-    assert lines_of(level, FOUND["standings"][2] | {"tried": [one]}) == ["4 of 10", "1 fell", "0.7 m/s"]
+    assert lines_of(level, FOUND["standings"][2] | {"tried": [one]}) == ["4 of 10", "1 fell"]
     one = TriedValue(None, 4, 10, {"speed": 0.7}, 0, 6)._asdict()
-    assert lines_of(level, FOUND["standings"][2] | {"tried": [one]}) == ["4 of 10", "0.7 m/s"]
+    assert lines_of(level, FOUND["standings"][2] | {"tried": [one]}) == ["4 of 10"]
     assert "doubtful" not in markdown(document_of(FOUND))
     doubted = FOUND | {"standings": [one | {"tried": [try_ | {"unsound": 1} for try_ in one["tried"]]}
                                      for one in FOUND["standings"]]}  # fmt: skip
