@@ -34,6 +34,11 @@ def add_tune(commands: common.Commands) -> None:
     common.take_trust(parser)
     common.take_workers(parser)
     parser.add_argument("--out", type=Path, help="results folder; the same command continues what was interrupted")
+    parser.add_argument(
+        "--generations", metavar="N", type=common.whole,
+        help="end after N generations, with the best gait that was re-checked until then; those of an interrupted search "
+        "in --out count (default: what the scenario says)",
+    )  # fmt: skip
     least = (
         "instead of a search: put the gains of a found gait back one by one to where its search began, to see which of "
         "them it needs"
@@ -56,7 +61,11 @@ def tune_command(args: argparse.Namespace) -> int:
     from biped.show.studies import search_document
     from biped.studies.tune import tune
 
+    if args.generations is not None and args.generations < 1:
+        raise InputError(f"--generations: expected at least 1, got {args.generations}")
     if args.least is not None:
+        if args.generations is not None:
+            raise InputError("--generations: expected none with --least, which makes no search")
         return _least(args)
     from biped.studies.tune.robot import SCENARIO, is_model, search_of, verdict, with_transitions
 
@@ -75,7 +84,7 @@ def tune_command(args: argparse.Namespace) -> int:
             if not args.json:
                 common.show(trials_document(trials, changes))
             name = SCENARIO
-        found = tune(name, changes, jobs, args.out, common.progress, _draw, common.warn)
+        found = tune(name, changes, jobs, args.out, common.progress, _draw, common.warn, args.generations)
         if name == args.scenario or args.search_only:
             common.answer(args, found.as_dict(), search_document(found))
             return common.DONE

@@ -153,6 +153,7 @@ def tune(
     progress: Progress = silent,
     after: Callable[[list[Record], Path], None] = nothing_after,
     tell: Told = unheard,
+    most: int | None = None,
 ) -> Tuned:
     """Searches for the gait that a tuning scenario asks for; goes on where an interrupted search in `out` stopped.
 
@@ -164,6 +165,7 @@ def tune(
         progress: Told of every generation.
         after: Called after every generation with the journal so far and the folder.
         tell: Told what of an interrupted search could not be used.
+        most: Generations after which it ends, such as those of an interrupted search; default: the scenario's.
 
     Raises:
         InputError: Something the user wrote cannot be used, or the folder's gait is not what the search found.
@@ -177,7 +179,7 @@ def tune(
     began, cpu = time.perf_counter(), _cpu()
     with folder_for(out, title, Plan(scenario), foreign=OF_RUNS) as folder:
         search, found, journal, made = search_through(
-            folder, Begun(scenario, stages), places, jobs, partial(progress, title), after, tell
+            folder, Begun(scenario, stages), places, jobs, partial(progress, title), after, tell, most
         )
         seconds = time.perf_counter() - began
         path = folder.path / "gait.toml"

@@ -187,11 +187,26 @@ class Search:
     def _scored(self, x: Sequence[float], seed: int, runs: int) -> tuple[float, dict[str, Tally]]:
         return self.score(self.space.candidate(x), seed, runs, _distance(x))
 
+    def rechecked(self, most: int) -> list[Record]:
+        """The generations with the best re-checks, at most so many, the best first.
+
+        Raises:
+            InputError: The search ended before the first re-check, and has no gait to fall back on.
+        """
+        found = sorted((r for r in self.journal if "recheck" in r), key=lambda r: r["recheck"])[:most]
+        if not found and not self.continues:
+            first = self.before + min(self.study.tune.recheck, self.study.tune.generations)
+            raise InputError(f"--generations: expected at least {first}: until then no gait is checked")
+        return found
+
     def best(self) -> tuple[list[float], int]:
-        """Compares the best re-checked means on fresh seeds; coordinates of the winner, and its generation."""
+        """Compares the best re-checked means on fresh seeds; coordinates of the winner, and its generation.
+
+        Raises:
+            InputError: There is none.
+        """
         tune = self.study.tune
-        checked = sorted((r for r in self.journal if "recheck" in r), key=lambda r: r["recheck"])[: tune.finalists]
-        entrants = [(r["index"], r["mean"]) for r in checked]
+        entrants = [(r["index"], r["mean"]) for r in self.rechecked(tune.finalists)]
         if self.continues:
             entrants.append((self.before, [0.0] * len(self.space.axes)))
         if len(entrants) == 1:

@@ -167,6 +167,7 @@ class _Course:
         jobs: Number of processes, or a cluster.
         after: Called after every generation.
         advance: Likewise.
+        most: Generations after which the search ends, whatever its stages say.
 
     Attributes:
         journal: Generations so far.
@@ -175,11 +176,17 @@ class _Course:
 
     def __init__(
         self, folder: Folder, told: list[Record], jobs: Jobs, after: Callable[[list[Record], Path], None],
-        advance: Callable[[], None],
+        advance: Callable[[], None], most: int,
     ):  # fmt: skip
         self._folder, self._told, self._jobs, self._after, self._advance = folder, told, jobs, after, advance
+        self._most = most
         self.journal: list[Record] = []
         self.made = 0
+
+    @property
+    def over(self) -> bool:
+        """Whether the search is to have no more generations."""
+        return len(self.journal) >= self._most
 
     @contextmanager
     def searched(self, study: Study, continues: bool = False) -> Iterator[Search]:
@@ -188,7 +195,7 @@ class _Course:
         mine = next((rest[:n] for n in range(len(rest)) if ended(rest[:n], study.tune)), rest)
         with workers(study, self._jobs) as evaluate:
             search = Search(study, evaluate, mine, len(self.journal), continues)
-            while not ended(search.journal, study.tune):
+            while not ended(search.journal, study.tune) and len(self.journal) + len(search.journal) < self._most:
                 self._folder.note(search.generation())
                 self._after(self.journal + search.journal, self._folder.path)
                 self._advance()
@@ -205,6 +212,7 @@ def search_through(
     progress: Callable[..., Any],
     after: Callable[[list[Record], Path], None],
     tell: Told,
+    most: int | None = None,
 ) -> tuple[Search, SearchResult, list[Record], int]:
     """Goes through the generations that an earlier search did not finish; returns the journal and the runs made too.
 
@@ -216,14 +224,19 @@ def search_through(
         progress: Told of every generation.
         after: Called after every generation.
         tell: Told what of an interrupted search could not be used.
+        most: Generations after which it ends, whatever its stages say; default: it goes through all.
+
+    Raises:
+        InputError: No generation of the last stage up to there was re-checked.
     """
     generations = sum(study.tune.generations for study in own.stages)
     generations += sum(_tried(place).tune.generations for place in places)
+    generations = generations if most is None else min(most, generations)
     known = finished(folder, tell)
     # A generation follows from all before it.
     told = [known[number] for number in takewhile(known.__contains__, range(1, generations + 1))]
     with progress(generations, len(told)) as advance:
-        course = _Course(folder, told, jobs, after, advance)
+        course = _Course(folder, told, jobs, after, advance, generations)
         begun = _best_place(course, places) if places else own
         stages, number, candidate = begun.stages, begun.number, begun.candidate
         origin = Candidate(stages[0].gains, ())
@@ -231,7 +244,7 @@ def search_through(
             study = stages[0] if candidate is None else study_from(begun.scenario, number, candidate)
             with course.searched(study, continues=candidate is not None) as search:
                 number = _next(stages, number, search.journal)
-                if number == len(stages):
+                if number == len(stages) or course.over:
                     found = search.finish(None if candidate is None else origin)
                     found, runs = _from_best_posture(search, found, jobs)
                     course.made += runs
@@ -293,7 +306,7 @@ def _best_place(course: _Course, places: list[Begun]) -> Begun:
     found = list[tuple[float, Begun]]()
     for place in places:
         with course.searched(tried := _tried(place)) as search:
-            best = min((one for one in search.journal if "recheck" in one), key=lambda one: one["recheck"])
+            best = search.rechecked(1)[0]
             candidate = search.space.candidate(best["mean"])
         here = place._replace(candidate=candidate)
         if good_enough(search.journal, tried.tune):

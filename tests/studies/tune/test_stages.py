@@ -246,6 +246,32 @@ def test_whole_search_and_one_that_was_killed_in_its_second_stage(scenario_file,
         assert tuned(cut) == (gait, journal)
 
 
+def test_a_search_may_end_early_and_go_on_later(scenario_file, tmp_path, capsys):
+    def tuned(*more):
+        return main(["tune", str(scenario_file), "--out", str(tmp_path / "out"), "--jobs", "1", *more])
+
+    assert tuned("--generations", "1") == 0
+    gait = tmp_path / "out" / "gait.toml"
+    assert "1 generations of 4" in (text := gait.read_text(encoding="utf-8"))
+    assert tuned("--generations", "1") == 0  # nothing is made again
+    assert gait.read_text(encoding="utf-8") == text
+    assert tuned() == 2  # what is there is not written over
+    assert "move it away" in capsys.readouterr().err
+    gait.unlink()
+    assert tuned() == 0
+    assert "3 generations of 4" in gait.read_text(encoding="utf-8")
+
+
+def test_a_search_that_ends_before_its_first_check_has_no_gait(tmp_path, capsys):
+    path = tmp_path / "plain.toml"
+    path.write_text(TEXT.partition("[[tune.stages]]")[0], encoding="utf-8")
+    assert main(["tune", str(path), "--out", str(tmp_path / "out"), "--jobs", "1", "--generations", "1"]) == 2
+    assert "--generations: expected at least 2" in capsys.readouterr().err
+    assert not (tmp_path / "out" / "gait.toml").exists()
+    assert main(["tune", str(path), "--generations", "0"]) == 2
+    assert main(["tune", str(path), "--generations", "2", "--least", "fast"]) == 2
+
+
 def read_gains_of(name):
     from biped.base.files import locate
 
