@@ -36,8 +36,8 @@ def add_tune(commands: common.Commands) -> None:
     parser.add_argument("--out", type=Path, help="results folder; the same command continues what was interrupted")
     parser.add_argument(
         "--generations", metavar="N", type=common.whole,
-        help="end after N generations, with the best gait that was re-checked until then; those of an interrupted search "
-        "in --out count (default: what the scenario says)",
+        help="end after N generations, with the best gait that was re-checked until then; those of an interrupted "
+        "search in --out count (default: what the scenario says)",
     )  # fmt: skip
     least = (
         "instead of a search: put the gains of a found gait back one by one to where its search began, to see which of "
