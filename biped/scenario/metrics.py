@@ -47,7 +47,9 @@ class Metric(NamedTuple):
             return "–"
         if self.kind == "count" and value == int(value):
             return str(int(value))
-        return f"{100.0 * value:.3g} %" if self.show == "share" else f"{value:.3g}"
+        if self.show == "share":
+            return f"{100.0 * value:.3g} %"
+        return f"{float(f'{value:.3g}'):.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.3g}"
 
 
 _WALKED = (

@@ -42,7 +42,7 @@ def test_verdict_five_numbers_and_what_failed(run):
     assert r"| speed | \>= 0.9 | 0.7031 | **FAILED** |" in text
     assert "seed" not in text
     rest = numbers(told)
-    for line in ("- index: 3", "- seed: 17", "- ground.friction: 0.5", "| peak force | 5.99e+03 N | largest normal"):
+    for line in ("- index: 3", "- seed: 17", "- ground.friction: 0.5", "| peak force | 5990 N | largest normal"):
         assert line in rest
     assert "{" not in text + rest
 
