@@ -148,13 +148,15 @@ def notes(found: Mapping[str, Any]) -> list[str]:
         "same changes says what does not add up. A model file with few solver iterations often needs --set "
         "simulation.iterations=100 --set simulation.ls_iterations=50."
     ]
-    return [
+    searched = (
         f"A searched test shows the largest value that holds: there, and at every easier value that was tried, at "
         f"least {shares} of the runs reach the goal. The brackets have the largest value that is sure to hold and the "
-        f"smallest that is sure to fail, by 95 % intervals. ≥ means that nothing that was tried fails. – means that "
-        f"the test is not for this gait.{changes}",
-        *(doubt if unsound else []),
-    ]
+        f"smallest that is sure to fail, by 95 % intervals. ≥ means that nothing that was tried fails. "
+    )
+    any_searched = any(test["key"] is not None for test in found["tests"])
+    wanted = "Bold is what is not as wanted. " if any(test.get("expect") for test in found["tests"]) else ""
+    means = f"– means that the test is not for this gait.{changes}"
+    return [f"{searched if any_searched else ''}{wanted}{means}", *(doubt if unsound else [])]
 
 
 def write(found: Mapping[str, Any], folder: Path) -> None:
