@@ -52,11 +52,11 @@ def rows(found: Mapping[str, Any]) -> list[tuple[str, str, list[Line]]]:
         cells = [_judged("\n".join(lines_of(test, one)), _reached(one, bound), bound) for one in standings]
         lines.append((_title(test), bound["words"] if bound else "", cells))
         if test["key"] is None:
-            lines += _shown(test, standings)
+            lines += _metric_rows(test, standings)
     return lines
 
 
-def _shown(test: Mapping[str, Any], standings: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str, list[Line]]]:
+def _metric_rows(test: Mapping[str, Any], standings: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str, list[Line]]]:
     """Rows of the metrics that a test shows, by gait."""
     for name in test["shows"]:
         metric, bound = METRICS[name], test.get("expect", {}).get(name)
