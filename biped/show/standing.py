@@ -56,7 +56,9 @@ def rows(found: Mapping[str, Any]) -> list[tuple[str, str, list[Line]]]:
     return lines
 
 
-def _metric_rows(test: Mapping[str, Any], standings: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str, list[Line]]]:
+def _metric_rows(
+    test: Mapping[str, Any], standings: Sequence[Mapping[str, Any]]
+) -> Iterator[tuple[str, str, list[Line]]]:
     """Rows of the metrics that a test shows, by gait."""
     for name in test["shows"]:
         metric, bound = METRICS[name], test.get("expect", {}).get(name)
