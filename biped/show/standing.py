@@ -17,8 +17,6 @@ from biped.show.document import DOCS, Document, Line, Paragraph, Table, Words, m
 FILE = "standard.json"
 PAGES = "standard", "pushing", "robot", "three-d"
 """Pages of docs/ that have tables of this kind; their data are beside them."""
-_TABLES = "tables"
-"""The name of the part of a page that holds them."""
 _OF = {"weight": "m g", "leg": "l", "si": ""}
 
 
@@ -50,7 +48,7 @@ def rows(found: Mapping[str, Any]) -> list[tuple[str, str, list[Line]]]:
         standings = [by[test["name"], gait] for gait in found["gaits"]]
         bound = test.get("expect", {}).get(test["goal"]) if test["key"] is None else None
         cells = [_judged("\n".join(lines_of(test, one)), _reached(one, bound), bound) for one in standings]
-        lines.append((_title(test), bound["words"] if bound else "", cells))
+        lines.append((_with_unit(test["title"], test["unit"]), bound["words"] if bound else "", cells))
         if test["key"] is None:
             lines += _metric_rows(test, standings)
     return lines
@@ -64,9 +62,9 @@ def _metric_rows(
         metric, bound = METRICS[name], test.get("expect", {}).get(name)
         values = [standing["tried"][0]["numbers"].get(name) if standing["tried"] else None for standing in standings]
         if any(value is not None for value in values):
-            title = f"– {metric.words} [{metric.unit}]" if metric.unit else f"– {metric.words}"
             words = bound["words"] if bound else ""
-            yield title, words, [_judged(metric.text(value).replace("-", "−"), value, bound) for value in values]
+            cells = [_judged(metric.text(value).replace("-", "−"), value, bound) for value in values]
+            yield _with_unit(f"– {metric.words}", metric.unit), words, cells
 
 
 def _reached(standing: Mapping[str, Any], bound: Mapping[str, Any] | None) -> float | None:
@@ -85,8 +83,8 @@ def _judged(text: str, value: float | None, bound: Mapping[str, Any] | None) -> 
     return Words(text, "bad") if low or (bound["max"] is not None and value > bound["max"]) else text
 
 
-def _title(test: Mapping[str, Any]) -> str:
-    return f"{test['title']} [{test['unit']}]" if test["unit"] else test["title"]
+def _with_unit(title: str, unit: str) -> str:
+    return f"{title} [{unit}]" if unit else title
 
 
 def lines_of(test: Mapping[str, Any], standing: Mapping[str, Any]) -> list[str]:
@@ -179,7 +177,7 @@ def page(name: str) -> str:
     tables = "\n".join(
         f"## {one['title']}\n\n`{one['command']}`\n\n{markdown(document_of(one))}" for one in stored(name)
     )
-    return replaced((DOCS / f"{name}.md").read_text(encoding="utf-8"), _TABLES, tables.rstrip())
+    return replaced((DOCS / f"{name}.md").read_text(encoding="utf-8"), "tables", tables.rstrip())
 
 
 def stored(name: str) -> list[dict[str, Any]]:

@@ -128,9 +128,12 @@ class StandardTable(NamedTuple):
 
 def _bound(bound: Bound) -> dict[str, Any]:
     """A bound as plain data: in words, and its ends, which of a share lie between 0 and 1; None where it has none."""
-    ends = {name: None if one is None else float(share if (share := share_of(one)) is not None else one)
-            for name, one in (("min", bound.min), ("max", bound.max))}  # fmt: skip
-    return {"words": words_of(bound), "share": any(isinstance(one, str) for one in (bound.min, bound.max)), **ends}
+    share = isinstance(bound.min, str) or isinstance(bound.max, str)
+    return {"words": words_of(bound), "share": share, "min": _end(bound.min), "max": _end(bound.max)}
+
+
+def _end(end: float | str | None) -> float | None:
+    return share_of(end) if isinstance(end, str) else end
 
 
 def trials_of(asked: Sequence[str]) -> list[StandardTrial]:
