@@ -221,8 +221,9 @@ def add_standard(commands: common.Commands) -> None:
     )  # fmt: skip
     parser.add_argument("gait", nargs="+", help="a gait: name in controllers/ or path; or a law for any robot: its "
         "name, path.py:Class, or a policy's card")  # fmt: skip
-    test = "only this test: name in scenarios/standard, or path of a scenario with [standard] (repeatable)"
-    parser.add_argument("--test", metavar="NAME", action="append", default=[], help=test)
+    parser.add_argument("--test", metavar="NAME", action="append", default=[], help="only this test: name in "
+        "scenarios/standard, path of a scenario with [standard], or a folder of them that ends in /, e.g. "
+        "upright/cells/ (repeatable)")  # fmt: skip
     parser.add_argument(
         "--atlas",
         action="store_true",

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from msgspec.structs import replace
 
 from biped.base.errors import InputError, RunError, safe
-from biped.base.files import label, names
+from biped.base.files import label, names, nearest
 from biped.ensemble.backend import Jobs, Progress, silent
 from biped.ensemble.checks import words_of
 from biped.ensemble.plan import Plan
@@ -140,16 +140,24 @@ def trials_of(asked: Sequence[str]) -> list[StandardTrial]:
     """The tests that are asked for, in the order of the table; none: the shipped family.
 
     Args:
-        asked: Names or paths; one that ends in / is all shipped tests below it.
+        asked: Names or paths; one that ends in / is all tests below that folder, which is a shipped one or the user's.
 
     Raises:
-        InputError: One is no test.
+        InputError: One is no test, or a folder has none.
     """
-    shipped = names("scenarios")
-    words: list[str] = []
-    for name in asked or [FAMILY]:
-        words += [one for one in shipped if one.startswith(name)] if name.endswith("/") else [name]
+    words = [word for name in asked or [FAMILY] for word in (_below(name) if name.endswith("/") else [name])]
     return sorted((_test(word) for word in words), key=lambda test: test.standard.order)
+
+
+def _below(name: str) -> list[str]:
+    """Names or paths of the scenarios below a folder."""
+    shipped = names("scenarios")
+    found = [one for one in shipped if one.startswith(name)] or sorted(map(str, Path(name).rglob("*.toml")))
+    if not found:
+        folders = sorted({one.rpartition("/")[0] + "/" for one in shipped if "/" in one})
+        raise InputError(f"--test {safe(name)}: no scenario is below it; expected a folder of scenarios; "
+                         f"{nearest(name, folders)}")  # fmt: skip
+    return found
 
 
 def _test(name: str) -> StandardTrial:

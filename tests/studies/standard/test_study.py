@@ -11,8 +11,6 @@ from biped.base.errors import InputError, RunError
 from biped.cli.main import main
 from biped.ensemble.campaign import simulate
 from biped.robot.ground import GRAVITY
-from biped.robot.planar.model import tree_at
-from biped.scenario.metrics import METRICS
 from biped.show.document import markdown
 from biped.show.page import write_page
 from biped.show.standing import document_of, lines_of
@@ -52,51 +50,6 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_the_family_is_complete_and_in_order():
-    tests = trials_of([])
-    assert [test.standard.order for test in tests] == sorted(test.standard.order for test in tests)
-    names = {test.name.removeprefix("standard/") for test in tests}
-    assert {"level", "speed", "slope_up", "slope_down", "push_forward", "push_backward", "tiles", "steps_up",
-            "steps_down", "sustained_constant", "sustained_ramp", "sustained_sine", "stop"} <= names  # fmt: skip
-    for test in tests:
-        assert test.rate == (0.95 if test.name.startswith("standard/unmodelled") else 0.7)
-        assert test.standard.title
-        assert set(test.standard.shows) <= set(METRICS)
-        if test.standard.key is not None:
-            s = test.standard
-            assert s.first != 0.0
-            assert (s.last - s.first) * s.step > 0.0
-
-
-@pytest.mark.parametrize(("gait", "model"), [("robust", "human"), ("robot", "robot")])
-def test_values_are_in_the_robots_own_units(gait, model):
-    (push,), (tiles,) = trials_of(["push_forward"]), trials_of(["tiles"])
-    sets = [f"model={model}"]
-    path = study._plan(push, entrant_of(gait), sets, 0.5).model
-    tree = tree_at(path)
-    plan = study._plan(push, entrant_of(gait), sets, 0.5)
-    assert plan.run(0).scenario.push[0].force[0] == pytest.approx(0.5 * tree.mass.sum() * GRAVITY)
-    ground = study._plan(tiles, entrant_of(gait), sets, 0.01).run(0).scenario.ground.tiles
-    assert ground.height == pytest.approx(0.01 * tree.leg)
-    assert ground.length == pytest.approx(0.6 * tree.leg)
-    assert ground.start == pytest.approx(1.2 * tree.leg)
-
-
-def test_values_are_in_the_units_of_a_robot_in_space():
-    (push,) = trials_of(["space_push_sideways"])
-    force = study._plan(push, entrant_of("human3d"), [], 0.5).run(0).scenario.push[0].force
-    assert force == pytest.approx((0.0, 0.5 * 75.0 * GRAVITY, 0.0))
-    (slope,) = trials_of(["space_slope_sideways"])
-    assert study._plan(slope, entrant_of("human3d"), [], 2.5).run(0).scenario.ground.side_slope == 2.5
-
-
-def test_gaits_in_space_have_tests_of_their_own():
-    (level,), (space,) = trials_of(["level"]), trials_of(["space_level"])
-    assert study._required_of(level, entrant_of("human3d"), []) is None
-    assert study._required_of(space, entrant_of("human3d"), []) is space.standard
-    assert study._required_of(space, entrant_of("calm"), []) is None
-
-
 def test_a_gait_in_space_from_command_to_table(tmp_path, capsys):
     sets = ["--set", "randomise.runs=1", "--set", "duration=1.0", "--set", "window.start=0.2", "--jobs", "1"]
     code, told = command(capsys, "standard", "human3d", "calm", "--test", "space_level", *sets,
@@ -105,17 +58,6 @@ def test_a_gait_in_space_from_command_to_table(tmp_path, capsys):
     (one, none) = told["standings"]
     assert none["tried"] == []
     assert {"heading", "drift", "step_width"} <= set(one["tried"][0]["numbers"])
-
-
-def test_who_is_asked_what():
-    (speed,), (stop,), (level,) = (trials_of([name]) for name in ("speed", "stop", "level"))
-    family = study._required_of(speed, entrant_of("robust"), [])
-    assert family is not None
-    assert (family.first, family.last) == (0.5, 1.175)
-    assert study._required_of(speed, entrant_of("normal"), []) is None
-    assert study._required_of(stop, entrant_of("robust"), []) is stop.standard
-    assert study._required_of(stop, entrant_of("calm"), []) is None
-    assert study._required_of(level, entrant_of("calm"), []) is level.standard
 
 
 def test_a_table_and_what_is_kept_of_it(here, capsys, monkeypatch):
@@ -377,19 +319,6 @@ def test_laws_for_any_robot_are_put_to_the_tests(here, word, name):
 def test_the_law_of_the_thesis_is_put_to_them_by_a_gait():
     with pytest.raises(InputError, match="thesis: expected a gait, by which this law walks"):
         entrant_of("thesis")
-
-
-def test_laws_move_robots_in_the_plane_or_in_space():
-    stander = entrant_of("stand")
-    assert not stander.in_space(["model=walker2d"])
-    assert stander.in_space(["model=h1"])
-    push, sideways = trials_of(["push_forward", "space_push_sideways"])
-    assert study._required_of(push, stander, ["model=h1"]) is None
-    plan = study._plan(sideways, stander, ["model=h1", "start.posture=stand"], 0.5)
-    scenario = plan.run(0).scenario
-    assert (scenario.law, scenario.start.posture) == ("stand", "stand")
-    assert scenario.push[0].force[1] == pytest.approx(0.5 * plan.robot.mass * GRAVITY)
-    assert "push.0.at" in plan.run(0).values
 
 
 CARD = """network = "net.onnx"
