@@ -1,8 +1,6 @@
 """From a scenario file and the command line's changes to a checked `Scenario`; every complaint names file and key."""
 
-import re
 from collections.abc import Callable, Mapping, Sequence
-from copy import deepcopy
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,7 +9,7 @@ from msgspec.structs import replace
 
 from biped.base import typed
 from biped.base.errors import InputError, safe
-from biped.base.files import DEEPEST, canonical, layered, locate, merge, parse_toml
+from biped.base.files import canonical, layered, locate, merge, parse_toml
 from biped.scenario.gait import (
     Settings,
     beside_gait,
@@ -25,9 +23,9 @@ from biped.scenario.gait import (
 from biped.scenario.general import is_free, lay_under, make_general, model_of, name_law, taken
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import THESIS, check_form, is_card, own_law
+from biped.scenario.overrides import lay_changes
 from biped.scenario.possible import possible, suits_seven_links
 from biped.scenario.valid import COMMAND_LINE, Fail, Origin, convert, known_keys
-from biped.scenario.vary import ENTRY
 
 ABOUT = ("model", "controller", "law", "gains", "change", "backstep", "push", "truth", "ground.slope")
 """Keys that say which gait of which biped walks where."""
@@ -89,8 +87,7 @@ def read(name: str, changes: Sequence[str] = (), looking: bool = False) -> Read:
     """
     path = locate("scenarios", name, "")
     data, origin = layered(path, "scenarios")
-    for change in changes:
-        merge(data, _in_lists(data, _change(change)), origin, COMMAND_LINE, emptied=True)
+    lay_changes(data, origin, changes)
     scenario, whence = _checked(data, origin, path, looking)
     return Read(replace(scenario, thesis=about(data, origin)) if scenario.thesis else scenario, whence)
 
@@ -133,65 +130,6 @@ def _lay_habits(data: dict[str, Any], origin: dict[str, Path], settings: Setting
 
 _SEVEN_LINKS = _Kind(("model", "controller"), _lay_habits, suits_seven_links)
 _ANY = _Kind(("model",), lambda *_: None, taken)  # its habits were laid when it was told
-
-_PART = r"[\w-]+|\"[^\"\\\n]*\"|'[^'\n]*'"
-"""Of a dotted key, as TOML has it."""
-_SETTING = re.compile(rf"\s*(?P<key>(?:{_PART})(?:\s*\.\s*(?:{_PART}))*)\s*=(?P<value>.*)", re.DOTALL)
-
-
-def _change(text: str) -> dict[str, Any]:
-    written, shown = _SETTING.fullmatch(text), safe(text)
-    if written is None:
-        raise InputError(f"--set {shown}: expected KEY=VALUE, such as ground.slope=2 or start.posture=flat")
-    value = written["value"]
-    parts = [part[1:-1] if part[0] in "\"'" else part for part in re.findall(_PART, written["key"])]
-    if len(parts) > DEEPEST:
-        raise InputError(f"--set {shown}: expected a key of at most {DEEPEST} parts")
-    try:
-        parsed = parse_toml(f"value = {value}")
-        if len(parsed) > 1:
-            raise InputError(f"--set {shown}: expected one value, got several lines")
-    except ValueError:
-        if not re.fullmatch(r"[^\s\"'\[\]{}=,]+", value.strip()):
-            what = safe(value)
-            raise InputError(f"--set {shown}: '{what}' is neither a TOML value nor a single word") from None
-        parsed = {"value": value.strip()}
-    table: dict[str, Any] = {parts[-1]: parsed["value"]}
-    for part in reversed(parts[:-1]):
-        table = {part: table}
-    return table
-
-
-def _in_lists(below: Any, change: dict[str, Any], at: str = "") -> dict[str, Any]:
-    """A change whose entries of lists, such as push.0.force, stand in the whole list that it changes."""
-    out: dict[str, Any] = {}
-    for part, value in change.items():
-        there = below.get(part) if isinstance(below, dict) else None
-        key = f"{at}{part}"
-        if not isinstance(value, dict):
-            out[part] = value
-        elif isinstance(there, list) and value and all(ENTRY.fullmatch(number) for number in value):
-            out[part] = _with_entries(there, value, key)
-        else:
-            out[part] = _in_lists(there, value, f"{key}.")
-    return out
-
-
-def _with_entries(entries: list[Any], change: dict[str, Any], key: str) -> list[Any]:
-    """A list with some of its entries changed, by their numbers."""
-    out = deepcopy(entries)
-    for number, value in change.items():
-        if int(number) >= len(out):
-            raise InputError(
-                f"--set {key}.{number}: expected an entry of {key}, which has {len(out)}; they count from 0"
-            )
-        there = out[int(number)]
-        changed = _in_lists({number: there}, {number: value}, f"{key}.")[number]
-        if isinstance(changed, dict) and isinstance(there, dict):
-            merge(there, changed, {}, COMMAND_LINE, emptied=True)
-        else:
-            out[int(number)] = changed
-    return out
 
 
 def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path, looking: bool = False) -> Read:
