@@ -14,6 +14,9 @@ from biped.scenario.gait import read_gains
 from biped.scenario.valid import COMMAND_LINE
 from biped.scenario.vary import ENTRY
 
+_WHOSE_LISTS = {"controller", "gains.speed"}
+"""Keys that say which gait's lists are meant."""
+
 
 def lay_changes(data: dict[str, Any], origin: dict[str, Path], changes: Sequence[str]) -> None:
     """Lays changes over a scenario in place, in their order; entries of a gait's lists last, of whichever gait it has.
@@ -33,11 +36,14 @@ def lay_changes(data: dict[str, Any], origin: dict[str, Path], changes: Sequence
         merge(data, _in_lists(data, change), origin, COMMAND_LINE, emptied=True)
 
 
+def _are_entries(change: Any) -> bool:
+    """Whether a change is of entries of a list alone, by their numbers."""
+    return isinstance(change, dict) and bool(change) and all(ENTRY.fullmatch(part) for part in change)
+
+
 def _has_entries(change: Any) -> bool:
-    """Whether a change is of entries of a list, such as theta_l.2."""
-    if not isinstance(change, dict) or not change:
-        return False
-    return all(ENTRY.fullmatch(part) for part in change) or any(map(_has_entries, change.values()))
+    """Whether entries of a list are part of a change, such as theta_l.2."""
+    return isinstance(change, dict) and (_are_entries(change) or any(map(_has_entries, change.values())))
 
 
 def _lay_lists(data: dict[str, Any], origin: dict[str, Path], change: Mapping[str, Any]) -> None:
@@ -45,12 +51,14 @@ def _lay_lists(data: dict[str, Any], origin: dict[str, Path], change: Mapping[st
     gait, mine = data.get("controller"), data.get("gains", {})
     if not isinstance(gait, str) or not isinstance(mine, dict):
         return  # what reads the scenario says so
-    for table, varied in (("sweep", data.get("sweep")), ("randomise.draw", data.get("randomise", {}).get("draw"))):
-        if isinstance(varied, dict) and "controller" in varied:
+    randomise = data.get("randomise")
+    draw = randomise.get("draw") if isinstance(randomise, dict) else None
+    for table, varied in (("sweep", data.get("sweep")), ("randomise.draw", draw)):
+        if isinstance(varied, dict) and not _WHOSE_LISTS.isdisjoint(varied):
             raise InputError(f"--set gains: expected whole lists while {table} has several gaits, each with its own; "
-                             "to change an entry, give one controller")  # fmt: skip
+                             "to change an entry, give one controller, at one gains.speed")  # fmt: skip
     beside = origin["controller"].parent if "controller" in origin else None
-    speed = mine.get("speed")
+    speed = change.get("speed", mine.get("speed"))
     path = locate("controllers", gait, "controller", beside)
     whole = read_gains(path, Gains(speed=speed) if isinstance(speed, int | float) else Gains())
     merge(data, {"gains": _lists_of(whole, change, mine, path)}, origin, COMMAND_LINE)
@@ -108,7 +116,7 @@ def _in_lists(below: Any, change: dict[str, Any], at: str = "") -> dict[str, Any
         key = f"{at}{part}"
         if not isinstance(value, dict):
             out[part] = value
-        elif isinstance(there, list) and value and all(ENTRY.fullmatch(number) for number in value):
+        elif isinstance(there, list) and _are_entries(value):
             out[part] = _with_entries(there, value, key)
         else:
             out[part] = _in_lists(there, value, f"{key}.")

@@ -47,6 +47,8 @@ def test_a_family_has_the_lists_of_the_scenarios_speed():
     at = read_scenario("upright/level", ["controller=pace", "gains.speed=0.55", "gains.k_d2.0=1.0"]).gains.k_d2
     mine = read_gains(locate("controllers", "pace", ""), Gains(speed=0.55)).k_d2
     assert at == (1.0, *mine[1:])
+    together = read_scenario("upright/level", ["controller=pace", "gains={speed=0.55,k_d2={0=1.0}}"]).gains.k_d2
+    assert together == at
 
 
 @pytest.mark.parametrize(
@@ -57,6 +59,12 @@ def test_a_family_has_the_lists_of_the_scenarios_speed():
         ([STURDY, "gains.theta_x.1=1.0"], r"gains.theta_x: unknown key; did you mean 'theta_l'"),
         ([STURDY, "gains.k_d1.0=1.0"], r"gains.k_d1: expected a number, got a table"),
         (["sweep.controller=['sturdy','whole']", "gains.theta_l.2=1.0"], r"several gaits, each with its own"),
+        (
+            ["sweep={'gains.speed'=[0.5,0.7]}", "controller=pace", "gains.k_d2.0=1.0"],
+            r"several gaits, each with its own",
+        ),
+        (["randomise={draw={controller={grid=['sturdy','whole']}}}", "gains.theta_l.2=1.0"], r"several gaits"),
+        (["randomise=3", "gains.theta_l.2=1.0"], r"randomise: expected a table"),
         (["controller=study", "gains.theta_l.2=1.0"], r"no gait 'study'|did you mean 'sturdy'"),
     ],
 )
