@@ -42,18 +42,32 @@ def _replaced(old: Any, new: Any) -> Any:
     return old.replaced(new) if isinstance(old, PartialGains) else new
 
 
-class Placement(PartialGains, frozen=True):
+class Placement(PartialGains, frozen=True, omit_defaults=True):
     """Where a swinging foot goes sideways: abduction by c_v v_y + c_d (y - half the distance of the hips).
 
     v_y is the velocity of the centre of mass and y its distance from the stance foot, both towards the swinging leg.
+    A walker that falls over its stance foot is to step across it. Legs collide, so the swinging foot passes first.
 
     Attributes:
         position: c_d [rad/m].
         velocity: c_v [rad s/m].
+        apart: [m] A swinging foot that is not yet ahead of the other by `crossing` is kept so far to its own side of
+            it; default: 0, at which it goes where it is placed at once.
+        crossing: [m] Default: 0.
+        shorten: [rad/rad²] The thigh of a leg in the air is flexed less by so much times the square of the abduction,
+            so that a foot that goes far to a side lands sooner; default: 0.
     """
 
     position: Real | None = None
     velocity: Real | None = None
+    apart: NonNegative | None = None
+    crossing: Real | None = None
+    shorten: NonNegative | None = None
+
+    @classmethod
+    def may_lack(cls) -> tuple[str, ...]:
+        """Without them legs are not kept from each other, and steps to a side take as long as others."""
+        return "apart", "crossing", "shorten"
 
 
 class Pace(PartialGains, frozen=True, omit_defaults=True):

@@ -69,6 +69,7 @@ GAIT = np.dtype(
         ("k_torso", "f8", 3), ("b_torso", "f8", 3), ("rest_torso", "f8", 3),  # pitch, roll, yaw
         ("k", "f8", (STATES, LEG)), ("b", "f8", (STATES, LEG)), ("rest", "f8", (STATES, LEG)),
         ("position", "f8"), ("velocity", "f8"),  # of foot placement [rad/m, rad s/m]
+        ("apart", "f8"), ("crossing", "f8"), ("shorten", "f8"),  # likewise [m, m, rad/rad²]
         # [m/s; m/s per rad of slope; rad per rad], what thighs do above it [rad s/m]: in the air, on the ground
         ("pace", "f8", PARTS),
         ("heading", "f8"),  # rad to the left, where the inertial frame's x axis is taken to point

@@ -87,6 +87,7 @@ def si_gains(gains: Gains, unit: Unit) -> Gains:
         frontal = replace(frontal, placement=replace(
             placement, position=_times(placement.position, unit.length**-1),
             velocity=_times(placement.velocity, unit.time / unit.length),
+            apart=_times(placement.apart, unit.length), crossing=_times(placement.crossing, unit.length),
         ))  # fmt: skip
     axial: Any = _parts(gains.axial, unit) if gains.axial else None
     pace, second = gains.pace, unit.time / unit.length
@@ -237,7 +238,8 @@ def set_gains(gait: np.void, gains: Gains) -> None:
         np.transpose([g.theta_l, frontal.theta_l, axial.theta_l, knee, g.theta_a, frontal.theta_a])
     )
     gait["pace"] = parts(g.pace)
-    gait["position"], gait["velocity"] = frontal.placement.position, frontal.placement.velocity
+    for name in Placement.__struct_fields__:
+        gait[name] = getattr(frontal.placement, name) or 0.0
 
 
 def _set_beliefs(

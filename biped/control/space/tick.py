@@ -27,7 +27,7 @@ _DAMPED = 0.7
 def _placed(c, leg):
     """[rad] by which a swinging leg is abducted for where the walker is and goes: c_v v_y + c_d (y - half the hips).
 
-    And for how the ground rises on its side.
+    And for how the ground rises on its side. A foot that has not passed the other yet is kept apart from it.
     """
     at, gait, tilt = c["at"], c["gait"], c["belief"]["tilt"]
     cos, sin = math.cos(gait["heading"]), math.sin(gait["heading"])
@@ -35,7 +35,15 @@ def _placed(c, leg):
     speed = side * (at["com_velocity"][1] * cos - at["com_velocity"][0] * sin)
     y = side * ((at["com"][1] - stance[1]) * cos - (at["com"][0] - stance[0]) * sin)
     placed = gait["velocity"] * speed + gait["position"] * (y - c["belief"]["hip"])
-    return placed + gait["pace"][2] * side * (tilt[1] * cos - tilt[0] * sin)
+    placed += gait["pace"][2] * side * (tilt[1] * cos - tilt[0] * sin)
+    if gait["apart"] > 0.0:
+        x, y = at["foot"][leg, 0] - stance[0], at["foot"][leg, 1] - stance[1]
+        if x * cos + y * sin < gait["crossing"]:
+            outward = side * (y * cos - x * sin)
+            further = (gait["apart"] - outward) / (2.0 * c["belief"]["shank"])  # two shanks are a leg
+            rest = gait["rest"][c["memory"]["phase"][leg], 1]
+            placed = max(placed, at["angle"][leg, 1] + further - rest)
+    return placed
 
 
 @kernel
@@ -98,7 +106,7 @@ def desired_forces(c, m):
             s = memory["phase"][leg]
             placed = _placed(c, leg) if s in (SWING, EXTENDED) else 0.0
             c["tick"]["placed"][leg] = placed
-            further = flexed(gait["pace"], s, faster)
+            further = flexed(gait["pace"], s, faster) - gait["shorten"] * placed * placed
             pitch = -k[s, 0] * (at["angle"][leg, 0] - rest[s, 0] - further) - b[s, 0] * at["rate"][leg, 0]
             roll = -k[s, 1] * (at["angle"][leg, 1] - rest[s, 1] - placed) - b[s, 1] * at["rate"][leg, 1]
             yaw = -k[s, 2] * (at["angle"][leg, 2] - rest[s, 2]) - b[s, 2] * at["rate"][leg, 2]

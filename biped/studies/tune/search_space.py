@@ -12,7 +12,19 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import nearest
-from biped.scenario.gains import GAINS, KNEES, LACKED, OUT_OF_PLANE, PACE, Gains, Pace, number, single, with_numbers
+from biped.scenario.gains import (
+    GAINS,
+    KNEES,
+    LACKED,
+    OUT_OF_PLANE,
+    PACE,
+    Gains,
+    Pace,
+    Placement,
+    number,
+    single,
+    with_numbers,
+)
 from biped.scenario.goals import Range, Tune
 from biped.scenario.keys import Scenario
 from biped.scenario.vary import ChangeOrigin, lookup
@@ -29,6 +41,13 @@ LEAN = 1.0
 
 _SPRING = {"theta_l": "k_d2", KNEES: "k_d3", "theta_a": "k_d4"}
 """Angles that mean something only where their spring has stiffness."""
+
+
+_PLACEMENT = "frontal.placement"
+_LACKED = (*(f"{PACE}.{name}" for name in Pace.may_lack()), *(f"{_PLACEMENT}.{name}" for name in Placement.may_lack()))
+"""Numbers of a gait that it may lack."""
+_BY_RATIO = f"{PACE}.knee", f"{PACE}.ankle", f"{_PLACEMENT}.apart", f"{_PLACEMENT}.shorten"
+"""Numbers of a pace and of a placement that are never negative."""
 
 
 class Axis(NamedTuple):
@@ -126,13 +145,13 @@ def _gain_axes(tune: Tune, gains: Gains) -> list[Axis]:
 def _means_something(gains: Gains, name: str) -> bool:
     """Whether a single number is more than the rest angle of a spring without stiffness, or the heading asked for.
 
-    Or what a walker in the plane makes of slopes to the side, or parts of a pace that it lacks.
+    Or what a walker in the plane makes of slopes to the side, or parts of a pace or of a placement that it lacks.
     """
     way, _, state = name.rpartition(".")
     table, _, whole = way.rpartition(".")
     if name == "axial.theta_b" or (name == f"{PACE}.side" and gains.frontal is None):
         return False
-    if way == PACE and state in Pace.may_lack():
+    if name in _LACKED:
         return number(gains, name) is not None
     spring = _SPRING.get(whole)
     if spring is None or not state.isdigit():
@@ -149,7 +168,7 @@ def _gain_axis(tune: Tune, name: str, value: float) -> Axis:
         return Axis(name, value, False, SLOPE, -1.0, 1.0, True)
     if name == f"{PACE}.lean":
         return Axis(name, value, False, LEAN, -1.0, 1.0, True)
-    if ".placement." in name or (name.startswith(f"{PACE}.") and name not in (f"{PACE}.knee", f"{PACE}.ankle")):
+    if name.startswith((f"{_PLACEMENT}.", f"{PACE}.")) and name not in _BY_RATIO:
         return Axis(name, value, False, PLACEMENT, -tune.angle / DEGREES, tune.angle / DEGREES, True)
     most = math.log(tune.factor)
     return Axis(name, value, True, 1.0, -most, most, True)

@@ -47,10 +47,16 @@ def wanted(scene: Scene, q: np.ndarray, v: np.ndarray, phase: tuple[int, int]) -
             goal = rest[s, :3].copy()
             goal[0] += gait["pace"][3 if s >= 2 else 4] * excess
             if s >= 2:
-                stance = data.geom_xpos[list(scene.robot.feet[1 - leg].geoms)].mean(axis=0)
+                soles = [list(scene.robot.feet[one].geoms) for one in (leg, 1 - leg)]
+                foot, stance = (data.geom_xpos[sole].mean(axis=0) for sole in soles)
                 com, moving = data.subtree_com[1], scene.c["at"]["com_velocity"]
                 goal[1] += gait["velocity"] * SIDE[leg] * moving[1]
                 goal[1] += gait["position"] * (SIDE[leg] * (com[1] - stance[1]) - 0.0875)
+                if gait["apart"] and foot[0] - stance[0] < gait["crossing"]:
+                    # Two shanks are a leg: where its foot would be `apart` from the other.
+                    beside = SIDE[leg] * (foot[1] - stance[1])
+                    goal[1] = max(goal[1], SIDE[leg] * angle[1] + (gait["apart"] - beside) / (2.0 * 0.4428))
+                goal[0] -= gait["shorten"] * (goal[1] - rest[s, 1]) ** 2
             tau = sign * (-k[s, :3] * (sign * angle - goal) - b[s, :3] * sign * rates)
         Q += J.T @ (tau[0] * -y + tau[1] * x + tau[2] * own)
     for leg in range(2):
@@ -66,16 +72,40 @@ def wanted(scene: Scene, q: np.ndarray, v: np.ndarray, phase: tuple[int, int]) -
 
 
 @pytest.mark.parametrize("pace", [(0.0,) * 8, (0.7, 0.0, 0.0, 0.4, -0.3, 1.2, 9.0, 50.0)])
+@pytest.mark.parametrize("crossing", [(0.0, 0.0, 0.0), (0.15, 0.1, 0.5), (0.3, -0.1, 0.0)])
 @pytest.mark.parametrize("phase", [(0, 1), (1, 2), (2, 0), (3, 3)])
-def test_moments_on_bodies_are_projected(scene, phase, pace):
-    scene.c["gait"]["pace"] = pace
+def test_moments_on_bodies_are_projected(scene, phase, crossing, pace):
+    gait = scene.c["gait"]
+    gait["pace"] = pace
+    gait["apart"], gait["crossing"], gait["shorten"] = crossing
     for q, v in states(scene, 3, seed=sum(phase)):
         scene.sensed(q, v)
         scene.c["memory"]["phase"] = phase
         desired_forces(scene.c, scene.mechanics)
         expected = wanted(scene, q, v, phase)
         assert scene.c["tick"]["Q_d"] == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
-    scene.c["gait"]["pace"] = 0.0
+    for name in ("pace", "apart", "crossing", "shorten"):
+        gait[name] = 0.0
+
+
+def test_a_foot_that_is_behind_is_kept_apart_and_one_that_is_ahead_may_cross(scene):
+    """The right leg swings; the walker falls to its left, over the other foot."""
+    gait, placed = scene.c["gait"], {}
+    gait["apart"] = 0.3
+    for flexed in (-0.4, 0.4):
+        q, v = scene.q.copy(), np.zeros(18)
+        q[3:7], q[7:] = (1.0, 0.0, 0.0, 0.0), 0.0
+        q[7], v[1] = flexed, 1.0
+        for apart in (0.0, 0.3):
+            gait["apart"] = apart
+            scene.sensed(q, v)
+            scene.c["memory"]["phase"] = 2, 0
+            desired_forces(scene.c, scene.mechanics)
+            placed[flexed, apart] = scene.c["tick"]["placed"][0]
+    gait["apart"] = 0.0
+    assert placed[-0.4, 0.0] < -0.1  # inward
+    assert placed[-0.4, 0.3] > 0.1
+    assert placed[0.4, 0.3] == placed[0.4, 0.0] < -0.1
 
 
 @pytest.mark.parametrize(("rise", "heading"), [("ground.slope=3.0", 0.0), ("ground.side_slope=3.0", 0.5 * np.pi)])

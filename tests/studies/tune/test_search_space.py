@@ -110,3 +110,13 @@ def test_a_pace_varies_in_the_plane_but_for_its_side(scenario_file):
     assert (lean.start, lean.log) == (1.3, False)
     assert (knee.start, knee.log) == (10.0, True)  # which has a sign
     assert (ankle.start, ankle.log) == (75.0, True)
+
+
+def test_what_keeps_legs_apart_varies_where_a_gait_has_it():
+    names = [f"frontal.placement.{name}" for name in ("apart", "crossing", "shorten")]
+    study = Study(read_scenario("tune/spatial_sturdy"))
+    assert not set(names) & {axis.name for axis in SearchSpace(study.scenario, study.gains).axes}
+    kept = "gains.frontal.placement={apart=0.15,crossing=0.0,shorten=0.5}"
+    study = Study(read_scenario("tune/spatial_sturdy", [kept]))
+    axes = {axis.name: axis for axis in SearchSpace(study.scenario, study.gains).axes}
+    assert [(axes[name].start, axes[name].log) for name in names] == [(0.15, True), (0.0, False), (0.5, True)]
