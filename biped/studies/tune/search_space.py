@@ -42,9 +42,10 @@ LEAN = 1.0
 _SPRING = {"theta_l": "k_d2", KNEES: "k_d3", "theta_a": "k_d4"}
 """Angles that mean something only where their spring has stiffness."""
 
-
 _PLACEMENT = "frontal.placement"
-_LACKED = (*(f"{PACE}.{name}" for name in Pace.may_lack()), *(f"{_PLACEMENT}.{name}" for name in Placement.may_lack()))
+_OPTIONAL = tuple(
+    f"{table}.{name}" for table, kind in ((PACE, Pace), (_PLACEMENT, Placement)) for name in kind.may_lack()
+)
 """Numbers of a gait that it may lack."""
 _BY_RATIO = f"{PACE}.knee", f"{PACE}.ankle", f"{_PLACEMENT}.apart", f"{_PLACEMENT}.shorten"
 """Numbers of a pace and of a placement that are never negative."""
@@ -151,7 +152,7 @@ def _means_something(gains: Gains, name: str) -> bool:
     table, _, whole = way.rpartition(".")
     if name == "axial.theta_b" or (name == f"{PACE}.side" and gains.frontal is None):
         return False
-    if name in _LACKED:
+    if name in _OPTIONAL:
         return number(gains, name) is not None
     spring = _SPRING.get(whole)
     if spring is None or not state.isdigit():

@@ -91,7 +91,6 @@ def test_moments_on_bodies_are_projected(scene, phase, crossing, pace):
 def test_a_foot_that_is_behind_is_kept_apart_and_one_that_is_ahead_may_cross(scene):
     """The right leg swings; the walker falls to its left, over the other foot."""
     gait, placed = scene.c["gait"], {}
-    gait["apart"] = 0.3
     for flexed in (-0.4, 0.4):
         q, v = scene.q.copy(), np.zeros(18)
         q[3:7], q[7:] = (1.0, 0.0, 0.0, 0.0), 0.0
