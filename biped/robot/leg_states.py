@@ -18,7 +18,8 @@ def leg_state(sensing, toe, heel, thigh, other, forward, knee):
 
     1 heel on the ground; 2 toe only; 3 in the air; 4 in the air with the knee extended and the thigh ahead of the
     other by `ahead`. A toe-only leg whose thigh still points further forward than `late_stance` has only just landed:
-    state 1. One that has not, but passes the other by more than `passing`, drags its toe: state 3.
+    state 1. One that has not, but passes the other by more than `passing`, drags its toe: state 3. (Below 0 one that is
+    still behind by less: a walker that has come to a stand on both feet takes its rear foot off.)
 
     Args:
         sensing: The scenario's thresholds.

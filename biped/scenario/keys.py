@@ -60,7 +60,8 @@ class Sensing(Section, frozen=True):
         extended: [rad] from its stop within which a knee counts as extended (state 4).
         ahead: [rad] by which the thigh must lead the other (state 4).
         late_stance: Degrees; a toe-only leg whose thigh still leans further forward has just landed: state 1.
-        passing: [rad]; a toe-only leg whose thigh leads the other by more drags its toe: state 3; default: never.
+        passing: [rad]; a toe-only leg whose thigh leads the other by more drags its toe: state 3; below 0, one that is
+            still behind by less; default: never.
         predict: [s] by which the law takes what it senses to be late, at most 1000 ticks: it moves what it senses on by
             its own mechanics under the torques that it has commanded since; 0: not. Of seven links in a plane.
         follow: Time constant [s] with which what the law believes of places and angles, which goes on by the same
@@ -78,7 +79,7 @@ class Sensing(Section, frozen=True):
     extended: NonNegative = 0.05
     ahead: Real = 0.1
     late_stance: Annotated[float, Meta(gt=0, le=36000)] = 100.0
-    passing: NonNegative | None = None
+    passing: Real | None = None
     predict: Hold = 0.0
     follow: Hold = 0.0
     follow_rates: Hold = 0.0
@@ -107,19 +108,26 @@ class Backstep(Section, frozen=True):
     """Stepping back, which the thesis does not have: a step that is being lost ends with the foot behind.
 
     While the torso's extrapolated centre of mass x + ẋ √(y/g) lies behind every contact, a leg in the air is in state 4
-    with its thigh held to an angle of its own.
+    with its thigh held to an angle of its own. Its knee may be held too, bent until the thigh is back: a straight leg's
+    foot meets the ground beside the other.
 
     Attributes:
         margin: [m] behind the rearmost contact from which the walker counts as falling back.
         theta_l: Degrees, the thigh's angle; below 90 the foot comes down behind.
         k_d2: [N m/rad] of the hip's spring.
         b_d2: [N m s/rad] of its damper.
+        bend: [rad/rad] by which the knee's rest is bent for each radian that the thigh has still to go back.
+        k_d3: [N m/rad] of the knee's spring to that rest; 0: the knee has the springs of state 4.
+        b_d3: [N m s/rad] of its damper.
     """
 
     margin: Real = 0.04
     theta_l: Degrees = 60.0
     k_d2: NonNegative = 300.0
     b_d2: NonNegative = 10.0
+    bend: NonNegative = 0.0
+    k_d3: NonNegative = 0.0
+    b_d3: NonNegative = 0.0
 
 
 class Simulation(Section, frozen=True):

@@ -86,7 +86,7 @@ def test_a_gait_may_step_back():
     s, origin = scenario('controller = "b.toml"\nbackstep.theta_l = 70.0\n')
     assert s.backstep == Backstep(margin=0.01, theta_l=70.0)
     assert origin.of("backstep.margin") == "b.toml"
-    backstep = {"margin": 0.01, "theta_l": 70.0, "k_d2": 300.0, "b_d2": 10.0}
+    backstep = {"margin": 0.01, "theta_l": 70.0, "k_d2": 300.0, "b_d2": 10.0, "bend": 0.0, "k_d3": 0.0, "b_d3": 0.0}
     assert gait_settings(s) == {"start": {"posture": "flat"}, "backstep": backstep}
     assert scenario('controller = "normal"\n')[0].backstep is None
 

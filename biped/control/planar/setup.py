@@ -73,8 +73,14 @@ _SWITCHES = np.dtype(
 """Foot switches, where they and not heights decide what touches (`biped.control.planar.estimator`); where the state is
 predicted, the heights [m] that the ground under the points must then have had (`biped.control.planar.prediction`)."""
 
-_BACKSTEP = np.dtype([("on", "u1"), ("margin", "f8"), ("theta_l", "f8"), ("k_d2", "f8"), ("b_d2", "f8")], align=True)
-"""The step back [m; rad, N m/rad, N m s/rad of the hip]."""
+_BACKSTEP = np.dtype(
+    [
+        ("on", "u1"), ("margin", "f8"), ("theta_l", "f8"), ("k_d2", "f8"), ("b_d2", "f8"),
+        ("bend", "f8"), ("k_d3", "f8"), ("b_d3", "f8"),
+    ],
+    align=True,
+)  # fmt: skip
+"""The step back [m; rad, N m/rad, N m s/rad of the hip; rad/rad, N m/rad, N m s/rad of the knee]."""
 
 _ACTUATION = np.dtype(
     [
@@ -234,7 +240,8 @@ def controller_record(run: Run, believed: Tree) -> np.ndarray:
     if s.backstep is not None:
         back = c["backstep"]
         back["on"], back["margin"], back["theta_l"] = 1, s.backstep.margin, np.radians(s.backstep.theta_l)
-        back["k_d2"], back["b_d2"] = s.backstep.k_d2, s.backstep.b_d2
+        for name in ("k_d2", "b_d2", "bend", "k_d3", "b_d3"):
+            back[name] = getattr(s.backstep, name)
     _set_actuation(c["actuation"], s, run.torque_limits)
     _set_pushing(c["push"], s, believed)
     if s.actuation.mode == "joint":

@@ -78,8 +78,8 @@ def desired_forces(c, q, v):
 
     Torso and thighs are held to the inertial frame, knees and ankles to their neighbours. In joint coordinates a knee's
     or ankle's couple is just its joint's torque, a thigh's acts on hip and pitch, the torso's on pitch (virtual work).
-    A leg that steps back (`biped.control.planar.tick`) has a thigh couple of its own, the others follow the walker's
-    speed (`biped.control.pace`).
+    A leg that steps back (`biped.control.planar.tick`) has a thigh couple of its own, and may have one of its knee, the
+    others follow the walker's speed (`biped.control.pace`).
     """
     at, gait, memory, backstep = c["at"], c["gait"], c["memory"], c["backstep"]
     Q, angle, rate, k, b = c["tick"]["Q_d"], at["angle"], at["rate"], gait["k"], gait["b"]
@@ -100,6 +100,9 @@ def desired_forces(c, q, v):
         pitch += couple
         Q[hip] = couple
         Q[knee] = -k[s, 1] * (q[knee] - gait["theta_k"][s]) - b[s, 1] * v[knee] + straightened(gait["pace"], s, faster)
+        if memory["back"] and s == EXTENDED and backstep["k_d3"] > 0.0:
+            bent = backstep["bend"] * max(angle[thigh] + upright - backstep["theta_l"], 0.0)
+            Q[knee] = -backstep["k_d3"] * (q[knee] + bent) - backstep["b_d3"] * v[knee]
         Q[ankle] = -k[s, 2] * (q[ankle] - gait["theta_a"][s]) - b[s, 2] * v[ankle]
         Q[ankle] -= extended(gait["pace"], s, faster, c["belief"]["tilt"])
     Q[PITCH] = pitch

@@ -71,6 +71,28 @@ def test_only_the_thigh_of_a_leg_that_steps_back_has_another_couple():
     assert seen > 20
 
 
+def test_the_knee_of_a_leg_that_steps_back_is_bent_until_its_thigh_is_back():
+    plain, bent = (
+        Bench(Scenario(actuation=ON.actuation, backstep=Backstep(margin=0.05, theta_l=90.0, **knee)))
+        for knee in ({}, {"bend": 1.5, "k_d3": 80.0, "b_d3": 4.0})
+    )
+    ahead, behind = 0, 0
+    for q, v in states(400, seed=4):
+        bent.tick(q, v), plain.tick(q, v)
+        for leg in range(2):
+            knee = 4 + 3 * leg
+            Q = bent.c["tick"]["Q_d"]
+            if not bent.c["memory"]["back"] or bent.c["memory"]["phase"][leg] != 3:
+                assert Q[knee] == plain.c["tick"]["Q_d"][knee]
+                continue
+            to_go = q[2] + q[3 + 3 * leg] + np.pi / 2 - np.radians(90.0)
+            ahead, behind = ahead + (to_go > 0.0), behind + (to_go <= 0.0)
+            rest = -1.5 * max(to_go, 0.0)
+            assert Q[knee] == pytest.approx(-80.0 * (q[knee] - rest) - 4.0 * v[knee])
+            assert Q[knee - 1] == plain.c["tick"]["Q_d"][knee - 1], "the thigh's couple is the same"
+    assert min(ahead, behind) > 10
+
+
 @pytest.mark.slow
 def test_stepping_back_keeps_it_up_on_eight_degrees():
     """Without it about six of ten walk up 8°, with it nine or more (docs/notes/robust-search.md)."""

@@ -68,6 +68,9 @@ def test_a_toe_that_drags_past_the_other_leg_swings(record, leg):
         assert state(record, leg, 1, 0, BENT, 0.08) == 3
         assert state(record, leg, 1, 0, BENT, 0.08, np.radians(10.1)) == 1
         assert state(record, leg, 1, 1, BENT, 0.08) == 1
+        record["sensing"]["passing"] = -0.07
+        assert state(record, leg, 1, 0, BENT, -0.08) == 2
+        assert state(record, leg, 1, 0, BENT, -0.06) == 3, "it has not passed yet, but is nearly beside the other"
     finally:
         record["sensing"]["passing"] = np.inf
     assert state(record, leg, 1, 0, BENT, 3.0) == 2

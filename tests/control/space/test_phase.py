@@ -17,7 +17,7 @@ def scene() -> Scene:
     return Scene()
 
 
-@pytest.mark.parametrize("passing", [np.inf, 0.07])
+@pytest.mark.parametrize("passing", [np.inf, 0.07, -0.07])
 def test_of_the_same_legs_they_are_the_same(scene, passing):
     plane, space, rng, seen = Bench().c, scene.c, np.random.default_rng(4), set()
     for name in ("extended", "ahead", "late_stance"):
