@@ -38,9 +38,13 @@ def names(kind: str) -> list[str]:
 
 
 def nearest(word: str, known: list[str]) -> str:
-    """A sentence that names what the user may have meant; of a path that no name is like, its last part counts."""
-    for one in (word, word.rpartition("/")[2]):
-        close = difflib.get_close_matches(one, known, n=1, cutoff=0.5) if len(one) < 100 else []
+    """A sentence that names what the user may have meant.
+
+    Of a path its last part counts if it is nearly a name, or if no name is like the whole.
+    """
+    last = word.rpartition("/")[2]
+    for one, cutoff in ((last, 0.8), (word, 0.5), (last, 0.5)):
+        close = difflib.get_close_matches(one, known, n=1, cutoff=cutoff) if len(one) < 100 else []
         if close:
             return f"did you mean '{close[0]}'?"
     return f"valid: {short(', '.join(known), 500)}" if known else "there are none"
