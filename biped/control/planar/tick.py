@@ -92,17 +92,21 @@ def desired_forces(c, q, v):
     for leg in range(LEGS):
         s = memory["phase"][leg]
         thigh, hip, knee, ankle = THIGH[leg], HIP[leg], KNEE[leg], ANKLE[leg]
-        if memory["back"] and s == EXTENDED:
-            couple = -backstep["k_d2"] * (angle[thigh] + upright - backstep["theta_l"]) - backstep["b_d2"] * rate[thigh]
+        back = memory["back"] and s == EXTENDED
+        to_go = angle[thigh] + upright - backstep["theta_l"]
+        if back:
+            couple = -backstep["k_d2"] * to_go - backstep["b_d2"] * rate[thigh]
         else:
             rest = gait["theta_l"][s] + flexed(gait["pace"], s, faster)
             couple = -k[s, 0] * (angle[thigh] + upright - rest) - b[s, 0] * rate[thigh]
         pitch += couple
         Q[hip] = couple
-        Q[knee] = -k[s, 1] * (q[knee] - gait["theta_k"][s]) - b[s, 1] * v[knee] + straightened(gait["pace"], s, faster)
-        if memory["back"] and s == EXTENDED and backstep["k_d3"] > 0.0:
-            bent = backstep["bend"] * max(angle[thigh] + upright - backstep["theta_l"], 0.0)
-            Q[knee] = -backstep["k_d3"] * (q[knee] + bent) - backstep["b_d3"] * v[knee]
+        if back and backstep["k_d3"] > 0.0:
+            rest = -backstep["bend"] * max(to_go, 0.0)
+            Q[knee] = -backstep["k_d3"] * (q[knee] - rest) - backstep["b_d3"] * v[knee]
+        else:
+            couple = -k[s, 1] * (q[knee] - gait["theta_k"][s]) - b[s, 1] * v[knee]
+            Q[knee] = couple + straightened(gait["pace"], s, faster)
         Q[ankle] = -k[s, 2] * (q[ankle] - gait["theta_a"][s]) - b[s, 2] * v[ankle]
         Q[ankle] -= extended(gait["pace"], s, faster, c["belief"]["tilt"])
     Q[PITCH] = pitch
