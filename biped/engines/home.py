@@ -30,13 +30,15 @@ _ACTING = np.dtype([("Q", "f8", NQ), ("pushed", "u1"), ("push", "f8", (N_LINKS, 
 
 _CONTACT = np.dtype(
     [
-        ("active", "u1", N_CONSTRAINTS), ("held", "u1", N_CONSTRAINTS), ("anchor", "f8", N_POINTS),
-        ("landed", "f8", N_POINTS), ("cos", "f8", N_POINTS), ("sin", "f8", N_POINTS), ("other", "f8", NQ),
+        ("active", "u1", N_CONSTRAINTS), ("held", "u1", N_CONSTRAINTS), ("slides", "u1", N_POINTS),
+        ("anchor", "f8", N_POINTS), ("landed", "f8", N_POINTS), ("cos", "f8", N_POINTS), ("sin", "f8", N_POINTS),
+        ("other", "f8", NQ),
     ],
     align=True,
 )  # fmt: skip
-"""Which constraints act, which may not let go before the step's end, and where [m] points landed; on ground that is not
-level also the height there, the direction of the ground below each point, and room for a row."""
+"""Which constraints act, which may not let go before the step's end, which points slide along the ground, and where [m]
+points landed; on ground that is not level also the height there, the direction of the ground below each point, and room
+for a row."""
 
 _STATE = np.dtype(
     [("q0", "f8", NQ), ("v0", "f8", NQ), ("q1", "f8", NQ), ("v1", "f8", NQ),

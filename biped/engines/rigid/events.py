@@ -8,8 +8,9 @@ knee through its stop, or hold a constraint that pulls, is cut where that begins
 from biped.base.jit import entry_kernel, kernel, long_kernel
 from biped.engines.planar.plant import tick
 from biped.engines.rigid.gauss import add_impulse
-from biped.engines.rigid.locate import TOUCH, attempt, beyond_event, keep_stage, locate, release
+from biped.engines.rigid.locate import attempt, beyond_event, keep_stage, locate
 from biped.engines.rigid.motion import gaps, impact, land, place
+from biped.engines.rigid.release import TOUCH, come_to_rest, release
 from biped.robot.columns import FORCE, STOP
 from biped.robot.planar.topology import N_CONSTRAINTS, N_POINTS, N_ROWS, N_STOPS, NQ, STOP_ROW
 
@@ -42,6 +43,7 @@ def advance(record, q, v, step, steps):
     for _ in range(steps):
         for i in range(N_CONSTRAINTS):
             contact["held"][i] = 0
+        come_to_rest(w, q0, v0)
         release(w, q0, v0)
         state["known"] = 0
         keep_stage(w, 0)

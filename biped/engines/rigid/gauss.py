@@ -27,9 +27,9 @@ from biped.numerics.factor import (
     solve_upper,
     transposed_minimum_norm,
 )
-from biped.robot.ground import piece_below, rise_of
+from biped.robot.ground import height_below, piece_below, rise_of
 from biped.robot.planar.kinematics import point_row
-from biped.robot.planar.topology import CHAINS, LINK_DOF, NQ, POINT_LEG, STOP_ROW, X
+from biped.robot.planar.topology import CHAINS, LINK_DOF, NQ, POINT_LEG, STOP_ROW, TOE, X
 
 RANK = 1e-10
 """Relative size below which a row of C is dependent: between rounding and what a real force would need."""
@@ -207,10 +207,24 @@ def stand_on(w, i, q, v):
 @kernel
 def set_down(w, i):
     """Notes the height of the ground where point i lands, at the anchor that it has just been given."""
-    ground, contact = w["ground"], w["contact"]
-    k = piece_below(ground, contact["anchor"][i])
-    rise = rise_of(ground, k)
-    contact["landed"][i] = ground["z"][max(k, 0)] + rise * (contact["anchor"][i] - ground["x"][max(k, 0)])
+    contact = w["contact"]
+    contact["landed"][i] = height_below(w["ground"], contact["anchor"][i])
+
+
+@kernel
+def slide_on(w, i, q):
+    """Where point i, which slides, is now becomes where it landed, on the same piece of the ground.
+
+    Returns:
+        How far [m] that piece, or what goes on from it, is above the ground there: 0 but beyond its end.
+    """
+    contact = w["contact"]
+    x, before = q[X] + w["at"]["point"][i, 0], contact["anchor"][i]
+    contact["anchor"][i] = x
+    if w["ground"]["count"] == 0:
+        return 0.0
+    contact["landed"][i] += contact["sin"][i] / contact["cos"][i] * (x - before)
+    return contact["landed"][i] - height_below(w["ground"], x)
 
 
 @kernel
@@ -221,6 +235,22 @@ def off_ground(w, q, i, direction):
     if direction == 0:
         return gap * c
     return (q[X] + w["at"]["point"][i, 0] - contact["anchor"][i]) / c + s * gap
+
+
+@kernel
+def keeps_place(contact, i):
+    """Whether a point that touches has a row along the ground: one that slides has none.
+
+    A flat foot has one such row, the heel's: the toe's says the same, except that its rounding, in an impact that lifts
+    the toe, would be enforced with forces beyond measure.
+    """
+    return not (contact["slides"][i] or (i in TOE and contact["active"][other_end(i)]))
+
+
+@kernel
+def other_end(i):
+    """The toe of a foot's heel, the heel of its toe."""
+    return i ^ 1
 
 
 @kernel

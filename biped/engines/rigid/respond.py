@@ -8,10 +8,10 @@ The three stand in three lanes. Where only forces change, all but g stays.
 """
 
 from biped.base.jit import kernel
-from biped.engines.rigid.gauss import RANK, bias_on, off_ground, row_on
+from biped.engines.rigid.gauss import RANK, bias_on, keeps_place, off_ground, row_on
 from biped.numerics.factor import factor_lanes, reflect, reflect_few_back, solve_few, solve_lanes_transposed
 from biped.numerics.lanes import added, everywhere, load, lone, store
-from biped.robot.planar.topology import KNEE, N_POINTS, N_ROWS, N_STOPS, NQ, STOP_ROW, TOE, X
+from biped.robot.planar.topology import KNEE, N_POINTS, N_ROWS, N_STOPS, NQ, STOP_ROW, X
 from biped.robot.planar.weighing import coupled, factor_from_feet, unweigh, weigh
 
 F_LANE = N_ROWS
@@ -97,7 +97,7 @@ def solve_motion(w, m):
 @kernel
 def _rows_in_lanes(w):
     """Writes the active rows of A into their lanes, b_v = -J̇v, and which lanes are rows; returns how many."""
-    rows, active = w["rows"], w["contact"]["active"]
+    rows, contact, active = w["rows"], w["contact"], w["contact"]["active"]
     A, b_v, kept = rows["A"], rows["b_v"], rows["kept"]
     for j in range(NQ):
         store(A, j, everywhere(0.0))
@@ -107,8 +107,8 @@ def _rows_in_lanes(w):
     for i in range(N_POINTS):
         if active[i]:
             for direction in range(2):
-                if direction == 1 and i in TOE and active[i + 1]:
-                    continue  # see `biped.engines.rigid.motion.active_rows`
+                if direction == 1 and not keeps_place(contact, i):
+                    continue
                 k = 2 * i + direction
                 row_on(w, i, direction, A[:, k])
                 b_v[0, k] = -bias_on(w, i, direction)

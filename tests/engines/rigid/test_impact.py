@@ -11,9 +11,9 @@ from scipy.sparse import csc_matrix
 
 from biped.base.files import locate
 from biped.engines.home import rigid_record
-from biped.engines.rigid.gauss import unilateral
-from biped.engines.rigid.locate import release
+from biped.engines.rigid.gauss import bias_on, row_on, unilateral
 from biped.engines.rigid.motion import active_rows, evaluate, impact, mass_and_bias, place, prepare
+from biped.engines.rigid.release import release
 from biped.robot.planar.model import tree_at
 
 HUMAN = locate("models", "human", "test")
@@ -181,8 +181,6 @@ def test_release_lets_go_what_would_pull_and_keeps_what_pushes():
         v[:] = 0.0
         before = w["contact"]["active"].copy()
         release(w, q, v)
-        if w["contact"]["held"].any():  # friction alone would lift a point: held to the step's end instead
-            continue
         m = active_rows(w)
         force = w["motion"]["lam"][w["system"]["row"][:m]][w["system"]["signed"][:m].astype(bool)]
         assert (force > -1e-6).all()
@@ -190,6 +188,41 @@ def test_release_lets_go_what_would_pull_and_keeps_what_pushes():
         kept += int(w["contact"]["active"].sum())
     assert released > 50
     assert kept > 50
+
+
+def test_a_point_that_pulls_where_it_is_and_would_fall_without_the_ground_slides():
+    """One point on the ground, at rest, and random torques: what goes on is pushed, and only that along the normal."""
+    slid, left, stayed = 0, 0, 0
+    for seed in range(1000):
+        rng = np.random.default_rng(seed)
+        w, q, v = new(seed)
+        v[:] = 0.0
+        contact, i = w["contact"], int(rng.integers(4))
+        contact["active"] = np.arange(6) == i
+        place(w, q, v)
+        q[1] -= q[1] + w["at"]["point"][i, 1]
+        place(w, q, v)
+        contact["anchor"] = q[0] + w["at"]["point"][:, 0]
+        w["acting"]["Q"][3:] = rng.normal(scale=100.0, size=6)
+        release(w, q, v)
+        assert not contact["held"].any()
+        row = np.zeros((2, 9))
+        row_on(w, i, 0, row[0])
+        row_on(w, i, 1, row[1])
+        up, along = row @ w["motion"]["v_dot"] + [bias_on(w, i, 0), bias_on(w, i, 1)]
+        if not contact["active"][i]:
+            left += 1
+            assert up > -1e-6
+            continue
+        slides = bool(contact["slides"][i])
+        slid, stayed = slid + slides, stayed + (not slides)
+        assert abs(up) < 1e-8
+        assert w["motion"]["lam"][2 * i] > 0.0
+        assert (abs(along) > 1e-6) == slides
+        assert (abs(w["motion"]["lam"][2 * i + 1]) > 1e-9) == (not slides)
+    assert slid > 10
+    assert left > 200
+    assert stayed > 200
 
 
 def test_release_on_redundant_rows_is_decided_by_the_motion():
