@@ -21,7 +21,7 @@ from biped.robot.parts import places_of
 from biped.robot.recognise import robot_of
 from biped.robot.robot import Robot
 from biped.robot.spec import no_keyframe, parsed
-from biped.scenario.keys import Scenario
+from biped.scenario.keys import GIVES_WAY, Scenario
 from biped.scenario.laws import THESIS
 from biped.scenario.robot import Described, Foot
 from biped.scenario.world import Ground
@@ -232,6 +232,14 @@ def _within(model: mujoco.MjModel, joint: int, value: float) -> float:
     return min(max(value, float(low) + _NEAR_END), float(high) - _NEAR_END)
 
 
+def _keep_within(model: mujoco.MjModel, before: np.ndarray, q: np.ndarray) -> None:
+    """Takes hinges back that a deviation turned beyond their stops, but for those that were further beyond before."""
+    stopped = np.flatnonzero((model.jnt_limited > 0) & (model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE))
+    places, (low, high) = model.jnt_qposadr[stopped], model.jnt_range[stopped].T
+    least, most = np.minimum(low - GIVES_WAY, before[places]), np.maximum(high + GIVES_WAY, before[places])
+    q[places] = np.clip(q[places], least, most)
+
+
 def _turn(walker: _Walker, joints: list[int], body: int, own: np.ndarray, wanted: np.ndarray) -> None:
     """Turns joints until a body's own axes are as wanted, or as near as its joints allow (Gauss-Newton)."""
     model, data = walker.model, walker.data
@@ -323,7 +331,9 @@ class Starts:
         if noise is not None:
             turning = np.array([_turns(model, column) for column in range(model.nv)])
             deviation = np.where(turning, noise.standard_normal(model.nv) * start.jitter, 0.0)
+            before = data.qpos.copy()
             mujoco.mj_integratePos(model, data.qpos, deviation, 1.0)
+            _keep_within(model, before, data.qpos)
         if start.settle:
             self._set_down()
         return data.qpos.copy(), data.qvel.copy()

@@ -19,6 +19,11 @@ from biped.scenario.robot import Described
 from biped.scenario.world import Disturbance, Ground, Push, Truth
 
 
+GIVES_WAY = 0.01
+"""[rad] beyond its stop that a joint of a deviating start may be: stops of walking robots give way by half of that, and
+one that is further beyond throws the limb back with energy that nobody put in."""
+
+
 class Start(Section, frozen=True):
     """How a run begins.
 
@@ -29,7 +34,8 @@ class Start(Section, frozen=True):
         contacts: Points that must touch: `right_toe`, `right_heel`, `left_toe`, `left_heel`; default: those the model
             names for the posture (none for q).
         settle: Project the posture onto the ground: the least change of the angles.
-        jitter: Standard deviation [rad] on the seven angles, after settling; the biped is then set down.
+        jitter: Standard deviation [rad] on the seven angles, after settling, by which no joint comes further beyond its
+            stop than a stop gives way, 10 mrad; the biped is then set down.
         upright: On a slope, the body of a posture of level ground is as upright as there and the legs reach down to
             where the feet were; of robots of any kind.
         walking: [s] of a walk on level ground from this posture, without pushes and changes of the gait. The run

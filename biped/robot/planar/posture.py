@@ -14,7 +14,7 @@ from biped.base.files import nearest
 from biped.robot.planar.model import posture_of
 from biped.robot.planar.topology import KNEE, N_ANGLES, N_POINTS, NQ, PITCH, Z
 from biped.robot.planar.tree import ABSOLUTE_FROM_JOINT, SevenLinks, Tree, absolute, from_absolute, motion, true_tree
-from biped.scenario.keys import Scenario, Start
+from biped.scenario.keys import GIVES_WAY, Scenario, Start
 
 MOST_STARTS = 256
 """Most start postures that are remembered at a time."""
@@ -109,9 +109,11 @@ class PlanarStarts:
         """
         q = self._posture(s)
         if noise is not None:
-            q = absolute(q)
-            q[PITCH:] += s.start.jitter * noise.standard_normal(N_ANGLES)
-            q = from_absolute(q)
+            knees, turned = [*KNEE], absolute(q)
+            turned[PITCH:] += s.start.jitter * noise.standard_normal(N_ANGLES)
+            most = np.maximum(q[knees], GIVES_WAY)
+            q = from_absolute(turned)
+            q[knees] = np.minimum(q[knees], most)
             if s.start.settle:
                 q = project(true_tree(self._links.tree, s.truth), q, (), self._links.points)
         return q, np.linalg.solve(ABSOLUTE_FROM_JOINT, np.array(s.start.v))

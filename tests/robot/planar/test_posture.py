@@ -95,15 +95,27 @@ def test_start_of_a_run():
 def test_jitter_turns_the_seven_angles_and_stays_on_the_ground():
     from biped.scenario.randomise import Randomise
 
-    plan = Plan(Scenario(start=Start(posture="flat", jitter=0.01), randomise=Randomise(runs=400)))
+    plan = Plan(Scenario(start=Start(posture="flat", jitter=0.003), randomise=Randomise(runs=400)))
     still = Plan(Scenario(start=Start(posture="flat"))).run(0)
     turned = np.array([absolute(plan.run(i).q) - absolute(still.q) for i in range(400)])
     np.testing.assert_array_equal(turned[:, 0], 0.0)
-    np.testing.assert_allclose(turned[:, 2:].std(axis=0), 0.01, rtol=0.15)
+    np.testing.assert_allclose(turned[:, 2:].std(axis=0), 0.003, rtol=0.15)
     assert np.abs(np.corrcoef(turned[:, 2:].T) - np.eye(7)).max() < 0.2
     for i in range(10):
         assert min(heights(plan.run(i).q).values()) == pytest.approx(0.0, abs=1e-14)
     np.testing.assert_array_equal(plan.run(3).q, plan.run(3).q)
+
+
+@pytest.mark.parametrize("settle", [True, False])
+def test_jitter_turns_no_knee_through_its_stop(settle):
+    from biped.scenario.randomise import Randomise
+
+    start = Start(posture="flat", jitter=0.05, settle=settle)
+    plan = Plan(Scenario(start=start, randomise=Randomise(runs=200)))
+    knees = np.array([plan.run(i).q[[4, 7]] for i in range(200)])
+    before = max(0.01, *Plan(Scenario(start=Start(posture="flat", settle=settle))).run(0).q[[4, 7]])
+    assert knees.max() == pytest.approx(before, abs=1e-12)
+    assert knees.min() < -0.05
 
 
 def test_a_biped_beyond_all_measure_cannot_be_put_on_the_ground():
