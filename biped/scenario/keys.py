@@ -18,7 +18,6 @@ from biped.scenario.randomise import FailureKeys, Randomise, Threshold
 from biped.scenario.robot import Described
 from biped.scenario.world import Disturbance, Ground, Push, Truth
 
-
 GIVES_WAY = 0.01
 """[rad] beyond its stop that a joint of a deviating start may be: stops of walking robots give way by half of that, and
 one that is further beyond throws the limb back with energy that nobody put in."""

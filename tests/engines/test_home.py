@@ -165,7 +165,7 @@ def test_flight_is_mujocos_to_integration_error(mode):
 
 
 def test_converges_with_the_fourth_power_of_the_step():
-    """Heel strike, knee stops and releases of 0.15 s are located, so the order survives them. Then a foot has rocked."""
+    """Heel strike, knee stops and releases of 0.15 s are located: the order survives. Then a foot has rocked."""
     end, left = {}, {}
     for part in (1, 2, 4, 32):
         trajectory, rigid = simulate_with_ledger(
