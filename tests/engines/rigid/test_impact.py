@@ -1,4 +1,4 @@
-"""Impacts (3.5) and unilateral motion: the active-set solution against OSQP, its own optimality, and physics."""
+"""Impacts (3.5): the active-set solution against OSQP, its own optimality, and physics."""
 
 import warnings
 
@@ -11,9 +11,8 @@ from scipy.sparse import csc_matrix
 
 from biped.base.files import locate
 from biped.engines.home import rigid_record
-from biped.engines.rigid.gauss import bias_on, row_on, unilateral
+from biped.engines.rigid.gauss import unilateral
 from biped.engines.rigid.motion import active_rows, evaluate, impact, mass_and_bias, place, prepare
-from biped.engines.rigid.release import release
 from biped.robot.planar.model import tree_at
 
 HUMAN = locate("models", "human", "test")
@@ -170,71 +169,3 @@ def test_constrained_acceleration_is_3_7_with_a_dense_pseudo_inverse():
             rtol=0,
             atol=1e-8 * np.abs(force).max(),
         )
-
-
-def test_release_lets_go_what_would_pull_and_keeps_what_pushes():
-    released, kept = 0, 0
-    for seed in range(200):
-        w, q, v = new(seed)
-        w["acting"]["Q"] = np.random.default_rng(seed).normal(scale=300.0, size=9)
-        w["contact"]["active"][4:] = 0
-        v[:] = 0.0
-        before = w["contact"]["active"].copy()
-        release(w, q, v)
-        m = active_rows(w)
-        force = w["motion"]["lam"][w["system"]["row"][:m]][w["system"]["signed"][:m].astype(bool)]
-        assert (force > -1e-6).all()
-        released += int((before > w["contact"]["active"]).sum())
-        kept += int(w["contact"]["active"].sum())
-    assert released > 50
-    assert kept > 50
-
-
-def test_a_point_that_pulls_where_it_is_and_would_fall_without_the_ground_slides():
-    """One point on the ground, at rest, and random torques: what goes on is pushed, and only that along the normal."""
-    slid, left, stayed = 0, 0, 0
-    for seed in range(1000):
-        rng = np.random.default_rng(seed)
-        w, q, v = new(seed)
-        v[:] = 0.0
-        contact, i = w["contact"], int(rng.integers(4))
-        contact["active"] = np.arange(6) == i
-        place(w, q, v)
-        q[1] -= q[1] + w["at"]["point"][i, 1]
-        place(w, q, v)
-        contact["anchor"] = q[0] + w["at"]["point"][:, 0]
-        w["acting"]["Q"][3:] = rng.normal(scale=100.0, size=6)
-        release(w, q, v)
-        assert not contact["held"].any()
-        row = np.zeros((2, 9))
-        row_on(w, i, 0, row[0])
-        row_on(w, i, 1, row[1])
-        up, along = row @ w["motion"]["v_dot"] + [bias_on(w, i, 0), bias_on(w, i, 1)]
-        if not contact["active"][i]:
-            left += 1
-            assert up > -1e-6
-            continue
-        slides = bool(contact["slides"][i])
-        slid, stayed = slid + slides, stayed + (not slides)
-        assert abs(up) < 1e-8
-        assert w["motion"]["lam"][2 * i] > 0.0
-        assert (abs(along) > 1e-6) == slides
-        assert (abs(w["motion"]["lam"][2 * i + 1]) > 1e-9) == (not slides)
-    assert slid > 10
-    assert left > 200
-    assert stayed > 200
-
-
-def test_release_on_redundant_rows_is_decided_by_the_motion():
-    """Both feet flat, legs parallel, knees straight: ten rows of rank eight, and standing under gravity."""
-    w = rigid_record(tree_at(HUMAN), 0.0)[0]
-    q, v = np.zeros(9), np.zeros(9)
-    w["contact"]["active"] = 1
-    place(w, q, v)
-    w["contact"]["anchor"] = q[0] + w["at"]["point"][:, 0]
-    release(w, q, v)
-    assert w["contact"]["active"][:4].all()
-    normal = w["motion"]["lam"][:8:2]
-    assert normal.sum() == pytest.approx(w["tree"]["mass"].sum() * 9.81, rel=0.2)
-    assert (w["motion"]["lam"][[0, 2, 4, 6, 8, 9]] > -1e-6).all()
-    assert np.abs(w["system"]["A"] @ w["motion"]["v_dot"]).max() < 1e-9
