@@ -1,4 +1,4 @@
-"""The home engine: the thesis's own equations. Rigid unilateral contacts, plastic impacts, no slip.
+"""The home engine: the thesis's own equations. Rigid unilateral contacts, plastic impacts, friction without limit.
 
 Of a scenario's physics it uses the slope, tiles and steps, the pushes, the truth about the biped and
 `simulation.timestep`; friction, contact time and solver settings belong to MuJoCo's compliant contacts and have no

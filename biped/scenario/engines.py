@@ -34,7 +34,7 @@ class Engine(NamedTuple):
 ENGINES: dict[str, Engine] = {
     MUJOCO: Engine("biped.engines.mujoco", "MuJoCo's compliant contacts", own_clock=True, seat=True),
     HOME: Engine("biped.engines.home", "the thesis's own rigid contacts", any_robot=False, rigid=True,
-                 uniform="contacts are rigid and do not slip"),
+                 uniform="contacts are rigid, with friction without limit"),
     DRAKE: Engine("biped.engines.drake", "Drake's compliant contacts (SAP), which no gait here was searched in",
                   uniform="friction and stiffness belong to bodies, not to places", library="drake"),
 }  # fmt: skip

@@ -145,7 +145,10 @@ def test_softness_never_asks_for_less_than_two_steps():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        (["engine=home"], r"truth.unmodelled.friction: expected 0: in the engine 'home' contacts are rigid and do not"),
+        (
+            ["engine=home"],
+            r"truth.unmodelled.friction: expected 0: in the engine 'home' contacts are rigid, with friction",
+        ),
         (
             ["engine=drake"],
             r"truth.unmodelled.friction: expected 0: in the engine 'drake' friction and stiffness belong",
