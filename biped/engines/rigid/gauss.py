@@ -205,22 +205,15 @@ def stand_on(w, i, q, v):
 
 
 @kernel
-def set_down(w, i):
-    """Notes the height of the ground where point i lands, at the anchor that it has just been given."""
-    contact = w["contact"]
-    contact["landed"][i] = height_below(w["ground"], contact["anchor"][i])
-
-
-@kernel
-def slide_on(w, i, q):
-    """Where point i, which slides, is now becomes where it landed, on the same piece of the ground.
+def stop_sliding(w, i, q):
+    """Point i, which slides, is to keep the place where it is now, on the piece of the ground on which it landed.
 
     Returns:
         How far [m] that piece, or what goes on from it, is above the ground there: 0 but beyond its end.
     """
     contact = w["contact"]
     x, before = q[X] + w["at"]["point"][i, 0], contact["anchor"][i]
-    contact["anchor"][i] = x
+    contact["slides"][i], contact["anchor"][i] = 0, x
     if w["ground"]["count"] == 0:
         return 0.0
     contact["landed"][i] += contact["sin"][i] / contact["cos"][i] * (x - before)

@@ -18,14 +18,14 @@ from biped.engines.rigid.gauss import (
     multipliers,
     other_end,
     row_on,
-    set_down,
     shortest,
-    slide_on,
     stand_on,
+    stop_sliding,
     unilateral,
 )
 from biped.engines.rigid.respond import residual, respond, respond_again
 from biped.numerics.factor import cholesky, solve_transposed, solve_upper, weigh_rows
+from biped.robot.ground import height_below
 from biped.robot.planar.kinematics import add_force, bias_forces, forward, mass_matrix
 from biped.robot.planar.topology import (
     BASE,
@@ -231,14 +231,11 @@ def land(w, i, q):
     contact["active"][i] = 1
     if i >= N_POINTS:
         return
-    contact["slides"][i] = 0
-    contact["anchor"][i] = q[X] + w["at"]["point"][i, 0]
-    if w["ground"]["count"] > 0:
-        set_down(w, i)
+    contact["slides"][i], contact["anchor"][i] = 0, q[X] + w["at"]["point"][i, 0]
+    contact["landed"][i] = height_below(w["ground"], contact["anchor"][i])
     other = other_end(i)
     if contact["active"][other] and contact["slides"][other]:
-        slide_on(w, other, q)
-        contact["slides"][other] = 0
+        stop_sliding(w, other, q)
 
 
 @kernel

@@ -7,7 +7,7 @@ rest, by an impact, at the first step that needs no pull for that.
 """
 
 from biped.base.jit import kernel
-from biped.engines.rigid.gauss import bias_on, change, other_end, row_on, slide_on, unilateral
+from biped.engines.rigid.gauss import bias_on, change, other_end, row_on, stop_sliding, unilateral
 from biped.engines.rigid.motion import evaluate, evaluate_again, impact, land, place, prepare
 from biped.robot.planar.topology import N_CONSTRAINTS, N_POINTS, N_ROWS, NQ, STOP_ROW
 
@@ -144,8 +144,7 @@ def come_to_rest(w, q, v):
     place(w, q, v)
     for i in range(N_POINTS):
         if sliding >> i & 1:
-            above = slide_on(w, i, q)
-            contact["slides"][i] = 0
+            above = stop_sliding(w, i, q)
             contact["active"][i] = above <= TOUCH
             contact["held"][i] = above < -TOUCH
     w["state"]["known"] = 0
