@@ -232,14 +232,6 @@ def _within(model: mujoco.MjModel, joint: int, value: float) -> float:
     return min(max(value, float(low) + _NEAR_END), float(high) - _NEAR_END)
 
 
-def _keep_within(model: mujoco.MjModel, before: np.ndarray, q: np.ndarray) -> None:
-    """Takes hinges back that a deviation turned beyond their stops, but for those that were further beyond before."""
-    stopped = np.flatnonzero((model.jnt_limited > 0) & (model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE))
-    places, (low, high) = model.jnt_qposadr[stopped], model.jnt_range[stopped].T
-    least, most = np.minimum(low - GIVES_WAY, before[places]), np.maximum(high + GIVES_WAY, before[places])
-    q[places] = np.clip(q[places], least, most)
-
-
 def _turn(walker: _Walker, joints: list[int], body: int, own: np.ndarray, wanted: np.ndarray) -> None:
     """Turns joints until a body's own axes are as wanted, or as near as its joints allow (Gauss-Newton)."""
     model, data = walker.model, walker.data
@@ -396,6 +388,14 @@ def lowest(data: mujoco.MjData, robot: Robot) -> float:
 def height_of(model: mujoco.MjModel, robot: Robot) -> int:
     """Which coordinate lifts the base."""
     return _along(model, robot)[-1]
+
+
+def _keep_within(model: mujoco.MjModel, before: np.ndarray, q: np.ndarray) -> None:
+    """Takes hinges back that a deviation turned beyond their stops, but for those that were further beyond before."""
+    stopped = np.flatnonzero((model.jnt_limited > 0) & (model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE))
+    places, (low, high) = model.jnt_qposadr[stopped], model.jnt_range[stopped].T
+    least, most = np.minimum(low - GIVES_WAY, before[places]), np.maximum(high + GIVES_WAY, before[places])
+    q[places] = np.clip(q[places], least, most)
 
 
 def _turns(model: mujoco.MjModel, column: int) -> bool:
