@@ -179,6 +179,7 @@ class Condition(Section, frozen=True):
             planar biped of seven links, costs five returns of two neighbours more; what is beyond counts as an excess
             over a limit of one.
         limits: Instead of those of [tune] or its stage: none, e.g., of runs that are pushed.
+        floors: Likewise.
         goal: What the gait should do in its window: walk, stand or sit.
     """
 
@@ -188,6 +189,7 @@ class Condition(Section, frozen=True):
     speed: Positive | None = None
     growth: Real | None = None
     limits: dict[str, Positive] | None = None
+    floors: dict[str, Positive] | None = None
     goal: Literal["walked", "stood", "sat"] = "walked"
 
 

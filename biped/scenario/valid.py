@@ -74,6 +74,8 @@ def known_keys(data: Any, kind: type, at: str, fail: Fail) -> None:
             _variations(value, dotted, fail)
         elif key in ("expect", "thesis") and isinstance(value, dict):
             _metrics(value, key, fail)
+        elif key in ("limits", "floors") and isinstance(value, dict):
+            _numbers_of_a_run(value, dotted, fail)
         elif (listed := _listed(hints[key])) is not None:
             if not isinstance(value, list) or not all(isinstance(table, dict) for table in value):
                 raise fail(dotted, f"expected a list of tables, each headed [[{dotted}]]")
@@ -100,6 +102,14 @@ def _metrics(value: dict, key: str, fail: Fail) -> None:
                 raise fail(dotted, f"expected a number, got {echo(inner)}")
         else:
             _table(inner, Bound, dotted, "{ min = 0.7, max = 1.0 }", fail)
+
+
+def _numbers_of_a_run(value: dict, at: str, fail: Fail) -> None:
+    """Checks the limits or floors of a search: names of metrics that a single run has."""
+    known = [metric.name for metric in METRICS.values() if metric.kind == "mean"]
+    for name in value:
+        if name not in known:
+            raise fail(safe(f"{at}.{name}"), f"expected a metric that is not a count of runs; {nearest(name, known)}")
 
 
 def _variations(value: dict, at: str, fail: Fail) -> None:

@@ -156,14 +156,13 @@ class Study:
         for name, most in (self.tune.limits if condition.limits is None else condition.limits).items():
             if math.isfinite(numbers[name]):  # a stander has no cost of transport
                 cost += weights.excess * max(0.0, numbers[name] / most - 1.0)
-        for name, least in self.tune.floors.items():
+        for name, least in (self.tune.floors if condition.floors is None else condition.floors).items():
             if math.isfinite(numbers[name]):
                 cost += weights.excess * max(0.0, 1.0 - numbers[name] / least)
         if condition.growth is not None:
             grown = parting(run, walk)  # infinite: as costly as a walk can be
             cost += weights.excess * max(0.0, grown - condition.growth)
-        # However slow or costly, it is never worse than a fall.
-        return min(cost, 0.5 * weights.falls) if weights.falls > 0.0 else cost
+        return below(cost, 0.5 * weights.falls) if weights.falls > 0.0 else cost
 
     def _missed(self, numbers: Mapping[str, Any], condition: Condition, run: Run) -> float:
         """The cost of a run that failed: less, the longer it stayed up and, if it should walk, the further it came."""
@@ -200,6 +199,19 @@ class Study:
             conditions[name].weight * sum(o.cost for o in found) / len(found) for name, found in outcomes.items()
         )
         return mean / total + self.tune.weights.closeness * distance
+
+
+def below(cost: float, most: float) -> float:
+    """What a walk costs that is never worse than a fall, however slow or costly it is: its cost, bent below a bound.
+
+    Up to half the bound it is the cost itself. Beyond, it grows ever more slowly, so that of two walks that are far
+    from what is wanted the better one still costs less.
+
+    Args:
+        cost: Without the bound.
+        most: The bound.
+    """
+    return cost if cost <= 0.5 * most else most * (1.0 - 0.25 * most / cost)
 
 
 def earned(numbers: Mapping[str, Any], tune: Tune, run: Run, goal: str) -> float:

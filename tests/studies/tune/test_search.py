@@ -11,7 +11,7 @@ import pytest
 
 from biped.scenario.goals import Tune, Weights
 from biped.studies.tune import gait_text
-from biped.studies.tune.evaluate import GainOutcome, earned, workers
+from biped.studies.tune.evaluate import GainOutcome, below, earned, workers
 from biped.studies.tune.search import Search
 from biped.studies.tune.search_space import SearchSpace
 from tests.studies.tune.small import study_of
@@ -102,6 +102,14 @@ def test_a_walker_never_costs_more_than_a_faller(scenario_file):
     assert all(o.cost <= 0.5 for o in walked)
 
 
+def test_of_two_walks_far_from_what_is_wanted_the_better_one_costs_less():
+    costs = [below(cost, 0.5) for cost in (0.0, 0.1, 0.25, 0.25 + 1e-9, 0.5, 1.0, 10.0, 1e3, math.inf)]
+    assert costs[:3] == [0.0, 0.1, 0.25]
+    assert costs == sorted(set(costs))
+    assert costs[3] - costs[2] == pytest.approx(1e-9)
+    assert costs[-1] == 0.5
+
+
 def test_what_a_walker_lacks_of_a_floor_costs_like_what_it_exceeds_of_a_limit(scenario_file):
     changes = ("duration=3.0", "gains.theta_b=78.0", "tune.conditions.level.speed=0.8", "tune.weights.speed=0.0")
     costs = []
@@ -110,6 +118,7 @@ def test_what_a_walker_lacks_of_a_floor_costs_like_what_it_exceeds_of_a_limit(sc
         ("tune.floors.torso_lean=24.0",),
         ("tune.limits.torso_lean=4.0",),
         ("tune.limits.torso_lean=4.0", "tune.conditions.level.limits={}"),
+        ("tune.floors.torso_lean=24.0", "tune.conditions.level.floors={}"),
     ):
         study = study_of(scenario_file, *changes, "tune.weights.excess=0.01", *more)
         candidate = SearchSpace(study.scenario, study.gains).candidate([0.0] * 31)
@@ -119,7 +128,7 @@ def test_what_a_walker_lacks_of_a_floor_costs_like_what_it_exceeds_of_a_limit(sc
         costs.append(one.cost)
     lean = 24.0 * (1.0 - (costs[1] - costs[0]) / 0.01)
     assert 4.0 < lean < 24.0
-    assert costs[3] == costs[0]
+    assert costs[3:] == [costs[0], costs[0]]
     assert costs[2] - costs[0] == pytest.approx(0.01 * (lean / 4.0 - 1.0))
 
 
