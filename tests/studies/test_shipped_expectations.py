@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import Any
 
 import pytest
 
@@ -17,10 +16,6 @@ RUNS = 24
 """Most runs of a scenario: bounds on shares that so few cannot decide are undecided, and do not fail."""
 
 
-OPEN = {"spatial/cells/sideways"}
-"""Tests whose goal no shipped gait reaches: one that begins to hold fails here, so that it is taken off the list."""
-
-
 @cache
 def expecting() -> list[str]:
     """Scenarios that expect something and need no engine beyond those that everybody has."""
@@ -28,13 +23,8 @@ def expecting() -> list[str]:
     return [name for name, scenario in found if scenario.expect and scenario.engine != DRAKE]
 
 
-def _cases() -> list[Any]:
-    no_gait = pytest.mark.xfail(strict=True, reason="no shipped gait reaches this goal")
-    return [pytest.param(name, marks=[no_gait] if name in OPEN else []) for name in expecting()]
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("name", _cases())
+@pytest.mark.parametrize("name", expecting())
 def test_what_a_shipped_scenario_expects_holds(name):
     plan = plan_of(name, [])
     each = plan.scenario.randomise.runs

@@ -202,7 +202,7 @@ class Study:
 
 
 def below(cost: float, most: float) -> float:
-    """What a walk costs that is never worse than a fall, however slow or costly it is: its cost, bent below a bound.
+    """The cost of a walk, bent below a bound: however slow or costly it is, it is never worse than a fall.
 
     Up to half the bound it is the cost itself. Beyond, it grows ever more slowly, so that of two walks that are far
     from what is wanted the better one still costs less.
