@@ -13,7 +13,7 @@ from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
 from biped.scenario.reading import read_scenario
 from biped.studies.stability.orbit import parting
-from biped.studies.tune.evaluate import Study, below
+from biped.studies.tune.evaluate import Study
 from biped.studies.tune.search_space import Candidate
 from tests.studies.tune.small import TEXT
 
@@ -46,7 +46,7 @@ def test_who_does_not_return_parts_beyond_all_bounds():
     assert parting(*walk("calm/stand", "randomise.runs=1")) == math.inf
 
 
-@pytest.mark.parametrize(("growth", "costs"), [(1000.0, 0.0), (-0.02, 0.02), (-1000.0, 1000.0)])
+@pytest.mark.parametrize(("growth", "costs"), [(1000.0, 0.0), (-0.02, 0.02), (-1e6, 0.5)])
 def test_what_is_beyond_the_bound_is_an_excess_and_never_worse_than_a_fall(tmp_path, growth, costs, monkeypatch):
     monkeypatch.setattr("biped.studies.tune.evaluate.parting", lambda run, walk: 0.0)
     path = tmp_path / "walk.toml"
@@ -56,7 +56,7 @@ def test_what_is_beyond_the_bound_is_an_excess_and_never_worse_than_a_fall(tmp_p
     task = plain.tasks(Candidate(plain.gains, ()), 1, True, {"level": range(1)})[0]
     before, after = plain.outcome(task), asked.outcome(task)
     assert before.walked
-    assert after.cost == pytest.approx(below(before.cost + costs, 0.5))
+    assert after.cost == pytest.approx(min(before.cost + costs, 0.5))
     assert after.cost < 0.5
 
 
