@@ -23,42 +23,31 @@ _DAMPED = 0.7
 """Damping ratio of these."""
 
 
+@inner_kernel
+def _headed(c, x, y):
+    """(2,) a horizontal vector of the ground's frame, ahead and to the left of where the walker is told to go."""
+    cos, sin = math.cos(c["gait"]["heading"]), math.sin(c["gait"]["heading"])
+    return x * cos + y * sin, y * cos - x * sin
+
+
 @kernel
-def _placed(c, leg):
+def _placed(c, leg, leftward, rise_left):
     """[rad] by which a swinging leg is abducted for where the walker is and goes: c_v v_y + c_d (y - half the hips).
 
     And for how the ground rises on its side. A foot that has not passed the other yet is kept apart from it.
     """
-    at, gait, tilt = c["at"], c["gait"], c["belief"]["tilt"]
-    cos, sin = math.cos(gait["heading"]), math.sin(gait["heading"])
+    at, gait = c["at"], c["gait"]
     side, stance = SIDE[leg], at["foot"][1 - leg]
-    speed = side * (at["com_velocity"][1] * cos - at["com_velocity"][0] * sin)
-    y = side * ((at["com"][1] - stance[1]) * cos - (at["com"][0] - stance[0]) * sin)
-    placed = gait["velocity"] * speed + gait["position"] * (y - c["belief"]["hip"])
-    placed += gait["pace"][2] * side * (tilt[1] * cos - tilt[0] * sin)
+    _, beside = _headed(c, at["com"][0] - stance[0], at["com"][1] - stance[1])
+    placed = gait["velocity"] * side * leftward + gait["position"] * (side * beside - c["belief"]["hip"])
+    placed += gait["pace"][2] * side * rise_left
     if gait["apart"] > 0.0:
-        x, y = at["foot"][leg, 0] - stance[0], at["foot"][leg, 1] - stance[1]
-        if x * cos + y * sin < gait["crossing"]:
-            outward = side * (y * cos - x * sin)
-            further = (gait["apart"] - outward) / (2.0 * c["belief"]["shank"])  # two shanks are a leg
+        before, beside = _headed(c, at["foot"][leg, 0] - stance[0], at["foot"][leg, 1] - stance[1])
+        if before < gait["crossing"]:
+            further = (gait["apart"] - side * beside) / (2.0 * c["belief"]["shank"])  # two shanks are a leg
             rest = gait["rest"][c["memory"]["phase"][leg], 1]
             placed = max(placed, at["angle"][leg, 1] + further - rest)
     return placed
-
-
-@kernel
-def _rise(c):
-    """[rad] by which the ground rises ahead, as the law knows it."""
-    tilt, heading = c["belief"]["tilt"], c["gait"]["heading"]
-    return tilt[0] * math.cos(heading) + tilt[1] * math.sin(heading)
-
-
-@kernel
-def _excess(c, rise):
-    """[m/s] by which the walker is faster forward than its gait's pace."""
-    gait, velocity = c["gait"], c["at"]["com_velocity"]
-    cos, sin = math.cos(gait["heading"]), math.sin(gait["heading"])
-    return excess(gait["pace"], velocity[0] * cos + velocity[1] * sin, rise)
 
 
 @kernel
@@ -88,8 +77,10 @@ def desired_forces(c, m):
         Q[j] = -M * _HOLD * (_HOLD * away + 2.0 * _DAMPED * at["v"][j])
     for j in range(3):
         Q[trunk + j] = 0.0
-    rise = _rise(c)
-    faster = _excess(c, rise)
+    tilt, velocity = c["belief"]["tilt"], at["com_velocity"]
+    rise, rise_left = _headed(c, tilt[0], tilt[1])
+    forward, leftward = _headed(c, velocity[0], velocity[1])
+    faster = excess(gait["pace"], forward, rise)
     tx, ty, tz = 0.0, 0.0, 0.0  # moment on the whole walker
     lx, ly, lz = 0.0, 0.0, 0.0  # on its thighs
     for link in range(1 + LEGS):
@@ -104,7 +95,7 @@ def desired_forces(c, m):
             yaw -= gait["b_torso"][2] * at["torso_rate"][2]
         else:
             s = memory["phase"][leg]
-            placed = _placed(c, leg) if s in (SWING, EXTENDED) else 0.0
+            placed = _placed(c, leg, leftward, rise_left) if s in (SWING, EXTENDED) else 0.0
             c["tick"]["placed"][leg] = placed
             further = flexed(gait["pace"], s, faster) - gait["shorten"] * placed * placed
             pitch = -k[s, 0] * (at["angle"][leg, 0] - rest[s, 0] - further) - b[s, 0] * at["rate"][leg, 0]
