@@ -394,3 +394,22 @@ def _between(a: Any, b: Any, share: float) -> Any:
     if a is None and b is None:  # a part that both may lack
         return None
     return (a or 0.0) + share * ((b or 0.0) - (a or 0.0))
+
+
+_IN_UNITS = {"margin": "l", "k_d2": "m g l", "b_d2": "m g l √(l/g)"}
+"""Numbers of a step back whose defaults are the human's, in SI."""
+
+
+def whole_backstep(given: dict[str, Any], fail: Fail) -> None:
+    """Rejects a step back that leaves numbers out where its gait counts in units of its walker.
+
+    Args:
+        given: What the scenario and its gait say of it.
+        fail: Makes the error.
+
+    Raises:
+        InputError: It does.
+    """
+    for name, unit in _IN_UNITS.items():
+        if name not in given:
+            raise fail(f"backstep.{name}", f"expected a number in {unit}, as its gait counts; its default is in SI")

@@ -184,6 +184,8 @@ def make_general(data: dict[str, Any], origin: dict[str, Path]) -> bool:
     if "law" in habits:
         habits["law"] = named_now(habits["law"])
     habits = noticed_of(habits, data.get("law", habits.get("law")))
+    if "backstep" not in data:
+        habits.pop("backstep", None)  # a scenario or a gait asks for it
     data.setdefault("robot", {})
     if kind == KIND and isinstance(data["robot"], dict):
         lay_under(data, {"robot": description}, origin, own)

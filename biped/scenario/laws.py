@@ -34,7 +34,7 @@ class BuiltIn(NamedTuple):
 
 
 _THESIS: Keys = {
-    "": ("controller", "gains", "change"),
+    "": ("controller", "gains", "change", "backstep"),
     "start": ("walking",),
     "ground": ("angles",),
     "sensing": (

@@ -10,6 +10,7 @@ from msgspec.structs import replace
 from biped.base import typed
 from biped.base.errors import InputError, safe
 from biped.base.files import canonical, layered, locate, merge, parse_toml
+from biped.scenario.gains import MGL
 from biped.scenario.gait import (
     Settings,
     beside_gait,
@@ -19,6 +20,7 @@ from biped.scenario.gait import (
     read_gains,
     read_reading,
     read_settings,
+    whole_backstep,
 )
 from biped.scenario.general import is_free, lay_under, make_general, model_of, name_law, taken
 from biped.scenario.keys import Scenario
@@ -154,7 +156,7 @@ def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path, looking: b
         if not isinstance(gait, str):
             return {}  # the conversion says so
         settings, theirs = read_settings(found("controllers", gait, "controller", beside.get("controller")))
-        if "law" in data:
+        if "law" in data and data["law"] != THESIS:
             settings.pop("backstep", None)  # it belongs to the thesis's leg states
         lay_below(data, keys, settings, theirs)
         return settings
@@ -176,6 +178,8 @@ def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path, looking: b
         gait = found("controllers", scenario.controller, "controller", beside.get("controller"))
         if (model := model_of(data, keys)) is not None and is_free(model):
             out_of_the_plane(read_gains(gait, scenario.gains), scenario.model)
+        if scenario.backstep is not None and read_gains(gait, scenario.gains).unit == MGL:
+            whole_backstep(data["backstep"], fail)
     kind.check(scenario, fail)
     named: dict[str, Any] = {
         key: canonical(f"{key}s", found(f"{key}s", getattr(scenario, key), key, beside.get(key)))

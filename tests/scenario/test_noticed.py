@@ -152,7 +152,7 @@ def done(s: Scenario) -> str:
     found = hashlib.sha256()
     if s.law == "thesis":
         law: Any = plant.law.law
-        for part in ("gait", "belief", "sensing", "actuation"):
+        for part in ("gait", "belief", "sensing", "backstep", "actuation"):
             found.update(law.record[0][part].tobytes())
         found.update(law.changes.steps.tobytes())
     t = drive(plant)
@@ -213,7 +213,7 @@ def test_every_key_is_read_or_refused(law):
 
 @pytest.mark.parametrize(("changes", "words"), [
     (["sensing.knee_angle=0.1"], r"--set: sensing.knee_angle: expected 0.02: law 'thesis' takes .* \[sensing\]"),
-    (["actuation.solver=daqp", "backstep={}"], r"backstep: expected none: .* nor of actuation.solver"),
+    (["actuation.solver=daqp", "estimator={}"], r"estimator: expected none: .* nor of actuation.solver"),
     (["actuation.single_tangential=true"], r"actuation.single_tangential: expected false"),
     (["actuation.contacts=released"], r"actuation.contacts: expected 'pushing', got 'released'"),
     (["law=stand"], r"controller: expected none: law 'stand' takes no notice"),

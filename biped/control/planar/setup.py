@@ -22,6 +22,7 @@ from biped.control.planar.allocation import EXACT, FOREIGN
 from biped.control.planar.prediction import predicts
 from biped.control.planar.pushing import pushing_torques
 from biped.control.planar.sensing import sense_links
+from biped.control.step_back import BACKSTEP, set_backstep
 from biped.measure.trajectory import Trajectory
 from biped.numerics.factor import BLOCK
 from biped.numerics.lanes import LANES
@@ -72,15 +73,6 @@ _SWITCHES = np.dtype(
 )
 """Foot switches, where they and not heights decide what touches (`biped.control.planar.estimator`); where the state is
 predicted, the heights [m] that the ground under the points must then have had (`biped.control.planar.prediction`)."""
-
-_BACKSTEP = np.dtype(
-    [
-        ("on", "u1"), ("margin", "f8"), ("theta_l", "f8"), ("k_d2", "f8"), ("b_d2", "f8"),
-        ("bend", "f8"), ("k_d3", "f8"), ("b_d3", "f8"),
-    ],
-    align=True,
-)  # fmt: skip
-"""The step back [m; rad, N m/rad, N m s/rad of the hip; rad/rad, N m/rad, N m s/rad of the knee]."""
 
 _ACTUATION = np.dtype(
     [
@@ -170,7 +162,7 @@ _PUSH = np.dtype(
 CONTROL = np.dtype(
     [
         ("gait", GAIT), ("tree", TREE), ("belief", _BELIEF), ("sensing", _SENSING), ("switches", _SWITCHES),
-        ("backstep", _BACKSTEP), ("actuation", _ACTUATION), ("memory", _MEMORY), ("at", PLACES),
+        ("backstep", BACKSTEP), ("actuation", _ACTUATION), ("memory", _MEMORY), ("at", PLACES),
         ("tick", _TICK),
         ("work", _WORK), ("rows", _ROWS), ("push", _PUSH),
         ("observer", observer_type(BASE, SEGMENTS, N_POINTS)),
@@ -237,11 +229,7 @@ def controller_record(run: Run, believed: Tree) -> np.ndarray:
     _set_sensing(c["sensing"], s)
     inferred, predicted = s.estimator is not None, predicts(s)
     c["switches"]["on"], c["switches"]["believed"] = inferred and not predicted, inferred and predicted
-    if s.backstep is not None:
-        back = c["backstep"]
-        back["on"], back["margin"], back["theta_l"] = 1, s.backstep.margin, np.radians(s.backstep.theta_l)
-        for name in ("k_d2", "b_d2", "bend", "k_d3", "b_d3"):
-            back[name] = getattr(s.backstep, name)
+    set_backstep(c["backstep"], s.backstep)
     _set_actuation(c["actuation"], s, run.torque_limits)
     _set_pushing(c["push"], s, believed)
     if s.actuation.mode == "joint":

@@ -1,8 +1,6 @@
 """One control tick, fused and compiled: sense, decide the leg states (Fig 3.3), Q_d, joint torques, and the log's row.
 
 The log row is written here because every number in it is at hand; its columns are those of `biped.measure.trajectory`.
-The step back, with which a leg comes down behind when a step is being lost, is not in the thesis, but made of its
-parts: a leg state from contacts and motion, and a couple of a spring and a damper.
 """
 
 import math
@@ -17,9 +15,9 @@ from biped.control.planar.observer import observe
 from biped.control.planar.pushing import pushing_torques
 from biped.control.planar.sensing import believe_contacts, first_belief, sense_links, sense_links_in, sense_motion_in
 from biped.control.planar.setup import redraw
+from biped.control.step_back import knee_couple, step_back, thigh_couple
 from biped.robot.columns import ACTIVE, BELIEVED, HEIGHT, PHASE, Q_D, TIME, Q, U, V
-from biped.robot.ground import GRAVITY
-from biped.robot.leg_states import EXTENDED, FIRST_IN_AIR, leg_state
+from biped.robot.leg_states import EXTENDED, leg_state
 from biped.robot.planar.kinematics import mass_matrix, speed_of_mass
 from biped.robot.planar.topology import (
     ANKLE,
@@ -52,24 +50,13 @@ def leg_states(c, q):
 
 
 @inner_kernel
-def step_back(c, q, v):
-    """Writes whether the walker falls back into the record, and if so the extended state for legs in the air.
-
-    It falls back while the torso's extrapolated centre of mass (Hof 2008), x + ẋ √(y/g) along the ground and taken
-    vertically below the torso, is behind the rearmost believed contact by more than `margin`. (Places count from the
-    torso's origin.)
-    """
-    memory = c["memory"]
+def torso_falls_back(c, q, v):
+    """As `biped.control.step_back.step_back`, for the torso; places count from its origin."""
     rear = math.inf
     for i in range(N_POINTS):
-        if memory["believed"][i]:
+        if c["memory"]["believed"][i]:
             rear = min(rear, c["at"]["point"][i, 0])
-    ahead = -q[Z] * math.tan(c["belief"]["tilt"]) + v[X] * math.sqrt(max(q[Z], 0.0) / GRAVITY)
-    memory["back"] = ahead < rear - c["backstep"]["margin"] and rear < math.inf
-    if memory["back"]:
-        for leg in range(LEGS):
-            if memory["phase"][leg] >= FIRST_IN_AIR:
-                memory["phase"][leg] = EXTENDED
+    step_back(c, 0.0, q[Z], v[X], c["belief"]["tilt"], rear)
 
 
 @inner_kernel
@@ -78,7 +65,7 @@ def desired_forces(c, q, v):
 
     Torso and thighs are held to the inertial frame, knees and ankles to their neighbours. In joint coordinates a knee's
     or ankle's couple is just its joint's torque, a thigh's acts on hip and pitch, the torso's on pitch (virtual work).
-    A leg that steps back (`biped.control.planar.tick`) has a thigh couple of its own, and may have one of its knee, the
+    A leg that steps back (`biped.control.step_back`) has a thigh couple of its own, and may have one of its knee, the
     others follow the walker's speed (`biped.control.pace`).
     """
     at, gait, memory, backstep = c["at"], c["gait"], c["memory"], c["backstep"]
@@ -95,15 +82,14 @@ def desired_forces(c, q, v):
         back = memory["back"] and s == EXTENDED
         to_go = angle[thigh] + upright - backstep["theta_l"]
         if back:
-            couple = -backstep["k_d2"] * to_go - backstep["b_d2"] * rate[thigh]
+            couple = thigh_couple(backstep, to_go, rate[thigh])
         else:
             rest = gait["theta_l"][s] + flexed(gait["pace"], s, faster)
             couple = -k[s, 0] * (angle[thigh] + upright - rest) - b[s, 0] * rate[thigh]
         pitch += couple
         Q[hip] = couple
         if back and backstep["k_d3"] > 0.0:
-            rest = -backstep["bend"] * max(to_go, 0.0)
-            Q[knee] = -backstep["k_d3"] * (q[knee] - rest) - backstep["b_d3"] * v[knee]
+            Q[knee] = knee_couple(backstep, to_go, q[knee], v[knee])
         else:
             couple = -k[s, 1] * (q[knee] - gait["theta_k"][s]) - b[s, 1] * v[knee]
             Q[knee] = couple + straightened(gait["pace"], s, faster)
@@ -129,7 +115,7 @@ def sense(record, q, v, first):
         believe_contacts(c)
     leg_states(c, q)
     if c["backstep"]["on"]:
-        step_back(c, q, v)
+        torso_falls_back(c, q, v)
     return GOING
 
 

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from biped.control.pace import PARTS
+from biped.control.step_back import BACKSTEP
 from biped.numerics.lanes import LANES
 from biped.robot.leg_states import STATES
 
@@ -132,12 +133,12 @@ def _actuation(driven: int) -> np.dtype:
 def _memory(driven: int, unknowns: int) -> np.dtype:
     """The memory that lasts from tick to tick.
 
-    Contacts, ticks that a change has lasted, leg states; the allocation's latest sets and torques; factors of what
-    joints lose, by coordinate, and what they follow from (`biped.control.space.tick`).
+    Contacts, ticks that a change has lasted, leg states, whether the walker falls back; the allocation's latest sets
+    and torques; factors of what joints lose, by coordinate, and what they follow from (`biped.control.space.tick`).
     """
     return np.dtype(
         [
-            ("believed", "u1", ENDS), ("waiting", "i8", ENDS), ("phase", "i8", LEGS),
+            ("believed", "u1", ENDS), ("waiting", "i8", ENDS), ("phase", "i8", LEGS), ("back", "u1"),
             ("held", "u1", unknowns), ("pressed", "u1", unknowns), ("side", "i8", driven),
             ("latest", "f8", driven), ("factor", "f8", driven + BASE), ("before", "f8", driven + BASE),
             ("clear", "u1", LEGS), ("shown", "f8", LEG), ("weight", "f8", LEG),
@@ -208,7 +209,7 @@ def control_type(sizes: Sizes) -> np.dtype:
     driven = number - BASE
     return np.dtype(
         [
-            ("gait", GAIT), ("belief", _belief(upper, sizes.stops)), ("sensing", _SENSING),
+            ("gait", GAIT), ("belief", _belief(upper, sizes.stops)), ("sensing", _SENSING), ("backstep", BACKSTEP),
             ("actuation", _actuation(driven)), ("memory", _memory(driven, unknowns)), ("at", _at(upper, reach)),
             ("tick", _tick(number, driven, unknowns)), ("work", _work(upper, reach, sizes.stops)),
         ],

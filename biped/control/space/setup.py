@@ -2,8 +2,8 @@
 
 A gait with `unit = "mgl"` counts in the walker's weight, the length of its leg, and √(l/g): springs are in m g l,
 dampers in m g l √(l/g), placement in 1/l and 1/√(g l), pace in √(g l) and 1/√(g l); of what joint torques take the
-ground for, lengths are in l, times in √(l/g), accelerations in g and the price of torques in 1/(m l²). Angles are as
-they are.
+ground for, and of a step back, lengths are in l, times in √(l/g), accelerations in g and the price of torques in
+1/(m l²). Angles are as they are.
 """
 
 import math
@@ -32,13 +32,14 @@ from biped.control.space.record import (
     Sizes,
 )
 from biped.control.space.tick import WORTH
+from biped.control.step_back import set_backstep
 from biped.robot.anatomy import Anatomy, anatomy_of
 from biped.robot.ground import GRAVITY
 from biped.robot.parts import own_masses
 from biped.robot.robot import Robot
 from biped.scenario.devices import Pushing
 from biped.scenario.gains import MGL, STRAIGHT, Axial, Frontal, Gains, Placement
-from biped.scenario.keys import Scenario
+from biped.scenario.keys import Backstep, Scenario
 
 
 class Unit(NamedTuple):
@@ -107,6 +108,17 @@ def si_pushing(pushing: Pushing, gains: Gains, unit: Unit) -> Pushing:
         pushing, approach=pushing.approach * unit.time, reach=pushing.reach * unit.length,
         yielding=pushing.yielding * unit.acceleration, regularisation=pushing.regularisation / unit.inertia,
         smoothing=pushing.smoothing * unit.time, slew=pushing.slew * unit.moment / unit.time,
+    )  # fmt: skip
+
+
+def si_backstep(backstep: Backstep | None, gains: Gains, unit: Unit) -> Backstep | None:
+    """A step back in SI units; its numbers are in those of the gait."""
+    if backstep is None or gains.unit != MGL:
+        return backstep
+    return replace(
+        backstep, margin=backstep.margin * unit.length, k_d2=backstep.k_d2 * unit.moment,
+        b_d2=backstep.b_d2 * unit.moment * unit.time, k_d3=backstep.k_d3 * unit.moment,
+        b_d3=backstep.b_d3 * unit.moment * unit.time,
     )  # fmt: skip
 
 
@@ -202,6 +214,7 @@ def controller_record(setup: Setup) -> np.ndarray:
         c["belief"][f"stop_{name}"] = values
     _without(c["at"], order, len(anatomy.trunk))
     _set_sensing(c["sensing"], s, setup.tick)
+    set_backstep(c["backstep"], si_backstep(s.backstep, setup.gains, unit_of(robot, anatomy)))
     _set_actuation(c["actuation"], setup, order, unit_of(robot, anatomy))
     c["memory"]["factor"] = c["actuation"]["compensation"]
     return out

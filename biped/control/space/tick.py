@@ -14,7 +14,20 @@ from biped.control.blending import smooth
 from biped.control.pace import excess, extended, flexed, leaned, straightened
 from biped.control.space.places import believe_contacts, point_motion, sense_places
 from biped.control.space.pushing import pushing_torques
-from biped.control.space.record import ANKLE, BASE, HEEL_END, HIP_JOINTS, KNEE, LEG, LEG_POINTS, LEGS, SIDE, TOE_END
+from biped.control.space.record import (
+    ANKLE,
+    BASE,
+    ENDS,
+    HEEL_END,
+    HIP_JOINTS,
+    KNEE,
+    LEG,
+    LEG_POINTS,
+    LEGS,
+    SIDE,
+    TOE_END,
+)
+from biped.control.step_back import knee_couple, step_back, thigh_couple
 from biped.robot.leg_states import EXTENDED, SWING, leg_state
 
 _HOLD = 20.0
@@ -65,7 +78,7 @@ def desired_forces(c, m):
 
     Torso and thighs are held to the inertial frame about three axes: across (pitch, as in the plane), forward (roll,
     abduction) and along the link itself (yaw, rotation). Knee, ankle and inversion are held to their neighbours, and so
-    are the joints above the legs, stiffly.
+    are the joints above the legs, stiffly. A leg that steps back has couples of its own (`biped.control.step_back`).
     """
     at, gait, memory, column = c["at"], c["gait"], c["memory"], c["belief"]["column"]
     Q, k, b, rest = c["tick"]["Q_d"], gait["k"], gait["b"], gait["rest"]
@@ -97,8 +110,11 @@ def desired_forces(c, m):
             s = memory["phase"][leg]
             placed = _placed(c, leg, leftward, rise_left) if s in (SWING, EXTENDED) else 0.0
             c["tick"]["placed"][leg] = placed
-            further = flexed(gait["pace"], s, faster) - gait["shorten"] * placed * placed
-            pitch = -k[s, 0] * (at["angle"][leg, 0] - rest[s, 0] - further) - b[s, 0] * at["rate"][leg, 0]
+            if memory["back"] and s == EXTENDED:
+                pitch = thigh_couple(c["backstep"], at["angle"][leg, 0] - c["backstep"]["theta_l"], at["rate"][leg, 0])
+            else:
+                further = flexed(gait["pace"], s, faster) - gait["shorten"] * placed * placed
+                pitch = -k[s, 0] * (at["angle"][leg, 0] - rest[s, 0] - further) - b[s, 0] * at["rate"][leg, 0]
             roll = -k[s, 1] * (at["angle"][leg, 1] - rest[s, 1] - placed) - b[s, 1] * at["rate"][leg, 1]
             yaw = -k[s, 2] * (at["angle"][leg, 2] - rest[s, 2]) - b[s, 2] * at["rate"][leg, 2]
             roll *= SIDE[leg]
@@ -120,7 +136,10 @@ def desired_forces(c, m):
             s = memory["phase"][leg]
             for i in range(HIP_JOINTS, LEG):
                 couple = -k[s, i] * (at["joint"][leg, i] - rest[s, i]) - b[s, i] * at["joint_rate"][leg, i]
-                if i == KNEE:
+                if i == KNEE and memory["back"] and s == EXTENDED and c["backstep"]["k_d3"] > 0.0:
+                    to_go = at["angle"][leg, 0] - c["backstep"]["theta_l"]
+                    couple = knee_couple(c["backstep"], to_go, at["joint"][leg, i], at["joint_rate"][leg, i])
+                elif i == KNEE:
                     couple += straightened(gait["pace"], s, faster)
                 elif i == ANKLE:
                     couple -= extended(gait["pace"], s, faster, rise)
@@ -239,6 +258,19 @@ def leg_states(c):
 
 
 @inner_kernel
+def walker_falls_back(c):
+    """As `biped.control.step_back.step_back`, for the whole walker's centre of mass, along its heading."""
+    at, tilt, rear = c["at"], c["belief"]["tilt"], math.inf
+    for end in range(ENDS):
+        if c["memory"]["believed"][end]:
+            for p in range(2 * end, 2 * end + 2):
+                rear = min(rear, _headed(c, at["place"][p, 0], at["place"][p, 1])[0])
+    x, _ = _headed(c, at["com"][0], at["com"][1])
+    speed, _ = _headed(c, at["com_velocity"][0], at["com_velocity"][1])
+    step_back(c, x, at["com"][2], speed, _headed(c, tilt[0], tilt[1])[0], rear)
+
+
+@inner_kernel
 def decide_forces(c, m, first):
     """The first half of a tick: leg states, Q_d, and what makes up for the joints' losses.
 
@@ -250,6 +282,8 @@ def decide_forces(c, m, first):
     sense_places(c, m)
     believe_contacts(c, first)
     leg_states(c)
+    if c["backstep"]["on"]:
+        walker_falls_back(c)
     desired_forces(c, m)
     if c["actuation"]["learning"]:
         learn_losses(c, m, first)

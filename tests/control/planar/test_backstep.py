@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from biped.control.planar.tick import step_back
+from biped.control.planar.tick import torso_falls_back
 from biped.ensemble import campaign
 from biped.ensemble.plan import Plan
 from biped.scenario.devices import Actuation
@@ -26,7 +26,7 @@ def falls_back(c, place: float, speed: float, contacts: dict[int, float]) -> boo
         c["memory"]["believed"][point] = 1
         c["at"]["point"][point, 0] = x - place
     c["memory"]["phase"][:] = [0, 2] if contacts else [2, 2]
-    step_back(c, np.array([place, 1.0, *[0.0] * 7]), np.array([speed, *[0.0] * 8]))
+    torso_falls_back(c, np.array([place, 1.0, *[0.0] * 7]), np.array([speed, *[0.0] * 8]))
     return bool(c["memory"]["back"])
 
 

@@ -10,6 +10,8 @@ from biped.control.planar.setup import new, set_gains
 from biped.control.planar.tick import desired_forces as planar_forces
 from biped.control.space.places import believe_contacts
 from biped.control.space.tick import desired_forces
+from biped.control.step_back import set_backstep
+from biped.scenario.keys import Backstep
 from tests.control.space.scene import Scene, states
 
 SIDE = (-1.0, 1.0)
@@ -154,8 +156,11 @@ def test_a_leg_in_the_air_is_abducted_where_the_ground_rises_on_its_side(rise, h
     assert placed[1] - placed[0] == pytest.approx([-0.5 * np.radians(3.0), 0.5 * np.radians(3.0)])
 
 
-@pytest.mark.parametrize("phase", [(0, 1), (1, 2), (2, 0), (3, 0)])
-def test_in_the_plane_it_is_the_planar_law(scene, phase):
+@pytest.mark.parametrize(
+    "back", [None, Backstep(0.04, 60.0, 200.0, 8.0), Backstep(0.0, 75.0, 90.0, 8.0, 1.5, 80.0, 4.0)]
+)
+@pytest.mark.parametrize("phase", [(0, 1), (1, 2), (2, 0), (3, 0), (0, 3)])
+def test_in_the_plane_it_is_the_planar_law(scene, phase, back):
     """Placement aside, which follows the widths of hips: legs hang straight down sideways."""
     rng = np.random.default_rng(5)
     pitch, joints, rates = 0.2, 0.4 * rng.standard_normal(6), rng.standard_normal(7)
@@ -169,15 +174,17 @@ def test_in_the_plane_it_is_the_planar_law(scene, phase):
     gait = scene.c["gait"].copy()
     scene.c["gait"]["rest"][:, [1, 2, 5]] = 0.0
     scene.c["gait"]["position"] = scene.c["gait"]["velocity"] = 0.0
-    scene.c["memory"]["phase"] = phase
+    scene.c["memory"]["phase"], scene.c["memory"]["back"] = phase, back is not None
+    set_backstep(scene.c["backstep"], back)
     desired_forces(scene.c, scene.mechanics)
-    scene.c["gait"] = gait
+    scene.c["gait"], scene.c["memory"]["back"] = gait, False
     Q = scene.c["tick"]["Q_d"]
 
     c = new()[0]
     set_gains(c["gait"], scene.setup.gains)
     c["tree"]["mass"] = 1.0  # whose speed a pace of none does not follow
-    c["memory"]["phase"] = phase
+    c["memory"]["phase"], c["memory"]["back"] = phase, back is not None
+    set_backstep(c["backstep"], back)
     hips = pitch + joints[[0, 3]]
     c["at"]["angle"][:] = 0.0
     angle, rate = c["at"]["angle"], c["at"]["rate"]
