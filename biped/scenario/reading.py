@@ -10,7 +10,6 @@ from msgspec.structs import replace
 from biped.base import typed
 from biped.base.errors import InputError, safe
 from biped.base.files import canonical, layered, locate, merge, parse_toml
-from biped.scenario.gains import MGL
 from biped.scenario.gait import (
     Settings,
     beside_gait,
@@ -178,8 +177,8 @@ def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path, looking: b
         gait = found("controllers", scenario.controller, "controller", beside.get("controller"))
         if (model := model_of(data, keys)) is not None and is_free(model):
             out_of_the_plane(read_gains(gait, scenario.gains), scenario.model)
-        if scenario.backstep is not None and read_gains(gait, scenario.gains).unit == MGL:
-            whole_backstep(data["backstep"], fail)
+        if scenario.backstep is not None:
+            whole_backstep(data["backstep"], read_gains(gait, scenario.gains), fail)
     kind.check(scenario, fail)
     named: dict[str, Any] = {
         key: canonical(f"{key}s", found(f"{key}s", getattr(scenario, key), key, beside.get(key)))

@@ -3,18 +3,7 @@
 from biped.base.jit import kernel
 from biped.control.observer import notice, notice_end, update
 from biped.control.planar.constraints import believed_bias
-from biped.robot.planar.topology import (
-    BASE,
-    HEEL,
-    KNEE,
-    LEGS,
-    N_POINTS,
-    NQ,
-    NU,
-    SEGMENTS,
-    THIGH,
-    TOE,
-)  # fmt: skip
+from biped.robot.planar.topology import BASE, HEEL, KNEE, LEGS, N_POINTS, NQ, NU, SEGMENTS, THIGH, TOE
 
 _STRAIGHT = 5e-4
 """[rad] from its stop within which a knee may press on it."""

@@ -9,26 +9,8 @@ import math
 from biped.base.jit import inner_kernel, kernel
 from biped.control.blending import downward
 from biped.control.limits import MOST_CHANGES, WORST_FIRST, change_limits, coordinate
-from biped.control.space.record import (
-    BASE,
-    DIRECTIONS,
-    EDGES,
-    LEG,
-    LEG_POINTS,
-    LEGS,
-    N_EDGES,
-    N_POINTS,
-    PLANE_EDGES,
-)
-from biped.control.space.reduced import (
-    STOPS,
-    factor,
-    motion,
-    products,
-    weigh_forces,
-    weigh_points,
-    weigh_stops,
-)  # fmt: skip
+from biped.control.space.record import BASE, DIRECTIONS, EDGES, LEG, LEG_POINTS, LEGS, N_EDGES, N_POINTS, PLANE_EDGES
+from biped.control.space.reduced import STOPS, factor, motion, products, weigh_forces, weigh_points, weigh_stops
 from biped.numerics.lanes import LANES, added, load, store
 from biped.numerics.quadratic import MOST, nonnegative
 

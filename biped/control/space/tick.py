@@ -14,19 +14,7 @@ from biped.control.blending import smooth
 from biped.control.pace import excess, extended, flexed, leaned, straightened
 from biped.control.space.places import believe_contacts, point_motion, sense_places
 from biped.control.space.pushing import pushing_torques
-from biped.control.space.record import (
-    ANKLE,
-    BASE,
-    ENDS,
-    HEEL_END,
-    HIP_JOINTS,
-    KNEE,
-    LEG,
-    LEG_POINTS,
-    LEGS,
-    SIDE,
-    TOE_END,
-)
+from biped.control.space.record import ANKLE, BASE, HEEL_END, HIP_JOINTS, KNEE, LEG, LEG_POINTS, LEGS, SIDE, TOE_END
 from biped.control.step_back import knee_couple, step_back, thigh_couple
 from biped.robot.leg_states import EXTENDED, SWING, leg_state
 
@@ -261,7 +249,7 @@ def leg_states(c):
 def walker_falls_back(c):
     """As `biped.control.step_back.step_back`, for the whole walker's centre of mass, along its heading."""
     at, tilt, rear = c["at"], c["belief"]["tilt"], math.inf
-    for end in range(ENDS):
+    for end in range(2 * LEGS):
         if c["memory"]["believed"][end]:
             for p in range(2 * end, 2 * end + 2):
                 rear = min(rear, _headed(c, at["place"][p, 0], at["place"][p, 1])[0])
