@@ -16,7 +16,7 @@ from biped.base.errors import InputError, echo
 from biped.base.files import description_of, label, layered, locate, read_toml
 from biped.base.typed import Name, Positive, Section
 from biped.scenario.devices import Actuation
-from biped.scenario.gains import GAINS, LACKED, MGL, NOT_NEEDED, OUT_OF_PLANE, Gains, PartialGains
+from biped.scenario.gains import GAINS, LACKED, NOT_NEEDED, OUT_OF_PLANE, Gains, PartialGains
 from biped.scenario.general import HABITS
 from biped.scenario.keys import Backstep, Scenario, Sensing, Simulation, Start
 from biped.scenario.transitions import take_transitions
@@ -400,17 +400,16 @@ _IN_UNITS = {"margin": "l", "k_d2": "m g l", "b_d2": "m g l √(l/g)"}
 """Numbers of a step back whose defaults are the human's, in SI."""
 
 
-def whole_backstep(given: dict[str, Any], gains: Gains, fail: Fail) -> None:
-    """Rejects a step back that leaves numbers out where its gait counts in units of its walker.
+def whole_backstep(given: dict[str, Any], fail: Fail) -> None:
+    """Rejects a step back that leaves numbers out, beside a gait that counts in units of its walker.
 
     Args:
         given: What the scenario and its gait say of it.
-        gains: The gait.
         fail: Makes the error.
 
     Raises:
         InputError: It does.
     """
     for name, unit in _IN_UNITS.items():
-        if gains.unit == MGL and name not in given:
+        if name not in given:
             raise fail(f"backstep.{name}", f"expected a number in {unit}, as its gait counts; its default is in SI")

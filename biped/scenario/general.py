@@ -184,8 +184,7 @@ def make_general(data: dict[str, Any], origin: dict[str, Path]) -> bool:
     if "law" in habits:
         habits["law"] = named_now(habits["law"])
     habits = noticed_of(habits, data.get("law", habits.get("law")))
-    if "backstep" not in data:
-        habits.pop("backstep", None)  # a scenario or a gait asks for it
+    leave_backstep(habits, data)
     data.setdefault("robot", {})
     if kind == KIND and isinstance(data["robot"], dict):
         lay_under(data, {"robot": description}, origin, own)
@@ -221,6 +220,17 @@ def _names(element: str, wanted: set[str], model: Path) -> bool:
     except OSError:
         return True  # whoever reads it says why it cannot be read
     return wanted <= set(re.findall(rf"<{element}\b[^>]*?\bname\s*=\s*[\"']([^\"']*)[\"']", text))
+
+
+def leave_backstep(habits: dict[str, Any], data: dict[str, Any]) -> None:
+    """Takes the step back out of a robot's habits, in place, unless its scenario or gait asks for one.
+
+    Args:
+        habits: As plain data.
+        data: The scenario, with its gait, as plain data.
+    """
+    if "backstep" not in data:
+        habits.pop("backstep", None)
 
 
 def lay_under(data: dict[str, Any], below: dict[str, Any], origin: dict[str, Path], path: Path, at: str = "") -> None:

@@ -115,7 +115,7 @@ class Backstep(Section, frozen=True):
     While the extrapolated centre of mass x + ẋ √(y/g), in the plane the torso's and in space the walker's, lies behind
     every contact, a leg in the air is in state 4 with its thigh held to an angle of its own. Its knee may be held too,
     bent until the thigh is back: a straight leg's foot meets the ground beside the other. With a gait in units of its
-    walker (`unit = "mgl"`) its numbers are in those units, too, and none of them may be left out.
+    walker (`unit = "mgl"`) its numbers are in those units, too, and `margin`, `k_d2` and `b_d2` may not be left out.
 
     Attributes:
         margin: [m] behind the rearmost contact from which the walker counts as falling back.

@@ -21,7 +21,7 @@ from biped.scenario.gait import (
     read_settings,
     whole_backstep,
 )
-from biped.scenario.general import is_free, lay_under, make_general, model_of, name_law, taken
+from biped.scenario.general import is_free, lay_under, leave_backstep, make_general, model_of, name_law, taken
 from biped.scenario.keys import Scenario
 from biped.scenario.laws import THESIS, check_form, is_card, own_law
 from biped.scenario.overrides import lay_changes
@@ -123,8 +123,7 @@ def _lay_habits(data: dict[str, Any], origin: dict[str, Path], settings: Setting
     if (model := model_of(data, origin)) is None:
         return
     habits, path = habits_of(model)
-    if "backstep" not in data:
-        habits.pop("backstep", None)
+    leave_backstep(habits, data)
     lay_under(data, habits, origin, path)
     name_law(data, origin)
 
@@ -175,10 +174,13 @@ def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path, looking: b
     if scenario.law == THESIS and scenario.controller and kind is _ANY:
         # Before its settings, which would be to blame for a gait that is of the plane.
         gait = found("controllers", scenario.controller, "controller", beside.get("controller"))
-        if (model := model_of(data, keys)) is not None and is_free(model):
-            out_of_the_plane(read_gains(gait, scenario.gains), scenario.model)
-        if scenario.backstep is not None:
-            whole_backstep(data["backstep"], read_gains(gait, scenario.gains), fail)
+        free = (model := model_of(data, keys)) is not None and is_free(model)
+        if free or scenario.backstep is not None:
+            gains = read_gains(gait, scenario.gains)
+            if free:
+                out_of_the_plane(gains, scenario.model)
+            if scenario.backstep is not None and gains.unit is not None:
+                whole_backstep(data["backstep"], fail)
     kind.check(scenario, fail)
     named: dict[str, Any] = {
         key: canonical(f"{key}s", found(f"{key}s", getattr(scenario, key), key, beside.get(key)))

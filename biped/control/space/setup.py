@@ -204,18 +204,18 @@ def controller_record(setup: Setup) -> np.ndarray:
     """
     s, model, robot = setup.scenario, setup.model, setup.robot
     anatomy = anatomy_of(model, robot)
-    order, stops = order_of(model, robot, anatomy), _stops(model, anatomy)
+    order, stops, unit = order_of(model, robot, anatomy), _stops(model, anatomy), unit_of(robot, anatomy)
     out = record.new(Sizes(len(anatomy.trunk), anatomy.shared, len(stops)))
     c = out[0]
-    set_gains(c["gait"], si_gains(setup.gains, unit_of(robot, anatomy)))
+    set_gains(c["gait"], si_gains(setup.gains, unit))
     _set_beliefs(c["belief"], s, model, robot, anatomy, order)
     _set_joints(c["belief"], model, robot, order)
     for name, values in zip(("leg", "joint", "way", "end"), zip(*stops, strict=True), strict=True):
         c["belief"][f"stop_{name}"] = values
     _without(c["at"], order, len(anatomy.trunk))
     _set_sensing(c["sensing"], s, setup.tick)
-    set_backstep(c["backstep"], si_backstep(s.backstep, setup.gains, unit_of(robot, anatomy)))
-    _set_actuation(c["actuation"], setup, order, unit_of(robot, anatomy))
+    set_backstep(c["backstep"], si_backstep(s.backstep, setup.gains, unit))
+    _set_actuation(c["actuation"], setup, order, unit)
     c["memory"]["factor"] = c["actuation"]["compensation"]
     return out
 

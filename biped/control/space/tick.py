@@ -84,6 +84,7 @@ def desired_forces(c, m):
     faster = excess(gait["pace"], forward, rise)
     tx, ty, tz = 0.0, 0.0, 0.0  # moment on the whole walker
     lx, ly, lz = 0.0, 0.0, 0.0  # on its thighs
+    back, to_go = False, 0.0  # of the leg that was looked at last
     for link in range(1 + LEGS):
         leg = link - 1
         if link == 0:
@@ -98,8 +99,9 @@ def desired_forces(c, m):
             s = memory["phase"][leg]
             placed = _placed(c, leg, leftward, rise_left) if s in (SWING, EXTENDED) else 0.0
             c["tick"]["placed"][leg] = placed
-            if memory["back"] and s == EXTENDED:
-                pitch = thigh_couple(c["backstep"], at["angle"][leg, 0] - c["backstep"]["theta_l"], at["rate"][leg, 0])
+            back, to_go = memory["back"] and s == EXTENDED, at["angle"][leg, 0] - c["backstep"]["theta_l"]
+            if back:
+                pitch = thigh_couple(c["backstep"], to_go, at["rate"][leg, 0])
             else:
                 further = flexed(gait["pace"], s, faster) - gait["shorten"] * placed * placed
                 pitch = -k[s, 0] * (at["angle"][leg, 0] - rest[s, 0] - further) - b[s, 0] * at["rate"][leg, 0]
@@ -124,8 +126,7 @@ def desired_forces(c, m):
             s = memory["phase"][leg]
             for i in range(HIP_JOINTS, LEG):
                 couple = -k[s, i] * (at["joint"][leg, i] - rest[s, i]) - b[s, i] * at["joint_rate"][leg, i]
-                if i == KNEE and memory["back"] and s == EXTENDED and c["backstep"]["k_d3"] > 0.0:
-                    to_go = at["angle"][leg, 0] - c["backstep"]["theta_l"]
+                if i == KNEE and back and c["backstep"]["k_d3"] > 0.0:
                     couple = knee_couple(c["backstep"], to_go, at["joint"][leg, i], at["joint_rate"][leg, i])
                 elif i == KNEE:
                     couple += straightened(gait["pace"], s, faster)
