@@ -25,12 +25,13 @@ from typing import Any
 
 from biped.base import VERSION
 from biped.base.errors import InputError
-from biped.base.files import PACKAGE, description_of, label, layered, locate
+from biped.base.files import PACKAGE, description_of, label, locate
 from biped.base.kernels import digest
 from biped.base.writing import dumps, with_nan, written
 from biped.ensemble.plan import Plan
 from biped.robot.safety import files_of as model_files
 from biped.scenario.engines import ENGINES
+from biped.scenario.gait import read_reading, read_settings
 from biped.scenario.laws import files_of as law_files
 from biped.scenario.laws import own_law
 from biped.scenario.reading import to_toml
@@ -232,10 +233,10 @@ def files_read_by(plan: Plan) -> list[Path]:
     models = [plan.model, *(locate("models", str(name), "model") for name in varied.get("model", ()))]
     files = [file for model in models for file in (*model_files(model), description_of(model))]
     if any(key.endswith(("controller", "reading", "gains.speed")) for key in varied):
-        for kind, own in (("controller", s.controller), ("reading", s.reading)):
+        for kind, own, read in ("controller", s.controller, read_settings), ("reading", s.reading, read_reading):
             names = [own or "", *(str(name) for key in varied if key.endswith(kind) for name in varied[key])]
             found = [locate(f"{kind}s", name, kind) for name in names if name]
-            files += [file for path in found for file in (path, *layered(path, f"{kind}s")[1].values())]
+            files += [file for path in found for file in (path, *read(path)[1].keys.values())]
     if s.law is not None and own_law(s.law):
         files += law_files(s.law)
     return list(dict.fromkeys(file.resolve() for file in files))

@@ -1,11 +1,9 @@
-"""A gait file: gains, perhaps a family of them; and the settings that come with a gait, a reading or a robot.
+"""A gait file: its gains; and the settings that come with a gait, a reading or a robot.
 
 Settings lie below the scenario's own keys in this order. A gait that comes with settings was made for them: of a
 reading it takes only the tables that no gait file has.
 """
 
-from collections.abc import Callable
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +12,15 @@ from msgspec.structs import replace
 
 from biped.base.errors import InputError, echo
 from biped.base.files import description_of, label, layered, locate, read_toml
-from biped.base.typed import Name, Positive, Section
+from biped.base.typed import Name, Section
 from biped.scenario.devices import Actuation
-from biped.scenario.gains import GAINS, LACKED, NOT_NEEDED, OUT_OF_PLANE, Gains, PartialGains
+from biped.scenario.family import Knot, gains_at
+from biped.scenario.gains import GAINS, NOT_NEEDED, OUT_OF_PLANE, Gains
 from biped.scenario.general import HABITS
 from biped.scenario.keys import Backstep, Scenario, Sensing, Simulation, Start
+from biped.scenario.toward import Toward, between
 from biped.scenario.transitions import take_transitions
-from biped.scenario.valid import Origin, convert, known_keys
+from biped.scenario.valid import Fail, Origin, convert, known_keys, table_of
 from biped.scenario.world import Ground
 
 
@@ -228,14 +228,35 @@ def _exchanged(mine: Section, was: Section, will: Section, name: str, varied: se
     return replace(mine, **moved)
 
 
-def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any], Any, Origin]:
-    """Gains, settings and family of a gait file, as written."""
+def _read(path: Path, way: tuple[Path, ...] = ()) -> tuple[dict[str, Any], Settings, Any, Origin]:
+    """Gains, settings and family of a gait file, as written; `way` has the files that move toward it."""
     data, keys = layered(path, "controllers")
+    origin = Origin(path, keys)
     for word in ("description", "source"):
         data.pop(word, None)
     settings = {name: data.pop(name) for name in GAIT if name in data}
-    take_transitions(data, Origin(path, keys))
-    return data, settings, data.pop("speeds", ()), Origin(path, keys)
+    take_transitions(data, origin)
+    toward, speeds = data.pop("toward", None), data.pop("speeds", ())
+    if toward is None:
+        return data, settings, speeds, origin
+
+    to, at = table_of(toward, Toward, "toward", origin), "toward.gait"
+    other, way = locate("controllers", to.gait, f"{origin.of(at)}: {at}", keys[at].parent), (*way, path.resolve())
+    if other.resolve() in way:
+        raise origin.fault(at, f"two gaits move toward each other: {label(path)}, {label(other)}")
+    theirs, their_settings, their_speeds, their_origin = _read(other, way)
+    if speeds or their_speeds:
+        raise origin.fault(at, "expected no [[speeds]], neither in this file nor in that gait's")
+    if data.get("unit") != theirs.get("unit"):
+        raise origin.fault(at, "expected a gait in the same unit")
+    known_keys(theirs, Gains, "", their_origin.fault)
+    convert(theirs, Gains, their_origin.fault)
+    typed(their_settings, GAIT, their_origin)
+    their_settings.pop("start", None)  # where a walk begins is no number
+    keys |= {f"toward.{key}": file for key, file in their_origin.keys.items()}
+    data = between(data, theirs, to.share, "", origin.fault)
+    settings = between(settings, their_settings, to.share, "", origin.fault)
+    return data, settings, speeds, origin
 
 
 def read_gains(path: Path, override: Gains) -> Gains:
@@ -341,59 +362,6 @@ def read_settings(path: Path) -> tuple[Settings, Origin]:
     """
     _, tables, _, origin = _read(path)
     return typed(tables, GAIT, origin), origin
-
-
-Fail = Callable[[str, str], InputError]
-
-
-class Knot(Gains, frozen=True, kw_only=True):
-    """Gains that hold at one speed.
-
-    Attributes:
-        at: [m/s].
-    """
-
-    at: Positive
-
-
-def gains_at(knots: tuple[Knot, ...], speed: float, fail: Fail) -> dict[str, Any]:
-    """The family's gains at a speed, linear between its knots.
-
-    Args:
-        knots: What the gait file knows.
-        speed: [m/s] asked for.
-        fail: Makes the error of a key of the gait file.
-
-    Returns:
-        Gains by name, only those that the family changes.
-    """
-    if len(knots) < 2:
-        raise fail("speeds", f"expected at least two tables [[speeds]] to find a gait for gains.speed = {speed:g}")
-    knots = tuple(sorted(knots, key=lambda knot: knot.at))
-    names = [name for name in (*GAINS, *LACKED) if any(getattr(knot, name) is not None for knot in knots)]
-    for knot in knots:
-        for name in names:
-            value = getattr(knot, name)
-            if value is None or (isinstance(value, PartialGains) and value.missing()):
-                raise fail("speeds", f"expected {name} at {knot.at:g} m/s too, all of it, as at other speeds")
-    for below, above in pairwise(knots):
-        if below.at == above.at:
-            raise fail("speeds", f"expected different speeds, got {below.at:g} m/s twice")
-    if not knots[0].at <= speed <= knots[-1].at:
-        raise fail("speeds", f"expected gains.speed within {knots[0].at:g} … {knots[-1].at:g} m/s, got {speed:g}")
-    below, above = next((a, b) for a, b in pairwise(knots) if speed <= b.at)
-    share = (speed - below.at) / (above.at - below.at)
-    return {name: _between(getattr(below, name), getattr(above, name), share) for name in names}
-
-
-def _between(a: Any, b: Any, share: float) -> Any:
-    if isinstance(a, tuple):
-        return tuple(_between(x, y, share) for x, y in zip(a, b, strict=True))
-    if isinstance(a, PartialGains):
-        return type(a)(**{name: _between(getattr(a, name), getattr(b, name), share) for name in a.__struct_fields__})
-    if a is None and b is None:  # a part that both may lack
-        return None
-    return (a or 0.0) + share * ((b or 0.0) - (a or 0.0))
 
 
 _IN_UNITS = {"margin": "l", "k_d2": "m g l", "b_d2": "m g l √(l/g)"}

@@ -4,11 +4,10 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from biped.base.errors import InputError, echo
 from biped.base.files import canonical, layered, locate
 from biped.base.typed import Name, NonNegative, Section
 from biped.scenario.devices import Change
-from biped.scenario.valid import Origin, convert, known_keys
+from biped.scenario.valid import Origin, table_of
 
 TRANSITIONS = "stop", "stand", "start"
 """Its keys that name gaits."""
@@ -82,12 +81,4 @@ def take_transitions(data: dict[str, Any], origin: Origin) -> Transitions:
     Raises:
         InputError: It is no table, or a key is unknown or of the wrong type.
     """
-    table = data.pop("transitions", {})
-    if not isinstance(table, dict):
-        raise origin.fault("transitions", f"expected a table, [transitions], got {echo(table)}")
-
-    def fail(key: str, what: str) -> InputError:
-        return origin.fault(f"transitions.{key}", what)
-
-    known_keys(table, Transitions, "", fail)
-    return convert(table, Transitions, fail)
+    return table_of(data.pop("transitions", {}), Transitions, "transitions", origin)

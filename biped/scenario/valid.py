@@ -209,4 +209,20 @@ class Origin(NamedTuple):
             raise InputError(f"{self.of(error.key)}: {error}") from error
 
 
+def table_of(data: Any, kind: type, name: str, origin: Origin) -> Any:
+    """A file's table `[name]` as a typed record.
+
+    Raises:
+        InputError: It is no table, or a key is missing, unknown or of the wrong type.
+    """
+    if not isinstance(data, dict):
+        raise origin.fault(name, f"expected a table, [{name}], got {echo(data)}")
+
+    def fail(key: str, what: str) -> InputError:
+        return origin.fault(f"{name}.{key}", what)
+
+    known_keys(data, kind, "", fail)
+    return convert(data, kind, fail)
+
+
 UNKNOWN = Origin()
