@@ -73,14 +73,7 @@ def typed(tables: dict[str, Any], kinds: Kinds, origin: Origin) -> Settings:
     known_keys(tables, Scenario, "", origin.fault)
     settings = {}
     for name, table in tables.items():
-        if not isinstance(table, dict):
-            raise origin.fault(name, f"expected a table, got {echo(table)}")
-
-        def fail(key: str, what: str, at: str = name) -> InputError:
-            return origin.fault(f"{at}.{key}", what)
-
-        known_keys(table, kinds[name], "", fail)
-        section = convert(table, kinds[name], fail)
+        section = table_of(table, kinds[name], name, origin)
         settings[name] = {key: getattr(section, key) for key in table}
     return settings
 
