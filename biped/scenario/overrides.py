@@ -90,6 +90,8 @@ def _change_of(text: str) -> dict[str, Any]:
     if written is None:
         raise InputError(f"--set {shown}: expected KEY=VALUE, such as ground.slope=2 or start.posture=flat")
     value = written["value"]
+    if not value.strip():
+        raise InputError(f"--set {shown}: expected a value after =, such as 2, flat or [1, 2]")
     parts = [part[1:-1] if part[0] in "\"'" else part for part in re.findall(_PART, written["key"])]
     if len(parts) > DEEPEST:
         raise InputError(f"--set {shown}: expected a key of at most {DEEPEST} parts")

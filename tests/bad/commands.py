@@ -15,6 +15,7 @@ COMMAND_LINES = (
     Bad("run of nothing", ("scenario",), argv=("run",)),
     Bad("unknown option", ("--jbos", "did you mean '--jobs'?"), argv=("run", "s.toml", "--jbos", "2")),
     Bad("malformed change", ("--set ground.slope: expected KEY=VALUE",), argv=set_("ground.slope")),
+    Bad("change without a value", ("--set controller=: expected a value after =",), argv=set_("controller=")),
     Bad("change to no value", ("--set ground.slope=[1,: ", "TOML"), argv=set_("ground.slope=[1,")),
     Bad("change of an unknown key", ("--set: ground.slop: unknown key", "'slope'"), argv=set_("ground.slop=1")),
     Bad("change to an impossible value", ("--set: ground.friction: expected", ">= 0"), argv=set_("ground.friction=-1")),
