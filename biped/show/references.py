@@ -23,8 +23,8 @@ SITUATIONS = {
     "upright/model_error": "its own model wrong by 10 %",
     "upright/friction": "from slippery to sticky ground",
     "upright/scatter": "starts scattered by 20 and 50 mrad",
-    "upright/senses": "noisy sensors that are 10 ms late, over which the law predicts",
-    "upright/delay": "sensors 5 and 10 ms late, without a prediction",
+    "upright/senses": "noisy sensors, 10 ms late",
+    "upright/delay": "late sensors, not predicted",
 }
 """Scenarios of the README's table, in words."""
 
