@@ -34,7 +34,9 @@ def search_document(tuned: Tuned) -> Document:
         rows.append((name, *walked, f"{low:.0%} – {high:.0%}", number(tally.speed), number(tally.cost_of_transport)))
     heads = ("condition", "walked", "before", "95 %", "speed [m/s]", "cost of transport")
     told = f"On seeds never used before. Objective {found.cost:.4f}, before {found.start_cost:.4f}; less is better."
-    if found.cost >= found.start_cost:
+    if not found.generation:
+        told += " It found nothing better than the gait that it began with, which is the answer."
+    elif found.cost >= found.start_cost:
         told += " The gait that the search began with is no worse than what it found."
     rate = f"{tuned.runs / tuned.seconds:.1f} a second"
     paragraphs = Paragraph(told), Paragraph(f"{tuned.runs} runs, {rate}; gait in {label(tuned.gait)}")

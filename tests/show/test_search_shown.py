@@ -13,10 +13,10 @@ from biped.studies.tune.search import SearchResult, Tally
 from biped.studies.tune.search_space import Candidate
 
 
-def found(cost: float, before: float) -> Tuned:
+def found(cost: float, before: float, generation: int = 5) -> Tuned:
     tallies = {"level": Tally(40, 40, 0.7, 0.1), "push": Tally(0, 40, float("nan"), float("nan"))}
     start = {"level": Tally(39, 40, 0.6, 0.2), "push": Tally(1, 40, 0.5, 0.3)}
-    result = SearchResult(Candidate(None, ()), 5, cost, tallies, before, start)
+    result = SearchResult(Candidate(None, ()), generation, cost, tallies, before, start)
     return Tuned("tune/x", Path("runs/x"), Path("runs/x/gait.toml"), result, {}, 100, 4.0, 4.0)
 
 
@@ -30,3 +30,9 @@ def test_a_search_says_whether_it_found_a_better_gait(cost, before, no_better):
     assert ("no worse than what it found" in words) == no_better
     assert "100 runs, 25.0 a second" in words
     assert "runs/x/gait.toml" in words
+
+
+def test_a_search_that_found_nothing_better_says_so():
+    words = " ".join(str(block.line) for block in search_document(found(0.2, 0.2, 0)) if isinstance(block, Paragraph))
+    assert "nothing better than the gait that it began with" in words
+    assert "no worse than what it found" not in words

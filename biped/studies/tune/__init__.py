@@ -49,8 +49,8 @@ def gait_text(title: str, search: Search, found: SearchResult, journal: Sequence
     runs = sum(record["runs"] for record in journal)
     lines = [
         f"Found by `biped tune {title}` with seed {study.scenario.seed}: CMA-ES over {len(search.space.axes)} numbers",
-        f"from the gait '{start}', {len(journal)} generations of {tune.population} ({runs} runs); this is the "
-        f"mean of generation {found.generation}.",
+        f"from the gait '{start}', {len(journal)} generations of {tune.population} ({runs} runs); "
+        + (f"this is the mean of generation {found.generation}." if found.generation else "none was better than it."),
         f"On {tune.unseen} runs per condition with seeds never used before (walked, 95 % interval; before: {start}):",
         *(_line(name, tally, found.start_tallies[name]) for name, tally in found.tallies.items()),
         f"objective {found.cost:.4f}, before {found.start_cost:.4f}",

@@ -93,7 +93,7 @@ class Search:
         evaluate: Carries out tasks.
         journal: Generations that an earlier search finished, in order.
         before: Generations of earlier stages.
-        continues: Whether an earlier stage found the gait that this one begins with: the last comparison has it too.
+        continues: Whether an earlier stage found the gait that this one begins with, on which it can fall back.
     """
 
     def __init__(self, study: Study, evaluate: Evaluate, journal: Sequence[Record] = (), before: int = 0,
@@ -200,20 +200,20 @@ class Search:
         return found
 
     def best(self) -> tuple[list[float], int]:
-        """Compares the best re-checked means on fresh seeds; coordinates of the winner, and its generation.
+        """Compares the best re-checked means, and the gait that it began with, on fresh seeds.
+
+        Returns:
+            Coordinates of the winner, and its generation; the beginning, if better, counts as that before the first.
 
         Raises:
             InputError: There is none.
         """
         tune = self.study.tune
         entrants = [(r["index"], r["mean"]) for r in self.rechecked(tune.finalists)]
-        if self.continues:
-            entrants.append((self.before, [0.0] * len(self.space.axes)))
-        if len(entrants) == 1:
-            return entrants[0][1], entrants[0][0]
+        entrants.append((self.before, [0.0] * len(self.space.axes)))
         seed = self.study.seed("final", self.before)
-        final = [(self._scored(x, seed, 2 * tune.checks)[0], index, x) for index, x in entrants]
-        _, generation, x = min(final)
+        costs = [self._scored(x, seed, 2 * tune.checks)[0] for _, x in entrants]
+        generation, x = entrants[costs.index(min(costs))]  # of equals the first, so the beginning only if it is better
         return x, generation
 
     def finish(self, start: Candidate | None = None) -> SearchResult:
