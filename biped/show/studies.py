@@ -1,4 +1,4 @@
-"""Records of searches, benchmarks, policies and model files as documents."""
+"""Records of trials, benchmarks, policies and model files as documents."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from biped.base.files import label
-from biped.base.statistics import wilson
 from biped.robot.report import ModelReport
 from biped.robot.robot import Robot
 from biped.show.document import Block, Document, Heading, Items, Kind, Line, Paragraph, Table, Words
@@ -20,27 +19,8 @@ if TYPE_CHECKING:
     from biped.studies.bench.costs import CampaignCost, PolicyCost, StepCost
     from biped.studies.bench.throughput import Guarded, Throughput
     from biped.studies.surveys import SurveyedModel
-    from biped.studies.tune import Tuned
     from biped.studies.tune.least import Least
     from biped.studies.tune.robot import Trial
-
-
-def search_document(tuned: Tuned) -> Document:
-    """How many runs of each condition walked, with the gait that was found and with the one before it."""
-    found, rows = tuned.found, []
-    for name, tally in found.tallies.items():
-        before, (low, high) = found.start_tallies[name], wilson(tally.walked, tally.runs)
-        walked = (f"{one.walked} of {one.runs}" for one in (tally, before))
-        rows.append((name, *walked, f"{low:.0%} – {high:.0%}", number(tally.speed), number(tally.cost_of_transport)))
-    heads = ("condition", "walked", "before", "95 %", "speed [m/s]", "cost of transport")
-    told = f"On seeds never used before. Objective {found.cost:.4f}, before {found.start_cost:.4f}; less is better."
-    if not found.generation:
-        told += " It found nothing better than the gait that it began with, which is the answer."
-    elif found.cost >= found.start_cost:
-        told += " The gait that the search began with is no worse than what it found."
-    rate = f"{tuned.runs / tuned.seconds:.1f} a second"
-    paragraphs = Paragraph(told), Paragraph(f"{tuned.runs} runs, {rate}; gait in {label(tuned.gait)}")
-    return Table(heads, tuple(rows)), *paragraphs
 
 
 def trials_document(trials: Sequence[Trial], changes: Sequence[str]) -> Document:

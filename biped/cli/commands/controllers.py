@@ -57,8 +57,8 @@ def tune_command(args: argparse.Namespace) -> int:
     """Searches; how the search goes is drawn anew after every re-check."""
     from biped.show.document import Paragraph
     from biped.show.page import write_page
+    from biped.show.searches import search_document
     from biped.show.standing import document_of, write
-    from biped.show.studies import search_document
     from biped.studies.tune import tune
 
     if args.generations is not None and args.generations < 1:

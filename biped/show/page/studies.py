@@ -9,13 +9,14 @@ from typing import Any
 import msgspec
 
 from biped.base.errors import InputError
-from biped.base.statistics import same_rate, wilson
+from biped.base.statistics import wilson
 from biped.base.typed import convert
 from biped.show.document import between, literal
 from biped.show.page.html import Frame, Markup, around, blocks, card, chip, join, legend, table, tag
 from biped.show.references import table_of
 from biped.show.results import number
 from biped.show.results_folder import Number, read_as, stored
+from biped.show.searches import CONDITIONS, conditions_of, verdict_of
 from biped.show.standing import FILE, document_of
 from biped.studies.regress.references import UNLIKELY
 from biped.studies.stability.basin import FELL, RETURNED, WALKS
@@ -168,43 +169,20 @@ def search_section(folder: Path) -> Markup:
         InputError: It is broken.
     """
     found = read_as(folder / "result.json", _TUNED, "what biped tune writes", "biped tune SCENARIO")
-    conditions = found["conditions"].values()
-    walked, runs = (sum(one[key] for one in conditions) for key in ("walked", "runs"))
-    before = sum(one["before"]["walked"] for one in conditions)
     head = [
         tag("h2", f"{found['scenario']}: a search for gains"),
-        tag("p", *_verdict(found, walked, before, runs), class_="verdict"),
+        tag("p", *_verdict(found), class_="verdict"),
         tag("p", "Scores are of seeds on which nothing was decided.", class_="about"),
         tag("code", found["gait"], class_="command"),
     ]
-    return tag(
-        "section", *head, tag("h3", "Conditions"), _conditions(found), _settings(found["keys"]), *_generations(folder)
-    )
+    conditions = [tag("h3", "Conditions"), table(CONDITIONS, conditions_of(found))]
+    return tag("section", *head, *conditions, _settings(found["keys"]), *_generations(folder))
 
 
-def _verdict(found: Mapping[str, Any], walked: int, before: int, runs: int) -> list[Any]:
-    if not runs:
-        return ["No runs."]
+def _verdict(found: Mapping[str, Any]) -> list[Any]:
     better = found["objective"] is not None and found["before"] is not None and found["objective"] < found["before"]
-    p = same_rate(walked, before, runs, runs)
-    sure = "more than chance explains" if p < 0.05 else "within chance"
-    return [chip(better, "✓ better", "✗ not better"),
-            f"Walks {walked} of {runs} ({between(*wilson(walked, runs))}), {before} before: {sure}. Objective "
-            f"{number(found['objective'])}, {number(found['before'])} before."]  # fmt: skip
-
-
-def _conditions(found: Mapping[str, Any]) -> Markup:
-    lines = []
-    for name, one in found["conditions"].items():
-        was = one["before"]
-        lines.append((
-            name, f"{one['walked']} of {one['runs']}", between(*wilson(one["walked"], one["runs"])),
-            f"{was['walked']} of {was['runs']}", number(one["speed"]), number(was["speed"]),
-            number(one["cost_of_transport"]), number(was["cost_of_transport"]),
-        ))  # fmt: skip
-    lines = [[("–" if cell == "None" else cell) for cell in line] for line in lines]
-    head = ("condition", "walked", "95 % interval", "before", "speed [m/s]", "before", "cost of transport", "before")
-    return table(head, lines)
+    runs = any(one["runs"] for one in found["conditions"].values())
+    return [chip(better, "✓ better", "✗ not better") if runs else None, verdict_of(found)]
 
 
 def _settings(keys: Mapping[str, Any]) -> Markup | None:

@@ -226,7 +226,8 @@ class Search:
         unseen, runs = self.study.seed("unseen"), self.study.tune.unseen
         cost, tallies = self._scored(x, unseen, runs)
         origin = self.space.candidate([0.0] * len(self.space.axes)) if start is None else start
-        started, before = self.score(origin, unseen, runs)
+        same = start is None and not any(x)  # it ended with the gait that it began with
+        started, before = (cost, tallies) if same else self.score(origin, unseen, runs)
         return SearchResult(self.space.candidate(x), generation, cost, tallies, started, before, _distance(x))
 
 
