@@ -149,6 +149,9 @@ SOON = 10.0
 class Tasks:
     """A backend of tasks.
 
+    Dask blames a worker's end on all tasks that it had been given. A task that has been blamed so often that Dask gives
+    it up is carried out once more, when no other is on its way; only if it ends workers by itself is it lost.
+
     Args:
         connection: To the scheduler.
         work: What they carry out; cloudpickle must be able to take it.
@@ -168,6 +171,9 @@ class Tasks:
         self._items: dict[int, Any] = {}
         self._futures: dict[int, Any] = {}
         self._ready: queue.SimpleQueue[tuple[int, Any]] = queue.SimpleQueue()
+        self._blamed: list[int] = []
+        self._alone: int | None = None  # of those that were blamed, the one on its way
+        self._held: list[int] = []  # until it is back
         self._workers, self._refused = 0, {}
         self._looked, self._seen, self._told_alone = 0.0, time.monotonic(), False
         self._look()
@@ -185,7 +191,10 @@ class Tasks:
     def send(self, ticket: int, item: Any) -> None:
         """See `biped.ensemble.backend.Backend`."""
         self._items[ticket] = item
-        self._submit(ticket)
+        if self._alone is None:
+            self._submit(ticket)
+        else:
+            self._held.append(ticket)
 
     def _submit(self, ticket: int) -> None:
         future = self._connection.client.submit(
@@ -209,15 +218,38 @@ class Tasks:
                     ready.append(self._ready.get_nowait())
             except queue.Empty:
                 pass
-            done = [self._done(ticket, future) for ticket, future in ready if self._futures.get(ticket) is future]
-            found = [one for one in done if one is not None]
-            if len(found) < len(done):
+            gone, found = False, []
+            for ticket, future in ready:
+                if self._futures.get(ticket) is not future:
+                    continue
+                done = self._done(ticket, future)
+                if done is None:
+                    gone = True
+                    continue
+                del self._futures[ticket]
+                if isinstance(done.error, WorkerLost) and ticket != self._alone:
+                    self._blamed.append(ticket)
+                else:
+                    del self._items[ticket]
+                    found.append(done)
+            if gone:
                 self._again()
             elif time.monotonic() - self._looked > LOOK:
                 self._look()
+            self._judge()
             if found:
                 self._seen = time.monotonic()
                 return found
+
+    def _judge(self) -> None:
+        """Sends one of those that were blamed if no other is on its way, and what was held when it is back."""
+        if self._alone is not None and self._alone not in self._futures:
+            held, self._alone, self._held = self._held, None, []
+            for ticket in held:
+                self._submit(ticket)
+        if self._blamed and not self._futures:
+            self._alone = self._blamed.pop(0)
+            self._submit(self._alone)
 
     def _done(self, ticket: int, future: Any) -> Done | None:
         """The outcome of a task; None if the scheduler that knew it is gone."""
@@ -234,7 +266,6 @@ class Tasks:
                 return None
         except Exception:  # what was finished cannot be had any more
             return None
-        del self._futures[ticket], self._items[ticket]
         return found
 
     def _look(self) -> None:
@@ -281,6 +312,7 @@ class Tasks:
         """Finds the scheduler again, and sends what was on its way."""
         self._connection.again(self._tell)
         self._futures.clear()
+        self._blamed, self._alone, self._held = [], None, []
         for ticket in list(self._items):
             self._submit(ticket)
         self._looked = self._seen = time.monotonic()
