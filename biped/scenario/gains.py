@@ -56,6 +56,9 @@ class Placement(PartialGains, frozen=True, omit_defaults=True):
         crossing: [m] Default: 0.
         shorten: [rad/rad²] The thigh of a leg in the air is flexed less by so much times the square of the abduction,
             so that a foot that goes far to a side lands sooner; default: 0.
+        push: c_p [rad s²/m] While something pushes the walker to the side of its swinging foot, the foot goes further
+            outward by so much times the acceleration that the push causes. Of the walker's acceleration, it is what
+            gravity and the ground forces of the law do not explain, so it needs joint torques; default: 0.
     """
 
     position: Real | None = None
@@ -63,11 +66,12 @@ class Placement(PartialGains, frozen=True, omit_defaults=True):
     apart: NonNegative | None = None
     crossing: Real | None = None
     shorten: NonNegative | None = None
+    push: NonNegative | None = None
 
     @classmethod
     def may_lack(cls) -> tuple[str, ...]:
-        """Without them legs are not kept from each other, and steps to a side take as long as others."""
-        return "apart", "crossing", "shorten"
+        """Without them legs are not kept from each other, and a push counts by the speed that it has caused alone."""
+        return "apart", "crossing", "shorten", "push"
 
 
 class Pace(PartialGains, frozen=True, omit_defaults=True):

@@ -273,7 +273,7 @@ def test_a_pace_is_whole_and_in_the_plane_has_no_side(tmp_path):
 
 def test_single_numbers_of_tables():
     assert single(["k_d1", "k_d2.1", "axial.k_d1"]) == ["k_d1", "k_d2.1", "axial.k_d1"]
-    names = ("position", "velocity", "apart", "crossing", "shorten")
+    names = ("position", "velocity", "apart", "crossing", "shorten", "push")
     assert single(["frontal.placement"]) == [f"frontal.placement.{name}" for name in names]
     assert single(["frontal.theta_l"]) == [f"frontal.theta_l.{i}" for i in range(4)]
     assert len(single(["frontal", "axial"])) == 2 * (1 + 4) + 2 * 4 + 2 * 4 + len(names) + 2 * (1 + 4) + 1 + 4

@@ -70,7 +70,7 @@ GAIT = np.dtype(
         ("k_torso", "f8", 3), ("b_torso", "f8", 3), ("rest_torso", "f8", 3),  # pitch, roll, yaw
         ("k", "f8", (STATES, LEG)), ("b", "f8", (STATES, LEG)), ("rest", "f8", (STATES, LEG)),
         ("position", "f8"), ("velocity", "f8"),  # of foot placement [rad/m, rad s/m]
-        ("apart", "f8"), ("crossing", "f8"), ("shorten", "f8"),  # likewise [m, m, rad/rad²]
+        ("apart", "f8"), ("crossing", "f8"), ("shorten", "f8"), ("push", "f8"),  # likewise [m, m, rad/rad², rad s²/m]
         # [m/s; m/s per rad of slope; rad per rad], what thighs do above it [rad s/m]: in the air, on the ground
         ("pace", "f8", PARTS),
         ("heading", "f8"),  # rad to the left, where the inertial frame's x axis is taken to point
@@ -96,15 +96,16 @@ _SENSING = np.dtype(
 def _belief(upper: int, stops: int) -> np.dtype:
     """The controller's knowledge of the walker; coordinates are in the law's order.
 
-    [rad] pitch and roll of the ground's frame against what angles are measured from; [m] half the distance of the hips;
-    [kg]; [m] length of a shank; where coordinates stand in v and q (-1: nowhere); what its joints' dampers [N m s/rad]
-    and dry friction [N m] do; rest of the joints above the legs [rad]; which bodies carry it, and their own axes: base,
-    right thigh, left thigh; soles; stops by leg and joint, which way [1] they push a coordinate, and from where [rad].
+    [rad] pitch and roll of the ground's frame against what angles are measured from; [m/s²] gravity along the ground,
+    forward and to the left; [m] half the distance of the hips; [kg]; [m] length of a shank; where coordinates stand in
+    v and q (-1: nowhere); what its joints' dampers [N m s/rad] and dry friction [N m] do; rest of the joints above the
+    legs [rad]; which bodies carry it, and their own axes: base, right thigh, left thigh; soles; stops by leg and joint,
+    which way [1] they push a coordinate, and from where [rad].
     """
     number = upper + LEGS * LEG
     return np.dtype(
         [
-            ("tilt", "f8", 2), ("hip", "f8"), ("mass", "f8"), ("shank", "f8"),
+            ("tilt", "f8", 2), ("downhill", "f8", 2), ("hip", "f8"), ("mass", "f8"), ("shank", "f8"),
             ("column", "i8", number), ("place", "i8", number), ("damping", "f8", number), ("dry", "f8", number),
             ("upright", "f8", upper), ("root", "i8"), ("link", "i8", 1 + LEGS), ("foot", "i8", LEGS),
             ("across", "f8", (1 + LEGS, 3)), ("along", "f8", (1 + LEGS, 3)), ("sole", "f8", (N_POINTS, 3)),
@@ -124,7 +125,7 @@ def _actuation(driven: int) -> np.dtype:
             ("generalized", "u1"), ("limit", "f8", driven),
             ("friction", "f8"), ("approach", "f8"), ("reach", "f8"), ("yielding", "f8"), ("regularisation", "f8"),
             ("braking", "f8"), ("stops", "u1"), ("compensation", "f8"), ("follow", "f8"), ("most", "f8"),
-            ("learning", "u1"), ("tick", "f8"), ("worth", "f8"),
+            ("learning", "u1"), ("tick", "f8"), ("worth", "f8"), ("noticing", "f8"),
         ],
         align=True,
     )  # fmt: skip
@@ -133,12 +134,14 @@ def _actuation(driven: int) -> np.dtype:
 def _memory(driven: int, unknowns: int) -> np.dtype:
     """The memory that lasts from tick to tick.
 
-    Contacts, ticks that a change has lasted, leg states, whether the walker falls back; the allocation's latest sets
-    and torques; factors of what joints lose, by coordinate, and what they follow from (`biped.control.space.tick`).
+    Contacts, ticks that a change has lasted, leg states, whether the walker falls back; its velocity to the left [m/s]
+    and what pushes it there [m/s²]; the allocation's latest sets and torques; factors of what joints lose, by
+    coordinate, and what they follow from (`biped.control.space.tick`).
     """
     return np.dtype(
         [
             ("believed", "u1", ENDS), ("waiting", "i8", ENDS), ("phase", "i8", LEGS), ("back", "u1"),
+            ("leftward", "f8"), ("pushed", "f8"),
             ("held", "u1", unknowns), ("pressed", "u1", unknowns), ("side", "i8", driven),
             ("latest", "f8", driven), ("factor", "f8", driven + BASE), ("before", "f8", driven + BASE),
             ("clear", "u1", LEGS), ("shown", "f8", LEG), ("weight", "f8", LEG),

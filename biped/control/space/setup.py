@@ -17,6 +17,7 @@ from biped.control.blending import fraction, most_in_a_tick
 from biped.control.law import Setup
 from biped.control.pace import parts
 from biped.control.space import record
+from biped.control.space.disturbance import NOTICED
 from biped.control.space.places import Mechanics
 from biped.control.space.record import (
     ANKLE,
@@ -89,6 +90,7 @@ def si_gains(gains: Gains, unit: Unit) -> Gains:
             placement, position=_times(placement.position, unit.length**-1),
             velocity=_times(placement.velocity, unit.time / unit.length),
             apart=_times(placement.apart, unit.length), crossing=_times(placement.crossing, unit.length),
+            push=_times(placement.push, unit.time**2 / unit.length),
         ))  # fmt: skip
     axial: Any = _parts(gains.axial, unit) if gains.axial else None
     pace, second = gains.pace, unit.time / unit.length
@@ -261,6 +263,7 @@ def _set_beliefs(
     x, y, z = -model.opt.gravity
     if s.ground.angles == "gravity":
         belief["tilt"] = math.atan2(x, z), math.atan2(y, z)
+    belief["downhill"] = -x, -y
     legs = anatomy.legs
     belief["hip"] = 0.5 * abs(legs[1].knee[1] - legs[0].knee[1])
     belief["mass"] = float(own_masses(model, robot.base_number).sum())
@@ -309,6 +312,7 @@ def _set_actuation(actuation: np.void, setup: Setup, order: LawOrder, unit: Unit
     actuation["follow"] = fraction(pushing.smoothing, 1.0 / s.simulation.control_rate)
     actuation["most"] = most_in_a_tick(pushing.slew, 1.0 / s.simulation.control_rate)
     seconds, moment = WORTH
+    actuation["noticing"] = fraction(NOTICED, setup.tick)
     actuation["tick"], actuation["worth"] = setup.tick, seconds * (moment * unit.moment) ** 2
 
 

@@ -12,6 +12,7 @@ import math
 from biped.base.jit import inner_kernel, kernel
 from biped.control.blending import smooth
 from biped.control.pace import excess, extended, flexed, leaned, straightened
+from biped.control.space.disturbance import headed, notice_push
 from biped.control.space.places import believe_contacts, point_motion, sense_places
 from biped.control.space.pushing import pushing_torques
 from biped.control.space.record import ANKLE, BASE, HEEL_END, HIP_JOINTS, KNEE, LEG, LEG_POINTS, LEGS, SIDE, TOE_END
@@ -24,26 +25,21 @@ _DAMPED = 0.7
 """Damping ratio of these."""
 
 
-@inner_kernel
-def _headed(c, x, y):
-    """(2,) a horizontal vector of the ground's frame, ahead and to the left of where the walker is told to go."""
-    cos, sin = math.cos(c["gait"]["heading"]), math.sin(c["gait"]["heading"])
-    return x * cos + y * sin, y * cos - x * sin
-
-
 @kernel
 def _placed(c, leg, leftward, rise_left):
     """[rad] by which a swinging leg is abducted for where the walker is and goes: c_v v_y + c_d (y - half the hips).
 
-    And for how the ground rises on its side. A foot that has not passed the other yet is kept apart from it.
+    And for how the ground rises on its side, and for what pushes the walker to that side. A foot that has not passed
+    the other yet is kept apart from it.
     """
     at, gait = c["at"], c["gait"]
     side, stance = SIDE[leg], at["foot"][1 - leg]
-    _, beside = _headed(c, at["com"][0] - stance[0], at["com"][1] - stance[1])
+    _, beside = headed(c, at["com"][0] - stance[0], at["com"][1] - stance[1])
     placed = gait["velocity"] * side * leftward + gait["position"] * (side * beside - c["belief"]["hip"])
     placed += gait["pace"][2] * side * rise_left
+    placed += gait["push"] * max(side * c["memory"]["pushed"], 0.0)
     if gait["apart"] > 0.0:
-        before, beside = _headed(c, at["foot"][leg, 0] - stance[0], at["foot"][leg, 1] - stance[1])
+        before, beside = headed(c, at["foot"][leg, 0] - stance[0], at["foot"][leg, 1] - stance[1])
         if before < gait["crossing"]:
             further = (gait["apart"] - side * beside) / (2.0 * c["belief"]["shank"])  # two shanks are a leg
             rest = gait["rest"][c["memory"]["phase"][leg], 1]
@@ -79,8 +75,8 @@ def desired_forces(c, m):
     for j in range(3):
         Q[trunk + j] = 0.0
     tilt, velocity = c["belief"]["tilt"], at["com_velocity"]
-    rise, rise_left = _headed(c, tilt[0], tilt[1])
-    forward, leftward = _headed(c, velocity[0], velocity[1])
+    rise, rise_left = headed(c, tilt[0], tilt[1])
+    forward, leftward = headed(c, velocity[0], velocity[1])
     faster = excess(gait["pace"], forward, rise)
     tx, ty, tz = 0.0, 0.0, 0.0  # moment on the whole walker
     lx, ly, lz = 0.0, 0.0, 0.0  # on its thighs
@@ -253,10 +249,10 @@ def walker_falls_back(c):
     for end in range(2 * LEGS):
         if c["memory"]["believed"][end]:
             for p in range(2 * end, 2 * end + 2):
-                rear = min(rear, _headed(c, at["place"][p, 0], at["place"][p, 1])[0])
-    x, _ = _headed(c, at["com"][0], at["com"][1])
-    speed, _ = _headed(c, at["com_velocity"][0], at["com_velocity"][1])
-    step_back(c, x, at["com"][2], speed, _headed(c, tilt[0], tilt[1])[0], rear)
+                rear = min(rear, headed(c, at["place"][p, 0], at["place"][p, 1])[0])
+    x, _ = headed(c, at["com"][0], at["com"][1])
+    speed, _ = headed(c, at["com_velocity"][0], at["com_velocity"][1])
+    step_back(c, x, at["com"][2], speed, headed(c, tilt[0], tilt[1])[0], rear)
 
 
 @inner_kernel
@@ -273,6 +269,8 @@ def decide_forces(c, m, first):
     leg_states(c)
     if c["backstep"]["on"]:
         walker_falls_back(c)
+    if c["gait"]["push"] > 0.0:
+        notice_push(c, first)
     desired_forces(c, m)
     if c["actuation"]["learning"]:
         learn_losses(c, m, first)

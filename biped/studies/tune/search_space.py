@@ -47,7 +47,7 @@ _OPTIONAL = tuple(
     f"{table}.{name}" for table, kind in ((PACE, Pace), (_PLACEMENT, Placement)) for name in kind.may_lack()
 )
 """Numbers of a gait that it may lack."""
-_BY_RATIO = f"{PACE}.knee", f"{PACE}.ankle", f"{_PLACEMENT}.apart", f"{_PLACEMENT}.shorten"
+_BY_RATIO = f"{PACE}.knee", f"{PACE}.ankle", *(f"{_PLACEMENT}.{name}" for name in ("apart", "shorten", "push"))
 """Numbers of a pace and of a placement that are never negative."""
 
 

@@ -53,6 +53,7 @@ def wanted(scene: Scene, q: np.ndarray, v: np.ndarray, phase: tuple[int, int]) -
                 foot, stance = (data.geom_xpos[sole].mean(axis=0) for sole in soles)
                 com, moving = data.subtree_com[1], scene.c["at"]["com_velocity"]
                 goal[1] += gait["velocity"] * SIDE[leg] * moving[1]
+                goal[1] += gait["push"] * max(SIDE[leg] * scene.c["memory"]["pushed"], 0.0)
                 goal[1] += gait["position"] * (SIDE[leg] * (com[1] - stance[1]) - 0.0875)
                 if gait["apart"] and foot[0] - stance[0] < gait["crossing"]:
                     # Two shanks are a leg: where its foot would be `apart` from the other.
@@ -74,19 +75,21 @@ def wanted(scene: Scene, q: np.ndarray, v: np.ndarray, phase: tuple[int, int]) -
 
 
 @pytest.mark.parametrize("pace", [(0.0,) * 8, (0.7, 0.0, 0.0, 0.4, -0.3, 1.2, 9.0, 50.0)])
-@pytest.mark.parametrize("crossing", [(0.0, 0.0, 0.0), (0.15, 0.1, 0.5), (0.3, -0.1, 0.0)])
+@pytest.mark.parametrize("crossing", [(0.0, 0.0, 0.0, 0.0), (0.15, 0.1, 0.5, 0.03), (0.3, -0.1, 0.0, 0.1)])
 @pytest.mark.parametrize("phase", [(0, 1), (1, 2), (2, 0), (3, 3)])
 def test_moments_on_bodies_are_projected(scene, phase, crossing, pace):
     gait = scene.c["gait"]
     gait["pace"] = pace
-    gait["apart"], gait["crossing"], gait["shorten"] = crossing
+    gait["apart"], gait["crossing"], gait["shorten"], gait["push"] = crossing
+    scene.c["memory"]["pushed"] = 2.0 if phase[0] else -3.0  # m/s²
     for q, v in states(scene, 3, seed=sum(phase)):
         scene.sensed(q, v)
         scene.c["memory"]["phase"] = phase
         desired_forces(scene.c, scene.mechanics)
         expected = wanted(scene, q, v, phase)
         assert scene.c["tick"]["Q_d"] == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
-    for name in ("pace", "apart", "crossing", "shorten"):
+    scene.c["memory"]["pushed"] = 0.0
+    for name in ("pace", "apart", "crossing", "shorten", "push"):
         gait[name] = 0.0
 
 

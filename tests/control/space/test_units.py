@@ -64,7 +64,7 @@ def test_units_are_those_of_the_dimensions():
     """A walker of twice the length and eight times the mass: moments grow 16-fold, times by the root of 2."""
     scene = Scene()
     gains = structs.replace(scene.setup.gains, pace=Pace(0.9, 2.0, 0.1, 0.2, 0.1, 1.2, 9.0, 50.0))
-    placement = structs.replace(gains.frontal.placement, apart=0.15, crossing=0.1, shorten=0.5)
+    placement = structs.replace(gains.frontal.placement, apart=0.15, crossing=0.1, shorten=0.5, push=0.02)
     gains = structs.replace(gains, frontal=structs.replace(gains.frontal, placement=placement))
     small, large = Unit(10.0, 0.5), Unit(80.0, 1.0)
     one, other = (si_gains(own_gains(gains, small), unit) for unit in (small, large))
@@ -78,6 +78,7 @@ def test_units_are_those_of_the_dimensions():
     assert (placed.apart, placed.crossing, placed.shorten) == pytest.approx((0.3, 0.2, 0.5))
     speed = [(9.81 * unit.length) ** 0.5 for unit in (large, small)]
     assert placed.velocity * speed[0] == pytest.approx(mine.velocity * speed[1])
+    assert placed.push == pytest.approx(0.02)  # that for an acceleration of g
     # So are those for a speed above the gait's pace, which is so many √(g l).
     assert other.pace.speed / speed[0] == pytest.approx(gains.pace.speed / speed[1])
     assert other.pace.slope / other.pace.speed == pytest.approx(gains.pace.slope / gains.pace.speed)

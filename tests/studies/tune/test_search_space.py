@@ -113,10 +113,11 @@ def test_a_pace_varies_in_the_plane_but_for_its_side(scenario_file):
 
 
 def test_what_keeps_legs_apart_varies_where_a_gait_has_it():
-    names = [f"frontal.placement.{name}" for name in ("apart", "crossing", "shorten")]
+    names = [f"frontal.placement.{name}" for name in ("apart", "crossing", "shorten", "push")]
     study = Study(read_scenario("tune/spatial_sturdy"))
     assert not set(names) & {axis.name for axis in SearchSpace(study.scenario, study.gains).axes}
-    kept = "gains.frontal.placement={apart=0.15,crossing=0.0,shorten=0.5}"
+    kept = "gains.frontal.placement={apart=0.15,crossing=0.0,shorten=0.5,push=0.02}"
     study = Study(read_scenario("tune/spatial_sturdy", [kept]))
     axes = {axis.name: axis for axis in SearchSpace(study.scenario, study.gains).axes}
-    assert [(axes[name].start, axes[name].log) for name in names] == [(0.15, True), (0.0, False), (0.5, True)]
+    expected = [(0.15, True), (0.0, False), (0.5, True), (0.02, True)]
+    assert [(axes[name].start, axes[name].log) for name in names] == expected
