@@ -5,21 +5,13 @@ lands before the push has ended lands too far inward. The law knows the forces t
 latest tick, so how the centre of mass has speeded up since shows what else pushes. It needs no sensor of its own.
 """
 
-import math
-
 from biped.base.jit import inner_kernel
+from biped.control.space.places import headed
 from biped.control.space.record import EDGES, N_POINTS
 from biped.robot.ground import GRAVITY
 
 NOTICED = 0.015
 """[s] Time constant with which a push is noticed: the ground's own impacts are as large, and shorter."""
-
-
-@inner_kernel
-def headed(c, x, y):
-    """(2,) a horizontal vector of the ground's frame, ahead and to the left of where the walker is told to go."""
-    cos, sin = math.cos(c["gait"]["heading"]), math.sin(c["gait"]["heading"])
-    return x * cos + y * sin, y * cos - x * sin
 
 
 @inner_kernel

@@ -191,6 +191,13 @@ def point_motion(c, m):
 
 
 @inner_kernel
+def headed(c, x, y):
+    """(2,) a horizontal vector of the ground's frame, ahead and to the left of where the walker is told to go."""
+    cos, sin = math.cos(c["gait"]["heading"]), math.sin(c["gait"]["heading"])
+    return x * cos + y * sin, y * cos - x * sin
+
+
+@inner_kernel
 def sense_places(c, m):
     """Fills what leg states and Q_d are decided on."""
     mass_blocks(c, m)

@@ -12,8 +12,8 @@ import math
 from biped.base.jit import inner_kernel, kernel
 from biped.control.blending import smooth
 from biped.control.pace import excess, extended, flexed, leaned, straightened
-from biped.control.space.disturbance import headed, notice_push
-from biped.control.space.places import believe_contacts, point_motion, sense_places
+from biped.control.space.disturbance import notice_push
+from biped.control.space.places import believe_contacts, headed, point_motion, sense_places
 from biped.control.space.pushing import pushing_torques
 from biped.control.space.record import ANKLE, BASE, HEEL_END, HIP_JOINTS, KNEE, LEG, LEG_POINTS, LEGS, SIDE, TOE_END
 from biped.control.step_back import knee_couple, step_back, thigh_couple
