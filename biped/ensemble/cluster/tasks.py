@@ -1,14 +1,15 @@
 """Work as tasks of a Dask scheduler, a backend of the executor; its connection may be lost and found again.
 
 Few tasks are on their way at a time, so that the scheduler's memory does not grow. A task that costs workers is tried
-again by Dask; what it gives up comes back as lost. A scheduler that is gone is waited for: then all that was on its way
-is sent once more, since nobody else commits results.
+again by Dask; what it gives up comes back as lost, and the executor sends it once more. A scheduler that is gone is
+waited for: then all that was on its way is sent once more, since nobody else commits results.
 """
 
 import logging
 import queue
 import time
 import uuid
+from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from hashlib import blake2b
@@ -149,8 +150,8 @@ SOON = 10.0
 class Tasks:
     """A backend of tasks.
 
-    Dask blames a worker's end on all tasks that it had been given. A task that has been blamed so often that Dask gives
-    it up is carried out once more, when no other is on its way; only if it ends workers by itself is it lost.
+    Dask blames a worker's end on all tasks that it had been given. What it gives up is lost, and if that is sent once
+    more, it goes when no other task is on its way: whoever ends workers then does so by itself.
 
     Args:
         connection: To the scheduler.
@@ -159,7 +160,7 @@ class Tasks:
         tell: Told what a person should know.
     """
 
-    lives = 1  # Dask has tried again
+    lives = 2  # of which Dask takes each to several workers
 
     def __init__(self, connection: Connection, work: Callable[[Any], Any], same: bool, tell: Told):
         import cloudpickle
@@ -171,9 +172,8 @@ class Tasks:
         self._items: dict[int, Any] = {}
         self._futures: dict[int, Any] = {}
         self._ready: queue.SimpleQueue[tuple[int, Any]] = queue.SimpleQueue()
-        self._blamed: list[int] = []
-        self._alone: int | None = None  # of those that were blamed, the one on its way
-        self._held: list[int] = []  # until it is back
+        self._waiting: deque[int] = deque()
+        self._blamed: set[int] = set()  # of tickets that were lost once
         self._workers, self._refused = 0, {}
         self._looked, self._seen, self._told_alone = 0.0, time.monotonic(), False
         self._look()
@@ -191,10 +191,16 @@ class Tasks:
     def send(self, ticket: int, item: Any) -> None:
         """See `biped.ensemble.backend.Backend`."""
         self._items[ticket] = item
-        if self._alone is None:
-            self._submit(ticket)
-        else:
-            self._held.append(ticket)
+        self._waiting.append(ticket)
+        self._begin()
+
+    def _begin(self) -> None:
+        """Submits what waits, in turn; one that was blamed goes alone."""
+        while self._waiting:
+            alone = self._waiting[0] in self._blamed or not self._blamed.isdisjoint(self._futures)
+            if alone and self._futures:
+                return
+            self._submit(self._waiting.popleft())
 
     def _submit(self, ticket: int) -> None:
         future = self._connection.client.submit(
@@ -218,38 +224,16 @@ class Tasks:
                     ready.append(self._ready.get_nowait())
             except queue.Empty:
                 pass
-            gone, found = False, []
-            for ticket, future in ready:
-                if self._futures.get(ticket) is not future:
-                    continue
-                done = self._done(ticket, future)
-                if done is None:
-                    gone = True
-                    continue
-                del self._futures[ticket]
-                if isinstance(done.error, WorkerLost) and ticket != self._alone:
-                    self._blamed.append(ticket)
-                else:
-                    del self._items[ticket]
-                    found.append(done)
-            if gone:
+            done = [self._done(ticket, future) for ticket, future in ready if self._futures.get(ticket) is future]
+            found = [one for one in done if one is not None]
+            if len(found) < len(done):
                 self._again()
             elif time.monotonic() - self._looked > LOOK:
                 self._look()
-            self._judge()
+            self._begin()
             if found:
                 self._seen = time.monotonic()
                 return found
-
-    def _judge(self) -> None:
-        """Sends one of those that were blamed if no other is on its way, and what was held when it is back."""
-        if self._alone is not None and self._alone not in self._futures:
-            held, self._alone, self._held = self._held, None, []
-            for ticket in held:
-                self._submit(ticket)
-        if self._blamed and not self._futures:
-            self._alone = self._blamed.pop(0)
-            self._submit(self._alone)
 
     def _done(self, ticket: int, future: Any) -> Done | None:
         """The outcome of a task; None if the scheduler that knew it is gone."""
@@ -266,6 +250,10 @@ class Tasks:
                 return None
         except Exception:  # what was finished cannot be had any more
             return None
+        del self._futures[ticket], self._items[ticket]
+        self._blamed.discard(ticket)
+        if isinstance(found.error, WorkerLost):
+            self._blamed.add(ticket)
         return found
 
     def _look(self) -> None:
@@ -312,9 +300,8 @@ class Tasks:
         """Finds the scheduler again, and sends what was on its way."""
         self._connection.again(self._tell)
         self._futures.clear()
-        self._blamed, self._alone, self._held = [], None, []
-        for ticket in list(self._items):
-            self._submit(ticket)
+        self._waiting = deque(self._items)
+        self._begin()
         self._looked = self._seen = time.monotonic()
 
     def close(self, well: bool) -> None:

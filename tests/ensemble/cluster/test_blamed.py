@@ -10,10 +10,11 @@ from distributed.scheduler import KilledWorker
 from biped.ensemble.backend import WorkerLost
 from biped.ensemble.cluster.tasks import Connection, Tasks
 from biped.ensemble.cluster.worker import resources
+from biped.ensemble.executor import Map
 
 
 class Future:
-    """Of a task that is over, or of one that never ends."""
+    """Of a task that is over."""
 
     def __init__(self, error: Exception | None, value: Any):
         self.status, self._error, self._value = "error" if error else "finished", error, value
@@ -53,14 +54,12 @@ def tasks_of(client: Client) -> Tasks:
 
 def test_only_a_run_that_ends_its_workers_by_itself_is_lost():
     client = Client(deadly=2, companions={1, 4})
-    tasks, found = tasks_of(client), {}
-    for ticket in range(5):
-        tasks.send(ticket, ticket)
-    while len(found) < 5:
-        found |= {done.ticket: done for done in tasks.receive()}
-    assert [found[ticket].value for ticket in (0, 1, 3, 4)] == ["done 0", "done 1", "done 3", "done 4"]
-    assert isinstance(found[2].error, WorkerLost)
-    assert "3 workers ended with it" in str(found[2].error)
+    tasks = tasks_of(client)
+    tasks._workers = 2  # so that all five are on their way at once
+    found = list(Map(tasks)(range(5), lost=lambda item, error: error))
+    assert [found[ticket] for ticket in (0, 1, 3, 4)] == ["done 0", "done 1", "done 3", "done 4"]
+    assert isinstance(found[2], WorkerLost)
+    assert "3 workers ended with it" in str(found[2])
     assert client.sent == [0, 1, 2, 3, 4, 1, 2, 4], "those that were blamed come again, one at a time"
 
 
@@ -68,9 +67,8 @@ def test_what_is_sent_while_one_is_judged_waits_for_it():
     client = Client(deadly=0, companions=set())
     tasks = tasks_of(client)
     tasks.send(0, 0)
-    tasks._ready.get()  # whatever comes back does so later
-    tasks._blamed, tasks._futures = [0], {}
-    tasks._judge()
+    assert isinstance(tasks.receive()[0].error, WorkerLost)
+    tasks.send(0, 0)
     tasks.send(1, 1)
     assert client.sent == [0, 0], "1 waits"
     assert [done.ticket for done in tasks.receive()] == [0]
