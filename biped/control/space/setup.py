@@ -311,8 +311,8 @@ def _set_actuation(actuation: np.void, setup: Setup, order: LawOrder, unit: Unit
         actuation[name] = getattr(pushing, name)
     actuation["follow"] = fraction(pushing.smoothing, 1.0 / s.simulation.control_rate)
     actuation["most"] = most_in_a_tick(pushing.slew, 1.0 / s.simulation.control_rate)
-    seconds, moment = WORTH
     actuation["noticing"] = fraction(NOTICED, setup.tick)
+    seconds, moment = WORTH
     actuation["tick"], actuation["worth"] = setup.tick, seconds * (moment * unit.moment) ** 2
 
 
