@@ -9,6 +9,7 @@ remembered here while something of biped's is being compiled.
 
 import json
 import math
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import lru_cache
@@ -243,9 +244,9 @@ def write(name: str, dispatcher: Any, arguments: tuple[Any, ...]) -> bool:
     file = file_of(name, arguments)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        with written(file) as part:
+        with written(file, f".{os.urandom(6).hex()}") as part:  # workers that start together compile the same kernels
             part.write_bytes(sealed(json.dumps(head).encode() + b"\n" + code))
-    except OSError:  # a full disk, or another process that keeps the same
+    except OSError:  # a full disk
         return False
     return True
 

@@ -13,16 +13,18 @@ from biped.base.errors import InputError
 
 
 @contextmanager
-def written(path: Path) -> Iterator[Path]:
+def written(path: Path, mark: str = "") -> Iterator[Path]:
     """A temporary name beside `path` to write to; it is on disk and becomes `path` when the block ends well.
 
     Args:
         path: The file; one that is there is replaced.
+        mark: Makes the temporary name the caller's own, where several may write the same file at once. Without one,
+            what a killed process left is written over by whoever does its work again.
 
     Raises:
         OSError: It cannot be written; nothing of it is left.
     """
-    part = part_of(path)
+    part = path.with_name(f".{path.name}{mark}.part")
     try:
         yield part
         with open(part, "rb") as file:
@@ -31,11 +33,6 @@ def written(path: Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             part.unlink(missing_ok=True)
-
-
-def part_of(path: Path) -> Path:
-    """The temporary name of a file that is being written."""
-    return path.with_name(f".{path.name}.part")
 
 
 def write_text(path: Path, text: str) -> None:

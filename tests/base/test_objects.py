@@ -204,6 +204,19 @@ def test_processes_that_compile_a_kernel_at_the_same_time_keep_their_code_apart(
     assert len(list(tmp_path.rglob("*.number-*.nbc"))) == 2
 
 
+def test_processes_that_write_a_kernel_at_the_same_time_have_files_of_their_own(own_folder, monkeypatch):
+    """Half of what one has written never gets the other's name."""
+    names, write_bytes = [], Path.write_bytes
+    monkeypatch.setattr(Path, "write_bytes", lambda self, data: names.append(self.name) or write_bytes(self, data))
+    for _ in range(2):
+        number(1.0)
+        number._codes.clear()
+        (file,) = own_folder.iterdir()
+        file.unlink()
+    assert len(set(names)) == 2
+    assert all(name.startswith(".") for name in names)
+
+
 def test_a_kernel_is_handed_to_other_processes_by_name():
     import pickle
 

@@ -20,6 +20,17 @@ def test_a_file_is_replaced_only_when_its_successor_is_whole(tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
+def test_two_that_write_the_same_file_at_once_do_not_touch_each_others(tmp_path):
+    path = tmp_path / "a.txt"
+    with written(path, ".first") as first:
+        first.write_text("first")
+        with written(path, ".second") as second:
+            second.write_text("se")
+        assert path.read_text() == "se"
+    assert path.read_text() == "first"
+    assert list(tmp_path.iterdir()) == [path]
+
+
 def test_it_is_on_disk_before_it_has_its_name(tmp_path, monkeypatch):
     path, order = tmp_path / "a.txt", []
     monkeypatch.setattr("os.fsync", lambda _: order.append("synced"))
