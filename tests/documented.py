@@ -18,6 +18,8 @@ PAGES = [
     for page in sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
     if not page.name.endswith(".in.md")  # the page that is made of it has its words
 ]
+HISTORY = (ROOT / "CHANGELOG.md",)
+"""Pages that tell what changed, refusals among it: their commands are parsed, but nobody types them in their order."""
 _CODE = re.compile(
     r"```(?P<language>\w*)\n(?P<block>.*?)```|`(?P<inline>(?:biped [^`]+|make|python -m) [^`]+)`"
     r"|^ {4,}(?P<indented>\S[^\n]*)$",

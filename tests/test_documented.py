@@ -19,6 +19,7 @@ from tests.cases import write
 from tests.control.test_card import FLOOR, SERVOS, network
 from tests.documented import (
     FEWER,
+    HISTORY,
     MINUTES,
     PAGES,
     PLACEHOLDERS,
@@ -124,7 +125,9 @@ def promised(args) -> list[Path]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "page", [page for page in PAGES if commands(page)], ids=lambda page: str(page.relative_to(ROOT))
+    "page",
+    [page for page in PAGES if commands(page) and page not in HISTORY],
+    ids=lambda page: str(page.relative_to(ROOT)),
 )
 def test_the_commands_of_a_page_can_be_typed_in_their_order(page, results, tmp_path, monkeypatch, capsys):
     """Exit code 2 is bad input, so a reader cannot type the command. 1 and 3 are verdicts on runs; a test has few."""

@@ -54,7 +54,7 @@ def test_published_gains_with_the_release_test_walk_and_without_it_walk_less():
                 points = [p for p in result["points"] if p["values"]["controller"] == gait]
                 weights = [p["walked"] for p in points]
                 assert np.average([p["speed"] for p in points], weights=weights) == pytest.approx(speed, rel=0.1)
-                # These costs were measured with the rates at a tick's beginning, which give 4 to 6 % less (docs/readings.md).
+                # Costs measured with the rates at the beginning of a tick, which give 4 to 6 % less (docs/readings.md).
                 assert np.average([p["cost_of_transport"] for p in points], weights=weights) == pytest.approx(
                     1.05 * cost, rel=0.1
                 )
