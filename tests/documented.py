@@ -59,6 +59,9 @@ MINUTES = (
     "bench campaigns", "bench campaigns --quick", "bench tolerances --out DIR", "bench walking --out figures",
     "stability --growth policy/h1", "stability calm/own", "stability level_slow_generalized",
     "stability robust/own --engine home --basin", "stability spatial/own --norm", "stability upright/own",
+    "tune ROBOT", "tune my_robot.xml", "tune my_robot.xml --out runs/mine", "tune my_robot.xml --stages 4",
+    "tune my_robot.xml --search-only --stages 4 --without any/g1 --set seed=5 --out runs/mine_5",
+    "tune my_robot.xml --without any/xbot --set seed=7 --out runs/mine",
     "tune tune/pushing --least calm", "tune tune/pushing --least calm --out back",
 )  # fmt: skip
 """Commands that are not executed because each takes more than a minute of CPU even with fewer runs."""
