@@ -23,15 +23,15 @@ if TYPE_CHECKING:
     from biped.studies.tune.robot import Trial
 
 
-def trials_document(trials: Sequence[Trial], changes: Sequence[str]) -> Document:
-    """How far shipped gaits came on a robot, and the changes that make the search one for it."""
+def trials_document(trials: Sequence[Trial]) -> Document:
+    """How far shipped gaits came on a robot."""
     rows = tuple(
         (one.gait, f"{one.assist:g}", *("  ".join(f"{value:.2f}" if math.isfinite(value) else "–" for value in values)
                                         for values in (one.times, one.distances)))
         for one in trials
     )  # fmt: skip
-    search = "searching: biped tune tune/any " + " ".join(f"--set '{change}'" for change in changes)
     heads = ("gait", "Q_d share", "s until it fell, from each posture", "m it came")
+    search = "searching from those that came furthest; the search is scenario.toml in its folder, which biped tune takes"
     return Table(heads, rows), Paragraph(search)
 
 

@@ -82,7 +82,7 @@ def tune_command(args: argparse.Namespace) -> int:
                 may_fill(args.out, "--out", ("runs.jsonl", "scenario.toml", "result.json"))
             changes, trials = search_of(name, changes, jobs, common.progress, args.without, args.stages)
             if not args.json:
-                common.show(trials_document(trials, changes))
+                common.show(trials_document(trials))
             name = SCENARIO
         found = tune(name, changes, jobs, args.out, common.progress, _draw, common.warn, args.generations)
         if name == args.scenario or args.search_only:
