@@ -31,7 +31,9 @@ def trials_document(trials: Sequence[Trial]) -> Document:
         for one in trials
     )  # fmt: skip
     heads = ("gait", "Q_d share", "s until it fell, from each posture", "m it came")
-    search = "searching from those that came furthest; the search is scenario.toml in its folder, which biped tune takes"
+    search = (
+        "searching from those that came furthest; biped tune takes the search itself too: scenario.toml in its folder"
+    )
     return Table(heads, rows), Paragraph(search)
 
 

@@ -6,7 +6,7 @@ four leg states with springs and dampers at the same places.
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -105,8 +105,7 @@ class SearchSpace:
         assert scenario.tune is not None
         self.gains = gains
         self.axes = _gain_axes(scenario.tune, gains)
-        asked = ChangeOrigin("tune.keys")
-        self.axes += [_key_axis(key, span, lookup(scenario, key, asked)) for key, span in scenario.tune.keys.items()]
+        self.axes += [key_axis(scenario, "tune.keys", key, span) for key, span in scenario.tune.keys.items()]
         if not self.axes:
             raise InputError("tune.gains: expected at least one gain or key that can vary; zero gains stay zero")
 
@@ -175,17 +174,29 @@ def _gain_axis(tune: Tune, name: str, value: float) -> Axis:
     return Axis(name, value, True, 1.0, -most, most, True)
 
 
-def _key_axis(key: str, span: Range, value: Any) -> Axis:
+def key_axis(scenario: Scenario, table: str, key: str, span: Range) -> Axis:
+    """The axis of a scenario's key that varies.
+
+    Args:
+        scenario: The one to tune.
+        table: Dotted key of the table that names it, for errors.
+        key: The key that varies.
+        span: Between which values.
+
+    Raises:
+        InputError: There is no such key, it is no number, or the span is none around its value.
+    """
+    value = lookup(scenario, key, ChangeOrigin(table))
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise InputError(f'tune.keys."{key}": expected a key that is one number, it is {value!r}')
+        raise InputError(f'{table}."{key}": expected a key that is one number, it is {value!r}')
     own = "the scenario's own"
     if span.start is not None and not span.min <= value <= span.max:
         own, value = "start =", span.start
     if not span.min <= value <= span.max or span.min == span.max:
-        raise InputError(f'tune.keys."{key}": expected min < max around {own} {value}, got {span.min} … {span.max}')
+        raise InputError(f'{table}."{key}": expected min < max around {own} {value}, got {span.min} … {span.max}')
     if span.scale == "linear":
         unit = span.max - span.min
         return Axis(key, value, False, unit, (span.min - value) / unit, (span.max - value) / unit, False)
     if span.min <= 0.0:
-        raise InputError(f'tune.keys."{key}".min: expected more than zero on a log scale, got {span.min}')
+        raise InputError(f'{table}."{key}".min: expected more than zero on a log scale, got {span.min}')
     return Axis(key, value, True, 1.0, math.log(span.min / value), math.log(span.max / value), False)

@@ -23,7 +23,7 @@ from biped.scenario.vary import ChangeOrigin, setting, with_values
 from biped.studies.folders import finished
 from biped.studies.tune.evaluate import Study, begun_with, with_gait, workers
 from biped.studies.tune.search import Record, Search, SearchResult, ended, good_enough
-from biped.studies.tune.search_space import Candidate, SearchSpace, names_of
+from biped.studies.tune.search_space import Candidate, SearchSpace, key_axis, names_of
 
 
 def studies(scenario: Scenario) -> list[Study]:
@@ -133,6 +133,10 @@ def _scenario_of(scenario: Scenario, number: int, stage: Stage) -> Scenario:
     whole = replace(scenario, tune=part)
     if stage.set:
         whole = changed(whole, stage.set, Path(f"{key}.set"))
+    before = set(tune.keys).union(*(earlier.keys for earlier in tune.stages[:number]))
+    for name, span in stage.keys.items():
+        if name not in before:  # what an earlier stage moves may lie elsewhere then
+            key_axis(whole, f"{key}.keys", name, span)
     return with_gait(whole, tune.change, _held(Study(whole).gains, stage, key)) if stage.hold else whole
 
 

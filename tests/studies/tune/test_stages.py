@@ -245,6 +245,19 @@ def test_a_key_may_vary_from_a_stage_on(scenario_file):
     assert went_on.base.sensing.ahead == 0.25
 
 
+@pytest.mark.parametrize(
+    ("span", "words"),
+    [
+        ('"sensing.ahed" = { min = 0.0, max = 1.0 }', "did you mean 'ahead'"),
+        ('"sensing.ahead" = { min = 0.3, max = 0.2 }', "expected min < max"),
+    ],
+)
+def test_complaints_of_a_key_of_a_stage_name_the_stage(scenario_file, span, words):
+    scenario_file.write_text(TEXT.replace("spread = 0.2", f"keys.{span}"), encoding="utf-8")
+    with pytest.raises(InputError, match=rf"^tune\.stages\.1\.keys.*{words}"):
+        studies(read_scenario(str(scenario_file)))
+
+
 def test_whole_search_and_one_that_was_killed_in_its_second_stage(scenario_file, tmp_path, capsys):
     def tuned(out):
         assert main(["tune", str(scenario_file), "--out", str(out), "--jobs", "1"]) == 0
