@@ -11,7 +11,8 @@ import pytest
 
 from biped.cli import main as cli
 from biped.ensemble.campaign import simulate
-from biped.studies.causes import CAUSES, causes, movable
+from biped.studies.causes import causes, movable
+from biped.studies.dials import CAUSES
 from biped.studies.run import plan_of
 
 SLOW_CONTROL = ("duration=3.0", "window.start=1.0", "window.end=3.0", "simulation.control_rate=200",
