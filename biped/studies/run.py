@@ -18,9 +18,10 @@ from biped.ensemble import campaign, failures
 from biped.ensemble.backend import Jobs, Progress, Told, silent, unheard
 from biped.ensemble.chunks import Shard
 from biped.ensemble.columns import StoredRows, batches
+from biped.ensemble.endings import LAST_SECONDS, keep_some
 from biped.ensemble.folder import Folder
 from biped.ensemble.guard import complaining
-from biped.ensemble.in_parts import LARGE, LAST_SECONDS, InParts, keep_some
+from biped.ensemble.in_parts import LARGE, InParts
 from biped.ensemble.parts import FOLDER as PARTS
 from biped.ensemble.parts import commit_to
 from biped.ensemble.plan import Plan

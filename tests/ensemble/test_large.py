@@ -11,7 +11,7 @@ import pytest
 from biped.base.errors import InputError
 from biped.base.writing import dumps
 from biped.cli.main import main
-from biped.ensemble import campaign, in_parts, parts
+from biped.ensemble import campaign, merging, parts
 from biped.ensemble.columns import stored_rows
 from biped.ensemble.failures import SUFFIX
 from biped.studies import run as running
@@ -118,9 +118,8 @@ def test_check_of_many_runs_writes_nothing(large, capsys):
 def test_large_files_are_cut_and_read_as_one(monkeypatch):
     monkeypatch.setattr(running, "LARGE", 3)
     monkeypatch.setattr(parts, "GROUP", 2)
-    monkeypatch.setattr(in_parts, "GROUP", 2)
     one = run("one", "--jobs", "1")
-    monkeypatch.setattr(in_parts, "LARGEST", 1)
+    monkeypatch.setattr(merging, "LARGEST", 1)
     several = run("several", "--jobs", "1")
     assert len([name for name in several if name.startswith("parts/")]) == 3
     assert several["result.json"] == one["result.json"]
