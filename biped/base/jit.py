@@ -16,7 +16,7 @@ from pathlib import Path
 from threading import RLock
 from typing import Any
 
-from biped.base.kernels import cache_folder
+from biped.base.kernels import cache_file_of, cache_folder
 
 SETTINGS = any(name.startswith("NUMBA_") for name in os.environ) or Path(".numba_config.yaml").exists()
 """Whether numba has been told how to compile: then it compiles everything, and what it says is asked of it."""
@@ -192,8 +192,6 @@ def _apart(dispatcher: Any) -> Any:
     numba numbers the files of a function: two processes that compile it for different types at the same moment both
     write number 1, and the index, whoever of them writes it last, may give one's types the other's code.
     """
-    from biped.base.kernels import cache_file_of
-
     kept = dispatcher._cache._cache_file = cache_file_of(dispatcher._cache._cache_file)
     kept._data_name_pattern = kept._data_name_pattern.replace("{number", f"{os.urandom(6).hex()}.{{number")
     return dispatcher

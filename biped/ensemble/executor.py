@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Generic, TypeVar
 
-from biped.ensemble.backend import WAIT, Backend, Done, Jobs, WorkerLost, at_most
+from biped.ensemble.backend import WAIT, Backend, Done, Futures, Jobs, Processes, WorkerLost, at_most
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -167,12 +167,8 @@ def workers(work: Callable[[Item], Result], jobs: Jobs, threads: bool = False) -
     elif threads:
         from concurrent.futures import ThreadPoolExecutor
 
-        from biped.ensemble.backend import Futures
-
         backend = Futures(ThreadPoolExecutor(jobs), work, jobs)
     else:
-        from biped.ensemble.backend import Processes
-
         backend = Processes(work, jobs)
     well = False
     try:

@@ -30,7 +30,7 @@ from biped.base.files import label
 from biped.base.typed import convert
 from biped.base.writing import written
 from biped.ensemble.chunks import Shard
-from biped.ensemble.columns import batches
+from biped.ensemble.columns import batches, stored_rows
 from biped.ensemble.failures import FAILURES, files_of
 from biped.ensemble.guard import NAME as LOCK
 from biped.ensemble.guard import OF_SEARCHES, Lock, complaining, holds_something_else, numbered, same_runs, unusable
@@ -371,8 +371,6 @@ def result_in(folder: Path) -> dict[str, Any]:
         for where in (result["summary"], *result.get("runs", []), *result.get("points", [])):
             _complete(where)
     if "runs" not in result:
-        from biped.ensemble.columns import stored_rows
-
         result["runs"] = stored_rows(folder, read.summary.runs)
     return result
 

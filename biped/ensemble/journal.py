@@ -185,8 +185,6 @@ def key(of: dict[str, str]) -> str:
 
 def sources() -> str:
     """A short name of the present state of all compiled sources."""
-    from biped.base.kernels import digest
-
     return digest(PACKAGE)
 
 

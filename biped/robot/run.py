@@ -219,6 +219,4 @@ def visual_model(path: Path, scenario: Scenario) -> mujoco.MjModel:
 
         # Heights along the way are drawn by themselves.
         return compiled(path, structs.replace(scenario, ground=levelled(scenario.ground)), "torque")
-    from biped.robot.planar.build import compile_foreign
-
     return compile_foreign(path, scenario, visuals=True).model

@@ -23,7 +23,7 @@ from biped.scenario.gait import (
 )
 from biped.scenario.general import is_free, lay_under, leave_backstep, make_general, model_of, name_law, taken
 from biped.scenario.keys import Scenario
-from biped.scenario.laws import THESIS, check_form, is_card, own_law
+from biped.scenario.laws import THESIS, changed_since, check_form, digest, find_law, is_card, own_law
 from biped.scenario.overrides import lay_changes
 from biped.scenario.possible import possible, suits_seven_links
 from biped.scenario.valid import COMMAND_LINE, Fail, Origin, convert, known_keys
@@ -203,8 +203,6 @@ def _checked(data: dict[str, Any], keys: dict[str, Path], path: Path, looking: b
 
 def _law(scenario: Scenario, keys: dict[str, Path], path: Path, fail: Fail) -> dict[str, str]:
     """The scenario's law with the whole path of its file, and its digest."""
-    from biped.scenario.laws import changed_since, digest, find_law
-
     said_by = keys.get("law")
     law = find_law(scenario.law or "", None if said_by == COMMAND_LINE else (said_by or path).parent, fail)
     # A digest is of the law that was written beside it.

@@ -8,7 +8,7 @@ import numpy as np
 
 from biped.measure.pushes import PushInterval, pushes_of
 from biped.measure.trajectory import Trajectory
-from biped.robot.ground import box_of
+from biped.robot.ground import box_of, frame
 from biped.robot.planar.topology import THIGH
 from biped.robot.planar.tree import motion
 
@@ -30,8 +30,6 @@ def plumb(t: Trajectory) -> np.ndarray:
 
 def tilt(t: Trajectory) -> np.ndarray:
     """(3, 3) from the ground's frame to the world's, in which gravity is vertical."""
-    from biped.robot.ground import frame
-
     return frame(t.slope, t.side_slope).T
 
 

@@ -9,7 +9,7 @@ from biped.base.errors import InputError
 from biped.base.files import is_file, label
 from biped.base.writing import reason
 from biped.ensemble.backend import Told
-from biped.ensemble.folder import Folder
+from biped.ensemble.folder import Folder, result_in
 from biped.ensemble.guard import OF_SEARCHES
 from biped.ensemble.plan import Plan
 
@@ -71,8 +71,6 @@ def results_at(path: Path) -> dict[str, Any]:
         raise InputError(
             f"{path}: expected a results folder (with result.json); there are: {', '.join(known) or 'none'}"
         )
-    from biped.ensemble.folder import result_in
-
     return result_in(path)
 
 

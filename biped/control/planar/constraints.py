@@ -16,19 +16,7 @@ from biped.numerics.factor import (
     weigh_rows,
 )
 from biped.robot.planar.kinematics import bias_forces, point_row
-from biped.robot.planar.topology import (
-    ANKLE,
-    BASE,
-    HEEL,
-    HIP,
-    KNEE,
-    LEGS,
-    N_POINTS,
-    N_STOPS,
-    NQ,
-    PITCH,
-    STOP_ROW,
-)  # fmt: skip
+from biped.robot.planar.topology import ANKLE, BASE, HEEL, HIP, KNEE, LEGS, N_POINTS, N_STOPS, NQ, PITCH, STOP_ROW
 
 NO_ROW = -1
 

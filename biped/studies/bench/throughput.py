@@ -29,7 +29,7 @@ from biped.measure.metrics import measure
 from biped.measure.trajectory import Trajectory
 from biped.robot.run import Run
 from biped.scenario.reading import read_scenario
-from biped.studies.bench.parts import contact_costs, tick_parts
+from biped.studies.bench.parts import contact_costs, rigid_parts, tick_parts
 from biped.studies.bench.replay import bare, replay_of
 from biped.studies.bench.scenes import loop_of, robot_costs, scene_costs
 from biped.studies.regress.references import RecordedScenario, TickCost, digest, read, shipped, write
@@ -82,8 +82,6 @@ def tick_costs(name: str = "level_normal") -> dict[str, float]:
 
 def home_costs(name: str = "level_normal_generalized") -> dict[str, float]:
     """µs per control tick of a scenario in the home engine by part."""
-    from biped.studies.bench.parts import rigid_parts
-
     return rigid_parts(Plan(read_scenario(name)).run(0))
 
 
