@@ -11,11 +11,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from biped.base.statistics import wilson
+from biped.base.statistics import rank_correlation, wilson
 from biped.base.writing import dumps, write_text
 from biped.show.document import DOCS, Document, Paragraph, Table, filled, markdown
 from biped.show.standing import FILE as STANDARD
-from biped.studies.stability.disturbances import rank_correlation
 
 PAGE, TEMPLATE, DATA = DOCS / "atlas.md", DOCS / "atlas.in.md", DOCS / "atlas.json"
 PUSHES, RISES = ("push forward", "push backward"), ("step up", "step down")

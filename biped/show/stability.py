@@ -7,8 +7,9 @@ import numpy as np
 from biped.show.document import Block, Document, Heading, Items, Paragraph, Table, Words
 from biped.studies.stability import MeasuredGait, Studied
 from biped.studies.stability.basin import FELL, RETURNED, RETURNS, WALKS, Basin
-from biped.studies.stability.disturbances import PAIRS, STEPS, STRIDES, GaitSensitivity, Grown
+from biped.studies.stability.growth import PAIRS, STRIDES, Grown
 from biped.studies.stability.reference import Known
+from biped.studies.stability.sensitivity import STEPS, GaitSensitivity
 
 
 def document_of(studied: Studied) -> Document:

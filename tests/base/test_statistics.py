@@ -1,12 +1,14 @@
-"""Wilson's interval against published values."""
+"""Wilson's interval against published values; rank correlation beside that of scipy, and what its interval covers."""
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
+from scipy.stats import spearmanr
 
-from biped.base.statistics import Z95, enough_for, trials_as_narrow, wilson
+from biped.base.statistics import Z95, enough_for, rank_correlation, trials_as_narrow, wilson
 
 
 @pytest.mark.parametrize(
@@ -49,3 +51,15 @@ def test_trials_of_a_rare_event_as_narrow_as_an_interval_that_counting_them_gave
     rate, trials = 1e-4, 2_500_000
     factor = math.exp(Z95 * math.sqrt((1.0 - rate) / (rate * trials)))
     assert trials_as_narrow(rate, rate / factor, rate * factor) == pytest.approx(trials)
+
+
+def test_rank_correlation_is_scipys_and_its_interval_covers():
+    rng = np.random.default_rng(5)
+    a, b = rng.normal(size=14), rng.normal(size=14)
+    assert rank_correlation(list(a), list(b))[0] == pytest.approx(spearmanr(a, b)[0])
+    assert rank_correlation(list(a), list(np.exp(a))) == pytest.approx((1.0, 1.0, 1.0))
+    assert rank_correlation([math.inf, 1.0, 2.0, 3.0, 0.0], [5.0, 2.0, 3.0, 4.0, 1.0])[0] == pytest.approx(1.0)
+    true = 6.0 / math.pi * math.asin(0.3)  # of normal numbers with correlation 0.6
+    pairs = rng.multivariate_normal([0.0, 0.0], [[1.0, 0.6], [0.6, 1.0]], size=(400, 14))
+    held = sum(low <= true <= high for _, low, high in (rank_correlation(*one.T) for one in pairs))
+    assert 0.92 <= held / 400 <= 0.99

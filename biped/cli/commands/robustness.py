@@ -162,7 +162,8 @@ def stability_command(args: argparse.Namespace) -> int:
 def _small(args: argparse.Namespace) -> int:
     """Small disturbances of any walk: their growth, or what they do to its steps."""
     from biped.show.stability import growth_document, sensitivity_document
-    from biped.studies.stability.disturbances import growth, sensitivity
+    from biped.studies.stability.growth import growth
+    from biped.studies.stability.sensitivity import sensitivity
 
     if args.reference or args.basin or (args.growth and args.norm):
         raise InputError("stability: expected --growth or --norm, and with it neither --reference nor --basin")

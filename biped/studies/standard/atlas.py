@@ -11,7 +11,8 @@ from biped.base.writing import dumps, write_text
 from biped.ensemble.backend import Jobs, Progress, silent
 from biped.studies.entrants import PLAIN, Entrant, entrant_of
 from biped.studies.run import plan_of
-from biped.studies.stability.disturbances import growth, sensitivity
+from biped.studies.stability.growth import growth
+from biped.studies.stability.sensitivity import sensitivity
 from biped.studies.standard import FAMILY, standard
 from biped.studies.standard.search import digest_of
 

@@ -11,7 +11,7 @@ import pytest
 from biped.cli.main import main
 from biped.ensemble.campaign import simulate
 from biped.studies.run import plan_of
-from biped.studies.stability.disturbances import SIZES, STRIDES, _growth, states_of
+from biped.studies.stability.growth import SIZES, STRIDES, _growth, states_of
 
 
 def test_growth_of_a_geometric_sequence_is_its_ratio():

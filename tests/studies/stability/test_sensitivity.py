@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import json
-import math
 
 import numpy as np
 import pytest
-from scipy.stats import spearmanr
 
 from biped.cli.main import main
 from biped.ensemble.campaign import simulate
 from biped.studies.run import plan_of
-from biped.studies.stability import disturbances as studied
-from biped.studies.stability.disturbances import INDICATORS, _alternate, _norm, beyond_scatter, rank_correlation
+from biped.studies.stability import sensitivity as studied
+from biped.studies.stability.sensitivity import INDICATORS, _alternate, _norm, beyond_scatter
 from tests.cases import command
 
 
@@ -89,15 +87,3 @@ def test_on_a_stable_cycle_pushes_either_way_upset_steps_alike(capsys):
     assert main(["stability", "level_slow_generalized", "--norm", "--json"]) == 0
     forward, backward, *_ = json.loads(capsys.readouterr().out)["kinds"]
     assert forward["norm"] == pytest.approx(backward["norm"], rel=0.3)
-
-
-def test_rank_correlation_is_scipys_and_its_interval_covers():
-    rng = np.random.default_rng(5)
-    a, b = rng.normal(size=14), rng.normal(size=14)
-    assert rank_correlation(list(a), list(b))[0] == pytest.approx(spearmanr(a, b)[0])
-    assert rank_correlation(list(a), list(np.exp(a))) == pytest.approx((1.0, 1.0, 1.0))
-    assert rank_correlation([math.inf, 1.0, 2.0, 3.0, 0.0], [5.0, 2.0, 3.0, 4.0, 1.0])[0] == pytest.approx(1.0)
-    true = 6.0 / math.pi * math.asin(0.3)  # of normal numbers with correlation 0.6
-    pairs = rng.multivariate_normal([0.0, 0.0], [[1.0, 0.6], [0.6, 1.0]], size=(400, 14))
-    held = sum(low <= true <= high for _, low, high in (rank_correlation(*one.T) for one in pairs))
-    assert 0.92 <= held / 400 <= 0.99
