@@ -20,8 +20,7 @@ from scipy.optimize import least_squares, nnls
 from biped.base.jit import bound, kernel
 from biped.control.law import Setup
 from biped.control.observation import Observation
-from biped.robot.parts import above, belongs
-from biped.robot.posture import height_of
+from biped.robot.parts import above, belongs, height_of
 from biped.robot.robot import Robot
 from biped.robot.sole import points_of
 

@@ -7,8 +7,8 @@ from msgspec import structs
 
 from biped.measure.trajectory import Trajectory
 from biped.robot.load import starts_of
-from biped.robot.posture import Starts
 from biped.robot.run import Run
+from biped.robot.starts import Starts
 from biped.scenario.vary import stream
 from biped.scenario.world import Ground
 

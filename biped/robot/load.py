@@ -63,7 +63,7 @@ def starts_of(path: Path, robot: Robot, table: Described | None) -> RobotStarts:
         from biped.robot.planar.posture import PlanarStarts
 
         return PlanarStarts(path, robot.seven_links)
-    from biped.robot.posture import Starts
+    from biped.robot.starts import Starts
 
     return Starts(path, table or Described())
 

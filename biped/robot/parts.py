@@ -9,7 +9,7 @@ import numpy as np
 from biped.base.files import nearest
 from biped.base.typed import LARGEST
 from biped.robot.ground import GRAVITY
-from biped.robot.robot import Drive, FootParts
+from biped.robot.robot import Drive, FootParts, Robot
 from biped.scenario.robot import Described
 
 _PITCHES = 0.7
@@ -56,6 +56,11 @@ def places_of(data: mujoco.MjData, foot: FootParts) -> np.ndarray:
         data.xpos[body] + data.xmat[body].reshape(3, 3) @ place
         for body, place in zip(foot.on, foot.points, strict=True)
     ])  # fmt: skip
+
+
+def contact_points(data: mujoco.MjData, robot: Robot) -> np.ndarray:
+    """(P, 3) [m] contact points; of data with kinematics."""
+    return np.concatenate([places_of(data, foot) for foot in robot.feet])
 
 
 def leg_length(model: mujoco.MjModel, data: mujoco.MjData, base: int, foot: FootParts, other: FootParts) -> float:
@@ -170,6 +175,19 @@ def _moved(model: mujoco.MjModel, body: int) -> tuple[tuple[int, ...], bool] | N
     if len(joints) == 3 and len(places) == 3:
         return (places["x"], places["z"], places["pitch"]), True
     return None
+
+
+def base_places(model: mujoco.MjModel, robot: Robot) -> list[int]:
+    """Where the coordinates of the base's place stand in q: along x, y and z, in the plane along x and z."""
+    first = int(model.jnt_qposadr[model.body_jntadr[robot.base_number]])
+    if not robot.planar:
+        return [first, first + 1, first + 2]
+    return [int(model.jnt_qposadr[model.dof_jntid[column]]) for column in robot.moving_columns]
+
+
+def height_of(model: mujoco.MjModel, robot: Robot) -> int:
+    """Which coordinate lifts the base."""
+    return base_places(model, robot)[-1]
 
 
 def physics_of(model: mujoco.MjModel, faults: list[str]) -> None:

@@ -10,23 +10,8 @@ import numpy as np
 
 from biped.base.errors import InputError
 from biped.base.files import label, nearest
+from biped.robot import parts
 from biped.robot.holding import holds
-from biped.robot.parts import (
-    above,
-    base_of,
-    belongs,
-    drives_of,
-    ground_of,
-    leg_length,
-    other_planes,
-    own_masses,
-    pairs_of,
-    physics_of,
-    pitching,
-    places_of,
-    surroundings,
-    touches,
-)
 from biped.robot.robot import FootParts, Robot
 from biped.robot.safety import examine, packaged, tried
 from biped.robot.sole import FLAT, points_of
@@ -81,7 +66,7 @@ def _looked_at(file: str, modified: float, table: Described) -> Looked:
     notes: list[str] = []
     model = parsed(path, table, notes)[1]
     found = _recognised(path, model, table)
-    if found.robot is not None and (idle := other_planes(model, found.robot.ground)):
+    if found.robot is not None and (idle := parts.other_planes(model, found.robot.ground)):
         names = ", ".join(f"'{model.geom(g).name or g}'" for g in idle)
         notes.append(f"ground: '{model.geom(found.robot.ground).name}'; level planes of the same height touch nothing: "
                      f"{names}")  # fmt: skip
@@ -98,22 +83,22 @@ def _survives(path: Path, table: Described) -> None:
 def _recognised(path: Path, model: mujoco.MjModel, table: Described) -> Looked:
     faults: list[str] = []
     start = _start(model, table, faults)
-    physics_of(model, faults)
-    drives = drives_of(model, table, faults)
-    ground = ground_of(model, table, faults)
-    base = base_of(model, table, faults)
+    parts.physics_of(model, faults)
+    drives = parts.drives_of(model, table, faults)
+    ground = parts.ground_of(model, table, faults)
+    base = parts.base_of(model, table, faults)
     faults += holds(model, () if base is None else base[1])
     if base is None or ground is None:
         return Looked(None, tuple(faults))
     number, columns, planar = base
-    surroundings(model, number, ground, faults)
+    parts.surroundings(model, number, ground, faults)
     # A sole is seen where it lies flat: in the posture in which it has most points, the flattest of such.
     tried_out: list[tuple[tuple[int, float], list[str], tuple[FootParts, ...], mujoco.MjData]] = []
     for data in _postures(model, start):
         found: list[str] = []
         feet = _feet(model, data, number, ground, table, found)
         number_of_points = sum(len(foot.points) for foot in feet) - 1000 * len(found)
-        uneven = max((float(np.ptp(places_of(data, foot)[:, 2])) for foot in feet if foot.points), default=0.0)
+        uneven = max((float(np.ptp(parts.places_of(data, foot)[:, 2])) for foot in feet if foot.points), default=0.0)
         tried_out.append(((number_of_points, -round(uneven, 3)), found, feet, data))
     _, found, feet, data = max(tried_out, key=lambda one: one[0])
     faults += found
@@ -131,13 +116,13 @@ def _recognised(path: Path, model: mujoco.MjModel, table: Described) -> Looked:
         forward=tuple(turn[0].tolist()),
         top=_top(model, tried_out[0][3], number),
         bodies=tuple(model.body(i).name for i in range(1, model.nbody)),
-        masses=tuple(own_masses(model, number)[1:].tolist()),
+        masses=tuple(parts.own_masses(model, number)[1:].tolist()),
         q_names=_names(model, "q"),
         v_names=_names(model, "v"),
         drives=drives,
         feet=feet,
         ground=ground,
-        leg=table.leg or leg_length(model, data, number, feet[0], feet[1]),
+        leg=table.leg or parts.leg_length(model, data, number, feet[0], feet[1]),
         start=start,
         starts=tuple(model.key(i).name for i in range(model.nkey)),
         walked=table.walked,
@@ -171,9 +156,9 @@ def _postures(model: mujoco.MjModel, start: str) -> list[mujoco.MjData]:
 def _feet(
     model: mujoco.MjModel, data: mujoco.MjData, base: int, ground: int, table: Described, faults: list[str]
 ) -> tuple[FootParts, ...]:
-    pairs = pairs_of(model)
-    touching = [g for g in range(model.ngeom)
-                if belongs(model, int(model.geom_bodyid[g]), base) and touches(model, pairs, g, ground)]  # fmt: skip
+    pairs = parts.pairs_of(model)
+    ours = [g for g in range(model.ngeom) if parts.belongs(model, int(model.geom_bodyid[g]), base)]
+    touching = [g for g in ours if parts.touches(model, pairs, g, ground)]
     if not touching:
         faults.append("feet: no geom can touch the ground; expected contype and conaffinity that meet the ground's, or "
                       "<contact><pair geom1=… geom2=…/></contact>")  # fmt: skip
@@ -186,19 +171,19 @@ def _feet(
                           "with geoms, sites or bodies = […]")  # fmt: skip
             return ()
         groups.sort(key=lambda group: float(data.xpos[group[0], 1]))  # the right one first
-        parts = [(model.body(bodies[0]).name, [g for g in touching if model.geom_bodyid[g] in bodies], [])
-                 for bodies in groups]  # fmt: skip
+        feet = [(model.body(bodies[0]).name, [g for g in touching if model.geom_bodyid[g] in bodies], [])
+                for bodies in groups]  # fmt: skip
     else:
         if len(table.foot) != FEET:
             faults.append(f"feet: expected two tables [[robot.foot]], got {len(table.foot)}")
             return ()
-        parts = [_named(model, i, foot, touching, faults) for i, foot in enumerate(table.foot)]
-        if parts[0][0] == parts[1][0]:
-            faults.append(f"robot.foot[1].name: expected another name than that of the first foot, '{parts[0][0]}'")
-        if both := set(parts[0][1]) & set(parts[1][1]):
+        feet = [_named(model, i, foot, touching, faults) for i, foot in enumerate(table.foot)]
+        if feet[0][0] == feet[1][0]:
+            faults.append(f"robot.foot[1].name: expected another name than that of the first foot, '{feet[0][0]}'")
+        if both := set(feet[0][1]) & set(feet[1][1]):
             faults.append(f"robot.foot[1]: geom '{model.geom(min(both)).name}' is part of the first foot too; expected "
                           "each geom in one foot")  # fmt: skip
-    return tuple(_foot(model, data, base, *part, faults) for part in parts)
+    return tuple(_foot(model, data, base, *foot, faults) for foot in feet)
 
 
 def _lowest_bodies(model: mujoco.MjModel, data: mujoco.MjData, base: int, touching: Sequence[int]) -> list[list[int]]:
@@ -213,7 +198,7 @@ def _lowest_bodies(model: mujoco.MjModel, data: mujoco.MjData, base: int, touchi
     standing = sorted(body for body, z in low.items() if z < min(low.values()) + 0.5 * FLAT)
     groups: list[list[int]] = []
     for body in standing:
-        chain = above(model, body)
+        chain = parts.above(model, body)
         home = next((group for group in groups if group[0] in chain), None)
         groups.append([body]) if home is None else home.append(body)
     return groups
@@ -274,7 +259,7 @@ def _foot(
                 points.append(tuple((turn.T @ (place - data.xpos[body])).tolist()))
     if base in on:
         faults.append(f"foot '{name}': is the base itself; write [[robot.foot]] with what stands on the ground")
-    joints = pitching(model, data, base, on[0]) if on else ()
+    joints = parts.pitching(model, data, base, on[0]) if on else ()
     return FootParts(
         name=name, bodies=tuple(dict.fromkeys(on)), geoms=tuple(geoms), on=tuple(on), points=tuple(points),
         joints=joints, pitching=tuple(model.joint(j).name for j in joints),
@@ -293,7 +278,7 @@ def _top(model: mujoco.MjModel, data: mujoco.MjData, base: int) -> tuple[float, 
     high = max(
         float(data.geom_xpos[g, 2] + model.geom_rbound[g])
         for g in range(model.ngeom)
-        if belongs(model, int(model.geom_bodyid[g]), base)
+        if parts.belongs(model, int(model.geom_bodyid[g]), base)
     )
     up = high - float(data.xpos[base, 2])
     x, y, z = (up * data.xmat[base].reshape(3, 3)[2]).tolist()

@@ -14,7 +14,7 @@ from biped.ensemble.campaign import simulate
 from biped.ensemble.midwalk import TRIES, begun_walking
 from biped.ensemble.plan import Plan
 from biped.robot.load import starts_of
-from biped.robot.posture import contact_points
+from biped.robot.parts import contact_points
 from biped.robot.run import Run
 from biped.scenario.reading import read_scenario
 
