@@ -38,7 +38,7 @@ SHORTER = {
     r"^(certify|find) SCENARIO": r"\1 upright/own", r"^run FILE": "run robust/slope",
     r"^model FILE": "model my_robot.xml", r"--mcap FILE": "--mcap walk.mcap",
     r"--only 17": "--only 1", r"--reference 100": "--reference 2", r"--right 15": "--right 1",
-    r"--most 300": "--most 20", r"local:8": "local:1",
+    r"--most 300": "--most 20", r"local:8": "local:1", r"\$seed": "1",
     r"^bench (mechanisms|throughput|campaigns)$": r"bench \1 --quick", r"^bench policy": "bench policy --quick",
     r"^regress( --markdown)?$": r"regress ci/level\1",
     r"^regress --update": "regress ci/level --file mine.json --update",
@@ -59,7 +59,8 @@ MINUTES = (
     "bench campaigns", "bench campaigns --quick", "bench tolerances --out DIR", "bench walking --out figures",
     "stability --growth policy/h1", "stability calm/own", "stability level_slow_generalized",
     "stability robust/own --engine home --basin", "stability spatial/own --norm", "stability upright/own",
-    "tune ROBOT", "tune my_robot.xml", "tune my_robot.xml --out runs/mine", "tune my_robot.xml --stages 4",
+    "standard my_gait.toml --atlas --out runs/mine", "tune ROBOT", "tune my_robot.xml",
+    "tune my_robot.xml --out runs/mine", "tune my_robot.xml --stages 4",
     "tune my_robot.xml --search-only --stages 4 --without any/g1 --set seed=5 --out runs/mine_5",
     "tune my_robot.xml --without any/xbot --set seed=7 --out runs/mine",
     "tune tune/pushing --least calm", "tune tune/pushing --least calm --out back",
@@ -118,7 +119,7 @@ def short(command: str, furnish: Callable[[list[str]], None]) -> list[list[str]]
     for word in (PLACEHOLDERS.get(word, word) for word in shlex.split(command)):
         words += sorted(str(p.relative_to(ROOT)) for p in ROOT.glob(word)) if "*" in word else [word]
     words += [] if "--reference" in words else FEWER.get(words[0], [])
-    if words[0] == "standard" and "--test" not in words:
+    if words[0] == "standard" and not {"--test", "--atlas"} & set(words):
         words += ["--test", "push_forward"]
     furnish(words)
     args = parsed(words)
