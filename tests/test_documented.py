@@ -47,7 +47,7 @@ SCENARIOS = {
 }
 """Files of a reader's own that pages name without their text."""
 MODELS = ("my_robot.xml", "scene.xml", "other.xml", "g1.xml", "g1/scene_29dof.xml", "mine/r1/scene.xml", "R1_C++.xml")
-CARDS = ("walker.toml", "card.toml", "h1.toml", "g1.toml", "t1.toml")
+CARDS = ("walker.toml", "card.toml", "h1.toml", "g1.toml", "g1_policy.toml", "t1.toml")
 FOUND_BY_SEARCHES = ("gait.toml", "walk.toml")
 """Gaits of searches that take minutes, in folders."""
 LAWS = ("my_law.py", "law.py", "stand.py")
