@@ -86,6 +86,10 @@ _MOST_HEAD = 1_000_000
 _MEMORY = 256 << 20
 
 
+_WINDOW = 2**23
+"""[bytes] that the packer looks back at most. Packing takes 12 times as much memory, so short runs have less."""
+
+
 def save_packed(trajectory: Trajectory, path: Path) -> None:
     """Writes a trajectory.
 
@@ -97,7 +101,9 @@ def save_packed(trajectory: Trajectory, path: Path) -> None:
     parts = [json.dumps(about).encode() + b"\n"]
     parts += [_packed(trajectory.column(name).reshape(n, -1), name) for name in trajectory.columns if name != "time"]
     parts.append(_exact(trajectory.log[:, trajectory.width :]))
-    path.write_bytes(lzma.compress(b"".join(parts), preset=6))
+    data = b"".join(parts)
+    window = min(max(4096, 1 << len(data).bit_length()), _WINDOW)
+    path.write_bytes(lzma.compress(data, filters=[{"id": lzma.FILTER_LZMA2, "preset": 6, "dict_size": window}]))
 
 
 def load_packed(path: Path) -> Trajectory:

@@ -20,7 +20,7 @@ from biped.studies.run import plan_of
 from tests.cases import ENSEMBLE, write
 
 RUNS, PER_FILE, DIFFERENT = 1_000_000, 4_000, 100
-MOST = 500
+MOST = 450
 """[MB] of memory."""
 
 
