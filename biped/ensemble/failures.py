@@ -84,8 +84,6 @@ MOST_ROWS = 200_000
 """Of a file that is read: whoever sends one cannot make it fill the memory."""
 _MOST_HEAD = 1_000_000
 _MEMORY = 256 << 20
-
-
 _WINDOW = 2**23
 """[bytes] that the packer looks back at most. Packing takes 12 times as much memory, so short runs have less."""
 
