@@ -16,7 +16,7 @@ from biped.base.files import MOST_BYTES, URDF, folder, is_file, label, locate, m
 from biped.base.typed import LARGEST
 from biped.scenario.engines import ENGINES
 from biped.scenario.keys import Scenario, Simulation
-from biped.scenario.laws import BUILT_IN, THESIS, Keys, is_card, named_now
+from biped.scenario.laws import BUILT_IN, THESIS, Keys, is_card, named_now, own_law
 from biped.scenario.valid import Fail
 
 FILE = "file"
@@ -321,8 +321,9 @@ def taken(s: Scenario, fail: Fail) -> None:
         reads = (
             f"; of [{first.table}] it reads {', '.join(read[first.table]) or 'nothing'}" if first.table in ALL else ""
         )
+        hint = "; 'biped standard LAW --test SCENARIO' leaves out what is another law's" if own_law(s.law) else ""
         raise fail(first.dotted, f"expected {_written(first.default)}: {who} takes no notice of it on a robot of any "
-                   f"kind{nor}{reads}")  # fmt: skip
+                   f"kind{nor}{reads}{hint}")  # fmt: skip
     if s.law == THESIS and s.actuation.mode == "joint" and s.actuation.contacts != "pushing":
         raise fail("actuation.contacts", f"expected 'pushing', got '{s.actuation.contacts}': on a robot of any kind, "
                    "joint torques are those for ground that only pushes")  # fmt: skip

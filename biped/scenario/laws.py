@@ -6,6 +6,7 @@ Of the latter: which file it is, whether it may run, what it was when results we
 import ast
 import re
 import warnings
+from collections.abc import Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -86,6 +87,8 @@ def own_law(law: str | None) -> bool:
 LONGEST = 255
 """Letters of a file's name."""
 
+_NETWORK = re.compile(r"^network\s*=", re.MULTILINE)
+
 
 def check_form(text: str, fail: Fail) -> None:
     """Rejects a law that is neither the name of one nor has the form of a file's."""
@@ -117,7 +120,7 @@ def find_law(text: str, beside: Path | None, fail: Fail) -> str:
         if is_file(path):
             break
     else:
-        there = [str(p) for place in dict.fromkeys(places) for p in sorted(place.glob("*" + Path(file).suffix))]
+        there = cards_in(places) if card else [str(p) for place in dict.fromkeys(places) for p in place.glob("*.py")]
         raise fail(
             "law",
             f"no file '{safe(file)}'; expected a {'card' if card else 'Python file'}, relative to the "
@@ -131,6 +134,18 @@ def find_law(text: str, beside: Path | None, fail: Fail) -> str:
     if not trusted(path):
         raise fail("law", refusal(path))
     return f"{path.resolve()}:{name}"
+
+
+def cards_in(places: Sequence[Path]) -> list[str]:
+    """The policies' cards that the places hold, as a scenario names them: the files that name a network."""
+    shipped = folder("controllers")
+    files = [
+        path.relative_to(shipped) if place == shipped else path
+        for place in dict.fromkeys(places)
+        for path in sorted(place.rglob("*" + CARD) if place == shipped else place.glob("*" + CARD))
+        if _NETWORK.search(path.read_text(encoding="utf-8", errors="replace"))
+    ]
+    return [str(file) for file in files]
 
 
 def file_of(law: str) -> Path:
