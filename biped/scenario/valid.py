@@ -199,14 +199,20 @@ class Origin(NamedTuple):
         return InputError(f"{self.of(key)}: {key}: {what}")
 
     @contextmanager
-    def naming(self) -> Iterator[None]:
-        """Names the file in complaints about a key that come up after the scenario was read."""
+    def naming(self, table: str = "") -> Iterator[None]:
+        """Names the file in complaints about a key that come up after the scenario was read.
+
+        Args:
+            table: One whose keys are known by a complaint that begins with them.
+        """
         try:
             yield
         except InputError as error:
-            if error.key is None or self.file is None:
+            begins = table and re.match(rf"{table}[^:]*(?=: )", str(error))
+            key = begins[0] if begins else error.key
+            if key is None or self.file is None:
                 raise
-            raise InputError(f"{self.of(error.key)}: {error}") from error
+            raise InputError(f"{self.of(key)}: {error}") from error
 
 
 def table_of(data: Any, kind: type, name: str, origin: Origin) -> Any:

@@ -21,7 +21,7 @@ from biped.ensemble.guard import OF_RUNS
 from biped.ensemble.plan import Plan
 from biped.scenario.gains import GAINS, NOT_NEEDED, OUT_OF_PLANE
 from biped.scenario.gait import gait_settings, is_setting
-from biped.scenario.reading import read_scenario
+from biped.scenario.reading import read
 from biped.scenario.transitions import Transitions, transitions_of
 from biped.scenario.vary import ChangeOrigin, with_values
 from biped.studies.folders import folder_for
@@ -170,12 +170,13 @@ def tune(
     Raises:
         InputError: Something the user wrote cannot be used, or the folder's gait is not what the search found.
     """
-    scenario = read_scenario(name, changes)
-    stages = studies(scenario)  # complaints come before anything is written
-    places = beginnings(scenario, name, changes)
-    list(postured(stages[0]))
+    scenario, origin = read(name, changes)
+    with origin.naming("tune"):  # complaints come before anything is written
+        stages = studies(scenario)
+        places = beginnings(scenario, name, changes)
+        list(postured(stages[0]))
+        strategy(SearchSpace(stages[0].scenario, stages[0].gains), stages[0].tune, scenario.seed)
     title = title_of(name)
-    strategy(SearchSpace(stages[0].scenario, stages[0].gains), stages[0].tune, scenario.seed)
     began, cpu = time.perf_counter(), _cpu()
     with folder_for(out, title, Plan(scenario), foreign=OF_RUNS) as folder:
         search, found, journal, made = search_through(

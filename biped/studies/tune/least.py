@@ -13,7 +13,7 @@ from biped.ensemble.guard import OF_RUNS
 from biped.ensemble.plan import Plan
 from biped.scenario.gains import LACKED, OUT_OF_PLANE, Gains, number, single, with_numbers
 from biped.scenario.gait import read_gains
-from biped.scenario.reading import read_scenario
+from biped.scenario.reading import read
 from biped.studies.folders import finished, folder_for
 from biped.studies.run import title_of
 from biped.studies.tune import nothing_after
@@ -71,8 +71,9 @@ def least(
     Raises:
         InputError: There is nothing to put back, or the folder holds something else.
     """
-    scenario = read_scenario(name, changes)
-    study = Study(scenario)
+    scenario, whence = read(name, changes)
+    with whence.naming("tune"):
+        study = Study(scenario)
     origin, found = study.gains, read_gains(locate("controllers", gait, "--least"), Gains())
     names = different(origin, found)
     if not names:

@@ -131,14 +131,24 @@ def names_of(gains: Gains) -> list[str]:
     return [*GAINS, *(table for table in (*LACKED, *OUT_OF_PLANE) if getattr(gains, table) is not None)]
 
 
-def _gain_axes(tune: Tune, gains: Gains) -> list[Axis]:
-    known = names_of(gains)
-    axes = []
+def varied(tune: Tune, gains: Gains) -> list[str]:
+    """Names of the single numbers of a complete gait that a search may vary.
+
+    Raises:
+        InputError: The gait has no gain of a name in [tune].
+    """
+    known, found = names_of(gains), []
     for name in known if tune.gains is None else tune.gains:
         numbers = single([name]) if name.partition(".")[0] in known else []
         if not numbers or any(each not in single(known) for each in numbers):
             raise InputError(f"tune.gains: no gain '{name}'; {nearest(name.partition('.')[0], known)}")
-        axes += [_gain_axis(tune, each, number(gains, each)) for each in numbers if _means_something(gains, each)]
+        found += numbers
+    return found
+
+
+def _gain_axes(tune: Tune, gains: Gains) -> list[Axis]:
+    names = [name for name in varied(tune, gains) if _means_something(gains, name)]
+    axes = [_gain_axis(tune, name, number(gains, name)) for name in names]
     return [axis for axis in axes if not axis.log or axis.start > 0.0]
 
 

@@ -23,7 +23,7 @@ from biped.scenario.vary import ChangeOrigin, setting, with_values
 from biped.studies.folders import finished
 from biped.studies.tune.evaluate import Study, begun_with, with_gait, workers
 from biped.studies.tune.search import Record, Search, SearchResult, ended, good_enough
-from biped.studies.tune.search_space import Candidate, SearchSpace, key_axis, names_of
+from biped.studies.tune.search_space import Candidate, SearchSpace, key_axis, names_of, varied
 
 
 def studies(scenario: Scenario) -> list[Study]:
@@ -115,13 +115,13 @@ def _scenario_of(scenario: Scenario, number: int, stage: Stage) -> Scenario:
                              f"{key}.set: gains: expected in {key}.hold")  # fmt: skip
     if stage.add != LackedGains():
         scenario = with_gait(scenario, tune.change, _added(_begun(scenario), stage, f"{key}.add"))
-    varied = single(names_of(_begun(scenario)) if tune.gains is None else tune.gains)
+    names = varied(tune, _begun(scenario))
     part = replace(
         tune,
         stages=(),
         conditions=conditions,
         keys=tune.keys | stage.keys,
-        gains=tuple(name for name in varied if name not in stage.hold),
+        gains=tuple(name for name in names if name not in stage.hold),
         generations=stage.generations or tune.generations,
         spread=stage.spread or tune.spread,
         weights=stage.weights or tune.weights,

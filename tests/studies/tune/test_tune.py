@@ -7,6 +7,7 @@ import sys
 import tomllib
 
 import numpy as np
+import pytest
 
 from biped.base.typed import convert
 from biped.cli.main import main
@@ -25,6 +26,23 @@ def test_without_cma_the_extra_is_named(scenario_file, tmp_path, monkeypatch, ca
     monkeypatch.setitem(sys.modules, "cma", None)
     assert main(["tune", str(scenario_file), "--out", str(tmp_path / "out"), "--jobs", "1"]) == 2
     assert "pip install cma" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("keys", "words"), [
+    ('gains = ["theta_b", "nope"]', "tune.gains: no gain 'nope'"),
+    ('gains = ["k_d1", "k_d9"]\nstages = [{}, {}]', "tune.gains: no gain 'k_d9'; did you mean 'k_d"),
+    ("gains = []", "tune.gains: expected at least one gain or key"),
+    ("conditions.x.set.grund.slope = 3.0", "tune.conditions.x.set: grund: unknown key; did you mean 'ground'?"),
+    ('keys."ground.slope" = { min = 3.0, max = 1.0 }', 'tune.keys."ground.slope": expected min < max'),
+    ("stages = [{ conditions = ['levl'] }]", "tune.stages.0.conditions: no condition 'levl'; did you mean 'level'"),
+    ('begin = [{ controller = "calmer" }]', "tune.begin.0.controller: no controller 'calmer'; expected"),
+])  # fmt: skip
+def test_a_complaint_names_the_file_and_the_key(scenario_file, tmp_path, capsys, keys, words):
+    mine = tmp_path / "mine.toml"
+    mine.write_text(f'extends = "{scenario_file}"\n[tune]\n{keys}\n', encoding="utf-8")
+    assert main(["tune", str(mine), "--out", str(tmp_path / "out")]) == 2
+    assert f"mine.toml: {words}" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
 
 
 def test_same_scenario_same_gait_for_any_number_of_jobs(scenario_file, tmp_path, capsys):
