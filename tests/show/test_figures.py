@@ -15,7 +15,7 @@ from biped.ensemble.plan import Plan
 from biped.measure import signals
 from biped.robot.planar.tree import motion
 from biped.scenario.reading import read_scenario
-from biped.show.figures import curves, plot_ensemble, plot_run
+from biped.show.figures import curves, plot_ensemble, plot_run, strides
 from biped.show.figures.curves import body_rows, capsule, strobe
 from biped.show.figures.style import LEFT, RIGHT
 
@@ -43,9 +43,9 @@ def uphill():
 
 
 def test_files_are_pictures_small_enough_for_a_readme(pushed, tmp_path):
-    files = plot_run(pushed, tmp_path / "made" / "here", title="pushed", window=WINDOW)
+    files = plot_run(pushed, tmp_path / "made" / "here", title="pushed", window=(0.0, 2.5))
     assert [file.name for file in files] == [
-        "walk.png", "velocity.png", "torso.png", "phase.png", "loads.png", "push.png"
+        "walk.png", "velocity.png", "torso.png", "phase.png", "loads.png", "strides.png", "push.png"
     ]  # fmt: skip
     for file in files:
         assert file.stat().st_size < 200_000
@@ -62,6 +62,36 @@ def test_the_same_run_gives_the_same_bytes_and_no_push_figure_without_a_push(wal
     second = plot_run(walk, tmp_path / "b", title="walk", window=WINDOW)
     assert [file.read_bytes() for file in first] == [file.read_bytes() for file in second]
     assert "push.png" not in [file.name for file in first]
+
+
+def test_a_stride_goes_from_strike_to_strike_of_the_same_foot_and_flexion_is_positive(walk):
+    window = (0.0, 2.5)
+    found, rows = strides.strides(walk, window), dict.fromkeys(range(2))
+    for foot in rows:
+        rows[foot] = [row for row, which in walk.strikes if which == foot]
+    assert len(found) == sum(len(of) - 1 for of in rows.values()) > 0
+    leg = 0 if len(rows[0]) > 1 else 1
+    hip, knee, ankle = found[0]
+    first, last = rows[leg][:2]
+    angles = np.degrees(walk.joint_angles[:, 3 * leg : 3 * leg + 3])
+    assert np.allclose([hip[0], -knee[0], ankle[0]], angles[first])
+    assert np.allclose([hip[-1], -knee[-1], ankle[-1]], angles[last])
+    middle = np.argmin(abs(np.linspace(0, 100, last - first + 1) - 72.0))
+    assert knee[72] == pytest.approx(-angles[first + middle, 1], abs=1.0)
+    assert knee.max() > 30.0  # while it swings
+    assert hip.argmax() > 60
+    assert hip.max() > 15.0
+    assert not len(strides.strides(walk, (1.0, 1.1)))
+    assert strides.draw({"walk": walk}, "too short", (1.0, 1.1)) is None
+
+
+@pytest.mark.parametrize("joint", strides.PEOPLE)
+def test_people_pass_the_angles_that_are_named_and_their_stride_is_closed(joint):
+    curve = strides.of_people(joint)
+    for percent, degrees in strides.PEOPLE[joint]:
+        assert curve[percent] == pytest.approx(degrees, abs=1e-9)
+    assert curve[0] == pytest.approx(curve[100], abs=1e-9)
+    assert curve.max() <= max(degrees for _, degrees in strides.PEOPLE[joint]) + 1e-9
 
 
 def test_settings_do_not_leak(walk, tmp_path):

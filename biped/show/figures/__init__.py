@@ -18,7 +18,7 @@ from biped.measure.metrics.walking import TOLD_BY, kind_of
 from biped.measure.signals import finite
 from biped.measure.trajectory import Trajectory
 from biped.show.document import value_of
-from biped.show.figures import curves
+from biped.show.figures import curves, strides
 from biped.show.figures.curves import overlay, strike, strobe
 from biped.show.figures.style import JOINTS, PUSH, QUIET, SETTINGS, figure, make_folder, save
 
@@ -163,7 +163,7 @@ def plot_run(trajectory: Trajectory, folder: Path, *, title: str, window: tuple[
         window: [s] of steady walking.
 
     Returns:
-        The files: walk, velocity, torso, phase, loads, and push if there was one.
+        The files: walk, velocity, torso, phase, loads, strides if there was a whole one, and push if there was one.
 
     Raises:
         InputError: A file cannot be written.
@@ -178,6 +178,8 @@ def plot_run(trajectory: Trajectory, folder: Path, *, title: str, window: tuple[
             "phase": curves.phase(trajectory, title, window),
             "loads": curves.loads(trajectory, title, window),
         }
+        if (over_stride := strides.draw({title: trajectory}, title, window)) is not None:
+            drawn["strides"] = over_stride
         if trajectory.pushes:
             drawn["push"] = curves.push(trajectory, title)
         return [save(figure, folder / f"{name}.png") for name, figure in drawn.items()]

@@ -3,6 +3,7 @@
 `chapter3`: Figs 3.4 to 3.14 of the thesis from runs of this package, in the thesis's axes, to be laid side by side.
 `contact` (docs/results.md): double support, steps and alternation over the two numbers that decide when a foot is on
 the ground. `conventions` (docs/controllers.md): absolute angles, joint angles and rows of A with their signs.
+`strides` (docs/pushing.md): joint angles of gaits over a stride, beside people's.
 """
 
 from argparse import ArgumentParser
@@ -27,7 +28,7 @@ from biped.robot.robot import Robot
 from biped.scenario.keys import Scenario, Start
 from biped.scenario.reading import read_scenario
 from biped.show.document import DOCS
-from biped.show.figures import curves
+from biped.show.figures import curves, strides
 from biped.show.figures.curves import strobe
 from biped.show.figures.style import LEFT, QUIET, RIGHT, SETTINGS, TRUNK, figure, make_folder, save
 from biped.studies.run import plan_of
@@ -123,6 +124,8 @@ WALKS = {
     "human3d": ("spatial/own", "mujoco"), "h1 stands": ("any/h1", "mujoco"),
 }  # fmt: skip
 """Scenario and engine of each run that is shown."""
+STRIDES = {"whole": "upright/own", "gentle_robust": "upright/own", "human3d_whole": "spatial/own"}
+"""Scenario of each gait whose strides are drawn."""
 SHARES = np.geomspace(1e-4, 0.3, 36)
 """Of the weight."""
 SPELLS = np.arange(0.0, 0.151, 0.005)
@@ -289,9 +292,18 @@ def _rows(axes: Axes, at: Motion, robot: Robot) -> None:
     axes.text(-0.72, -0.2, "a positive normal force pushes the foot up", fontsize=8)
 
 
+def plot_strides(path: Path) -> None:
+    """Draws hip, knee and ankle of gaits over a stride, beside people's."""
+    walks = {gait: simulate(plan_of(name, [f"controller={gait}"]).run(0)) for gait, name in STRIDES.items()}
+    with matplotlib.rc_context(SETTINGS):
+        drawn = strides.draw(walks, "In the plane, and in space", (4.0, 10.0))
+        assert drawn is not None
+        save(drawn, path)
+
+
 FIGURES = {
     "chapter3": (plot_chapter3, "chapter3"), "contact": (plot_contact, "contact.png"),
-    "conventions": (plot_conventions, "conventions.png"),
+    "conventions": (plot_conventions, "conventions.png"), "strides": (plot_strides, "strides.png"),
 }  # fmt: skip
 """How each is drawn, and its place in docs/figures/."""
 
