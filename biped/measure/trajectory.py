@@ -6,8 +6,7 @@ velocities (`biped.measure.seven_links`).
 
 from __future__ import annotations
 
-import math
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -140,12 +139,36 @@ class Trajectory(Log):
         ).reshape(-1, 3, 3)  # fmt: skip
 
     @cached_property
+    def heading(self) -> np.ndarray:
+        """(n,) [rad] of the base, to the left positive, without jumps; 0 in the plane."""
+        return self.robot.heading(self.turn)
+
+    @cached_property
+    def course(self) -> np.ndarray:
+        """(n,) [rad] headings without the turning to and fro of each stride: means over the stride around each row.
+
+        (Feet are a step apart: seen from a torso that has turned by 7°, they are 7 cm further apart than they are.)
+        """
+        steps = [row for row, _ in self.strikes]
+        stride = 2 * round(float(np.median(np.diff(steps)))) if len(steps) > 2 else 1
+        stride = min(max(stride, 1), len(self))
+        total = np.concatenate([[0.0], np.cumsum(self.heading)])
+        first = np.clip(np.arange(len(self)) - stride // 2, 0, len(self) - stride)
+        return (total[first + stride] - total[first]) / stride
+
+    @cached_property
+    def way(self) -> np.ndarray:
+        """(n, 3) unit vectors along the ground in the direction of the course."""
+        return np.stack([np.cos(self.course), np.sin(self.course), np.zeros(len(self))], axis=1)
+
+    @cached_property
     def lean(self) -> np.ndarray:
-        """(n,) [rad] of the base from the vertical, forward positive."""
+        """(n,) [rad] of the base from the vertical, positive in the direction of the course."""
         up = -np.array(self.gravity) / np.linalg.norm(self.gravity)
-        forward = np.array([1.0, 0.0, 0.0]) - up[0] * up
+        forward = self.way - (self.way @ up)[:, None] * up
         axis = self.turn @ np.array(self.robot.upright)
-        return np.arctan2(axis @ forward / np.linalg.norm(forward), axis @ up)
+        ahead = np.einsum("ij,ij->i", axis, forward) / np.linalg.norm(forward, axis=1)
+        return np.arctan2(ahead, axis @ up)
 
     @cached_property
     def tilt(self) -> np.ndarray:
@@ -209,8 +232,10 @@ class Trajectory(Log):
 
     @property
     def joint_angles(self) -> np.ndarray:
-        """(n, 6) [rad] of hip, knee and ankle; right, then left."""
-        return joint_angles(self.figure, ends(self.robot, self.point), -self.lean - math.radians(self.slope))
+        """(n, 6) [rad] of hip, knee and ankle as seen from the side of the course; right, then left."""
+        seen = partial(_from_the_side, self.way)
+        trunk = seen((self.turn @ np.array(self.robot.upright))[:, None])[:, 0]
+        return joint_angles(seen(self.figure), seen(ends(self.robot, self.point)), _slant(trunk))
 
     @property
     def joint_rates(self) -> np.ndarray:
@@ -239,19 +264,18 @@ def mean_powers(forces: np.ndarray, rates: np.ndarray) -> np.ndarray:
     return forces[:-1] * 0.5 * (rates[:-1] + rates[1:])
 
 
-def joint_angles(figure: np.ndarray, end: np.ndarray, trunk: np.ndarray) -> np.ndarray:
+def joint_angles(joint: np.ndarray, point: np.ndarray, trunk: np.ndarray) -> np.ndarray:
     """(n, 6) [rad] of hip, knee and ankle as seen from the side; right, then left.
 
     They are the thesis's: hip θ1 − θ, knee θ2 − θ1 and ankle θ3 − θ2 + π/2, anticlockwise seen from the right. Those
     of seven links are their coordinates; of other robots they are between trunk, thigh, shank and foot.
 
     Args:
-        figure: (n, 7, 3) [m] hip, knee and ankle of each leg, and the trunk's upper end.
-        end: (n, 4, 3) [m] toe and heel of each foot.
+        joint: (n, 7, 2) [m] ahead and up: hip, knee and ankle of each leg, and the trunk's upper end.
+        point: (n, 4, 2) [m] toe and heel of each foot.
         trunk: (n,) [rad] of the trunk from the ground's normal, anticlockwise.
     """
-    joint, point = figure[..., [0, 2]], end[..., [0, 2]]
-    out = np.empty((len(figure), LEGS * SEGMENTS))
+    out = np.empty((len(joint), LEGS * SEGMENTS))
     for leg in range(LEGS):
         first = SEGMENTS * leg
         hip, knee, ankle = (joint[:, first + i] for i in range(SEGMENTS))
@@ -260,6 +284,11 @@ def joint_angles(figure: np.ndarray, end: np.ndarray, trunk: np.ndarray) -> np.n
         foot = np.unwrap(np.arctan2((toe - heel)[:, 1], (toe - heel)[:, 0]))
         out[:, first], out[:, first + 1], out[:, first + 2] = thigh - trunk, shank - thigh, foot - shank
     return out
+
+
+def _from_the_side(way: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """(n, k, 2) ahead along the way (n, 3), and up, of places or directions (n, k, 3)."""
+    return np.stack([np.einsum("ijk,ik->ij", places, way), places[..., 2]], axis=2)
 
 
 def _slant(along: np.ndarray) -> np.ndarray:

@@ -13,10 +13,8 @@ from biped.ensemble.plan import Plan
 from biped.measure.metrics import measure
 from biped.measure.metrics.gait import (
     bearing,
-    courses,
     extrapolated,
     foot_places,
-    headings,
     margin_of_stability,
     sideways,
 )
@@ -33,8 +31,8 @@ def walk():
 
 def test_the_course_is_straight_though_the_torso_turns(walk):
     inner = slice(1500, 3000)
-    assert np.ptp(np.degrees(headings(walk)[inner])) > 8.0
-    assert np.ptp(np.degrees(courses(walk)[inner])) < 3.0
+    assert np.ptp(np.degrees(walk.heading[inner])) > 8.0
+    assert np.ptp(np.degrees(walk.course[inner])) < 3.0
 
 
 def test_width_and_margin_are_across_the_way(walk):
@@ -59,7 +57,7 @@ def test_heading_is_that_of_the_last_stride_whenever_in_it_the_run_ends(walk):
     stride = 2 * round(np.median(np.diff([row for row, _ in walk.strikes])))
     ends = range(len(walk) - stride, len(walk) + 1, stride // 8)
     cut = [_until(walk, end) for end in ends]
-    faced = [np.degrees(headings(one)[-1]) for one in cut]
+    faced = [np.degrees(one.heading[-1]) for one in cut]
     found = [sideways(one, slice(1500, len(one)))["heading"] for one in cut]
     assert np.ptp(faced) > 8.0
     assert np.ptp(found) < 2.0
@@ -77,6 +75,33 @@ def test_veering_is_of_the_way_and_heading_of_the_torso(walk):
     assert aside["veering"] == pytest.approx(before["veering"] + 10.0, abs=1e-9)
     assert aside["heading"] == before["heading"]
     assert np.isnan(sideways(_until(walk, 1000), slice(500, 1000))["veering"]) == (walk.base[999, 0] < walk.robot.leg)
+
+
+def _turned(t, angle):
+    """The same walk in another direction."""
+    c, s = np.cos(angle), np.sin(angle)
+    turn, log = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]), t.log.copy()
+    for name in ("base", "point", "figure", "com", "com_velocity"):
+        first, shape = t.columns[name]
+        size = np.prod(shape)
+        places = log[:, first : first + (3 if name == "base" else size)].reshape(len(log), -1, 3)
+        log[:, first : first + 3 * places.shape[1]] = (places @ turn.T).reshape(len(log), -1)
+    first = t.columns["base"][0] + 3
+    w, x, y, z = log[:, first : first + 4].T.copy()
+    h, k = np.cos(0.5 * angle), np.sin(0.5 * angle)
+    log[:, first : first + 4] = np.stack([h * w - k * z, h * x - k * y, h * y + k * x, h * z + k * w], axis=1)
+    return replace(t, log=log)
+
+
+@pytest.mark.parametrize("angle", [0.7, -2.5])
+def test_joints_and_lean_are_seen_from_the_side_wherever_the_walk_goes(walk, angle):
+    other = _turned(walk, angle)
+    assert np.allclose(other.heading, walk.heading + angle)
+    assert np.allclose(other.joint_angles, walk.joint_angles, atol=1e-12)
+    assert np.allclose(other.lean, walk.lean, atol=1e-12)
+    before, after = measure(walk, (2.0, 3.9)), measure(other, (2.0, 3.9))
+    for name in ("torso_lean", "torso_sway", "stance_knee", "step_width", "margin_of_stability"):
+        assert after[name] == pytest.approx(before[name], abs=1e-9)
 
 
 @pytest.mark.parametrize("number", ["heading", "veering"])

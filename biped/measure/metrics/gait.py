@@ -124,7 +124,7 @@ def tracking(t: Trajectory, span: slice) -> dict[str, float]:
     if COMMANDED[0] not in t.signals:
         return {}
     asked = np.stack([t.signals[name][span] for name in COMMANDED], axis=1)
-    place, turn = t.base[span, :2], t.robot.heading(t.turn)[span]
+    place, turn = t.base[span, :2], t.heading[span]
     moved = np.diff(place, axis=0) / t.tick
     c, s = np.cos(turn[:-1]), np.sin(turn[:-1])
     done = np.stack(
@@ -241,25 +241,6 @@ def foot_places(t: Trajectory) -> np.ndarray:
     return np.stack([t.point[:, feet == i].mean(axis=1) for i in range(len(t.robot.feet))], axis=1)
 
 
-def headings(t: Trajectory) -> np.ndarray:
-    """(n,) [rad] heading of the base, to the left positive, without jumps."""
-    return t.robot.heading(t.turn)
-
-
-def courses(t: Trajectory) -> np.ndarray:
-    """(n,) [rad] headings without the turning to and fro of each stride: means over the stride around each row.
-
-    (Feet are a step apart: seen from a torso that has turned by 7°, they are 7 cm further apart than they are.)
-    """
-    way = headings(t)
-    steps = [row for row, _ in t.strikes]
-    stride = 2 * round(float(np.median(np.diff(steps)))) if len(steps) > 2 else 1
-    stride = min(max(stride, 1), len(way))
-    total = np.concatenate([[0.0], np.cumsum(way)])
-    first = np.clip(np.arange(len(way)) - stride // 2, 0, len(way) - stride)
-    return (total[first + stride] - total[first]) / stride
-
-
 def sideways(t: Trajectory, span: slice) -> dict[str, float]:
     """Step width, cross-over and margin of stability over a span of rows; heading, drift and veering of the whole run.
 
@@ -268,7 +249,7 @@ def sideways(t: Trajectory, span: slice) -> dict[str, float]:
     the x axis: a start in the middle of a stride faces aside. Which way it went is another number: one may walk
     straight and face aside, or face ahead and drift.
     """
-    course = courses(t)
+    course = t.course
     place, heading = foot_places(t)[span], course[span]
     # Which foot is the left one: the one that is left of the other over the window as a whole.
     aside = np.stack([-np.sin(heading), np.cos(heading)], axis=1)
@@ -325,7 +306,7 @@ def margin_of_stability(t: Trajectory, span: slice) -> float:
 
     The mean over steps of the least in each; of a robot that takes none, the least.
     """
-    heading = courses(t)
+    heading = t.course
     aside = np.stack([-np.sin(heading), np.cos(heading)], axis=1)
     reach = (t.point[:, :, :2] * aside[:, None]).sum(axis=2)
     at = (extrapolated(t) * aside).sum(axis=1)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from biped.measure.metrics.gait import extrapolated, foot_places, headings
+from biped.measure.metrics.gait import extrapolated, foot_places
 from biped.measure.pushes import declared
 from biped.measure.trajectory import Trajectory
 from biped.robot.ground import GRAVITY
@@ -70,7 +70,7 @@ def margins(t: Trajectory) -> np.ndarray:
     """
     standing = t.down[:, t.robot.of_foot].astype(bool)
     centre, place = extrapolated(t), t.point[:, :, :2]
-    angle, out = headings(t), []
+    angle, out = t.heading, []
     forward, left = (np.cos(angle), np.sin(angle)), (-np.sin(angle), np.cos(angle))
     for way in (np.stack(forward, axis=1), np.stack(left, axis=1)):
         at, reach = (centre * way).sum(axis=1), (place * way[:, None]).sum(axis=2)
@@ -124,7 +124,7 @@ def states_of(t: Trajectory, duration: float) -> np.ndarray:
     number = np.searchsorted(strikes[:, 0], rows, side="right")
     stands = np.concatenate([[0], strikes[:, 1]])[number]
     swings, pick = 1 - stands, np.arange(len(rows))
-    angle = headings(t)[rows]
+    angle = t.heading[rows]
     forward, left = np.stack([np.cos(angle), np.sin(angle)], axis=1), np.stack([-np.sin(angle), np.cos(angle)], axis=1)
     mirror = np.where(stands == 0, 1.0, -1.0)
 
@@ -253,7 +253,7 @@ def way_of(t: Trajectory) -> str:
     """How a run fell, in words that runs which fell alike have in common; empty of one that did not fall."""
     if t.end != "fell":
         return ""
-    speed = t.com_velocity[-1, :2] @ np.stack([(c := np.cos(headings(t)[-1]), s := np.sin(headings(t)[-1])), (-s, c)]).T
+    speed = t.com_velocity[-1, :2] @ np.stack([(c := np.cos(t.heading[-1]), s := np.sin(t.heading[-1])), (-s, c)]).T
     names = ("forward", "back") if abs(speed[0]) >= abs(speed[1]) else ("to the left", "to the right")
     whither = names[int(speed[int(abs(speed[0]) < abs(speed[1]))] < 0.0)]
     if len(t.strikes) < 3:

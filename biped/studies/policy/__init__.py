@@ -15,7 +15,6 @@ from biped.control.card import Networked, Walker
 from biped.engines.mujoco import simulate
 from biped.engines.plant import MujocoPlant
 from biped.ensemble.plan import Plan
-from biped.measure.metrics.gait import headings
 from biped.measure.trajectory import Trajectory
 from biped.robot.robot import Robot
 from biped.robot.run import Factory, Run
@@ -307,7 +306,7 @@ def _followed(name: str, command: Asked, t: Trajectory, other: Trajectory | None
 def _velocity(t: Trajectory) -> np.ndarray:
     """(3,) mean velocity forward, to the left [m/s] and about z [rad/s]."""
     late = t.time > SETTLED
-    way, turning = headings(t)[late], np.diff(headings(t)[late]).mean() / t.tick
+    way, turning = t.heading[late], np.diff(t.heading[late]).mean() / t.tick
     moved = np.diff(t.base[late, :2], axis=0) / t.tick
     c, s = np.cos(way[:-1]), np.sin(way[:-1])
     forward, left = float((c * moved[:, 0] + s * moved[:, 1]).mean()), float((c * moved[:, 1] - s * moved[:, 0]).mean())

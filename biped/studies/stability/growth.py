@@ -15,7 +15,6 @@ from biped.ensemble.backend import Jobs
 from biped.ensemble.campaign import simulate
 from biped.ensemble.executor import mapped
 from biped.ensemble.plan import Plan
-from biped.measure.metrics.gait import headings
 from biped.measure.trajectory import Trajectory
 from biped.robot.ground import GRAVITY
 from biped.scenario.vary import stream
@@ -108,7 +107,7 @@ def states_of(t: Trajectory) -> np.ndarray:
     leg = t.robot.leg
     time, speed = math.sqrt(leg / GRAVITY), math.sqrt(leg * GRAVITY)
     gravity = np.array(t.gravity) / np.linalg.norm(t.gravity)
-    angle = headings(t)
+    angle = t.heading
     c, s, (x, y, z) = np.cos(angle), np.sin(angle), t.com_velocity.T
     about = list(t.robot.turning_columns)
     joints = [i for i in range(t.v.shape[1]) if i not in t.robot.base_columns]
