@@ -72,7 +72,7 @@ _ALL = (
            "on the feet, torso within 0.1 m of its mean place, upright", "count"),
     Metric("time", "s", "simulated"),
     Metric("distance", "m", "travelled by the torso along the ground"),
-    Metric("speed", "m/s", "mean over the window", table="head", better="more"),
+    Metric("speed", "m/s", "mean over the window, along x", table="head", better="more"),
     Metric("speed_std", "m/s", "standard deviation of the torso's forward velocity over the window", table="engines",
            better="less"),
     Metric("froude", "", "speed / sqrt(g leg length)", table="run"),

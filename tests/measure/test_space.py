@@ -100,7 +100,7 @@ def test_joints_and_lean_are_seen_from_the_side_wherever_the_walk_goes(walk, ang
     assert np.allclose(other.joint_angles, walk.joint_angles, atol=1e-12)
     assert np.allclose(other.lean, walk.lean, atol=1e-12)
     before, after = measure(walk, (2.0, 3.9)), measure(other, (2.0, 3.9))
-    for name in ("torso_lean", "torso_sway", "stance_knee", "step_width", "margin_of_stability"):
+    for name in ("torso_lean", "torso_sway", "stance_knee", "step_length", "step_width", "margin_of_stability"):
         assert after[name] == pytest.approx(before[name], abs=1e-9)
 
 

@@ -35,9 +35,9 @@ def travelled(t: Trajectory, span: slice) -> float:
 
 
 def heels(t: Trajectory, rows: np.ndarray) -> np.ndarray:
-    """(m, 2) [m] places of the heels along the ground in some rows: the middle of the rear half of a foot's points."""
+    """(m, 2) [m] places of the heels along the course in some rows: the middle of the rear half of a foot's points."""
     feet, rear = t.robot.of_foot, along_feet(t.robot) < 0.5
-    place = t.point[rows, :, 0]
+    place = np.einsum("ijk,ik->ij", t.point[rows], t.way[rows])
     return np.stack([place[:, (feet == foot) & rear].mean(axis=1) for foot in range(len(t.robot.feet))], axis=1)
 
 
