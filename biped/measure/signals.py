@@ -95,7 +95,7 @@ def cost_of_transport(t: Trajectory) -> np.ndarray:
     Powers are of all that acts, the torso's share of generalized forces included; d is along the ground.
     """
     work = np.concatenate([[0.0], np.cumsum(np.abs(t.net_power))]) * t.tick
-    distance = np.abs(t.x - t.x[0])
+    distance = np.hypot(t.x - t.x[0], t.y - t.y[0])
     far = np.where(distance < _STARTED, np.nan, distance)
     return work / (t.mass * GRAVITY * far)
 

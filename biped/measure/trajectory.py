@@ -125,8 +125,11 @@ class Trajectory(Log):
 
     @property
     def forward_speed(self) -> np.ndarray:
-        """(n,) [m/s] of the base, along the ground."""
-        return self.v[:, self.robot.base_columns[0]]
+        """(n,) [m/s] of the base, along the course."""
+        ahead = self.v[:, self.robot.base_columns[0]]
+        if self.robot.planar:
+            return ahead
+        return self.way[:, 0] * ahead + self.way[:, 1] * self.v[:, self.robot.base_columns[1]]
 
     @cached_property
     def turn(self) -> np.ndarray:

@@ -19,6 +19,7 @@ from biped.measure.metrics.gait import (
     sideways,
 )
 from biped.measure.metrics.walking import outcome_of
+from biped.measure.signals import cost_of_transport
 from biped.scenario.reading import read_scenario
 
 
@@ -81,8 +82,8 @@ def _turned(t, angle):
     """The same walk in another direction."""
     c, s = np.cos(angle), np.sin(angle)
     turn, log = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]), t.log.copy()
-    for name in ("base", "point", "figure", "com", "com_velocity"):
-        first, shape = t.columns[name]
+    for name in ("base", "point", "figure", "com", "com_velocity", "v"):
+        first, shape = t.columns[name] if name != "v" else (t.columns["v"][0] + t.robot.base_columns[0], 3)
         size = np.prod(shape)
         places = log[:, first : first + (3 if name == "base" else size)].reshape(len(log), -1, 3)
         log[:, first : first + 3 * places.shape[1]] = (places @ turn.T).reshape(len(log), -1)
@@ -99,8 +100,10 @@ def test_joints_and_lean_are_seen_from_the_side_wherever_the_walk_goes(walk, ang
     assert np.allclose(other.heading, walk.heading + angle)
     assert np.allclose(other.joint_angles, walk.joint_angles, atol=1e-12)
     assert np.allclose(other.lean, walk.lean, atol=1e-12)
+    assert np.allclose(other.forward_speed, walk.forward_speed, atol=1e-12)
+    assert np.allclose(cost_of_transport(other), cost_of_transport(walk), equal_nan=True)
     before, after = measure(walk, (2.0, 3.9)), measure(other, (2.0, 3.9))
-    for name in ("torso_lean", "torso_sway", "stance_knee", "step_length", "step_width", "margin_of_stability"):
+    for name in ("torso_lean", "torso_sway", "stance_knee", "step_length", "speed_std", "step_width", "margin_of_stability"):
         assert after[name] == pytest.approx(before[name], abs=1e-9)
 
 
