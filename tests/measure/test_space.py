@@ -103,7 +103,8 @@ def test_joints_and_lean_are_seen_from_the_side_wherever_the_walk_goes(walk, ang
     assert np.allclose(other.forward_speed, walk.forward_speed, atol=1e-12)
     assert np.allclose(cost_of_transport(other), cost_of_transport(walk), equal_nan=True)
     before, after = measure(walk, (2.0, 3.9)), measure(other, (2.0, 3.9))
-    for name in ("torso_lean", "torso_sway", "stance_knee", "step_length", "speed_std", "step_width", "margin_of_stability"):
+    names = "torso_lean", "torso_sway", "stance_knee", "step_length", "speed_std", "step_width", "margin_of_stability"
+    for name in names:
         assert after[name] == pytest.approx(before[name], abs=1e-9)
 
 
