@@ -1,6 +1,6 @@
 """Recognises the robot in a model file: base, feet, actuators; every fault at once, each with what to write."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
@@ -164,11 +164,12 @@ def _feet(
                       "<contact><pair geom1=… geom2=…/></contact>")  # fmt: skip
         return ()
     if not table.foot:
-        groups = _lowest_bodies(model, data, base, touching)
+        low = _lowest_points(model, data, base, touching)
+        groups = _lowest_bodies(model, low)
         if len(groups) != FEET:
             names = ", ".join(model.body(group[0]).name for group in groups) or "none"
-            faults.append(f"feet: expected two, recognised {len(groups)} ({names}); write [[robot.foot]] twice, each "
-                          "with geoms, sites or bodies = […]")  # fmt: skip
+            faults.append(f"feet: expected two, recognised {len(groups)} ({names}){_next_above(model, low, groups)}; "
+                          "write [[robot.foot]] twice, each with geoms, sites or bodies = […]")  # fmt: skip
             return ()
         groups.sort(key=lambda group: float(data.xpos[group[0], 1]))  # the right one first
         feet = [(model.body(bodies[0]).name, [g for g in touching if model.geom_bodyid[g] in bodies], [])
@@ -186,15 +187,20 @@ def _feet(
     return tuple(_foot(model, data, base, *foot, faults) for foot in feet)
 
 
-def _lowest_bodies(model: mujoco.MjModel, data: mujoco.MjData, base: int, touching: Sequence[int]) -> list[list[int]]:
-    """Bodies that stand on the ground in the start, those on one chain together."""
-    low = {}
+def _lowest_points(
+    model: mujoco.MjModel, data: mujoco.MjData, base: int, touching: Sequence[int]
+) -> dict[int, float]:
+    """[m] how low bodies reach that can touch the ground, without the base."""
+    low: dict[int, float] = {}
     for geom in touching:
         body = int(model.geom_bodyid[geom])
         if body != base:
             low[body] = min(low.get(body, np.inf), float(points_of(model, data, geom)[:, 2].min()))
-    if not low:
-        return []
+    return low
+
+
+def _lowest_bodies(model: mujoco.MjModel, low: Mapping[int, float]) -> list[list[int]]:
+    """Bodies that stand on the ground in the start, those on one chain together."""
     standing = sorted(body for body, z in low.items() if z < min(low.values()) + 0.5 * FLAT)
     groups: list[list[int]] = []
     for body in standing:
@@ -202,6 +208,19 @@ def _lowest_bodies(model: mujoco.MjModel, data: mujoco.MjData, base: int, touchi
         home = next((group for group in groups if group[0] in chain), None)
         groups.append([body]) if home is None else home.append(body)
     return groups
+
+
+def _next_above(model: mujoco.MjModel, low: Mapping[int, float], groups: Sequence[Sequence[int]]) -> str:
+    """What is said of the other leg where one foot alone is on the ground: legs differ, or it starts on one of them."""
+    if len(groups) != 1:
+        return ""
+    first = groups[0][0]
+    others = [body for body in low if first not in parts.above(model, body) and body not in parts.above(model, first)]
+    if not others:
+        return ""
+    body = min(others, key=low.__getitem__)
+    higher = low[body] - min(low.values())
+    return f", and of the other leg '{model.body(body).name}' is lowest, {higher:.3g} m above it in the start"
 
 
 def _named(
