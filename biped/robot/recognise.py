@@ -187,9 +187,7 @@ def _feet(
     return tuple(_foot(model, data, base, *foot, faults) for foot in feet)
 
 
-def _lowest_points(
-    model: mujoco.MjModel, data: mujoco.MjData, base: int, touching: Sequence[int]
-) -> dict[int, float]:
+def _lowest_points(model: mujoco.MjModel, data: mujoco.MjData, base: int, touching: Sequence[int]) -> dict[int, float]:
     """[m] how low bodies reach that can touch the ground, without the base."""
     low: dict[int, float] = {}
     for geom in touching:

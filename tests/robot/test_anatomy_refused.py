@@ -220,7 +220,7 @@ def twice(spec: mujoco.MjSpec) -> None:
     (one_leg, "feet: expected two, recognised 1 (right_foot)"),
     (third_leg, "feet: expected two, recognised 3 (left_foot, right_foot, middle_leg)"),
     (bare, "feet: no geom can touch the ground"),
-    (unequal, "feet: expected two, recognised 1 (left_foot), and of the other leg 'right_foot' is lowest, 0.1 m above it"),
+    (unequal, "recognised 1 (left_foot), and of the other leg 'right_foot' is lowest, 0.1 m above it in the start"),
     (held, "base: nothing moves freely; write <freejoint/> in body 'pelvis'"),
     (limp, "actuators: none"),
     (idle, "actuator 'right_knee': gear 0 moves nothing"),
