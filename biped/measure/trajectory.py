@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     import mujoco
 
 
+UP = 2
+"""The axis across the ground."""
+
+
 class Trajectory(Log):
     """One run."""
 
@@ -126,10 +130,8 @@ class Trajectory(Log):
     @property
     def forward_speed(self) -> np.ndarray:
         """(n,) [m/s] of the base, along the course."""
-        ahead = self.v[:, self.robot.base_columns[0]]
-        if self.robot.planar:
-            return ahead
-        return self.way[:, 0] * ahead + self.way[:, 1] * self.v[:, self.robot.base_columns[1]]
+        along = [axis for axis in self.robot.base_axes if axis < UP]
+        return np.einsum("ij,ij->i", self.way[:, along], self.v[:, list(self.robot.base_columns[: len(along)])])
 
     @cached_property
     def turn(self) -> np.ndarray:

@@ -209,7 +209,7 @@ def _lowest_bodies(model: mujoco.MjModel, low: Mapping[int, float]) -> list[list
 
 
 def _next_above(model: mujoco.MjModel, low: Mapping[int, float], groups: Sequence[Sequence[int]]) -> str:
-    """What is said of the other leg where one foot alone is on the ground: legs differ, or it starts on one of them."""
+    """Says how far the other leg hangs above the ground where one foot alone is on it: legs differ, or it is lifted."""
     if len(groups) != 1:
         return ""
     first = groups[0][0]

@@ -15,7 +15,7 @@ from biped.scenario.metrics import METRICS
 from biped.show.document import DOCS, Document, Line, Paragraph, Table, Words, markdown, replaced
 
 FILE = "standard.json"
-PAGES = "standard", "pushing", "robot", "three-d"
+PAGES = "standard", "pushing", "robot", "three-d", "engines"
 """Pages of docs/ that have tables of this kind; their data are beside them."""
 _OF = {"weight": "m g", "leg": "l", "si": ""}
 
