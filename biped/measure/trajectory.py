@@ -20,10 +20,6 @@ if TYPE_CHECKING:
     import mujoco
 
 
-UP = 2
-"""The axis across the ground."""
-
-
 class Trajectory(Log):
     """One run."""
 
@@ -130,8 +126,8 @@ class Trajectory(Log):
     @property
     def forward_speed(self) -> np.ndarray:
         """(n,) [m/s] of the base, along the course."""
-        along = [axis for axis in self.robot.base_axes if axis < UP]
-        return np.einsum("ij,ij->i", self.way[:, along], self.v[:, list(self.robot.base_columns[: len(along)])])
+        level = list(self.robot.moving_columns[:-1])
+        return np.einsum("ij,ij->i", self.way[:, : len(level)], self.v[:, level])
 
     @cached_property
     def turn(self) -> np.ndarray:
@@ -165,6 +161,11 @@ class Trajectory(Log):
     def way(self) -> np.ndarray:
         """(n, 3) unit vectors along the ground in the direction of the course."""
         return np.stack([np.cos(self.course), np.sin(self.course), np.zeros(len(self))], axis=1)
+
+    @cached_property
+    def aside(self) -> np.ndarray:
+        """(n, 2) unit vectors along the ground to the left of the course."""
+        return np.stack([-self.way[:, 1], self.way[:, 0]], axis=1)
 
     @cached_property
     def lean(self) -> np.ndarray:

@@ -249,11 +249,9 @@ def sideways(t: Trajectory, span: slice) -> dict[str, float]:
     the x axis: a start in the middle of a stride faces aside. Which way it went is another number: one may walk
     straight and face aside, or face ahead and drift.
     """
-    course = t.course
-    place, heading = foot_places(t)[span], course[span]
+    place = foot_places(t)[span]
     # Which foot is the left one: the one that is left of the other over the window as a whole.
-    aside = np.stack([-np.sin(heading), np.cos(heading)], axis=1)
-    across = ((place[:, 1, :2] - place[:, 0, :2]) * aside).sum(axis=1)
+    across = ((place[:, 1, :2] - place[:, 0, :2]) * t.aside[span]).sum(axis=1)
     sign = 1.0 if float(np.median(across)) >= 0.0 else -1.0
     widths = [sign * float(across[row - span.start]) for row, _ in t.strikes_in(span)]
     ahead, drift = (t.base[-1, :2] - t.base[0, :2]).tolist()
@@ -261,7 +259,7 @@ def sideways(t: Trajectory, span: slice) -> dict[str, float]:
     return {
         "step_width": mean_of(widths),
         "cross_over": mean_of([width < 0.0 for width in widths]),
-        "heading": math.degrees(float(course[-1])),
+        "heading": math.degrees(float(t.course[-1])),
         "drift": drift,
         "veering": math.degrees(math.atan2(drift, ahead)) if went else math.nan,
         "margin_of_stability": margin_of_stability(t, span),
@@ -306,10 +304,8 @@ def margin_of_stability(t: Trajectory, span: slice) -> float:
 
     The mean over steps of the least in each; of a robot that takes none, the least.
     """
-    heading = t.course
-    aside = np.stack([-np.sin(heading), np.cos(heading)], axis=1)
-    reach = (t.point[:, :, :2] * aside[:, None]).sum(axis=2)
-    at = (extrapolated(t) * aside).sum(axis=1)
+    reach = (t.point[:, :, :2] * t.aside[:, None]).sum(axis=2)
+    at = (extrapolated(t) * t.aside).sum(axis=1)
     touching = bearing(t)
     left = np.where(touching, reach, -np.inf).max(axis=1) - at
     right = at - np.where(touching, reach, np.inf).min(axis=1)
@@ -320,7 +316,7 @@ def margin_of_stability(t: Trajectory, span: slice) -> float:
     if single[span].any():
         # On one foot only its outer edge bounds it: beyond the inner one the other foot comes down.
         foot = np.argmax(standing, axis=1)
-        middle = (foot_places(t)[:, :, :2] * aside[:, None]).sum(axis=2)
+        middle = (foot_places(t)[:, :, :2] * t.aside[:, None]).sum(axis=2)
         outer_left = np.take_along_axis(middle, foot[:, None], 1)[:, 0] > middle.mean(axis=1)
         margin = np.where(single, np.where(outer_left, left, right), margin)
     cuts = [span.start, *(row for row, _ in t.strikes if span.start < row < span.stop), span.stop]
