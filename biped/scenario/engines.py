@@ -18,6 +18,7 @@ class Engine(NamedTuple):
         own_clock: Whether its contacts need two of its steps within `ground.contact_time`.
         seat: Whether a biped can sit in it.
         uniform: Why its contacts are the same wherever they are; empty: they can differ.
+        approximations: Of its contacts, by `simulation.approximation`; the first is what every engine is left to do.
         library: Name of the package that it needs besides biped's own, on whose version its last digits depend.
     """
 
@@ -28,6 +29,7 @@ class Engine(NamedTuple):
     own_clock: bool = False
     seat: bool = False
     uniform: str = ""
+    approximations: tuple[str, ...] = ("sap",)
     library: str = ""
 
 
@@ -36,7 +38,8 @@ ENGINES: dict[str, Engine] = {
     HOME: Engine("biped.engines.home", "the thesis's own rigid contacts", any_robot=False, rigid=True,
                  uniform="contacts are rigid, with friction without limit"),
     DRAKE: Engine("biped.engines.drake", "Drake's compliant contacts (SAP), which no gait here was searched in",
-                  uniform="friction and stiffness belong to bodies, not to places", library="drake"),
+                  uniform="friction and stiffness belong to bodies, not to places", approximations=("sap", "lagged"),
+                  library="drake"),
 }  # fmt: skip
 
 

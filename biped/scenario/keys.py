@@ -149,6 +149,8 @@ class Simulation(Section, frozen=True):
         iterations: Most iterations of MuJoCo's solver in a step.
         ls_iterations: Most iterations of its line search.
         solver: MuJoCo's.
+        approximation: Drake's of its contacts: `sap`, one convex problem; or `lagged`, with Coulomb's friction where a
+            point slides, from the normal force at a step's beginning ([engines](engines.md#feet-that-land-sliding)).
         physics: Where what is not said here comes from: `scenario`, the defaults of these keys; or the model's `file`:
             time step, integrator, solver, cone, contacts and friction are what its MJCF says (MuJoCo's defaults where
             it says nothing), and the law is asked at every step. Of robots of any kind.
@@ -163,6 +165,7 @@ class Simulation(Section, frozen=True):
     iterations: Annotated[int, Meta(ge=1, le=10_000)] = 100
     ls_iterations: Annotated[int, Meta(ge=1, le=10_000)] = 50
     solver: Literal["Newton", "CG", "PGS"] = "Newton"
+    approximation: Literal["sap", "lagged"] = "sap"
     physics: Literal["scenario", "file"] = "scenario"
 
 

@@ -63,6 +63,9 @@ def possible(s: Scenario, fail: Fail) -> None:
     _follow_one_another(s, fail)
     _ramps(s, fail)
     _seat(s, fail)
+    if s.simulation.approximation not in ENGINES[s.engine].approximations:
+        raise fail("simulation.approximation", f"expected 'sap': the engine '{s.engine}' has no other; this one needs "
+                   "engine = 'drake'")  # fmt: skip
     start, end = s.interval
     for key, given in (("window.start", s.window.start), ("window.end", s.window.end)):
         if given is not None and given > s.duration:

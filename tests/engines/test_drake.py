@@ -212,6 +212,51 @@ def test_a_sliding_ball_meets_the_friction_that_mujoco_gives_it(more, friction):
     assert -x[20:] == pytest.approx(friction * z[20:], rel=1e-3)
 
 
+def block(time, ratio, friction, approximation, timestep, gravity=-9.81):
+    """A ball of 5 kg that cannot roll."""
+    contact = f'solref="{time} {ratio}" friction="{friction} 0 0"'
+    text = f"""<mujoco><option timestep="{timestep}" gravity="0 0 {gravity}"/><worldbody>
+      <geom type="plane" size="0 0 1" {contact}/><body name="ball" pos="0 0 0.1"><joint type="slide" axis="1 0 0"/>
+      <joint type="slide" axis="0 0 1"/><geom size="0.1" mass="5" {contact}/></body></worldbody></mujoco>"""
+    model = mujoco.MjModel.from_xml_string(text)
+    return Stepper(model, run_of("any/humanoid").robot, True, "ball", approximation=approximation)
+
+
+@pytest.mark.parametrize("time", [0.004, 0.02])
+def test_what_slides_is_lifted_unless_friction_lags(time):
+    """One convex problem has what slides at v rise by friction · v; what lags has it stay where its weight presses."""
+    rise = {}
+    for approximation in ("sap", "lagged"):
+        one = block(time, 1.0, 1.0, approximation, 0.001)
+        one.q[1], one.v[0] = -9.81 * time**2, 2.0
+        heights = []
+        for _ in range(40):
+            one.step()
+            heights.append(one.q[1] + 9.81 * time**2)
+        rise[approximation] = max(heights)
+    assert one.v[0] == pytest.approx(2.0 - 9.81 * 0.04, abs=1e-3)
+    assert rise["sap"] > 0.003
+    assert abs(rise["lagged"]) < 1e-5
+
+
+@pytest.mark.parametrize(("time", "ratio", "timestep"), [
+    (0.01, 0.1, 1e-4), (0.01, 0.4, 1e-4), (0.02, 1.0, 1e-3), (0.02, 1.0, 1e-4), (0.004, 1.0, 1e-5),
+])  # fmt: skip
+def test_where_friction_lags_a_ball_that_lands_sliding_loses_what_coulomb_says(time, ratio, timestep):
+    """Closed forms of Hunt's and Crossley's contact: v dv / (1 + d v) = -k x dx / m, and friction times its impulse."""
+    one, landing, d = block(time, ratio, 0.4, "lagged", timestep, 0.0), 0.9, 2.0 * ratio / (9.81 * time)
+    one.q[1], one.v[:] = 1e-4, (2.0, -landing)
+    while (one.q[1] <= 1e-4 and one.v[1] < 0.0) or one.q[1] < 0.0:
+        one.step()
+    low, high = 0.0, 1.0 / d  # [m/s] between which it leaves
+    for _ in range(200):
+        leaves = 0.5 * (low + high)
+        over = np.log((1.0 + d * landing) / (1.0 - d * leaves)) > d * (landing + leaves)
+        low, high = (low, leaves) if over else (leaves, high)
+    assert one.v[1] == pytest.approx(leaves, rel=0.012)
+    assert one.v[0] == pytest.approx(2.0 - 0.4 * (landing + leaves), abs=0.01)
+
+
 def test_a_push_changes_the_momentum_by_its_impulse():
     stepper = ball()
     stepper.q[2], stepper.v[3:] = 3.0, [0.5, 1.0, -0.3]

@@ -129,6 +129,7 @@ OWN_WAY: tuple[tuple[str, tuple[str, ...], str, Any], ...] = (
     (WALK, (), "start.walking", 1.0), (PLANAR, (), "ground.contact_time", 0.02),
     (PLANAR, (), "ground.damping_ratio", 0.1),
     (PLANAR, (), "simulation.timestep", 0.0005), (H1, NONE, "simulation.timestep", 0.0005),
+    (PLANAR, (), "simulation.approximation", "lagged"), (H1, NONE, "simulation.approximation", "lagged"),
     (H1, NONE, "simulation.physics", "file"), (PLANAR, SENSED, "estimator.blend", 0.2),
 )  # fmt: skip
 """Keys whose effect hangs on how contacts give way and when a point touches, which each engine has its own way of."""

@@ -29,8 +29,8 @@ NOT_OF_A_RUN = {
     "standard", "randomise.runs", "randomise.draw", "start.walking",
 }  # fmt: skip
 """What a campaign is, and what its results are held against."""
-OF_THE_ROBOT = {"robot", "model", "engine", "simulation.physics"}
-"""What `biped.robot` reads, with tests of its own; there is one engine."""
+OF_THE_ROBOT = {"robot", "model", "engine", "simulation.physics", "simulation.approximation"}
+"""What `biped.robot` reads, with tests of its own; there is one engine, and what is another's is refused on reading."""
 TOLD = {f"{table}.{key}".lstrip(".") for table, keys in OWN.items() for key in keys}
 """What a law of one's own may make of what it is."""
 OTHERS: dict[str, Any] = {
@@ -215,6 +215,7 @@ def test_every_key_is_read_or_refused(law):
     (["sensing.knee_angle=0.1"], r"--set: sensing.knee_angle: expected 0.02: law 'thesis' takes .* \[sensing\]"),
     (["actuation.solver=daqp", "estimator={}"], r"estimator: expected none: .* nor of actuation.solver"),
     (["actuation.single_tangential=true"], r"actuation.single_tangential: expected false"),
+    (["simulation.approximation=lagged"], r"simulation.approximation: expected 'sap': the engine 'mujoco' has no"),
     (["actuation.contacts=released"], r"actuation.contacts: expected 'pushing', got 'released'"),
     (["law=stand"], r"controller: expected none: law 'stand' takes no notice"),
     (["law=policy/h1.toml"], r"a policy's card .*; 'biped standard LAW --test SCENARIO' leaves"),

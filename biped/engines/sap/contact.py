@@ -34,6 +34,7 @@ from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame, RigidBody, WeldJoint
 
 from biped.engines.sap.tree import pose
+from biped.robot.ground import GRAVITY
 from biped.robot.parts import own_masses
 from biped.robot.robot import Robot
 from biped.robot.sole import mesh_vertices
@@ -202,12 +203,16 @@ def _material(mass: float, contact: tuple[float, float, float], on_ground: bool)
     """The material of a part: that of its contacts with the ground, which adds nothing; or half of those with its like.
 
     Drake puts two stiffnesses in series, adds up times of relaxation, and takes the harmonic mean of frictions. Its own
-    time of relaxation, a tenth of a second, is far too long for steps.
+    time of relaxation, a tenth of a second, is far too long for steps. The approximation `lagged` reads Hunt's and
+    Crossley's dissipation instead: with it a contact that bears the robot's weight is damped by the same rate.
     """
     time, ratio, friction = contact
     share, half = (1.0, 0.5 * friction) if on_ground else (2.0, friction)
     out = ProximityProperties()
-    AddContactMaterial(point_stiffness=share * mass / time**2, friction=CoulombFriction(half, half), properties=out)
+    AddContactMaterial(
+        dissipation=2.0 * ratio / (GRAVITY * time), point_stiffness=share * mass / time**2,
+        friction=CoulombFriction(half, half), properties=out,
+    )  # fmt: skip
     out.AddProperty("material", "relaxation_time", 2.0 / share * ratio * time)
     return out
 

@@ -31,7 +31,8 @@ def simulate_planar(run: Run) -> Trajectory:
     order, robot = foreign.order, seven_links(run.robot)
     model = foreign.model if ground.level else copy(foreign.model)  # whose planes move
     # Of a tick of one step the log says all that its work is summed of.
-    stepper = Stepper(model, run.robot, ground.level, s.model, ledger=run.substeps > 1)
+    approximation = s.simulation.approximation
+    stepper = Stepper(model, run.robot, ground.level, s.model, ledger=run.substeps > 1, approximation=approximation)
     mirror = None if ground.level else mujoco.MjData(model)
     planes = None if mirror is None else planes_of(model, mirror, robot, ground)
     q, v, joints = np.array(run.q), np.array(run.v), order.joints
@@ -96,7 +97,9 @@ class DrakePlant(MujocoPlant):
     def __init__(self, run: Run):
         super().__init__(run)
         self.split = True  # nothing of MuJoCo's is integrated
-        self.stepper = stepper = Stepper(self.model, run.robot, run.profile.level, run.scenario.model)
+        s, level = run.scenario, run.profile.level
+        approximation = s.simulation.approximation
+        self.stepper = stepper = Stepper(self.model, run.robot, level, s.model, approximation=approximation)
         stepper.q[:], stepper.v[:] = run.q, run.v
         self._energy, _ = self.columns["energy"]
 

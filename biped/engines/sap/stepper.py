@@ -1,6 +1,6 @@
 """A plant of Drake's that is stepped in MuJoCo's coordinates, and what its contact solver found in a step.
 
-Contacts, stops, dampers and servos are solved together and implicitly (SAP); everything else acts with its force at the
+Contacts, stops, dampers and servos are solved together and implicitly; everything else acts with its force at the
 step's start. Positions follow with the velocity at its end, as in MuJoCo: this engine is independent in its contacts,
 its stops and its code, and not in its integrator. Coordinates differ in their order and in a free base: Drake turns it
 by the world's axes and lists its orientation first.
@@ -139,6 +139,7 @@ class Stepper:
         level: Whether the ground is level.
         name: What the scenario calls the model.
         ledger: Whether work is summed.
+        approximation: Drake's of contacts, `simulation.approximation`.
 
     Attributes:
         q: (nq,) coordinates, as MuJoCo has them.
@@ -156,14 +157,16 @@ class Stepper:
         InputError: The model has what Drake has not.
     """
 
-    def __init__(self, m: mujoco.MjModel, robot: Robot, level: bool, name: str, ledger: bool = True):
+    def __init__(
+        self, m: mujoco.MjModel, robot: Robot, level: bool, name: str, ledger: bool = True, approximation: str = "sap"
+    ):
         check_model(m, name)
         self._ledger = ledger
         self.model, self._dt = m, float(m.opt.timestep)
         builder = DiagramBuilder()
         config = MultibodyPlantConfig(
             time_step=self._dt, use_sampled_output_ports=False, contact_model="point",
-            discrete_contact_approximation="sap", adjacent_bodies_collision_filters=False,
+            discrete_contact_approximation=approximation, adjacent_bodies_collision_filters=False,
         )  # fmt: skip
         self.plant, scenes = AddMultibodyPlant(config, builder)
         plant, tree = self.plant, add_tree(self.plant, m)
