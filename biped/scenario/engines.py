@@ -18,7 +18,7 @@ class Engine(NamedTuple):
         own_clock: Whether its contacts need two of its steps within `ground.contact_time`.
         seat: Whether a biped can sit in it.
         uniform: Why its contacts are the same wherever they are; empty: they can differ.
-        approximations: Of its contacts, by `simulation.approximation`; the first is what every engine is left to do.
+        approximations: Values of `simulation.approximation` that it takes; the first is the default.
         library: Name of the package that it needs besides biped's own, on whose version its last digits depend.
     """
 
